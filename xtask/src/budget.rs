@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::elf::{Elf, Sizes};
-use crate::firmware::Paths;
-use crate::{emulator, firmware, interrupt};
+use crate::elf::Elf;
+use crate::{emulator, firmware, interrupt, listing};
 
 /// The budget, beside the firmware.
 const FILE: &str = "firmware-stm32/budget.toml";
@@ -109,24 +108,17 @@ fn count() -> Result<Figures, String> {
         }
     }
     for binary in ["virtual-servo", "bench", "terms", "commission", "drive"] {
-        let Sizes { flash, memory } = Elf::read(&firmware::path(binary))?.sizes()?;
-        counted.insert(format!("{binary}-flash-bytes"), flash);
-        if !(memory == 0 && WITHOUT_MEMORY.contains(&binary)) {
-            counted.insert(format!("{binary}-memory-bytes"), memory);
+        let elf = Elf::read(&firmware::path(binary))?;
+        counted.insert(format!("{binary}-flash-bytes"), elf.flash);
+        if !(elf.memory == 0 && WITHOUT_MEMORY.contains(&binary)) {
+            counted.insert(format!("{binary}-memory-bytes"), elf.memory);
+        }
+        if binary == "drive" {
+            for (name, bound) in listing::bounds(&elf)? {
+                counted.insert(format!("drive-{name}"), bound.into());
+            }
         }
     }
-    let Paths {
-        stack,
-        sample,
-        loops,
-        commission,
-        commission_loops,
-    } = firmware::paths(&firmware::path("drive"))?;
-    counted.insert("drive-stack-bytes".to_owned(), stack);
-    counted.insert("drive-sample-stack-bytes".to_owned(), sample);
-    counted.insert("drive-sample-loops".to_owned(), loops);
-    counted.insert("drive-commission-stack-bytes".to_owned(), commission);
-    counted.insert("drive-commission-loops".to_owned(), commission_loops);
     // The last, as it builds the drive again, for the emulator.
     for (law, summary) in interrupt::count()? {
         for (which, taken) in summary.named() {

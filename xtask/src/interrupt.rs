@@ -4,9 +4,11 @@
 //! The emulator runs an instruction a nanosecond of its own time, so that its clock and with it every
 //! sample is the same from run to run, except for when the host's requests arrive.
 
+use std::collections::HashMap;
 use std::error::Error;
-use std::io::{BufRead, BufReader};
+use std::io::{BufReader, Read};
 use std::net::{Ipv4Addr, TcpListener};
+use std::ops::Range;
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -14,7 +16,9 @@ use std::time::{Duration, Instant};
 use drive_link::{Command, Format, Law, Report};
 use host_sim::drive::Client;
 
-use crate::elf::Elf;
+use crate::cycles::{Cost, Lost, Meter, Taken, Watched};
+use crate::elf::{Elf, mangled};
+use crate::thumb::Instruction;
 use crate::{emulator, firmware};
 
 /// A law by the name that its figures have.
@@ -41,15 +45,15 @@ const DRIVES: [(Format, &[&str], &[NamedLaw]); 2] = [
 /// The interrupt's handler.
 const HANDLER: &str = "TIM5";
 
-/// Functions by which interrupts are classified, in the order of the meter's marks: the first begins a run,
+/// Functions by which interrupts are classified, in the order of the marks: the first begins a run,
 /// the second shows a sample, the third ends the run.
 const MARKS: [&str; 3] = ["Run::start", "sampler::report", "Sampler::end_run"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
-/// Functions that a drive has only in the emulator: neither they nor their callees count.
-const ONLY_EMULATED: [&str; 1] = ["emulated_servo::advance"];
+/// A function that a drive has only in the emulator: neither it nor its callees count.
+const ONLY_EMULATED: &str = "emulated_servo::advance";
 
 /// Interrupts that are counted, from the one that begins the run.
 const COUNTED: usize = 100_000;
@@ -65,20 +69,6 @@ const LISTEN: Duration = Duration::from_millis(100);
 
 /// The core's clock, MHz.
 const CLOCK: f64 = 168.0;
-
-/// The cost of an interrupt, and the marks that it passed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Cost {
-    marks: u32,
-    taken: Taken,
-}
-
-/// Instructions and cycles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Taken {
-    pub(crate) instructions: u64,
-    pub(crate) cycles: u64,
-}
 
 /// The cost of the interrupts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +109,7 @@ pub(crate) fn print() -> Result<(), String> {
 
 /// Builds the drive of each arithmetic for the emulator and counts every law.
 pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
-    let plugin = firmware::build_interrupt_meter()?;
+    let plugin = firmware::build_trace()?;
     let mut counted = Vec::new();
     for (format, features, laws) in DRIVES {
         firmware::build(&["drive"], features)?;
@@ -180,12 +170,14 @@ fn measure(
     let address = listener.local_addr().map_err(|error| error.to_string())?;
     // The emulator takes a comma for the end of an argument, and two for one.
     let file = plugin.display().to_string().replace(',', ",,");
-    let request = format!("file={file},listener={address},{}", watched(drive)?);
+    let plugin = format!("file={file},listener={address}");
+    let elf = Elf::read(drive)?;
+    let watched = watched(&elf)?;
     let (_running, port) =
-        emulator::Running::start(drive, &["-plugin", &request]).map_err(|error| {
+        emulator::Running::start(drive, &["-plugin", &plugin]).map_err(|error| {
             format!("{error}; the emulator must be QEMU 9.1 or later, and be built with plugins")
         })?;
-    let reader = thread::spawn(move || read(&listener));
+    let reader = thread::spawn(move || read(&listener, &elf, watched));
 
     let mut client = Client::new(port);
     conversation(&mut client).map_err(|error| error.to_string())?;
@@ -212,56 +204,57 @@ fn measure(
     }
     let costs = reader
         .join()
-        .map_err(|_| "reading the meter has failed".to_owned())?;
+        .map_err(|_| "reading the trace has failed".to_owned())?;
     costs.map_err(|error| match fault {
         Some(fault) => format!("{error}; it was {fault}"),
         None => error,
     })
 }
 
-/// The meter's request for a drive.
-fn watched(drive: &Path) -> Result<String, String> {
-    let elf = Elf::read(drive)?;
+/// The code of a drive that is measured.
+fn watched(elf: &Elf) -> Result<Watched, String> {
     let functions = |path: &str| {
         let part = mangled(path);
         elf.ranges(path, |symbol| symbol.contains(&part))
     };
-    let mut words: Vec<String> = elf
-        .ranges(HANDLER, |symbol| symbol == HANDLER)?
-        .iter()
-        .map(|function| format!("handler={:x}", function.start))
-        .collect();
-    for path in MARKS {
-        let [function] = &functions(path)?[..] else {
-            return Err(format!("{} has more than one {path}", drive.display()));
-        };
-        words.push(format!("mark={:x}", function.start));
-    }
-    for path in ONLY_EMULATED {
-        for function in functions(path)? {
-            words.push(format!("leave-out={:x}-{:x}", function.start, function.end));
-        }
-    }
-    Ok(words.join(","))
+    let only = |path: &str, found: Vec<Range<u32>>| match &found[..] {
+        [function] => Ok(function.start),
+        _ => Err(format!("the drive has more than one {path}")),
+    };
+    let mark = |path| only(path, functions(path)?);
+    Ok(Watched {
+        handler: only(HANDLER, elf.ranges(HANDLER, |symbol| symbol == HANDLER)?)?,
+        left_out: functions(ONLY_EMULATED)?,
+        marks: MARKS.into_iter().map(mark).collect::<Result<_, _>>()?,
+    })
 }
 
-/// The end of a path in a mangled symbol: every name after its length.
-fn mangled(path: &str) -> String {
-    path.split("::")
-        .map(|name| format!("{}{name}", name.len()))
-        .collect()
-}
-
-/// Reads the meter's report from the interrupt that begins the run.
-fn read(listener: &TcpListener) -> Result<Vec<Cost>, String> {
+/// Meters the emulator's trace from the interrupt that begins the run.
+fn read(listener: &TcpListener, elf: &Elf, watched: Watched) -> Result<Vec<Cost>, String> {
     let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
+    let mut trace = BufReader::with_capacity(1 << 16, stream);
+    let mut meter = Meter::new(watched);
+    let mut decoded: HashMap<u32, Instruction> = HashMap::new();
     let mut costs = Vec::with_capacity(COUNTED);
-    for line in BufReader::new(stream).lines() {
-        let cost = Cost::read(&line.map_err(|error| error.to_string())?)?;
-        if costs.is_empty() && cost.marks & FIRST == 0 {
+    let mut word = [0; 4];
+    while trace.read_exact(&mut word).is_ok() {
+        let word = u32::from_ne_bytes(word);
+        let address = word & !1;
+        if address == word {
+            meter.load(address);
             continue;
         }
-        if cost.has(FAILED) {
+        let decode = || elf.instruction(address);
+        let instruction = decoded.entry(address).or_insert_with(decode);
+        let ended = meter.execute(instruction);
+        let Some(cost) = ended.map_err(|Lost| "the end of an interrupt was lost".to_owned())?
+        else {
+            continue;
+        };
+        if costs.is_empty() && !has(cost, FIRST) {
+            continue;
+        }
+        if has(cost, FAILED) {
             return Err(format!(
                 "the drive ends its run with a fault after {} samples: those that are counted \
                  must all be of a run",
@@ -279,28 +272,8 @@ fn read(listener: &TcpListener) -> Result<Vec<Cost>, String> {
     ))
 }
 
-impl Cost {
-    /// From a line of the meter: marks, instructions and cycles.
-    fn read(line: &str) -> Result<Self, String> {
-        let numbers: Result<Vec<u64>, _> = line.split_whitespace().map(str::parse).collect();
-        match numbers.as_deref() {
-            Ok(&[marks, instructions, cycles]) if let Ok(marks) = marks.try_into() => Ok(Self {
-                marks,
-                taken: Taken {
-                    instructions,
-                    cycles,
-                },
-            }),
-            _ => Err(format!(
-                "the meter reports {line:?}: it has lost the end of an interrupt, or its report \
-                 does not fit this program"
-            )),
-        }
-    }
-
-    fn has(self, mark: u32) -> bool {
-        self.marks & mark != 0
-    }
+fn has(cost: Cost, mark: u32) -> bool {
+    cost.marks & mark != 0
 }
 
 impl Summary {
@@ -308,7 +281,7 @@ impl Summary {
     fn new(costs: &[Cost]) -> Result<Self, String> {
         let (first, others) = costs.split_first().ok_or("no interrupt was seen")?;
         let (shown, typical): (Vec<_>, Vec<_>) =
-            others.iter().copied().partition(|cost| cost.has(SHOWN));
+            others.iter().copied().partition(|&cost| has(cost, SHOWN));
         Ok(Self {
             typical: middle(&typical).ok_or("no interrupt without a sample shown was seen")?,
             shown: middle(&shown).ok_or("no interrupt with a sample shown was seen")?,
@@ -367,14 +340,6 @@ mod tests {
     }
 
     #[test]
-    fn a_line_of_the_meter_is_read_and_nothing_else() {
-        assert_eq!(Cost::read("2 340 610"), Ok(cost(SHOWN, 340, 610)));
-        for wrong in ["lost", "", "1 2", "1 2 3 4", "4294967296 1 1", "-1 2 3"] {
-            assert!(Cost::read(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
     fn the_classes_are_separate() {
         let costs = [
             cost(FIRST | SHOWN, 900, 2000),
@@ -401,10 +366,5 @@ mod tests {
         assert!(Summary::new(&[first]).is_err());
         assert!(Summary::new(&[first, cost(0, 1, 1)]).is_err());
         assert!(Summary::new(&[first, cost(SHOWN, 1, 1)]).is_err());
-    }
-
-    #[test]
-    fn a_path_is_mangled() {
-        assert_eq!(mangled("sampler::report"), "7sampler6report");
     }
 }

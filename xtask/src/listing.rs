@@ -3,15 +3,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-use std::path::Path;
 
-use thumb::{Flow, Instruction};
-
-use crate::elf::Elf;
+use crate::elf::{Elf, mangled};
+use crate::thumb::{Flow, Instruction};
 
 /// The functions of a binary by their addresses.
-pub(crate) struct Listing {
-    functions: BTreeMap<u64, Function>,
+struct Listing {
+    functions: BTreeMap<u32, Function>,
 }
 
 /// The calls and costs of a function.
@@ -19,9 +17,9 @@ pub(crate) struct Listing {
 struct Function {
     name: String,
     /// Bytes pushed and reserved.
-    frame: u64,
+    frame: u32,
     /// Addresses called, tail calls included.
-    calls: BTreeSet<u64>,
+    calls: BTreeSet<u32>,
     /// Calls through a register.
     indirect: u32,
     divisions: u32,
@@ -31,82 +29,68 @@ struct Function {
 
 /// The bounds of a function and of all that it may call.
 #[derive(Debug, Default)]
-pub(crate) struct Reach {
+struct Reach {
     /// Bytes of stack at most.
-    pub(crate) stack: u64,
+    stack: u32,
     /// Functions that may run.
     functions: BTreeSet<String>,
     /// Functions with a division or a square root, and library functions that stand for one.
-    pub(crate) divisions: Vec<String>,
+    divisions: Vec<String>,
     /// Branches backwards.
-    pub(crate) loops: u32,
+    loops: u32,
 }
 
 impl Listing {
-    /// Reads a binary.
-    pub(crate) fn read(path: &Path) -> Result<Self, String> {
-        let functions = Elf::read(path)?.functions(|_| true)?;
-        let functions = functions
-            .into_iter()
-            .map(|found| {
-                let mut function = Function {
-                    name: found.name,
-                    ..Function::default()
-                };
-                for instruction in &found.instructions {
-                    function.take(instruction, &found.range);
-                }
-                if function.name.starts_with(TO_MEMORY)
-                    && let Some(target) = far_target(&found.instructions)
-                {
-                    function.indirect = 0;
-                    function.calls.insert(target);
-                }
-                (found.range.start, function)
-            })
-            .collect();
-        Ok(Self { functions })
+    /// Of a binary.
+    fn new(elf: &Elf) -> Self {
+        let listed = elf.functions.iter().map(|found| {
+            let mut function = Function {
+                name: found.name.clone(),
+                ..Function::default()
+            };
+            let instructions = elf.instructions(&found.range);
+            for instruction in &instructions {
+                function.take(instruction, &found.range);
+            }
+            if function.name.starts_with(TO_MEMORY)
+                && let Some(target) = far_target(&instructions)
+            {
+                function.indirect = 0;
+                function.calls.insert(target);
+            }
+            (found.range.start, function)
+        });
+        Self {
+            functions: listed.collect(),
+        }
     }
 
-    /// The bounds of a function of this name.
-    pub(crate) fn under(&self, name: &str) -> Result<Reach, String> {
-        self.reach(|own| own == name, |_| false)
-            .ok_or_else(|| format!("there is no function {name}"))?
-    }
-
-    /// The same without functions whose mangled names have one of these parts, and without their callees.
-    pub(crate) fn under_without(&self, name: &str, parts: &[&str]) -> Result<Reach, String> {
-        let left_out = |own: &str| parts.iter().any(|part| own.contains(part));
-        self.reach(|own| own == name, left_out)
-            .ok_or_else(|| format!("there is no function {name}"))?
-    }
-
-    /// The bounds of a method of this name.
-    pub(crate) fn under_method(&self, method: &str) -> Result<Reach, String> {
-        self.reach(|own| is_method(own, method), |_| false)
-            .ok_or_else(|| format!("there is no method {method}: was it renamed or inlined?"))?
-    }
-
-    fn reach(
+    /// The bounds of the function whose symbol fits, without functions whose symbols have `left_out` in them and
+    /// their callees; if there is none, the error calls it by `name`.
+    fn under(
         &self,
+        name: &str,
         fits: impl Fn(&str) -> bool,
-        left_out: impl Fn(&str) -> bool,
-    ) -> Option<Result<Reach, String>> {
+        left_out: Option<&str>,
+    ) -> Result<Reach, String> {
         let mut found = self.functions.iter();
-        let (&start, _) = found.find(|(_, function)| fits(&function.name))?;
+        let (&start, _) = found
+            .find(|(_, function)| fits(&function.name))
+            .ok_or_else(|| format!("there is no function {name}: was it renamed or inlined?"))?;
+        let left_out = |own: &str| left_out.is_some_and(|part| own.contains(part));
         let mut reach = Reach::default();
-        let stack = self.descend(start, &left_out, &mut Vec::new(), &mut reach);
-        Some(stack.map(|stack| Reach { stack, ..reach }))
+        reach.stack = self.descend(start, &left_out, &mut Vec::new(), &mut reach)?;
+        Ok(reach)
     }
 
     /// The stack of a function and its callees; their other bounds are added to `reach`.
     fn descend(
         &self,
-        at: u64,
+        at: u32,
         left_out: &impl Fn(&str) -> bool,
-        above: &mut Vec<u64>,
+        above: &mut Vec<u32>,
         reach: &mut Reach,
-    ) -> Result<u64, String> {
+    ) -> Result<u32, String> {
         // Library functions share tails: a call may lead into the middle of one.
         let Some((&at, function)) = self.functions.range(..=at).next_back() else {
             return Err(format!("a call leads to {at:#x}, where no function is"));
@@ -139,21 +123,51 @@ impl Listing {
     }
 }
 
-/// True for the mangled name of a method: its parts have their lengths before them.
-fn is_method(mangled: &str, method: &str) -> bool {
-    mangled.contains(&format!("{}{method}", method.len()))
+/// Bytes that the processor itself stacks for an interrupt, the registers of the FPU and alignment
+/// included (ARMv7-M Architecture Reference Manual, B1.5.7).
+const EXCEPTION: u32 = 26 * 4 + 4;
+
+/// The part of a sample outside a run: it commissions, or rests.
+const WITHOUT_A_RUN: &str = "without_a_run";
+
+/// Bounds of the linked drive by their names: stack in bytes at most, the processor's own included, and branches
+/// backwards. A division in a sample of a run is an error, also in the one that begins a run or a commissioning.
+pub(crate) fn bounds(drive: &Elf) -> Result<[(&'static str, u32); 5], String> {
+    let listing = Listing::new(drive);
+    let part = mangled(WITHOUT_A_RUN);
+    let function = |name: &str, left_out| listing.under(name, |own| own == name, left_out);
+    let sample = function("TIM5", Some(&*part))?;
+    let commission = listing.under(WITHOUT_A_RUN, |own| own.contains(&part), None)?;
+    if !sample.divisions.is_empty() {
+        return Err(format!(
+            "a sample of the drive may divide, in {}",
+            sample.divisions.join(", ")
+        ));
+    }
+    let mut stack = 2 * EXCEPTION;
+    for name in ["main", "USART2", "TIM5"] {
+        stack += function(name, None)?.stack;
+    }
+    Ok([
+        // Every interrupt on top of the background.
+        ("stack-bytes", stack),
+        ("sample-stack-bytes", sample.stack + EXCEPTION),
+        ("sample-loops", sample.loops),
+        ("commission-stack-bytes", commission.stack),
+        ("commission-loops", commission.loops),
+    ])
 }
 
 /// The linker's name of a jump from code in flash to code in memory: MOVW, MOVT and BX of r12.
 const TO_MEMORY: &str = "__Thumbv7ABSLongThunk_";
 
 /// The target of a MOVW and a MOVT with which a function begins.
-fn far_target(instructions: &[Instruction]) -> Option<u64> {
+fn far_target(instructions: &[Instruction]) -> Option<u32> {
     let [low, high, ..] = instructions else {
         return None;
     };
     let address = high.immediate? << 16 | low.immediate?;
-    Some(u64::from(address & !1))
+    Some(address & !1)
 }
 
 /// Library functions that divide, and everything of a libm.
@@ -171,16 +185,15 @@ fn divides(name: &str) -> bool {
 }
 
 impl Function {
-    fn take(&mut self, instruction: &Instruction, own: &Range<u64>) {
-        self.frame += u64::from(instruction.stack);
+    fn take(&mut self, instruction: &Instruction, own: &Range<u32>) {
+        self.frame += instruction.stack;
         self.divisions += u32::from(instruction.divides);
-        let target = instruction.immediate.map(u64::from);
-        match (instruction.flow, target) {
+        match (instruction.flow, instruction.immediate) {
             (Flow::On | Flow::Return | Flow::Table, _) => {}
             (Flow::Call | Flow::Jump, None) => self.indirect += 1,
             // Beyond the function a branch is a tail call.
             (Flow::Jump, Some(target)) if own.contains(&target) => {
-                self.loops += u32::from(target <= u64::from(instruction.address));
+                self.loops += u32::from(target <= instruction.address);
             }
             (Flow::Call | Flow::Jump, Some(target)) => {
                 self.calls.insert(target);
@@ -213,7 +226,7 @@ mod tests {
 
     #[test]
     fn the_deepest_path_and_every_division_under_a_function_are_found() {
-        let function = |name: &str, calls: &[u64]| Function {
+        let function = |name: &str, calls: &[u32]| Function {
             name: name.to_owned(),
             frame: 4,
             calls: calls.iter().copied().collect(),
@@ -227,14 +240,15 @@ mod tests {
                 (0x30, function("root", &[])),
             ]),
         };
-        let whole = listing.under("sample").expect("there");
+        let under = |listing: &Listing, name: &str| listing.under(name, |own| own == name, None);
+        let whole = under(&listing, "sample").expect("there");
         assert_eq!(
             (whole.stack, whole.divisions),
             (12, vec!["sample → law → root".to_owned()])
         );
-        assert!(listing.under("nothing").is_err());
+        assert!(under(&listing, "nothing").is_err());
         listing.functions.insert(0x30, function("root", &[0x10]));
-        assert!(listing.under("sample").is_err(), "it calls itself");
+        assert!(under(&listing, "sample").is_err(), "it calls itself");
     }
 
     #[test]

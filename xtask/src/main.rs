@@ -1,6 +1,7 @@
 //! Checks of the firmware on emulated chips, and its costs.
 
 mod budget;
+mod cycles;
 mod drive;
 mod elf;
 mod elsewhere;
@@ -8,9 +9,9 @@ mod emulator;
 mod firmware;
 mod interrupt;
 mod listing;
-mod mutations;
 mod same_bits;
 mod soak;
+mod thumb;
 
 use std::process::ExitCode;
 
@@ -44,9 +45,6 @@ enum Verb {
     /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
     /// executed, and cycles by the model of docs/cycles.md.
     Interrupt,
-    /// Apply one deliberate break after the other to a copy of the drivers and the drive's logic, and check
-    /// that their tests fail.
-    Mutations,
     /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
     Elsewhere,
     /// Run a binary of the firmware in the emulator.
@@ -62,7 +60,6 @@ fn main() -> ExitCode {
         Verb::Drive => drive::check(),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),
-        Verb::Mutations => mutations::check(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build(&[&binary], &[])

@@ -1,15 +1,44 @@
 //! Finds the beginning and the end of an interrupt, and counts its instructions.
 
-use thumb::{Flow, Instruction, Unit};
+use std::ops::Range;
 
-use crate::processor::{ENTRY, EXIT, FLOATS, Processor};
-use crate::request::Watched;
+use super::processor::{ENTRY, EXIT, FLOATS, Processor};
+use crate::thumb::{Flow, Instruction, Unit};
+
+/// The code that is measured.
+#[derive(Debug, Clone)]
+pub(crate) struct Watched {
+    /// The handler's first instruction.
+    pub(crate) handler: u32,
+    /// Functions that only an emulated drive has: neither they nor their callees count.
+    pub(crate) left_out: Vec<Range<u32>>,
+    /// Addresses that an interrupt may pass, 32 at most; those that it passed are reported.
+    pub(crate) marks: Vec<u32>,
+}
+
+impl Watched {
+    fn leaves_out(&self, address: u32) -> bool {
+        self.left_out.iter().any(|range| range.contains(&address))
+    }
+
+    /// The bit of a mark, where one is.
+    fn mark_at(&self, address: u32) -> u32 {
+        let found = self.marks.iter().position(|&mark| mark == address);
+        found.map_or(0, |at| 1 << at)
+    }
+}
 
 /// The cost of an interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Cost {
-    /// Marks that it passed, the first of the request in the lowest bit.
+    /// Marks that it passed, the first of those watched in the lowest bit.
     pub(crate) marks: u32,
+    pub(crate) taken: Taken,
+}
+
+/// Instructions and cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Taken {
     pub(crate) instructions: u64,
     pub(crate) cycles: u64,
 }
@@ -109,8 +138,10 @@ impl Meter {
         let floats = if handler.uses_floats { FLOATS } else { 0 };
         let cost = Cost {
             marks: handler.marks,
-            instructions: handler.instructions,
-            cycles: ENTRY + self.processor.clock() - handler.began + floats + EXIT,
+            taken: Taken {
+                instructions: handler.instructions,
+                cycles: ENTRY + self.processor.clock() - handler.began + floats + EXIT,
+            },
         };
         self.processor.separate();
         Some(cost)
@@ -180,7 +211,17 @@ mod tests {
         }
     }
 
-    /// What the interrupts of a program take, each instruction with its address.
+    fn cost(marks: u32, instructions: u64, cycles: u64) -> Cost {
+        Cost {
+            marks,
+            taken: Taken {
+                instructions,
+                cycles,
+            },
+        }
+    }
+
+    /// The costs of the interrupts of a program, each instruction with its address.
     fn costs(program: &[(u32, &[u16])]) -> Vec<Cost> {
         let mut meter = Meter::new(watched());
         program
@@ -202,11 +243,7 @@ mod tests {
             (HANDLER + 4, POP_PC),
             (BACKGROUND + 2, NOP),
         ];
-        let expected = Cost {
-            marks: 0,
-            instructions: 3,
-            cycles: ENTRY + 2 + 1 + 2 + EXIT,
-        };
+        let expected = cost(0, 3, ENTRY + 2 + 1 + 2 + EXIT);
         assert_eq!(costs(&program), [expected]);
     }
 
@@ -220,12 +257,8 @@ mod tests {
             (HANDLER + 6, POP_PC),
             (BACKGROUND, NOP),
         ];
-        let expected = Cost {
-            marks: 0b01,
-            instructions: 5,
-            // The call and the return refill the pipeline.
-            cycles: ENTRY + 2 + (1 + 2) + 1 + (1 + 2) + 2 + EXIT,
-        };
+        // The call and the return refill the pipeline.
+        let expected = cost(0b01, 5, ENTRY + 2 + (1 + 2) + 1 + (1 + 2) + 2 + EXIT);
         assert_eq!(costs(&program), [expected]);
     }
 
@@ -242,7 +275,7 @@ mod tests {
         let [cost] = costs(&program)[..] else {
             panic!("one interrupt");
         };
-        assert_eq!(cost.instructions, 4);
+        assert_eq!(cost.taken.instructions, 4);
     }
 
     #[test]
@@ -272,11 +305,7 @@ mod tests {
             (HANDLER + 6, POP_PC),
             (BACKGROUND, NOP),
         ];
-        let expected = Cost {
-            marks: 0,
-            instructions: 3,
-            cycles: ENTRY + 2 + 1 + 2 + EXIT,
-        };
+        let expected = cost(0, 3, ENTRY + 2 + 1 + 2 + EXIT);
         assert_eq!(costs(&with), [expected]);
     }
 
@@ -293,7 +322,7 @@ mod tests {
         let [cost] = costs(&program)[..] else {
             panic!("one interrupt");
         };
-        assert_eq!((cost.marks, cost.instructions), (0b01, 4));
+        assert_eq!((cost.marks, cost.taken.instructions), (0b01, 4));
     }
 
     #[test]
@@ -307,7 +336,10 @@ mod tests {
         let [cost] = costs(&program)[..] else {
             panic!("one interrupt");
         };
-        assert_eq!(cost.cycles, ENTRY + FLOATS + 1 + 1 + 1 + FLOATS + EXIT);
+        assert_eq!(
+            cost.taken.cycles,
+            ENTRY + FLOATS + 1 + 1 + 1 + FLOATS + EXIT
+        );
     }
 
     #[test]

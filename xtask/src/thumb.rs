@@ -8,34 +8,34 @@ use capstone::prelude::*;
 
 /// An instruction at its address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Instruction {
-    pub address: u32,
+pub(crate) struct Instruction {
+    pub(crate) address: u32,
     /// Bytes: 2 or 4.
-    pub length: u32,
+    pub(crate) length: u32,
     /// Cycles by itself, without a refill of the pipeline, memory without wait states (Cortex-M4 TRM
     /// r0p1, tables 3-1 and 7-1).
-    pub cycles: u32,
-    pub unit: Unit,
-    pub flow: Flow,
+    pub(crate) cycles: u32,
+    pub(crate) unit: Unit,
+    pub(crate) flow: Flow,
     /// Core registers that an address is made of, a bit each.
-    pub address_from: u32,
+    pub(crate) address_from: u32,
     /// Core registers that it writes, a bit each.
-    pub writes: u32,
+    pub(crate) writes: u32,
     /// Registers of the FPU that it reads, a bit each.
-    pub floats_read: u32,
+    pub(crate) floats_read: u32,
     /// Registers of the FPU that it writes a cycle late, a bit each.
-    pub floats_late: u32,
+    pub(crate) floats_late: u32,
     /// Bytes of stack that it pushes or reserves.
-    pub stack: u32,
+    pub(crate) stack: u32,
     /// Its constant; the target of a branch or a call.
-    pub immediate: Option<u32>,
+    pub(crate) immediate: Option<u32>,
     /// It is a division or a square root.
-    pub divides: bool,
+    pub(crate) divides: bool,
 }
 
 /// The unit that executes an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unit {
+pub(crate) enum Unit {
     /// The core, without memory.
     Core,
     /// A load of one register.
@@ -50,7 +50,7 @@ pub enum Unit {
 
 /// The instruction after this one, unless its condition fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flow {
+pub(crate) enum Flow {
     /// The next in memory.
     On,
     /// One of the same function, or of another that returns in its place.
@@ -68,10 +68,20 @@ const SP: u32 = 1 << 13;
 const LR: u32 = 1 << 14;
 const PC: u32 = 1 << 15;
 
+// One for all: the instructions after an IT decode as they do anywhere else.
+thread_local! {
+    static CAPSTONE: Option<Capstone> = Capstone::new()
+        .arm()
+        .mode(ArchMode::Thumb)
+        .extra_mode([ArchExtraMode::MClass].into_iter())
+        .detail(true)
+        .build()
+        .ok();
+}
+
 impl Instruction {
     /// Decodes the instruction that begins with two half-words; the second of a short one does not matter.
-    #[must_use]
-    pub fn decode(address: u32, [first, second]: [u16; 2]) -> Self {
+    pub(crate) fn decode(address: u32, [first, second]: [u16; 2]) -> Self {
         let unknown = Self {
             address,
             // ARMv7-M Architecture Reference Manual, A5.1.
@@ -88,24 +98,16 @@ impl Instruction {
             divides: false,
         };
         let [[a, b], [c, d]] = [first.to_le_bytes(), second.to_le_bytes()];
-        Self::known(unknown, [a, b, c, d]).unwrap_or(unknown)
+        let known = CAPSTONE.with(|own| Self::known(own.as_ref()?, unknown, [a, b, c, d]));
+        known.unwrap_or(unknown)
     }
 
     /// The address after it.
-    #[must_use]
-    pub fn end(&self) -> u32 {
+    pub(crate) fn end(&self) -> u32 {
         self.address.wrapping_add(self.length)
     }
 
-    fn known(unknown: Self, bytes: [u8; 4]) -> Option<Self> {
-        // A decoder of its own each time: one remembers an IT before an instruction elsewhere.
-        let capstone = Capstone::new()
-            .arm()
-            .mode(ArchMode::Thumb)
-            .extra_mode([ArchExtraMode::MClass].into_iter())
-            .detail(true)
-            .build()
-            .ok()?;
+    fn known(capstone: &Capstone, unknown: Self, bytes: [u8; 4]) -> Option<Self> {
         let decoded = capstone
             .disasm_count(&bytes, unknown.address.into(), 1)
             .ok()?;
@@ -430,6 +432,13 @@ mod tests {
         assert_eq!(floats([0xeeb7, 0x0a00]), (0, 0));
         assert_eq!(floats([0xed81, 0x1b00]), (0b1100, 0));
         assert_eq!(floats([0xed91, 0x0a01]), (0, 0));
+    }
+
+    #[test]
+    fn a_condition_ends_with_its_block() {
+        // itttt eq, and then elsewhere: vfma.f32
+        assert_eq!(decode([0xbf01, 0]).flow, Flow::On);
+        assert_eq!(decode([0xeea0, 0x0a81]).cycles, 3);
     }
 
     #[test]

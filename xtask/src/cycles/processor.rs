@@ -1,9 +1,8 @@
 //! Cycles of a Cortex-M4F in an STM32F405 at 168 MHz: the core's own, those that its neighbours add
 //! and take (Cortex-M4 TRM r0p1, 3.3.2 and 7.2.2), and those of flash and buses.
 
-use thumb::{Flow, Instruction, Unit};
-
-use crate::flash::Flash;
+use super::flash::Flash;
+use crate::thumb::{Flow, Instruction, Unit};
 
 /// Cycles from the request of an interrupt to its first instruction, eight registers stacked
 /// (TRM, 3.9.1).
