@@ -92,7 +92,7 @@ impl<B> Line<'_, B> {
 }
 
 impl<B: Bus> drive_link::Line for Line<'_, B> {
-    fn hear(&mut self) -> Option<u8> {
+    fn receive(&mut self) -> Option<u8> {
         self.received.dequeue()
     }
 
@@ -100,7 +100,7 @@ impl<B: Bus> drive_link::Line for Line<'_, B> {
         self.to_send.capacity() - self.to_send.len()
     }
 
-    fn say(&mut self, bytes: &[u8]) {
+    fn send(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             let _ = self.to_send.enqueue(byte);
         }

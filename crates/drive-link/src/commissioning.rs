@@ -10,48 +10,48 @@ use crate::no_gains::NoGains;
 /// A commissioning under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Where it stands.
+    /// Its phase.
     pub phase: Phase,
     /// Samples since it began.
     pub sample: u32,
     /// Position, rad from where it began.
     pub position: f32,
-    /// The command that acts, command units; none: the servo is let go.
+    /// The command that acts, command units; none while the servo is disabled.
     pub command: Option<f32>,
-    /// Pieces of the record of this motion so far.
+    /// Blocks of the record of this motion so far.
     pub recorded: u16,
     /// b and its standard error, rad/s² per command unit, once there is a fit.
     pub gain: Option<[f32; 2]>,
 }
 
-/// How a commissioning stands or ended, in short.
+/// Phase, or end, of a commissioning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Commissioning {
-    /// Where it stands.
+    /// Its phase.
     pub phase: Phase,
-    /// Why it ended without new gains, if it did.
+    /// The reason for an end without new gains.
     pub reason: Option<Reason>,
 }
 
-/// What the last commissioning came to.
+/// The outcome of a commissioning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its end and the reason.
     pub commissioning: Commissioning,
-    /// The servo, as far as it became known.
+    /// The servo, if it was identified.
     pub servo: Option<IdentifiedServo>,
-    /// The gains that were found, with what they promise.
+    /// The gains that were found, with their promise.
     pub tuning: Option<Tuning>,
-    /// Why there are none, where that is the reason, and which would do.
+    /// The reason for no gains, with the figure that would do.
     pub no_gains: Option<NoGains>,
-    /// What was measured of that in the trial.
+    /// The promised figures as measured in the trial.
     pub trial: Option<TrialResult>,
-    /// Whether the gains survive a loss of power: they are kept when the servo is let go.
+    /// True once the gains survive a loss of power: they are saved when the servo is disabled.
     pub kept: bool,
 }
 
-/// The gains that hold: with them a start closes the loop.
+/// The gains in force: a start closes the loop with them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gains {
     /// The PID with its limits.
@@ -66,9 +66,9 @@ pub struct Gains {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Origin {
-    /// Somebody gave them.
+    /// They were configured.
     Given,
-    /// A commissioning found and proved them.
+    /// A commissioning found and validated them.
     Commissioned,
 }
 

@@ -19,7 +19,7 @@ const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Bytes of the check at the end of a message.
 const CHECK_BYTES: usize = 4;
 
-/// Why bytes are no message, or a message no bytes.
+/// Failures of framing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -72,12 +72,12 @@ pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, LONGEST_FRAME>, FrameE
         .ok_or(FrameError::TooLong)?;
     encoder.push(whole).map_err(|_| FrameError::TooLong)?;
     let end = encoder.finalize();
-    // What follows is zero already: the first of it ends the frame.
+    // The rest is zero already: its first byte ends the frame.
     framed.truncate(end + 1);
     Ok(framed)
 }
 
-/// Puts messages together from bytes as they come, whatever they are.
+/// Assembles messages from bytes as they are received, in any state.
 #[derive(Debug, Default)]
 pub struct Receiver {
     bytes: Vec<u8, LONGEST_FRAME>,
@@ -94,8 +94,7 @@ impl Receiver {
         }
     }
 
-    /// Takes a byte; at the end of a frame, its message or why it is none. An error costs that frame
-    /// and no other.
+    /// Takes a byte; at the end of a frame, its message or an error, which costs that frame and no other.
     pub fn take<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
         if byte != 0 {
             self.overflowed |= self.bytes.push(byte).is_err();
@@ -104,7 +103,7 @@ impl Receiver {
         let read = if self.overflowed {
             Some(Err(FrameError::TooLong))
         } else if self.bytes.is_empty() {
-            // Two zeros in a row: somebody begins afresh.
+            // Two zeros in a row: the sender begins anew.
             None
         } else {
             Some(unframed(&self.bytes))
@@ -115,8 +114,8 @@ impl Receiver {
     }
 }
 
-/// Hears stops and nothing else, byte by byte as they come: so a stop need not wait for the answers to
-/// what came before it.
+/// Detects stops alone, byte by byte as they are received: so a stop need not wait for the answers to earlier
+/// requests.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StopListener {
     bytes: [u8; STOP],

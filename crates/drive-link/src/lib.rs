@@ -1,10 +1,9 @@
-//! What a drive and its host say to each other over a serial line.
+//! Messages between a drive and its host over a serial line.
 //!
 //! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS:
-//! no byte of a frame is zero but its last, so whoever loses the thread finds it again at the next
-//! zero. Nothing is answered twice and nothing is assumed to arrive: each [`Request`] carries a
-//! number that its answer repeats, every command may be said again without harm, and telemetry
-//! that finds no room is dropped and counted.
+//! no byte of a frame is zero but its last, so a receiver that has lost bytes resumes at the next
+//! zero. No message is assumed to arrive: each [`Request`] carries a number that its answer repeats,
+//! every command may be repeated without harm, and telemetry that finds no room is dropped and counted.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -1,11 +1,11 @@
-/// A line that nobody waits for.
+/// A serial line that never blocks.
 pub trait Line {
-    /// The next byte that came.
-    fn hear(&mut self) -> Option<u8>;
+    /// The next byte that was received.
+    fn receive(&mut self) -> Option<u8>;
 
-    /// Bytes that can be said now.
+    /// Bytes that can be sent now.
     fn room(&self) -> usize;
 
-    /// Says bytes for which there is room.
-    fn say(&mut self, bytes: &[u8]);
+    /// Sends bytes for which there is room.
+    fn send(&mut self, bytes: &[u8]);
 }

@@ -14,49 +14,49 @@ pub const PROTOCOL: u8 = 8;
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;
 
-/// What the host says: a command, and the number that the answer will carry.
+/// A message of the host: a command, and the number that the answer will carry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Request {
     /// The host's number for it.
     pub id: u8,
-    /// What is asked for. Saying it twice does what saying it once does.
+    /// The command. Repeating it has no further effect.
     pub command: Command,
 }
 
-/// What a drive can be asked for.
+/// Commands of the host.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[expect(
     clippy::large_enum_variant,
     reason = "settings are sent rarely, and there is no heap to put them on"
 )]
 pub enum Command {
-    /// Who is there? Answered by [`Report::Status`].
+    /// Reports the state: answered by [`Report::Status`].
     Hello,
-    /// Take these settings; only while the servo is let go.
+    /// Configures the drive; only while the servo is disabled.
     Configure(Settings),
-    /// What are the settings? Answered by [`Report::Settings`].
+    /// Reports the settings: answered by [`Report::Settings`].
     Show,
-    /// Close the loop where the servo stands, and identify.
+    /// Closes the loop where the servo stands, and identifies.
     Start,
-    /// Send the servo to a target, rad from where it started.
+    /// Sends the servo to a target, rad from where it started.
     Target(f64),
-    /// Let the servo go, at once: nothing that was asked before it still moves the servo.
+    /// Disables the servo at once: no command before it still moves the servo.
     Stop,
-    /// Forget a fault, and let the self-test decide.
+    /// Clears a fault whose cause is gone.
     Clear,
-    /// Report every so many samples; 0 for never.
+    /// Reports a sample at this interval, samples; 0 for never.
     Watch(u16),
-    /// Keep settings and estimates through a loss of power; only while the servo is let go.
+    /// Saves settings and estimates, so that they survive a loss of power; only while the servo is disabled.
     Save,
-    /// Come to know the servo, tune to a goal, prove it and keep it, from rest or in place of the loop that
-    /// runs, which goes on at the end. The delay that is given adds to the drive's own. From rest, settings
-    /// and estimates are kept first.
+    /// Identifies the servo, tunes the gains to a goal, validates them on the servo and saves them: from rest, or in place
+    /// of the running loop, which resumes at the end. The delay that is given adds to the drive's own. From rest,
+    /// settings and estimates are saved first.
     Commission(CommissionSettings),
-    /// What did the last commissioning come to? Answered by [`Report::Outcome`].
+    /// Reports the last commissioning: answered by [`Report::Outcome`].
     Outcome,
 }
 
-/// What a drive says.
+/// Messages of a drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[expect(
     clippy::large_enum_variant,
@@ -72,78 +72,78 @@ pub enum Report {
     Refused {
         /// The request's number.
         id: u8,
-        /// Why.
+        /// The reason.
         refusal: Refusal,
     },
-    /// Who is there, and how.
+    /// The state of the drive.
     Status {
         /// The request's number; none for a report of its own accord.
         id: Option<u8>,
-        /// How.
+        /// The state.
         status: Status,
     },
-    /// The settings that hold.
+    /// The settings in force.
     Settings {
         /// The request's number.
         id: u8,
-        /// They.
+        /// The settings.
         settings: Settings,
     },
-    /// The loop in motion.
+    /// A sample of a run.
     Snapshot(Snapshot),
-    /// A commissioning under way.
+    /// A sample of a commissioning.
     Progress(Progress),
-    /// What the last commissioning came to.
+    /// The outcome of the last commissioning.
     Outcome {
         /// The request's number.
         id: u8,
-        /// It.
+        /// The outcome.
         outcome: Outcome,
     },
-    /// The drive let its servo go.
+    /// The drive disabled its servo for a fault.
     Fault(Fault),
 }
 
-/// Who is there, and how.
+/// The state of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// [`PROTOCOL`] of the drive.
     pub protocol: u8,
-    /// What it does.
+    /// Disabled, running, commissioning or faulted.
     pub state: State,
-    /// What the store holds.
+    /// The record in the store.
     pub kept: Kept,
-    /// Whether somebody has said what the servo is, now or before the last save. Without that the
-    /// drive does not start.
+    /// Whether the drive was configured for its servo, now or before the last save. Without that it
+    /// does not start.
     pub configured: bool,
     /// How the last run ended since the drive was switched on.
     pub ended: Option<Ended>,
-    /// How the last commissioning stands or ended.
+    /// Phase, or end, of the last commissioning.
     pub commissioning: Option<Commissioning>,
-    /// The gains that hold, if there are any.
+    /// The gains in force, if there are any.
     pub gains: Option<Gains>,
     /// From the reading of the encoder to the change of the output, s.
     pub command_delay: f32,
-    /// What the last run found, or the one that was kept.
+    /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
-    /// What the identifier noticed since the start, as last told.
+    /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,
-    /// Samples that ended too late since the start, as last told.
+    /// Samples that ended too late since the start, as last reported.
     pub overruns: u32,
-    /// Samples that were to be shown and found no room.
+    /// Samples that were not reported for want of room on the line.
     pub dropped: u32,
-    /// Frames that were not understood.
+    /// Frames that could not be decoded.
     pub garbled: u32,
 }
 
-/// How often an identifier noticed something besides learning.
+/// Counts of an identifier's events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Noticed {
-    /// First fits that were found good.
+    /// First fits that were accepted.
     pub started: u32,
     /// Steps of the load.
     pub load_steps: u32,
-    /// Samples in which the servo did not follow its command, or a beginning of that.
+    /// Samples in which the servo did not follow its command or, by some laws, times that this began.
     pub not_following: u32,
     /// Times that the model's friction was too large and was lowered.
     pub friction_lowered: u32,
@@ -151,7 +151,7 @@ pub struct Noticed {
     pub restarted: u32,
 }
 
-/// What the store holds.
+/// State of the store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kept {
@@ -171,27 +171,27 @@ impl fmt::Display for Kept {
             Self::Nothing => "nothing is kept yet",
             Self::Record => "a record is kept",
             Self::OtherVersion => {
-                "the record that is kept is of another version: the built-in settings hold, and a \
-                 save replaces it"
+                "the record in the store is of another version: the built-in settings hold, and a save \
+                 replaces it"
             }
             Self::Damaged => {
-                "what is kept is damaged: the built-in settings hold, and a save replaces it"
+                "the record in the store is damaged: the built-in settings hold, and a save replaces it"
             }
         })
     }
 }
 
-/// What a drive does.
+/// Activity of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
-    /// The servo is let go, and everything is ready.
+    /// The servo is disabled, and the drive ready.
     Released,
     /// The loop is closed.
     Running,
     /// A commissioning moves or holds the servo.
     Commissioning,
-    /// The servo is let go, and stays so until the fault is cleared.
+    /// The servo is disabled, and stays so until the fault is cleared.
     Faulted(Fault),
 }
 
@@ -211,9 +211,9 @@ impl fmt::Display for State {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Ended {
-    /// Somebody asked for it.
+    /// By a stop.
     Stopped,
-    /// Its time was over: it came to rest and was let go.
+    /// Its time was over: the servo came to rest and was disabled.
     Over,
     /// By a fault.
     Faulted(Fault),
@@ -229,16 +229,16 @@ impl fmt::Display for Ended {
     }
 }
 
-/// Why a request was not done.
+/// Reasons for not carrying out a request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// Nobody has said yet what the servo is: configure first.
+    /// The drive was never configured for its servo: configure first.
     NotConfigured,
     /// A stop came after it, and before it was done.
     Overtaken,
-    /// It needs the servo let go: stop first.
+    /// The servo must be disabled: stop first.
     Running,
-    /// It needs the loop closed: start first.
+    /// The loop must be closed: start first.
     NotRunning,
     /// A commissioning ran and was ended for it: ask again when the servo is at rest.
     EndedCommissioning,
@@ -250,10 +250,10 @@ pub enum Refusal {
     Setting(NotAllowed),
     /// The target is too far from where the servo started, rad.
     TooFar {
-        /// How far it may be.
+        /// The largest distance, rad.
         most: f64,
     },
-    /// The interrupt has not yet done what was asked before: ask again.
+    /// The interrupt has not yet done the command before: ask again.
     Busy,
     /// The store did not take the record; the one before it still holds.
     NotKept,
@@ -263,10 +263,10 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotConfigured => {
-                f.write_str("nobody has told the drive yet what its servo is: configure it first")
+                f.write_str("the drive is not configured for its servo yet: configure it first")
             }
             Self::Overtaken => f.write_str("a stop came right after it: ask again"),
-            Self::Running => f.write_str("the servo must be let go first: stop"),
+            Self::Running => f.write_str("the servo must be disabled first: stop"),
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
             Self::EndedCommissioning => f.write_str(
                 "a commissioning ran and was ended for it, the gains before hold: ask again when the \
@@ -279,7 +279,7 @@ impl fmt::Display for Refusal {
                 f,
                 "the target must be within {most} rad of where the servo started"
             ),
-            Self::Busy => f.write_str("it has not done yet what was asked before: ask again"),
+            Self::Busy => f.write_str("the command before is not done yet: ask again"),
             Self::NotKept => {
                 f.write_str("the flash did not take the record, and the one before still holds")
             }
@@ -317,7 +317,7 @@ pub struct Estimates {
     pub coulomb: f64,
     /// d, rad/s².
     pub load: f64,
-    /// Which of them stand at a bound: such a value is no result.
+    /// True for those at a bound: such a value is no result.
     pub at_bounds: PerParameter<bool>,
     /// Their standard errors, where they are known; a snapshot has none.
     pub standard_errors: Option<ServoParameters>,

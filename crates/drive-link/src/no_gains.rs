@@ -5,18 +5,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::NotAllowed;
 
-/// Why a commissioning found no gains, with the figure that would do: the core's [`TuningError`] on a line.
+/// The reason for which a commissioning found no gains, with the figure that would do: the core's [`TuningError`] as a
+/// message.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum NoGains {
-    /// What is left of a setting once the servo is known is out of its range.
+    /// A setting is out of the range that the identified servo leaves it.
     NotAllowed(NotAllowed),
-    /// What was asked for is more than the servo bears.
+    /// The bandwidth is higher than the servo bears.
     TooFast {
-        /// The bandwidth asked for, rad/s.
+        /// The requested bandwidth, rad/s.
         bandwidth: f64,
         /// The largest that would do, rad/s.
         most: f64,
-        /// What keeps it there.
+        /// The cause of that limit.
         cap: Cap,
     },
     /// The servo is not known well enough to tune for.

@@ -11,37 +11,37 @@ use serde::{Deserialize, Serialize};
 /// The name of a setting.
 pub type Name = heapless::String<24>;
 
-/// What a drive is told of its servo and of what it shall do, SI.
+/// Settings of a drive, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Controller and identifier.
     pub closed_loop: LoopSettings,
-    /// What is added to the reference while it identifies.
+    /// The dither on the reference while it identifies.
     pub dither: Dither,
-    /// What lets the servo go.
+    /// Limits beyond which the servo is disabled.
     pub protection: Protection,
 }
 
-/// What a loop is built from.
+/// Settings of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LoopSettings {
     /// Controller and identifier, as the core takes them.
     pub core: identifier_core::Settings,
-    /// The law that learns.
+    /// The adaptation law.
     pub law: Law,
-    /// What the loop is computed in.
+    /// The number format of the loop.
     pub format: Format,
 }
 
-/// A law that learns.
+/// An adaptation law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Law {
     /// The paper's gradient law.
     Gradient {
-        /// Whether Coulomb friction is estimated too.
+        /// True to estimate Coulomb friction too.
         friction: bool,
     },
-    /// Recursive Gauss–Newton over a, b, Coulomb friction and load, which needs no guess.
+    /// Recursive Gauss–Newton over a, b, Coulomb friction and load, which needs no initial estimates.
     GaussNewton,
 }
 
@@ -64,7 +64,7 @@ pub struct Dither {
     pub hold: f64,
 }
 
-/// What ends a run and lets the servo go. All of it is watched in every sample.
+/// Limits that end a run and disable the servo, checked in every sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Protection {
     /// Largest position error, rad; at least three amplitudes of the dither.
@@ -72,7 +72,7 @@ pub struct Protection {
     /// Largest distance from where the servo started, rad. It is sent no further than two amplitudes
     /// of the dither less.
     pub travel: f64,
-    /// How fast it is sent to a target, rad/s.
+    /// Speed at which it is sent to a target, rad/s.
     pub pace: f64,
     /// Largest speed, rad/s, averaged over 5 ms.
     pub speed: f64,
@@ -80,21 +80,21 @@ pub struct Protection {
     /// the command's limit. A change that is larger, or as large as the dither asks for, must move the
     /// servo.
     pub breakaway: f64,
-    /// How long such a command may act without moving the servo, s.
+    /// The time for which such a command may act without moving the servo, s.
     pub stall_time: f64,
-    /// Samples running that may end too late.
+    /// Samples in a row that end too late and disable the servo.
     pub overruns: u8,
-    /// The longest run, s; 0 for one without end.
+    /// The longest run, s; 0 for unbounded.
     pub duration: f64,
-    /// How long the host may be silent while the servo is driven, s; 0 for ever.
+    /// The time for which the host may be silent while the servo is driven, s; 0 for unbounded.
     pub link_timeout: f64,
-    /// The longest time that a run may take to come to rest at its end, s: then the servo is let go,
+    /// The longest time that a run may take to come to rest at its end, s: then the servo is disabled,
     /// at rest or not.
     pub stop_time: f64,
 }
 
 impl Protection {
-    /// For a bare motor: what a drive shows before anybody has told it what its servo is.
+    /// For a bare motor: the built-in protection of a drive that is not configured yet.
     pub const OF_A_BARE_MOTOR: Self = Self {
         following_error: 1.5,
         travel: 6.9,
@@ -145,7 +145,7 @@ impl fmt::Display for LoopSettings {
     }
 }
 
-/// What an identifier is told; what it is not told is left out.
+/// Settings of an identifier that are given.
 fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match given.plant_box {
         Some(BoxSettings {
@@ -244,7 +244,7 @@ impl fmt::Display for Protection {
         } = self;
         writeln!(
             f,
-            "sent to a target at {pace} rad/s; let go beyond {following_error} rad of error, {travel} \
+            "sent to a target at {pace} rad/s; disabled beyond {following_error} rad of error, {travel} \
              rad from the start, {speed} rad/s,"
         )?;
         writeln!(
@@ -260,10 +260,10 @@ impl fmt::Display for Protection {
             ),
             (true, false) => write!(
                 f,
-                "ends after {duration} s, and goes on when the line is silent"
+                "ends after {duration} s, and continues when the line is silent"
             ),
             (false, true) => write!(f, "ends when the line is silent for {link_timeout} s"),
-            (false, false) => f.write_str("has no end, and goes on when the line is silent"),
+            (false, false) => f.write_str("has no end, and continues when the line is silent"),
         }?;
         write!(f, "; it comes to rest within {stop_time} s")
     }
@@ -272,43 +272,43 @@ impl fmt::Display for Protection {
 /// A setting that is not allowed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NotAllowed {
-    /// Which.
+    /// The setting.
     pub name: Name,
-    /// Why, and what would be.
+    /// The reason, and the allowed range.
     pub why: Why,
 }
 
-/// Why a setting is not allowed, SI.
+/// Reasons for refusing a setting, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Why {
     /// It is out of its range.
     OutOfRange {
-        /// What was given; no number for what has several.
+        /// The given value; not a number for a setting of several.
         given: f64,
-        /// The least that would do; infinite if that end is open.
+        /// The smallest allowed value; infinite if that end is open.
         least: f64,
-        /// The most that would do; infinite if that end is open.
+        /// The largest allowed value; infinite if that end is open.
         most: f64,
     },
     /// It contradicts another setting.
     TooSmallFor {
-        /// What was given.
+        /// The given value.
         given: f64,
-        /// The least that would do.
+        /// The smallest allowed value.
         least: f64,
         /// The other setting.
         other: Name,
     },
     /// The samples must be a whole number of the output stage's periods apart.
     NotWhole {
-        /// What was given, s.
+        /// The given value, s.
         given: f64,
         /// The period, s.
         period: f64,
     },
     /// With it the sampled loop is unstable for some servo of the box.
     Unstable {
-        /// What was given.
+        /// The given value.
         given: f64,
     },
     /// The matrix is not symmetric positive definite.

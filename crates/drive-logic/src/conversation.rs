@@ -61,7 +61,7 @@ impl Conversation {
 
     /// Takes in the bytes of the line, and obeys the stops in them.
     fn receive<F: NorFlash>(&mut self, line: &mut impl Line, supervisor: &Supervisor<'_, F>) {
-        while let Some(byte) = line.hear() {
+        while let Some(byte) = line.receive() {
             // One that finds no room is lost, which spoils its frame; but no stop.
             let _ = self.waiting.push_back(byte);
             if self.stops.take(byte) {
@@ -157,7 +157,7 @@ fn send(line: &mut impl Line, report: &Report, reserve: usize) -> bool {
     };
     let has_room = line.room() >= framed.len() + reserve;
     if has_room {
-        line.say(&framed);
+        line.send(&framed);
     }
     has_room
 }

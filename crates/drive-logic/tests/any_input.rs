@@ -131,7 +131,7 @@ struct Wire {
 }
 
 impl Line for Wire {
-    fn hear(&mut self) -> Option<u8> {
+    fn receive(&mut self) -> Option<u8> {
         self.heard.pop_front()
     }
 
@@ -139,7 +139,7 @@ impl Line for Wire {
         2047
     }
 
-    fn say(&mut self, bytes: &[u8]) {
+    fn send(&mut self, bytes: &[u8]) {
         assert!(bytes.len() <= 2047);
     }
 }

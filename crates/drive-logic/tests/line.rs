@@ -39,7 +39,7 @@ struct Wires {
 }
 
 impl Line for Wires {
-    fn hear(&mut self) -> Option<u8> {
+    fn receive(&mut self) -> Option<u8> {
         let byte = self.heard.pop_front();
         self.bytes += u64::from(byte.is_some());
         byte
@@ -49,7 +49,7 @@ impl Line for Wires {
         ROOM - self.to_say.len()
     }
 
-    fn say(&mut self, bytes: &[u8]) {
+    fn send(&mut self, bytes: &[u8]) {
         assert!(bytes.len() <= self.room());
         self.to_say.extend(bytes);
         self.frames += 1;
@@ -128,7 +128,7 @@ impl<'a> OnLine<'a> {
     }
 
     /// Sends a request as a host does: after a zero, which ends any earlier bytes on the line.
-    fn say(&mut self, command: Command) -> u8 {
+    fn request(&mut self, command: Command) -> u8 {
         self.id = self.id.wrapping_add(1);
         let framed = frame(&Request {
             id: self.id,
@@ -142,7 +142,7 @@ impl<'a> OnLine<'a> {
     /// Repeats a request until the drive has done it.
     fn ask(&mut self, command: Command) {
         for _ in 0..50 {
-            let id = self.say(command);
+            let id = self.request(command);
             self.reports.clear();
             for _ in 0..200 {
                 self.pass(2e-4);
@@ -220,7 +220,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
                 2 => Command::Watch(1),
                 _ => Command::Target(0.1),
             };
-            line.say(command);
+            line.request(command);
         }
         let cut = frame(&Request {
             id: 0,
@@ -235,7 +235,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
             line.step();
         }
         let said = line.now;
-        line.say(Command::Stop);
+        line.request(Command::Stop);
         for _ in 0..random.below(60) {
             line.send(&[random.next() as u8]);
         }
@@ -268,7 +268,7 @@ fn every_request_is_answered_under_any_rate_of_reports() {
     for _ in 0..50 {
         line.pass(0.05);
         line.reports.clear();
-        let id = line.say(Command::Show);
+        let id = line.request(Command::Show);
         // All that may wait on the line before the answer, and the answer.
         line.pass(0.03);
         let is_answer =
@@ -290,16 +290,16 @@ fn requests_without_a_pause_do_not_hide_a_stop() {
         assert!(line.is_driven());
         // More than all the queues hold, each with a long answer.
         for _ in 0..flood {
-            line.say(Command::Show);
+            line.request(Command::Show);
         }
         while !line.wires.to_drive.is_empty() {
             line.step();
         }
         assert!(line.is_driven());
         let said = line.now;
-        line.say(Command::Stop);
+        line.request(Command::Stop);
         for _ in 0..100 {
-            line.say(Command::Show);
+            line.request(Command::Show);
         }
         while line.is_driven() {
             line.step();
@@ -314,7 +314,7 @@ fn requests_without_a_pause_do_not_hide_a_stop() {
 struct Pieces(VecDeque<VecDeque<u8>>);
 
 impl Line for Pieces {
-    fn hear(&mut self) -> Option<u8> {
+    fn receive(&mut self) -> Option<u8> {
         let byte = self.0.front_mut()?.pop_front();
         if byte.is_none() {
             self.0.pop_front();
@@ -326,7 +326,7 @@ impl Line for Pieces {
         ROOM
     }
 
-    fn say(&mut self, _: &[u8]) {}
+    fn send(&mut self, _: &[u8]) {}
 }
 
 #[test]
@@ -366,7 +366,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
         line.ask(Command::Start);
         line.pass(0.001);
         for _ in 0..random.below(5) {
-            line.say(Command::Hello);
+            line.request(Command::Hello);
             line.pass(0.02);
         }
         assert!(line.is_driven());

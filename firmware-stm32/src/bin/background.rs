@@ -106,7 +106,7 @@ struct Wire<'a> {
 }
 
 impl Line for Wire<'_> {
-    fn hear(&mut self) -> Option<u8> {
+    fn receive(&mut self) -> Option<u8> {
         let (&byte, rest) = self.bytes.split_first()?;
         self.bytes = rest;
         Some(byte)
@@ -116,7 +116,7 @@ impl Line for Wire<'_> {
         2047
     }
 
-    fn say(&mut self, bytes: &[u8]) {
+    fn send(&mut self, bytes: &[u8]) {
         core::hint::black_box(bytes);
     }
 }

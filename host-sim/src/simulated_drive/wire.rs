@@ -59,7 +59,7 @@ impl Wire {
 }
 
 impl Line for Wire {
-    fn hear(&mut self) -> Option<u8> {
+    fn receive(&mut self) -> Option<u8> {
         if self.heard.is_empty() {
             self.listen();
         }
@@ -70,7 +70,7 @@ impl Line for Wire {
         ROOM.saturating_sub(self.said.len())
     }
 
-    fn say(&mut self, bytes: &[u8]) {
+    fn send(&mut self, bytes: &[u8]) {
         self.said.extend(bytes);
     }
 }

@@ -22,14 +22,14 @@ fn bytes_are_received_in_order() {
     let chip = healthy();
     let mut wired = wired(&chip);
     assert!(chip.usart.interrupts_on_reception());
-    assert_eq!(wired.line.hear(), None);
+    assert_eq!(wired.line.receive(), None);
     assert!(wired.line.is_silent());
     *chip.usart.received.borrow_mut() = VecDeque::from([1, 2, 0xff]);
     for _ in 0..3 {
         wired.port.serve();
     }
     wired.port.serve();
-    let received = [(); 4].map(|()| wired.line.hear());
+    let received = [(); 4].map(|()| wired.line.receive());
     assert_eq!(received, [Some(1), Some(2), Some(0xff), None]);
 }
 
@@ -47,7 +47,7 @@ fn bytes_are_sent_one_per_interrupt_until_there_are_none() {
     let chip = healthy();
     let mut wired = wired(&chip);
     assert!(!chip.pending(Interrupt::USART2));
-    wired.line.say(b"abc");
+    wired.line.send(b"abc");
     assert!(chip.pending(Interrupt::USART2));
     assert!(chip.usart.sent.borrow().is_empty());
     wired.port.serve();
@@ -73,6 +73,6 @@ fn the_line_has_room_for_its_queue() {
     let chip = healthy();
     let mut wired = wired(&chip);
     assert_eq!(wired.line.room(), 2047);
-    wired.line.say(&[0; 47]);
+    wired.line.send(&[0; 47]);
     assert_eq!(wired.line.room(), 2000);
 }
