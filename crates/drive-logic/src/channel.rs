@@ -1,11 +1,11 @@
-//! Queues and counters between the two halves: orders one way, events the other; blocks for a first fit, and the fit;
-//! events of a commissioning's record, and decisions of its solver; and counters for what must never wait for room.
+//! Queues and counters between the two halves: orders one way, events the other; the record of a motion, and what the
+//! background finds in it; and counters for what must never wait for room.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use heapless::spsc::{Consumer, Producer, Queue};
-use identifier_core::commission;
+use identifier_core::commission::{Decision, RecordEvent};
 use identifier_core::identifier::NumberedBlock;
 
 use crate::closed_loop::Fitted;
@@ -16,31 +16,41 @@ use crate::messages::{Event, Order};
 const ORDERS: usize = 4;
 const EVENTS: usize = 8;
 
-/// Blocks of a record that may be on their way: each is some 16 ms long.
-const BLOCKS: usize = 8;
+/// Pieces of a record that may be on their way, and one more: a block of a run is some 16 ms long.
+const RECORD: usize = 16;
 
-/// Fits on their way back, and one more.
-const FITS: usize = 2;
+/// Solutions on their way back, and one more.
+const SOLUTIONS: usize = 2;
 
-/// Record events of a commissioning that may be on their way, and one more.
-const RECORD_EVENTS: usize = 16;
+/// A piece of the record of a motion.
+#[derive(Debug)]
+pub(crate) enum Recorded {
+    /// A block for Gauss–Newton's first fit.
+    Block(NumberedBlock<f32>),
+    /// An event of a commissioning's record.
+    Event(RecordEvent<f32>),
+}
 
-/// Decisions of its solver, and one more.
-const DECISIONS: usize = 2;
-
-type Block = NumberedBlock<f32>;
-type RecordEvent = commission::RecordEvent<f32>;
-type Decision = commission::Decision<f32>;
+/// A result of the background's work on a record.
+#[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one is on its way at a time, and there is no heap to put it on"
+)]
+pub(crate) enum Solution {
+    /// Gauss–Newton's first fit.
+    Fit(Fitted),
+    /// A decision of a commissioning's solver.
+    Decision(Decision<f32>),
+}
 
 /// Everything between the two halves of a drive.
 #[derive(Debug)]
 pub struct Channel {
     orders: Queue<Stamped, ORDERS>,
     events: Queue<Event, EVENTS>,
-    blocks: Queue<Block, BLOCKS>,
-    fits: Queue<Fitted, FITS>,
-    record_events: Queue<RecordEvent, RECORD_EVENTS>,
-    decisions: Queue<Decision, DECISIONS>,
+    record: Queue<Recorded, RECORD>,
+    solutions: Queue<Solution, SOLUTIONS>,
     signals: Signals,
 }
 
@@ -59,7 +69,7 @@ struct Signals {
     requests: AtomicU32,
     stops: AtomicU32,
     mode_changes: AtomicU32,
-    host_heard: AtomicU32,
+    host_frames: AtomicU32,
     background_turns: AtomicU32,
     /// No counter: samples for which the background may not run while the servo is disabled.
     disabled_patience: AtomicU32,
@@ -69,10 +79,8 @@ struct Signals {
 pub struct BackgroundEnd<'a> {
     orders: Producer<'a, Stamped, ORDERS>,
     events: Consumer<'a, Event, EVENTS>,
-    blocks: Consumer<'a, Block, BLOCKS>,
-    fits: Producer<'a, Fitted, FITS>,
-    record_events: Consumer<'a, RecordEvent, RECORD_EVENTS>,
-    decisions: Producer<'a, Decision, DECISIONS>,
+    record: Consumer<'a, Recorded, RECORD>,
+    solutions: Producer<'a, Solution, SOLUTIONS>,
     signals: &'a Signals,
 }
 
@@ -80,10 +88,8 @@ pub struct BackgroundEnd<'a> {
 pub struct InterruptEnd<'a> {
     orders: Consumer<'a, Stamped, ORDERS>,
     events: Producer<'a, Event, EVENTS>,
-    blocks: Producer<'a, Block, BLOCKS>,
-    fits: Consumer<'a, Fitted, FITS>,
-    record_events: Producer<'a, RecordEvent, RECORD_EVENTS>,
-    decisions: Consumer<'a, Decision, DECISIONS>,
+    record: Producer<'a, Recorded, RECORD>,
+    solutions: Consumer<'a, Solution, SOLUTIONS>,
     signals: &'a Signals,
 }
 
@@ -106,15 +112,13 @@ impl Channel {
         Self {
             orders: Queue::new(),
             events: Queue::new(),
-            blocks: Queue::new(),
-            fits: Queue::new(),
-            record_events: Queue::new(),
-            decisions: Queue::new(),
+            record: Queue::new(),
+            solutions: Queue::new(),
             signals: Signals {
                 requests: AtomicU32::new(0),
                 stops: AtomicU32::new(0),
                 mode_changes: AtomicU32::new(0),
-                host_heard: AtomicU32::new(0),
+                host_frames: AtomicU32::new(0),
                 background_turns: AtomicU32::new(0),
                 disabled_patience: AtomicU32::new(1),
             },
@@ -125,27 +129,21 @@ impl Channel {
     pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>) {
         let (orders_in, orders_out) = self.orders.split();
         let (events_in, events_out) = self.events.split();
-        let (blocks_in, blocks_out) = self.blocks.split();
-        let (fits_in, fits_out) = self.fits.split();
-        let (record_events_in, record_events_out) = self.record_events.split();
-        let (decisions_in, decisions_out) = self.decisions.split();
+        let (record_in, record_out) = self.record.split();
+        let (solutions_in, solutions_out) = self.solutions.split();
         let signals = &self.signals;
         let background = BackgroundEnd {
             orders: orders_in,
             events: events_out,
-            blocks: blocks_out,
-            fits: fits_in,
-            record_events: record_events_out,
-            decisions: decisions_in,
+            record: record_out,
+            solutions: solutions_in,
             signals,
         };
         let interrupt = InterruptEnd {
             orders: orders_out,
             events: events_in,
-            blocks: blocks_in,
-            fits: fits_out,
-            record_events: record_events_in,
-            decisions: decisions_out,
+            record: record_in,
+            solutions: solutions_out,
             signals,
         };
         (background, interrupt)
@@ -181,24 +179,19 @@ impl BackgroundEnd<'_> {
         self.events.dequeue()
     }
 
-    /// The next block of a record.
-    pub(crate) fn block(&mut self) -> Option<Block> {
-        self.blocks.dequeue()
+    /// The next piece of a record.
+    pub(crate) fn recorded(&mut self) -> Option<Recorded> {
+        self.record.dequeue()
     }
 
-    /// Hands a fit over, or returns it.
-    pub(crate) fn fitted(&mut self, fitted: Fitted) -> Result<(), Fitted> {
-        self.fits.enqueue(fitted)
+    /// Drops what is left of the record of a mode before.
+    pub(crate) fn discard_record(&mut self) {
+        while self.recorded().is_some() {}
     }
 
-    /// The next event of a commissioning's record.
-    pub(crate) fn record_event(&mut self) -> Option<RecordEvent> {
-        self.record_events.dequeue()
-    }
-
-    /// Hands a decision of its solver over; false if it finds no room.
-    pub(crate) fn decide(&mut self, decision: &Decision) -> bool {
-        self.decisions.enqueue(*decision).is_ok()
+    /// Hands a solution over; false if it finds no room.
+    pub(crate) fn hand_over(&mut self, solution: &Solution) -> bool {
+        self.solutions.enqueue(*solution).is_ok()
     }
 
     /// Ends a commissioning for another mode.
@@ -218,9 +211,9 @@ impl BackgroundEnd<'_> {
         self.signals.stops.load(Ordering::Relaxed)
     }
 
-    /// A host of the same protocol was heard on the line.
-    pub(crate) fn host_heard(&self) {
-        raise(&self.signals.host_heard);
+    /// Counts a frame of a host of the same protocol.
+    pub(crate) fn count_host_frame(&self) {
+        raise(&self.signals.host_frames);
         raise(&self.signals.requests);
     }
 
@@ -260,28 +253,22 @@ impl InterruptEnd<'_> {
         self.events.enqueue(event)
     }
 
-    /// Hands on a block of a record. One that finds no room is lost, which the fit detects.
+    /// Hands on a piece of a record; false if it finds no room, and is lost.
     #[inline]
-    pub(crate) fn block(&mut self, block: Block) {
-        let _ = self.blocks.enqueue(block);
+    pub(crate) fn record(&mut self, piece: Recorded) -> bool {
+        self.record.enqueue(piece).is_ok()
     }
 
-    /// Hands an event of a commissioning's record over; false if it finds no room.
+    /// A solution to continue from, in its place: it is too large to be copied in a sample.
     #[inline]
-    pub(crate) fn record_event(&mut self, event: RecordEvent) -> bool {
-        self.record_events.enqueue(event).is_ok()
+    pub(crate) fn solution(&self) -> Option<&Solution> {
+        self.solutions.peek()
     }
 
-    /// A decision of the commissioning's solver.
+    /// Frees the place of the solution; false if there is none.
     #[inline]
-    pub(crate) fn decision(&mut self) -> Option<Decision> {
-        self.decisions.dequeue()
-    }
-
-    /// A fit to resume from.
-    #[inline]
-    pub(crate) fn fitted(&mut self) -> Option<Fitted> {
-        self.fits.dequeue()
+    pub(crate) fn drop_solution(&mut self) -> bool {
+        self.solutions.dequeue().is_some()
     }
 
     pub(crate) fn stops(&self) -> u32 {
@@ -292,8 +279,8 @@ impl InterruptEnd<'_> {
         self.signals.mode_changes.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn times_host_heard(&self) -> u32 {
-        self.signals.host_heard.load(Ordering::Relaxed)
+    pub(crate) fn host_frames(&self) -> u32 {
+        self.signals.host_frames.load(Ordering::Relaxed)
     }
 
     pub(crate) fn disabled_patience(&self) -> u32 {

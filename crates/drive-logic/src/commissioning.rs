@@ -132,9 +132,9 @@ impl Commissioning {
         self.commission.slices()
     }
 
-    /// The host was heard.
-    pub(crate) fn host_heard(&mut self) {
-        self.deadline.host_heard();
+    /// A frame of the host was received.
+    pub(crate) fn link_alive(&mut self) {
+        self.deadline.link_alive();
     }
 
     /// Ends it, under the gains before if there are any.
@@ -192,12 +192,12 @@ impl Commissioning {
     /// One sample: the command goes out first, then an event of the record, if there is one, is exchanged for a
     /// decision of the solver. `exchange` gives false for an event that finds no room.
     #[inline]
-    pub(crate) fn step<S: PositionSensor, A: Actuator<f32>>(
+    pub(crate) fn step<'a, S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         lines: Lines,
         sensor: &mut S,
         actuator: &mut A,
-        exchange: impl FnOnce(Option<RecordEvent<f32>>) -> (bool, Option<Decision<f32>>),
+        exchange: impl FnOnce(Option<RecordEvent<f32>>) -> (bool, Option<&'a Decision<f32>>),
     ) -> Course {
         if let Err(fault) = self.lines.check(lines) {
             self.abort_with_fault(fault);
@@ -232,7 +232,7 @@ impl Commissioning {
             self.end(Reason::Overrun);
         }
         if let Some(decision) = decision {
-            self.commission.accept(&mut self.state, &decision);
+            self.commission.accept(&mut self.state, decision);
         }
         let is_end = step.phase.is_end();
         if self.disabled || (is_end && command.is_none()) {

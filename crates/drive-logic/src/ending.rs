@@ -53,7 +53,7 @@ impl Rest {
 
 /// The time that a run or a commissioning has, and a host may be silent.
 ///
-/// One count runs down in every sample, to the earlier of the two; only when it has run out, or the host was heard, is
+/// One count runs down in every sample, to the earlier of the two; only when it has run out, or a frame of the host was received, is
 /// anything computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deadline {
@@ -82,8 +82,8 @@ impl Deadline {
         deadline
     }
 
-    /// The host was heard.
-    pub(crate) fn host_heard(&mut self) {
+    /// A frame of the host was received.
+    pub(crate) fn link_alive(&mut self) {
         self.evaluate();
         self.silence = 0;
         self.count_down();
@@ -163,10 +163,10 @@ impl Ending {
         }
     }
 
-    /// The host was heard.
-    pub(crate) fn host_heard(&mut self) {
+    /// A frame of the host was received.
+    pub(crate) fn link_alive(&mut self) {
         if self.resting.is_none() {
-            self.deadline.host_heard();
+            self.deadline.link_alive();
         }
     }
 
@@ -245,7 +245,7 @@ mod tests {
         let mut bounded = ending(0.0, 0.3);
         for k in 0..10_000 {
             if k % 299 == 0 {
-                bounded.host_heard();
+                bounded.link_alive();
             }
             assert_eq!(bounded.check(0), Course::Continues);
         }

@@ -130,9 +130,9 @@ impl Run {
         self.background_patience
     }
 
-    /// The host was heard.
-    pub(crate) fn host_heard(&mut self) {
-        self.ending.host_heard();
+    /// A frame of the host was received.
+    pub(crate) fn link_alive(&mut self) {
+        self.ending.link_alive();
     }
 
     /// Sends the servo to a target, counts from where it started.

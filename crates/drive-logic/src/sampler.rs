@@ -7,7 +7,7 @@ use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Update;
 
 use crate::background_watch::BackgroundWatch;
-use crate::channel::InterruptEnd;
+use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
 use crate::messages::{Event, InterruptState, Mode, Order};
@@ -28,7 +28,7 @@ pub struct Sampler<'a> {
     /// The requests when there was nothing left to obey.
     requests: u32,
     /// Frames of the host, stops and changes of mode that were taken in.
-    host_heard: u32,
+    host_frames: u32,
     stops: u32,
     mode_changes: u32,
     /// The state has changed and its report has found no room yet.
@@ -44,7 +44,7 @@ impl<'a> Sampler<'a> {
     pub fn new(channel: InterruptEnd<'a>, found_at_boot: Result<(), Fault>) -> Self {
         Self {
             requests: channel.requests().wrapping_sub(1),
-            host_heard: channel.times_host_heard(),
+            host_frames: channel.host_frames(),
             stops: channel.stops(),
             mode_changes: channel.mode_changes(),
             channel,
@@ -75,8 +75,14 @@ impl<'a> Sampler<'a> {
             Ok((control, update)) => {
                 let channel = &mut self.channel;
                 run.exchange(|block| {
-                    channel.block(block);
-                    channel.fitted()
+                    // A fit notices a block that is lost.
+                    channel.record(Recorded::Block(block));
+                    let fitted = match channel.solution()? {
+                        Solution::Fit(fitted) => Some(*fitted),
+                        Solution::Decision(_) => None,
+                    };
+                    channel.drop_solution();
+                    fitted
                 });
                 self.counts.count(update.event);
                 if self.report_timer.is_due() {
@@ -103,9 +109,14 @@ impl<'a> Sampler<'a> {
         let (sensor, output) = chip.servo();
         let channel = &mut self.channel;
         let course = commissioning.step(lines, sensor, output, |event| {
-            let has_room = event.is_none_or(|event| channel.record_event(event));
-            (has_room, channel.decision())
+            let has_room = event.is_none_or(|event| channel.record(Recorded::Event(event)));
+            let decision = match channel.solution() {
+                Some(Solution::Decision(decision)) => Some(decision),
+                Some(Solution::Fit(_)) | None => None,
+            };
+            (has_room, decision)
         });
+        self.channel.drop_solution();
         match course {
             Course::Continues => {}
             Course::NextPhase | Course::AwaitsResume => self.report_state(),
@@ -145,7 +156,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Takes in that the host was heard, obeys a stop, reports the state if that is pending, and does the next order, a
+    /// Takes in frames of the host, obeys a stop, reports the state if that is pending, and does the next order, a
     /// sample each, until nothing is left of all that.
     #[cold]
     #[inline(never)]
@@ -156,12 +167,12 @@ impl<'a> Sampler<'a> {
         actuator: &mut A,
     ) {
         let requests = self.channel.requests();
-        let host_heard = self.channel.times_host_heard();
-        if host_heard != self.host_heard {
-            self.host_heard = host_heard;
+        let host_frames = self.channel.host_frames();
+        if host_frames != self.host_frames {
+            self.host_frames = host_frames;
             match &mut self.mode {
-                Some(Mode::Run(run)) => run.host_heard(),
-                Some(Mode::Commissioning(commissioning)) => commissioning.host_heard(),
+                Some(Mode::Run(run)) => run.link_alive(),
+                Some(Mode::Commissioning(commissioning)) => commissioning.link_alive(),
                 None => {}
             }
         }
@@ -283,9 +294,8 @@ impl<'a> Sampler<'a> {
 
     /// Has a mode drive the servo from now on.
     fn drive_by(&mut self, mode: Mode) {
-        // Fits and decisions for a mode before it.
-        while self.channel.fitted().is_some() {}
-        while self.channel.decision().is_some() {}
+        // Solutions for a mode before it.
+        while self.channel.drop_solution() {}
         let patience = match &mode {
             Mode::Run(run) => run.background_patience(),
             Mode::Commissioning(commissioning) => commissioning.background_patience(),

@@ -43,7 +43,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         };
         match ordered {
             Ok(()) => (self.requested, self.phase) = (Some(*given), Phase::Idle),
-            Err(_) => self.solving.end(),
+            Err(_) => self.solver.end_commissioning(),
         }
         ordered
     }
@@ -71,7 +71,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let protection = &self.settings.protection;
         let commissioning = Commissioning::new(&settings, before.as_ref(), protection)?;
         let slices = commissioning.slices();
-        self.solving.begin(&settings, slices, &mut self.channel)?;
+        self.solver.begin_commissioning(&settings, slices)?;
+        self.channel.discard_record();
         Ok(commissioning)
     }
 
@@ -109,7 +110,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Takes a commissioning back that is over, and saves its result.
     pub(super) fn conclude(&mut self, over: &'static mut Commissioning) {
-        self.solving.end();
+        self.solver.end_commissioning();
         let mut outcome = over.outcome();
         self.free(Mode::Commissioning(over));
         let is_applied = outcome.commissioning.phase == Phase::Applied;

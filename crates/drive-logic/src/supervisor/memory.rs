@@ -1,4 +1,4 @@
-use super::solver::Solver;
+use super::solver::CommissioningSolver;
 use crate::commissioning::Commissioning;
 use crate::run::Run;
 
@@ -7,7 +7,7 @@ use crate::run::Run;
 pub struct Memory {
     pub(super) run: Option<Run>,
     pub(super) commissioning: Option<Commissioning>,
-    pub(super) solver: Option<Solver>,
+    pub(super) solver: Option<CommissioningSolver>,
 }
 
 impl Memory {

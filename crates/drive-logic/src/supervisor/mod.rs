@@ -1,7 +1,6 @@
 //! The background's half: everything that may take its time.
 
 mod commission;
-mod first_fit;
 mod memory;
 mod record;
 mod reports;
@@ -16,11 +15,10 @@ use drive_link::{
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase};
 
-use self::first_fit::FirstFit;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::record::{Commissioned, Record, VERSION};
-use self::solver::Solving;
+use self::solver::Solver;
 use crate::channel::BackgroundEnd;
 use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
@@ -47,11 +45,10 @@ pub struct Supervisor<'a, F> {
     run_slot: Option<Slot<Run>>,
     /// The loop that was started last, to convert samples of the interrupt to SI.
     closed_loop: Option<ClosedLoop>,
-    first_fit: Option<FirstFit>,
     estimates: Option<Estimates>,
-    /// Memory in which a commissioning is built, unless the interrupt has it; and its solver.
+    /// Memory in which a commissioning is built, unless the interrupt has it.
     commissioning_slot: Option<Slot<Commissioning>>,
-    solving: Solving,
+    solver: Solver,
     /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
     requested: Option<CommissionSettings>,
     phase: Phase,
@@ -111,10 +108,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             settings: record.map_or(*built_in, |record| record.settings),
             run_slot: Some(Slot::Blank(&mut memory.run)),
             closed_loop: None,
-            first_fit: None,
             estimates: record.and_then(|record| record.estimates),
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
-            solving: Solving::in_memory(&mut memory.solver),
+            solver: Solver::in_memory(&mut memory.solver),
             requested: None,
             phase: Phase::Idle,
             outcome: record.as_ref().and_then(Self::outcome_in),
@@ -188,13 +184,10 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// Does the work that the interrupt leaves to the background; true if there is more of it to do before the next
     /// sample.
     pub fn work(&mut self) -> bool {
-        if let Some(first_fit) = &mut self.first_fit {
-            first_fit.work(&mut self.channel);
-        }
         if self.awaits_resume {
             self.resume();
         }
-        self.solving.work(&mut self.channel)
+        self.solver.work(&mut self.channel)
     }
 
     /// Disables the servo at once, whatever else is requested.
@@ -214,7 +207,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         request: &Request,
         overtaken: impl FnOnce(&Self) -> bool,
     ) -> Report {
-        self.channel.host_heard();
+        self.channel.count_host_frame();
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
         match self.obey(&request.command, overtaken) {

@@ -117,7 +117,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             position: (f64::from(sample.count) * resolution) as f32,
             command: sample.command,
             recorded: sample.recorded,
-            gain: self.solving.servo().map(gain),
+            gain: self.solver.servo().map(gain),
         }
     }
 }

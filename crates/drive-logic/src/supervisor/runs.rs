@@ -5,7 +5,6 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::Phase;
 
 use super::Supervisor;
-use super::first_fit::FirstFit;
 use super::record::Commissioned;
 use crate::conversion;
 use crate::messages::{Mode, Order};
@@ -47,7 +46,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         if self.phase != Phase::Applied {
             return None;
         }
-        let (servo, tuning) = (self.solving.servo()?, self.solving.tuning()?);
+        let (servo, tuning) = (self.solver.servo()?, self.solver.tuning()?);
         let found = Commissioned::new(servo, *tuning, None);
         let settings = self.settings_with(&found).ok()?;
         let known = Known {
@@ -97,11 +96,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
         };
         let run = slot.filled(run);
         let closed_loop = *run.closed_loop();
-        // Blocks of a run before: nothing records now.
-        while self.channel.block().is_some() {}
+        self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
         self.closed_loop = Some(closed_loop);
-        self.first_fit = FirstFit::for_run(&begun_from);
+        self.solver.begin_run(&begun_from);
         Ok(())
     }
 }

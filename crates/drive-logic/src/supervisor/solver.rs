@@ -1,106 +1,138 @@
-//! The background's half of a commissioning: its solver, in slices.
+//! The background's half of a mode, in slices: Gauss–Newton's first fit, which the interrupt keeps recording for, or the
+//! solver of a commissioning.
 
-use drive_link::NotAllowed;
-use identifier_core::commission::{
-    CommissionSettings, CommissionSolver, Decision, IdentifiedServo,
-};
+use drive_link::{Law, LoopSettings, NotAllowed};
+use identifier_core::commission::{CommissionSettings, CommissionSolver, IdentifiedServo};
+use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
+use identifier_core::parameters::AbCoulombLoad;
 use identifier_core::tuning::Tuning;
 
-use crate::channel::BackgroundEnd;
+use crate::channel::{BackgroundEnd, Recorded, Solution};
+use crate::closed_loop::BLOCKS;
 use crate::conversion;
 
-/// Blocks of the record of a motion: as many as the simulator's.
-const BLOCKS: usize = 256;
+/// Blocks of the record of a commissioning's motion: as many as the simulator's.
+const MOTION_BLOCKS: usize = 256;
 
-pub(super) type Solver = CommissionSolver<f32, BLOCKS>;
+/// Blocks of the record of a run that one turn of the background goes through.
+const SLICE: u32 = 8;
 
-/// The background's half of a commissioning.
+pub(super) type CommissioningSolver = CommissionSolver<f32, MOTION_BLOCKS>;
+
+type Fitter = GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS>;
+type FitterState = <Fitter as FitBlocks<f32>>::State;
+
+/// The background's half of a mode.
 #[derive(Debug)]
-pub(super) struct Solving {
-    memory: &'static mut Option<Solver>,
-    /// Slices that go with a sample, and those that were done since the background last slept.
+pub(super) struct Solver {
+    /// Of a run, where its law needs a first fit.
+    first_fit: Option<(Fitter, FitterState)>,
+    /// Of a commissioning that is under way.
+    commissioning: &'static mut Option<CommissioningSolver>,
+    /// Slices of a commissioning that go with a sample, and those that were done since the background last slept.
     slices: u32,
     done: u32,
-    /// A decision that found no room yet.
-    decision: Option<Decision<f32>>,
+    /// A solution that found no room yet.
+    pending: Option<Solution>,
     servo: Option<IdentifiedServo>,
     tuning: Option<Tuning>,
 }
 
-impl Solving {
-    pub(super) fn in_memory(memory: &'static mut Option<Solver>) -> Self {
+impl Solver {
+    pub(super) fn in_memory(commissioning: &'static mut Option<CommissioningSolver>) -> Self {
         Self {
-            memory,
+            first_fit: None,
+            commissioning,
             slices: 1,
             done: 0,
-            decision: None,
+            pending: None,
             servo: None,
             tuning: None,
         }
+    }
+
+    /// Begins a run with these settings.
+    pub(super) fn begin_run(&mut self, settings: &LoopSettings) {
+        let needs_fit = settings.law == Law::GaussNewton;
+        let fitter: Option<Fitter> = settings.core.build().ok().filter(|_| needs_fit);
+        self.first_fit = fitter.map(|fitter| (fitter, fitter.start()));
+        self.pending = None;
     }
 
     /// Begins a commissioning.
     ///
     /// # Errors
     /// The setting that is not allowed.
-    pub(super) fn begin(
+    pub(super) fn begin_commissioning(
         &mut self,
         settings: &CommissionSettings,
         slices: u32,
-        channel: &mut BackgroundEnd<'_>,
     ) -> Result<(), NotAllowed> {
-        let solver = Solver::new(settings).map_err(|error| conversion::not_commissioned(&error))?;
-        *self.memory = Some(solver);
+        let solver = CommissioningSolver::new(settings);
+        *self.commissioning = Some(solver.map_err(|error| conversion::not_commissioned(&error))?);
         self.slices = slices;
-        (self.decision, self.servo, self.tuning) = (None, None, None);
-        // Events of a commissioning before.
-        while channel.record_event().is_some() {}
+        (self.servo, self.tuning) = (None, None);
         Ok(())
     }
 
-    /// The commissioning is over.
-    pub(super) fn end(&mut self) {
-        *self.memory = None;
+    /// A commissioning is over.
+    pub(super) fn end_commissioning(&mut self) {
+        *self.commissioning = None;
+        // A fit may still be for the run in whose place it was ordered.
+        if matches!(self.pending, Some(Solution::Decision(_))) {
+            self.pending = None;
+        }
     }
 
-    /// The servo as it is known so far.
+    /// The servo as a commissioning knows it so far.
     pub(super) fn servo(&self) -> Option<&IdentifiedServo> {
         self.servo.as_ref()
     }
 
-    /// The gains that it found last.
+    /// The gains that a commissioning found last.
     pub(super) fn tuning(&self) -> Option<&Tuning> {
         self.tuning.as_ref()
     }
 
-    /// Takes the events of the record, does a slice, and hands its decision over. True if there is more to do before the
+    /// Takes in the record, does a slice, and hands over what it finds. True if there is more to do before the
     /// next sample; not more at once, for a stop to wait for one slice at most.
     pub(super) fn work(&mut self, channel: &mut BackgroundEnd<'_>) -> bool {
-        let Some(solver) = self.memory else {
+        if self.first_fit.is_none() && self.commissioning.is_none() {
             return false;
-        };
-        while let Some(event) = channel.record_event() {
-            solver.take(&event);
         }
-        if self.decision.is_none() {
-            self.decision = solver.work();
+        while let Some(piece) = channel.recorded() {
+            match (piece, &mut self.first_fit, &mut *self.commissioning) {
+                (Recorded::Block(block), Some((fitter, state)), _) => fitter.take(state, &block),
+                (Recorded::Event(event), _, Some(solver)) => solver.take(&event),
+                _ => {}
+            }
         }
-        if let Some(servo) = self.decision.as_ref().and_then(Decision::servo) {
-            self.servo = Some(*servo);
-        }
-        if let Some(tuning) = self.decision.as_ref().and_then(Decision::tuning) {
-            self.tuning = Some(*tuning);
-        }
-        if let Some(decision) = &self.decision
-            && channel.decide(decision)
+        if self.pending.is_none()
+            && let Some(solution) = self.slice()
         {
-            self.decision = None;
+            self.pending = Some(solution);
+        }
+        if let Some(solution) = &self.pending
+            && channel.hand_over(solution)
+        {
+            self.pending = None;
         }
         self.done += 1;
-        let more = self.done < self.slices;
+        let more = self.commissioning.is_some() && self.done < self.slices;
         if !more {
             self.done = 0;
         }
         more
+    }
+
+    fn slice(&mut self) -> Option<Solution> {
+        let Some(solver) = self.commissioning else {
+            let (fitter, state) = self.first_fit.as_mut()?;
+            return fitter.work(state, SLICE).map(Solution::Fit);
+        };
+        let decision = solver.work()?;
+        self.servo = decision.servo().copied().or(self.servo);
+        self.tuning = decision.tuning().copied().or(self.tuning);
+        Some(Solution::Decision(decision))
     }
 }
