@@ -1,5 +1,6 @@
-use crate::recursion::{Recursion, RecursionConfig};
-use crate::{DirectEstimator, FilteredSignals, LeastSquaresConfig, StateVariableFilter, plausible};
+use crate::recursion::RecursionConfig;
+use crate::regression::{FilteredRegression, FilteredRegressionState, Form};
+use crate::{Filtered, LeastSquaresConfig, plausible};
 use identifier_core::error::OutOfRange;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ServoParameters};
@@ -15,71 +16,56 @@ use identifier_core::units::Units;
 /// small number that 1 − x would lose in `f32`. Then a = −ln(1 − x)/T and b = (β₁ + β₂) a/(x T).
 ///
 /// Rounding of the position is noise in the regressor: it pulls the pole inwards, â up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClosedLoopArx<N> {
-    filter: StateVariableFilter<N>,
-    recursion: Recursion<N, 3>,
-    units: Units,
-}
+pub type ClosedLoopArx<N> = FilteredRegression<Arx, N, 3>;
 
 /// State of [`ClosedLoopArx`].
-pub type ClosedLoopArxState<N> = FilteredSignals<N, 3>;
+pub type ClosedLoopArxState<N> = FilteredRegressionState<N, 3>;
 
-impl<N: Number> ClosedLoopArx<N> {
+/// ARX with one pole and two zeros.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arx;
+
+impl Arx {
     /// Standard deviations of the initial x/T, 1/s, and of the two gains, rad/s² per command unit.
     const UNCERTAINTY: [f64; 3] = [100.0, 1000.0, 1000.0];
+}
 
-    /// The recursion from its configuration.
-    ///
-    /// # Errors
-    /// The parameter out of its range, by name.
-    pub fn new(units: &Units, config: &LeastSquaresConfig) -> Result<Self, OutOfRange> {
+impl Form<3> for Arx {
+    const PARAMETERS: &'static [Parameter] = &[Parameter::A, Parameter::B];
+
+    fn recursion(
+        units: &Units,
+        config: &LeastSquaresConfig,
+    ) -> Result<RecursionConfig<3>, OutOfRange> {
         let [x, gain] = [Parameter::A, Parameter::B].map(|parameter| parameter.scale(units));
         let initial = -libm::expm1(-config.a * units.rate());
         let half = 0.5 * config.b * gain;
         // A band-passed signal is smaller than its source by the filter's rate.
         let passed = config.cutoff * units.rate();
-        Ok(Self {
-            filter: StateVariableFilter::new(units, config.cutoff)?,
-            recursion: Recursion::new(&RecursionConfig {
-                forgetting: config.forgetting,
-                noise: passed * units.acceleration(),
-                initial: [initial, half, half],
-                uncertainty: [
-                    Self::UNCERTAINTY[0] * x,
-                    Self::UNCERTAINTY[1] * gain,
-                    Self::UNCERTAINTY[2] * gain,
-                ],
-            })?,
-            units: *units,
+        Ok(RecursionConfig {
+            forgetting: config.forgetting,
+            noise: passed * units.acceleration(),
+            initial: [initial, half, half],
+            uncertainty: [
+                Self::UNCERTAINTY[0] * x,
+                Self::UNCERTAINTY[1] * gain,
+                Self::UNCERTAINTY[2] * gain,
+            ],
         })
-    }
-}
-
-impl<N: Number> DirectEstimator<N> for ClosedLoopArx<N> {
-    type State = ClosedLoopArxState<N>;
-
-    const PARAMETERS: &'static [Parameter] = &[Parameter::A, Parameter::B];
-
-    fn start(&self) -> Self::State {
-        FilteredSignals::at_rest(&self.recursion)
     }
 
     #[inline]
-    fn process(&self, state: &mut Self::State, increment: N, command: N) {
-        let Some([velocity_before, drive_before]) = state.take(&self.filter, increment, command)
-        else {
-            return;
-        };
-        let regressor = [-velocity_before, state.drive.rate, drive_before];
-        let change = state.motion.rate - velocity_before;
-        self.recursion
-            .update(&mut state.recursion, &regressor, change);
+    fn regression<N: Number>(
+        motion: &Filtered<N>,
+        drive: &Filtered<N>,
+        [motion_before, drive_before]: [&Filtered<N>; 2],
+    ) -> ([N; 3], N) {
+        let regressor = [-motion_before.rate, drive.rate, drive_before.rate];
+        (regressor, motion.rate - motion_before.rate)
     }
 
-    fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {
-        let [x, first, second] = Recursion::estimates(&state.recursion);
-        continuous(x, first + second, &self.units)
+    fn parameters([x, first, second]: [f64; 3], units: &Units) -> Option<ServoParameters> {
+        continuous(x, first + second, units)
     }
 }
 

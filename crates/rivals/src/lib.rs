@@ -6,8 +6,8 @@
 //! | [`ClosedLoopArx`] | recursive ARX of the velocity on band-passed signals, as flight controllers identify themselves | any controller | a load that is constant (the band-pass drops it), no friction, a fine encoder |
 //! | [`MechanicalLeastSquares`] | command = inertia · acceleration + viscous · velocity + offset, as motor-control firmware does it | any controller | no friction, a fine encoder |
 //! | [`MultiStepLeastSquares`] | recursive extended least squares of a discrete-time model, several steps a sample (the paper's reference 6) | a proportional controller of low gain | no load, no friction |
-//! | [`RelayCycle`] | a relay with delay; the balance of one limit cycle gives model and friction (its reference 8) | its own | the cycle becomes steady |
-//! | [`TwoRelays`] | the limit cycles of two relays separate viscous from Coulomb friction (its reference 9) | its own | both cycles become steady |
+//! | [`RelayCycles`], one | a relay with delay; the balance of one limit cycle gives model and friction (its reference 8) | its own | the cycle becomes steady |
+//! | [`RelayCycles`], two | the limit cycles of two relays separate viscous from Coulomb friction (its reference 9) | its own | both cycles become steady |
 //!
 //! The [`DirectEstimator`]s need no controller, only command and motion of the servo; so they take recorded
 //! logs too. Each gives no estimate in place of an impossible one (a pole outside the unit circle, a negative
@@ -20,22 +20,22 @@
 mod arx;
 mod covariance;
 mod filtered;
-mod filtered_signals;
 mod limit_cycle;
 mod mechanical;
 mod multi_step;
 mod recursion;
+mod regression;
 mod relay;
 mod state_variable_filter;
 
 pub use arx::{ClosedLoopArx, ClosedLoopArxState};
 pub use filtered::{FilteredLeastSquares, FilteredLeastSquaresState};
-pub use filtered_signals::FilteredSignals;
 pub use limit_cycle::{LimitCycle, LimitCycleState};
 pub use mechanical::{MechanicalLeastSquares, MechanicalLeastSquaresState};
 pub use multi_step::{MultiStepLeastSquares, MultiStepLeastSquaresState};
 pub use recursion::RecursionState;
-pub use relay::{Relay, RelayCycle, RelayCycleState, RelayState, TwoRelays, TwoRelaysState};
+pub use regression::{FilteredRegression, FilteredRegressionState};
+pub use relay::{Relay, RelayCycles, RelayCyclesState, RelayState};
 pub use state_variable_filter::{Filtered, StateVariableFilter};
 
 use identifier_core::number::Number;

@@ -18,15 +18,15 @@ pub(super) struct Recursion<N, const P: usize> {
 
 /// Configuration of a [`Recursion`], machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct RecursionConfig<const P: usize> {
+pub struct RecursionConfig<const P: usize> {
     /// Forgetting factor, above 0 and at most 1.
-    pub(super) forgetting: f64,
+    pub forgetting: f64,
     /// Standard deviation of the noise in y.
-    pub(super) noise: f64,
+    pub noise: f64,
     /// Initial estimates.
-    pub(super) initial: [f64; P],
+    pub initial: [f64; P],
     /// Their standard deviations, above zero.
-    pub(super) uncertainty: [f64; P],
+    pub uncertainty: [f64; P],
 }
 
 /// State of a recursive least squares.

@@ -59,87 +59,39 @@ impl<N: Number> Relay<N> {
     }
 }
 
-/// Identification from the limit cycle under one relay with delay: Tan, Lee, Huang and Jiang,
-/// "Friction modeling and adaptive compensation using a relay feedback approach", IEEE Transactions
-/// on Industrial Electronics 48(1), 2001. Model and friction follow from the balances of the cycle,
-/// see [`LimitCycle`].
+/// Identification from the limit cycles under R relays with delay, one after the other.
+///
+/// One: Tan, Lee, Huang and Jiang, "Friction modeling and adaptive compensation using a relay feedback approach", IEEE
+/// Transactions on Industrial Electronics 48(1), 2001. Model and friction follow from the balances of the cycle, see
+/// [`LimitCycle`].
+///
+/// Two: Besançon-Voda and Besançon, "Analysis of a two-relay system configuration with application to Coulomb friction
+/// identification", Automatica 35(8), 1999. The energy that Coulomb friction takes from the swing does not grow with
+/// its velocity, that of viscous friction does.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RelayCycle<N> {
-    relay: Relay<N>,
+pub struct RelayCycles<N, const R: usize> {
+    relays: [Relay<N>; R],
     cycle: LimitCycle,
 }
 
-/// State of [`RelayCycle`].
+/// State of [`RelayCycles`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RelayCycleState<N> {
+pub struct RelayCyclesState<N, const R: usize> {
     relay: RelayState,
     command: N,
-    cycle: LimitCycleState<N>,
+    /// The number of the relay that acts.
+    at: usize,
+    cycles: [LimitCycleState<N>; R],
 }
 
-impl<N: Number> RelayCycle<N> {
-    /// The experiment with a relay.
-    #[must_use]
-    pub fn new(units: &Units, relay: Relay<N>) -> Self {
-        Self {
-            relay,
-            cycle: LimitCycle::new(units),
-        }
-    }
-
-    /// The state before the first sample.
-    #[must_use]
-    pub fn start(&self) -> RelayCycleState<N> {
-        RelayCycleState {
-            relay: self.relay.start(),
-            command: N::ZERO,
-            cycle: self.cycle.start(),
-        }
-    }
-
-    /// One sample: by how much the position moved since the last, and the error q_d − q, machine
-    /// units. The command to be held from now on.
-    #[inline]
-    pub fn process(&self, state: &mut RelayCycleState<N>, increment: N, error: N) -> N {
-        self.cycle
-            .process(&mut state.cycle, increment, state.command);
-        state.command = self.relay.process(&mut state.relay, error);
-        state.command
-    }
-
-    /// a, b and c, SI; none until the limit cycle is steady.
-    #[must_use]
-    pub fn estimates(&self, state: &RelayCycleState<N>) -> Option<ServoParameters> {
-        self.cycle.estimates(&state.cycle)
-    }
-}
-
-/// Identification from the limit cycles under two relays, one after the other: Besançon-Voda and
-/// Besançon, "Analysis of a two-relay system configuration with application to Coulomb friction
-/// identification", Automatica 35(8), 1999. The energy that Coulomb friction takes from the swing does not
-/// grow with its velocity, that of viscous friction does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoRelays<N> {
-    relays: [Relay<N>; 2],
-    cycle: LimitCycle,
-}
-
-/// State of [`TwoRelays`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoRelaysState<N> {
-    relay: RelayState,
-    command: N,
-    second: bool,
-    cycles: [LimitCycleState<N>; 2],
-}
-
-impl<N: Number> TwoRelays<N> {
-    /// Steady cycles after which the second relay takes over.
+impl<N: Number, const R: usize> RelayCycles<N, R> {
+    /// Steady cycles after which the next relay takes over.
     pub const CYCLES: u32 = 8;
 
-    /// The experiment with two relays of different level.
+    /// The experiment with one relay, or with two of different level.
     #[must_use]
-    pub fn new(units: &Units, relays: [Relay<N>; 2]) -> Self {
+    pub fn new(units: &Units, relays: [Relay<N>; R]) -> Self {
+        const { assert!(R == 1 || R == 2, "one relay or two") };
         Self {
             relays,
             cycle: LimitCycle::new(units),
@@ -148,37 +100,35 @@ impl<N: Number> TwoRelays<N> {
 
     /// The state before the first sample.
     #[must_use]
-    pub fn start(&self) -> TwoRelaysState<N> {
-        TwoRelaysState {
+    pub fn start(&self) -> RelayCyclesState<N, R> {
+        RelayCyclesState {
             relay: self.relays[0].start(),
             command: N::ZERO,
-            second: false,
-            cycles: [self.cycle.start(); 2],
+            at: 0,
+            cycles: [self.cycle.start(); R],
         }
     }
 
     /// One sample: by how much the position moved since the last, and the error q_d − q, machine
     /// units. The command to be held from now on.
     #[inline]
-    pub fn process(&self, state: &mut TwoRelaysState<N>, increment: N, error: N) -> N {
-        let [first, second] = &mut state.cycles;
-        let (relay, cycle) = if state.second {
-            (&self.relays[1], second)
-        } else {
-            (&self.relays[0], first)
-        };
+    pub fn process(&self, state: &mut RelayCyclesState<N, R>, increment: N, error: N) -> N {
+        let (relay, cycle) = (&self.relays[state.at], &mut state.cycles[state.at]);
         self.cycle.process(cycle, increment, state.command);
         if self.cycle.steady_cycles(cycle) >= Self::CYCLES {
-            state.second = true;
+            state.at = R - 1;
         }
         state.command = relay.process(&mut state.relay, error);
         state.command
     }
 
-    /// a, b and c, SI; none until both limit cycles are steady.
+    /// a, b and c, SI; none until every limit cycle is steady.
     #[must_use]
-    pub fn estimates(&self, state: &TwoRelaysState<N>) -> Option<ServoParameters> {
-        let [first, second] = &state.cycles;
-        self.cycle.estimates_of_two(first, second)
+    pub fn estimates(&self, state: &RelayCyclesState<N, R>) -> Option<ServoParameters> {
+        match &state.cycles[..] {
+            [only] => self.cycle.estimates(only),
+            [first, second] => self.cycle.estimates_of_two(first, second),
+            _ => None,
+        }
     }
 }

@@ -7,8 +7,8 @@ use identifier_core::error::StepError;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use rivals::{
-    DirectEstimator, FilteredLeastSquares, FilteredLeastSquaresState, Relay, RelayCycle,
-    RelayCycleState, RelayState, TwoRelays, TwoRelaysState,
+    DirectEstimator, FilteredLeastSquares, FilteredLeastSquaresState, Relay, RelayCycles,
+    RelayCyclesState, RelayState,
 };
 
 use super::feedback::Feedback;
@@ -112,22 +112,15 @@ impl<N: Number> RelayMethod for LeastSquares<N> {
 }
 
 /// The limit cycles of one relay or of two.
-macro_rules! limit_cycle {
-    ($law:ident, $state:ident) => {
-        impl<N: Number> RelayMethod for ($law<N>, $state<N>) {
-            fn process(&mut self, increment: f64, error: f64) -> f64 {
-                let (law, state) = self;
-                let command = law.process(state, N::from_f64(increment), N::from_f64(error));
-                command.to_f64()
-            }
+impl<N: Number, const R: usize> RelayMethod for (RelayCycles<N, R>, RelayCyclesState<N, R>) {
+    fn process(&mut self, increment: f64, error: f64) -> f64 {
+        let (law, state) = self;
+        let command = law.process(state, N::from_f64(increment), N::from_f64(error));
+        command.to_f64()
+    }
 
-            fn estimates(&self) -> Option<ServoParameters> {
-                let (law, state) = self;
-                law.estimates(state)
-            }
-        }
-    };
+    fn estimates(&self) -> Option<ServoParameters> {
+        let (law, state) = self;
+        law.estimates(state)
+    }
 }
-
-limit_cycle!(RelayCycle, RelayCycleState);
-limit_cycle!(TwoRelays, TwoRelaysState);

@@ -17,8 +17,7 @@ use identifier_core::number::Number;
 use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Unknown};
 use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::{
-    ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycle,
-    TwoRelays,
+    ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycles,
 };
 use virtual_servo::faults::Faults;
 use virtual_servo::{SensorErrors, Servo};
@@ -384,12 +383,12 @@ fn rival<N: Number>(scenario: &Scenario, law: Law) -> Result<Method, OutOfRange>
             Method::Relay(Box::new(LeastSquares::new(relay, law)))
         }
         Law::RelayCycle => {
-            let law = RelayCycle::new(units, relay(1.0)?);
+            let law = RelayCycles::new(units, [relay(1.0)?]);
             let state = law.start();
             Method::Relay(Box::new((law, state)))
         }
         Law::TwoRelays => {
-            let law = TwoRelays::new(units, [relay(1.0)?, relay(0.5)?]);
+            let law = RelayCycles::new(units, [relay(1.0)?, relay(0.5)?]);
             let state = law.start();
             Method::Relay(Box::new((law, state)))
         }
