@@ -1,7 +1,6 @@
 //! Finds the memory map, and turns the paper's scenario into constants: the chip runs the
 //! experiment that the simulator runs, from the same file.
 
-use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs};
 
@@ -25,58 +24,31 @@ fn main() {
     println!("cargo:rerun-if-changed={}", path.display());
     let text = fs::read_to_string(&path).expect("the paper's scenario");
     let scenario: Table = text.parse().expect("a scenario");
-    let number = |table: &str, key: &str| as_number(&scenario[table][key]);
-    let mut constants = String::new();
-    for (name, table, key) in [
-        ("A", "plant", "a"),
-        ("B", "plant", "b"),
-        ("LOAD", "plant", "load"),
-        ("COUNTS_PER_REV", "encoder", "counts_per_rev"),
-        ("LIMIT", "amplifier", "limit"),
-        ("KP", "controller", "kp"),
-        ("KD", "controller", "kd"),
-        ("KI", "controller", "ki"),
-        ("SAMPLE_TIME", "controller", "sample_time"),
-        ("POWER", "excitation", "power"),
-        ("HOLD", "excitation", "sample_time"),
-        ("SEED", "excitation", "seed"),
-        ("MU", "identifier", "mu"),
-        ("DURATION", "run", "duration"),
-    ] {
-        let value = number(table, key);
-        writeln!(constants, "pub(crate) const {name}: f64 = {value:?};").expect("a string");
-    }
-    let cutoff = as_number(&scenario["controller"]["velocity_filter"]["cutoff"]);
-    writeln!(constants, "pub(crate) const CUTOFF: f64 = {cutoff:?};").expect("a string");
-    let identifier = &scenario["identifier"];
-    for (name, pair) in [
-        ("GAMMA", &identifier["gamma"]),
-        ("BOUNDS_A", &identifier["bounds"]["a"]),
-        ("BOUNDS_B", &identifier["bounds"]["b"]),
-        ("BOX_A", &identifier["plant_box"]["a"]),
-        ("BOX_B", &identifier["plant_box"]["b"]),
-    ] {
-        let pair: Vec<f64> = pair
-            .as_array()
-            .expect("two numbers")
-            .iter()
-            .map(as_number)
-            .collect();
-        writeln!(constants, "pub(crate) const {name}: [f64; 2] = {pair:?};").expect("a string");
-    }
-    let initial = [&identifier["initial"]["a"], &identifier["initial"]["b"]].map(as_number);
-    writeln!(
-        constants,
-        "pub(crate) const INITIAL: [f64; 2] = {initial:?};"
-    )
-    .expect("a string");
+    let constants: String = scenario.iter().map(constants).collect();
     let out = env::var("OUT_DIR").expect("set by cargo");
     fs::write(Path::new(&out).join("paper.rs"), constants).expect("the constants are written");
 }
 
-fn as_number(value: &Value) -> f64 {
-    value
-        .as_float()
-        .or_else(|| value.as_integer().map(|whole| whole as f64))
-        .expect("a number")
+/// A module for a table, a constant for a number or a pair of numbers, by their names in the file.
+fn constants((key, value): (&String, &Value)) -> String {
+    let pair: Option<Vec<f64>> = value
+        .as_array()
+        .and_then(|values| values.iter().map(number).collect());
+    let (kind, value) = match (value, number(value), pair) {
+        (Value::Table(table), ..) => {
+            let inside: String = table.iter().map(constants).collect();
+            return format!("/// `{key}`.\npub mod {key} {{\n{inside}}}\n");
+        }
+        (_, Some(number), _) => ("f64", format!("{number:?}")),
+        (_, _, Some(pair)) if pair.len() == 2 => ("[f64; 2]", format!("{pair:?}")),
+        // Words.
+        _ => return String::new(),
+    };
+    let name = key.to_uppercase();
+    format!("/// `{key}`.\npub const {name}: {kind} = {value};\n")
+}
+
+fn number(value: &Value) -> Option<f64> {
+    let whole = value.as_integer().map(|whole| whole as f64);
+    value.as_float().or(whole)
 }

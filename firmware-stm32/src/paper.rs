@@ -6,39 +6,45 @@ use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
+// A module for each table of the scenario.
 include!(concat!(env!("OUT_DIR"), "/paper.rs"));
 
 /// Control samples of the experiment.
 #[must_use]
 pub fn samples() -> u32 {
-    (DURATION / SAMPLE_TIME + 0.5) as u32
+    (run::DURATION / controller::SAMPLE_TIME + 0.5) as u32
 }
 
 /// Settings of controller and identifier.
 #[must_use]
 pub fn settings() -> Settings {
-    let [a, b] = INITIAL;
-    let [of_a, of_b] = GAMMA;
+    let [of_a, of_b] = identifier::GAMMA;
     Settings {
-        cutoff: CUTOFF,
-        controller: Some(ControllerSettings::pid(KP, KD, KI).limited(LIMIT)),
+        cutoff: controller::velocity_filter::CUTOFF,
+        controller: Some(
+            ControllerSettings::pid(controller::KP, controller::KD, controller::KI)
+                .limited(amplifier::LIMIT),
+        ),
         identifier: IdentifierSettings {
             initial: PerParameter {
-                a: Some(a),
-                b: Some(b),
+                a: Some(identifier::initial::A),
+                b: Some(identifier::initial::B),
                 ..PerParameter::default()
             },
             bounds: PerParameter {
-                a: Some(BOUNDS_A),
-                b: Some(BOUNDS_B),
+                a: Some(identifier::bounds::A),
+                b: Some(identifier::bounds::B),
                 ..PerParameter::default()
             },
-            plant_box: Some(BoxSettings { a: BOX_A, b: BOX_B }),
+            plant_box: Some(BoxSettings {
+                a: identifier::plant_box::A,
+                b: identifier::plant_box::B,
+            }),
             gamma: Some(diagonal([of_a, of_b, 100.0, 0.0])),
-            mu: Some(MU),
+            mu: Some(identifier::MU),
             ..IdentifierSettings::UNSTATED
         },
-        ..Settings::new(SAMPLE_TIME, COUNTS_PER_REV)
+        ..Settings::new(controller::SAMPLE_TIME, encoder::COUNTS_PER_REV)
     }
 }
 
@@ -50,9 +56,9 @@ pub fn reference() -> Result<BandLimitedWhiteNoise, SettingsError> {
     let units = settings().units()?;
     Ok(BandLimitedWhiteNoise::new(
         &units,
-        POWER,
-        HOLD,
-        SEED as u32,
+        excitation::POWER,
+        excitation::SAMPLE_TIME,
+        excitation::SEED as u32,
     )?)
 }
 
@@ -66,8 +72,8 @@ pub fn servo() -> (Plant, Encoder) {
 #[must_use]
 pub fn servo_with(coulomb: f64) -> (Plant, Encoder) {
     (
-        Plant::at_rest(&parameters(coulomb), SAMPLE_TIME),
-        Encoder::new(COUNTS_PER_REV),
+        Plant::at_rest(&parameters(coulomb), controller::SAMPLE_TIME),
+        Encoder::new(encoder::COUNTS_PER_REV),
     )
 }
 
@@ -75,9 +81,9 @@ pub fn servo_with(coulomb: f64) -> (Plant, Encoder) {
 #[must_use]
 pub fn parameters(coulomb: f64) -> ServoParameters {
     ServoParameters {
-        a: A,
-        b: B,
+        a: plant::A,
+        b: plant::B,
         coulomb,
-        load: LOAD,
+        load: plant::LOAD,
     }
 }

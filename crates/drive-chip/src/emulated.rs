@@ -117,7 +117,7 @@ fn erase(sector: u32) {
 
 /// Sets the encoder's counter.
 pub fn set_count(count: u16) {
-    set(TIM3.cnt(), count.into());
+    set(TIM3.at(timer::CNT), count.into());
 }
 
 /// The drive's output.
@@ -132,10 +132,10 @@ pub struct Outputs {
 /// The drive's output now.
 #[must_use]
 pub fn outputs() -> Outputs {
-    let on = get(TIM1.bdtr()) & timer::BDTR_MOE != 0;
+    let on = get(TIM1.at(timer::BDTR)) & timer::BDTR_MOE != 0;
     Outputs {
-        duty: on.then(|| get(TIM1.ccr1()) as u16),
-        steps: get(TIM1.arr()).wrapping_add(1) as u16,
+        duty: on.then(|| get(TIM1.at(timer::CCR1)) as u16),
+        steps: get(TIM1.at(timer::ARR)).wrapping_add(1) as u16,
     }
 }
 

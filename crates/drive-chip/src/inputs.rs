@@ -1,4 +1,4 @@
-//! The amplifier's fault line and the limit switches.
+//! The amplifier's fault line and the limit switches. A broken wire reads as a fault.
 
 use crate::board::Board;
 use crate::bus::Bus;
@@ -14,17 +14,6 @@ pub struct Inputs<B> {
     high_switch: Input<B>,
 }
 
-/// Their state: true is healthy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Healthy {
-    /// The amplifier reports no fault, nor did it since the output was last disabled.
-    pub amplifier: bool,
-    /// The limit switch at the lower end is closed.
-    pub low_switch: bool,
-    /// The limit switch at the upper end is closed.
-    pub high_switch: bool,
-}
-
 impl<B: Bus> Inputs<B> {
     pub(crate) fn new(bus: B, board: &Board) -> Self {
         Self {
@@ -35,14 +24,17 @@ impl<B: Bus> Inputs<B> {
         }
     }
 
-    /// Reads them.
+    /// True if the amplifier reports no fault, nor did it since the output was last disabled.
     #[inline]
     #[must_use]
-    pub fn read(&self) -> Healthy {
-        Healthy {
-            amplifier: self.fault.is_low() && !pwm::broke(self.bus),
-            low_switch: self.low_switch.is_low(),
-            high_switch: self.high_switch.is_low(),
-        }
+    pub fn amplifier_is_healthy(&self) -> bool {
+        self.fault.is_low() && !pwm::broke(self.bus)
+    }
+
+    /// True for each limit switch that is closed: at the lower end, at the upper.
+    #[inline]
+    #[must_use]
+    pub fn closed_switches(&self) -> [bool; 2] {
+        [self.low_switch.is_low(), self.high_switch.is_low()]
     }
 }

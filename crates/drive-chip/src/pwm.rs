@@ -30,12 +30,15 @@ impl<B: Bus> Pwm<B> {
     /// Off, from a timer in its reset state. It counts once the sample timer is started.
     pub(crate) fn new(bus: B, clocks: &Clocks) -> Self {
         let steps = (clocks.high_timers / FREQUENCY) as u16;
-        bus.write(TIM1.arr(), u32::from(steps.saturating_sub(1)));
+        bus.write(TIM1.at(timer::ARR), u32::from(steps.saturating_sub(1)));
         // PWM mode 1 with preload (RM0090, 17.3.9): a duty takes effect with the next period.
-        bus.write(TIM1.ccmr1(), timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1);
-        bus.write(TIM1.ccer(), timer::CCER_CC1E);
-        bus.write(TIM1.bdtr(), OFF);
-        bus.write(TIM1.egr(), timer::EGR_UG);
+        bus.write(
+            TIM1.at(timer::CCMR1),
+            timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1,
+        );
+        bus.write(TIM1.at(timer::CCER), timer::CCER_CC1E);
+        bus.write(TIM1.at(timer::BDTR), OFF);
+        bus.write(TIM1.at(timer::EGR), timer::EGR_UG);
         Self { bus, steps }
     }
 }
@@ -52,17 +55,18 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
 
     #[inline]
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
-        self.bus.write(TIM1.ccr1(), u32::from(duty.min(self.steps)));
-        self.bus.write(TIM1.bdtr(), OFF | timer::BDTR_MOE);
+        self.bus
+            .write(TIM1.at(timer::CCR1), u32::from(duty.min(self.steps)));
+        self.bus.write(TIM1.at(timer::BDTR), OFF | timer::BDTR_MOE);
         Ok(())
     }
 
     #[inline]
     fn set_duty_cycle_fully_off(&mut self) -> Result<(), Infallible> {
         off(self.bus);
-        self.bus.write(TIM1.ccr1(), 0);
+        self.bus.write(TIM1.at(timer::CCR1), 0);
         // Acknowledged: the next break shows again. Ones leave the other flags.
-        self.bus.write(TIM1.sr(), !timer::SR_BIF);
+        self.bus.write(TIM1.at(timer::SR), !timer::SR_BIF);
         Ok(())
     }
 }
@@ -70,12 +74,12 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
 /// Drives the output low, whatever the timer's state.
 #[inline]
 pub(crate) fn off(bus: impl Bus) {
-    bus.write(TIM1.bdtr(), OFF);
+    bus.write(TIM1.at(timer::BDTR), OFF);
 }
 
 /// True if the break input has disabled the output since it was last switched off.
 #[inline]
 #[must_use]
 pub(crate) fn broke(bus: impl Bus) -> bool {
-    bus.read(TIM1.sr()) & timer::SR_BIF != 0
+    bus.read(TIM1.at(timer::SR)) & timer::SR_BIF != 0
 }

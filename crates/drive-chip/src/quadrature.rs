@@ -33,10 +33,10 @@ impl<B: Bus> Quadrature<B> {
     pub(crate) fn new(bus: B) -> Self {
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
         let filters = FILTER << timer::CCMR1_IC1F | FILTER << timer::CCMR1_IC2F;
-        bus.write(TIM3.ccmr1(), lines | filters);
-        bus.write(TIM3.smcr(), timer::SMCR_ENCODER_3);
-        bus.write(TIM3.arr(), u32::from(u16::MAX));
-        bus.write(TIM3.cr1(), timer::CR1_CEN);
+        bus.write(TIM3.at(timer::CCMR1), lines | filters);
+        bus.write(TIM3.at(timer::SMCR), timer::SMCR_ENCODER_3);
+        bus.write(TIM3.at(timer::ARR), u32::from(u16::MAX));
+        bus.write(TIM3.at(timer::CR1), timer::CR1_CEN);
         Self {
             bus,
             counter: Counter::new(register(bus)),
@@ -45,7 +45,7 @@ impl<B: Bus> Quadrature<B> {
 }
 
 fn register(bus: impl Bus) -> u16 {
-    bus.read(TIM3.cnt()) as u16
+    bus.read(TIM3.at(timer::CNT)) as u16
 }
 
 impl<B: Bus> PositionSensor for Quadrature<B> {

@@ -109,46 +109,24 @@ pub(crate) mod timer {
     pub(crate) const TIM5: Timer = Timer(0x4000_0c00);
 
     impl Timer {
-        const fn at(self, offset: u32) -> Register {
+        /// The register at an offset.
+        pub(crate) const fn at(self, offset: u32) -> Register {
             Register::at(self.0).offset(offset)
         }
-        pub(crate) const fn cr1(self) -> Register {
-            self.at(0x00)
-        }
-        pub(crate) const fn cr2(self) -> Register {
-            self.at(0x04)
-        }
-        pub(crate) const fn smcr(self) -> Register {
-            self.at(0x08)
-        }
-        pub(crate) const fn dier(self) -> Register {
-            self.at(0x0c)
-        }
-        pub(crate) const fn sr(self) -> Register {
-            self.at(0x10)
-        }
-        pub(crate) const fn egr(self) -> Register {
-            self.at(0x14)
-        }
-        pub(crate) const fn ccmr1(self) -> Register {
-            self.at(0x18)
-        }
-        pub(crate) const fn ccer(self) -> Register {
-            self.at(0x20)
-        }
-        pub(crate) const fn cnt(self) -> Register {
-            self.at(0x24)
-        }
-        pub(crate) const fn arr(self) -> Register {
-            self.at(0x2c)
-        }
-        pub(crate) const fn ccr1(self) -> Register {
-            self.at(0x34)
-        }
-        pub(crate) const fn bdtr(self) -> Register {
-            self.at(0x44)
-        }
     }
+
+    pub(crate) const CR1: u32 = 0x00;
+    pub(crate) const CR2: u32 = 0x04;
+    pub(crate) const SMCR: u32 = 0x08;
+    pub(crate) const DIER: u32 = 0x0c;
+    pub(crate) const SR: u32 = 0x10;
+    pub(crate) const EGR: u32 = 0x14;
+    pub(crate) const CCMR1: u32 = 0x18;
+    pub(crate) const CCER: u32 = 0x20;
+    pub(crate) const CNT: u32 = 0x24;
+    pub(crate) const ARR: u32 = 0x2c;
+    pub(crate) const CCR1: u32 = 0x34;
+    pub(crate) const BDTR: u32 = 0x44;
 
     pub(crate) const CR1_CEN: u32 = 1;
     pub(crate) const CR1_URS: u32 = 1 << 2;

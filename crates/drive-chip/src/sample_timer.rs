@@ -47,19 +47,22 @@ impl<B: Bus> SampleTimer<B> {
     pub fn start(&self, sample_time: f64) {
         let Self { bus, period, phase } = *self;
         // Only an overflow is a sample, not a counter that is set.
-        bus.write(TIM5.cr1(), timer::CR1_URS);
-        bus.modify(TIM1.cr1(), timer::CR1_CEN, 0);
+        bus.write(TIM5.at(timer::CR1), timer::CR1_URS);
+        bus.modify(TIM1.at(timer::CR1), timer::CR1_CEN, 0);
         let ticks = nearest(sample_time).saturating_mul(period);
-        bus.write(TIM5.arr(), ticks - 1);
-        bus.write(TIM5.egr(), timer::EGR_UG);
-        bus.write(TIM1.cnt(), phase);
+        bus.write(TIM5.at(timer::ARR), ticks - 1);
+        bus.write(TIM5.at(timer::EGR), timer::EGR_UG);
+        bus.write(TIM1.at(timer::CNT), phase);
         // TIM5's enable is trigger 0 of TIM1 (RM0090, table 94): both start at once, whatever
         // interrupts this.
-        bus.write(TIM5.cr2(), timer::CR2_MMS_ENABLE);
-        bus.write(TIM1.smcr(), timer::SMCR_TS_ITR0 | timer::SMCR_TRIGGER);
+        bus.write(TIM5.at(timer::CR2), timer::CR2_MMS_ENABLE);
+        bus.write(
+            TIM1.at(timer::SMCR),
+            timer::SMCR_TS_ITR0 | timer::SMCR_TRIGGER,
+        );
         acknowledge(bus);
-        bus.write(TIM5.dier(), timer::DIER_UIE);
-        bus.write(TIM5.cr1(), timer::CR1_URS | timer::CR1_CEN);
+        bus.write(TIM5.at(timer::DIER), timer::DIER_UIE);
+        bus.write(TIM5.at(timer::CR1), timer::CR1_URS | timer::CR1_CEN);
     }
 }
 
@@ -67,12 +70,12 @@ impl<B: Bus> SampleTimer<B> {
 #[inline]
 pub fn acknowledge(bus: impl Bus) {
     // Ones leave the other flags.
-    bus.write(TIM5.sr(), !timer::SR_UIF);
+    bus.write(TIM5.at(timer::SR), !timer::SR_UIF);
 }
 
 /// True once the time of the next sample has come.
 #[inline]
 #[must_use]
 pub fn is_due(bus: impl Bus) -> bool {
-    bus.read(TIM5.sr()) & timer::SR_UIF != 0
+    bus.read(TIM5.at(timer::SR)) & timer::SR_UIF != 0
 }

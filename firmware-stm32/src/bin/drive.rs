@@ -7,10 +7,14 @@
 #![no_main]
 
 use cortex_m_rt::{ExceptionFrame, entry, exception};
+use drive_chip::inputs::Inputs;
+use drive_chip::sample_timer::SampleTimer;
+use drive_chip::serial::Port;
+use drive_chip::watchdog::Watchdog;
 use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
 use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor, self_test};
-use firmware_stm32::board::{self, Encoder, Inputs, Output, Port, SampleTimer, Watchdog, Wired};
+use firmware_stm32::board::{self, Encoder, Output, Wired};
 use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::settings;
 use stm32f4xx_hal::pac::interrupt;
@@ -25,8 +29,8 @@ struct Control {
 struct Wiring {
     encoder: Encoder,
     output: Output,
-    inputs: Inputs,
-    watchdog: Watchdog,
+    inputs: Inputs<Mmio>,
+    watchdog: Watchdog<Mmio>,
 }
 
 impl Chip for Wiring {
@@ -35,7 +39,12 @@ impl Chip for Wiring {
 
     #[inline]
     fn lines(&self) -> Lines {
-        self.inputs.read()
+        let [low_switch, high_switch] = self.inputs.closed_switches();
+        Lines {
+            amplifier: self.inputs.amplifier_is_healthy(),
+            low_switch,
+            high_switch,
+        }
     }
 
     #[inline]
@@ -55,7 +64,7 @@ impl Chip for Wiring {
 }
 
 static CONTROL: HandOff<Control> = HandOff::new();
-static PORT: HandOff<Port> = HandOff::new();
+static PORT: HandOff<Port<'static, Mmio>> = HandOff::new();
 
 #[interrupt]
 fn TIM5() {
@@ -73,7 +82,7 @@ fn TIM5() {
 
 #[interrupt]
 fn USART2() {
-    static mut OWN: Option<Port> = None;
+    static mut OWN: Option<Port<'static, Mmio>> = None;
     if OWN.is_none() {
         *OWN = PORT.take();
     }
@@ -108,8 +117,8 @@ unsafe fn NonMaskableInt() {
 
 #[entry]
 fn main() -> ! {
-    if let Some((wired, channel, memory)) = parts() {
-        background(wired, channel, memory);
+    if let Some((wired, output, channel, memory)) = parts() {
+        background(wired, output, channel, memory);
     }
     // Only a second start without a reset ends here.
     loop {
@@ -117,18 +126,24 @@ fn main() -> ! {
     }
 }
 
-fn parts() -> Option<(Wired, &'static mut Channel, &'static mut Memory)> {
+fn parts() -> Option<(Wired, Output, &'static mut Channel, &'static mut Memory)> {
+    let (wired, output) = board::wire()?;
     Some((
-        board::wire()?,
+        wired,
+        output,
         cortex_m::singleton!(: Channel = Channel::new())?,
         cortex_m::singleton!(: Memory = Memory::new())?,
     ))
 }
 
-fn background(wired: Wired, channel: &'static mut Channel, memory: &'static mut Memory) {
+fn background(
+    wired: Wired,
+    output: Output,
+    channel: &'static mut Channel,
+    memory: &'static mut Memory,
+) {
     let Wired {
         encoder,
-        output,
         inputs,
         timer,
         mut line,
@@ -136,6 +151,7 @@ fn background(wired: Wired, channel: &'static mut Channel, memory: &'static mut 
         flash,
         watchdog,
         found,
+        ..
     } = wired;
     let found = self_test().and(found);
     let (back, interrupt) = channel.split();
@@ -183,7 +199,7 @@ fn background(wired: Wired, channel: &'static mut Channel, memory: &'static mut 
 }
 
 /// Lets the samples run, and where the servo is emulated too, the servo.
-fn start(timer: &SampleTimer, sample_time: f64) {
+fn start(timer: &SampleTimer<Mmio>, sample_time: f64) {
     timer.start(sample_time);
     #[cfg(feature = "emulator")]
     firmware_stm32::emulated_servo::set_sample_time(sample_time);

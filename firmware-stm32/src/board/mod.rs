@@ -21,8 +21,6 @@ compile_error!("one board at a time: --no-default-features --features nucleo-f44
 compile_error!("a board is needed: --features olimex-stm32-h405, for instance");
 
 use drive_chip::{Mmio, pins, serial};
-use drive_link::Fault;
-use drive_logic::Lines;
 use servo_hal::Gate;
 
 /// The command that asks for the whole duty, or for 10 V, command units.
@@ -55,59 +53,9 @@ type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, pins::Output<Mm
 #[cfg(feature = "dac")]
 type Stage = analogue::Analogue;
 
-/// The timer whose update is a sample.
-pub type SampleTimer = drive_chip::sample_timer::SampleTimer<Mmio>;
-
-/// The background's end of the serial line.
-pub type Line = serial::Line<'static, Mmio>;
-
-/// The interrupt's end of the serial line.
-pub type Port = serial::Port<'static, Mmio>;
-
-/// Keeps records.
-pub type RecordFlash = drive_chip::flash::RecordFlash<Mmio>;
-
-/// Resets the chip unless it is fed.
-pub type Watchdog = drive_chip::watchdog::Watchdog<Mmio>;
-
-/// The amplifier's fault line and the limit switches.
-pub struct Inputs(drive_chip::inputs::Inputs<Mmio>);
-
-impl Inputs {
-    /// Reads them.
-    #[inline]
-    #[must_use]
-    pub fn read(&self) -> Lines {
-        let healthy = self.0.read();
-        Lines {
-            amplifier: healthy.amplifier,
-            low_switch: healthy.low_switch,
-            high_switch: healthy.high_switch,
-        }
-    }
-}
-
-/// Everything of a board that a drive uses.
-pub struct Wired {
-    /// Counts the position.
-    pub encoder: Encoder,
-    /// The output stage.
-    pub output: Output,
-    /// The amplifier's fault line and the limit switches.
-    pub inputs: Inputs,
-    /// Interrupts at every sample.
-    pub timer: SampleTimer,
-    /// The background's end of the serial line.
-    pub line: Line,
-    /// The interrupt's end of the serial line.
-    pub port: Port,
-    /// Keeps records.
-    pub flash: RecordFlash,
-    /// Resets the chip unless it is fed.
-    pub watchdog: Watchdog,
-    /// The fault found on the way: an unstable clock, a failed output, or a reset by the watchdog.
-    pub found: Result<(), Fault>,
-}
+/// The other parts of a board that a drive uses, and the fault found on the way: an unstable clock, a failed output, or
+/// a reset by the watchdog.
+pub type Wired = drive_chip::Wired<'static, Mmio>;
 
 /// Disables the output whatever the state of the drivers, for a program that cannot continue.
 pub fn disable_outputs() {
@@ -116,13 +64,13 @@ pub fn disable_outputs() {
 
 /// Wires the board; none if it was wired before.
 #[must_use]
-pub fn wire() -> Option<Wired> {
+pub fn wire() -> Option<(Wired, Output)> {
     let received = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
     let to_send = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
     // The HAL resets a port that it takes: before it is used.
     #[cfg(feature = "dac")]
     let pins = analogue::Pins::take()?;
-    let chip = drive_chip::wire(Mmio, &BOARD, received, to_send);
+    let mut chip = drive_chip::wire(Mmio, &BOARD, received, to_send);
     let full_scale = FULL_SCALE as f32;
     #[cfg(not(feature = "dac"))]
     let (stage, started) = (
@@ -131,15 +79,7 @@ pub fn wire() -> Option<Wired> {
     );
     #[cfg(feature = "dac")]
     let (stage, started) = analogue::stage(pins, chip.pwm, full_scale)?;
-    Some(Wired {
-        encoder: chip.encoder,
-        output: Gate::new(stage, chip.enable),
-        inputs: Inputs(chip.inputs),
-        timer: chip.timer,
-        line: chip.line,
-        port: chip.port,
-        flash: chip.flash,
-        watchdog: chip.watchdog,
-        found: started.and(chip.found),
-    })
+    chip.found = started.and(chip.found);
+    let output = Gate::new(stage, chip.enable);
+    Some((chip, output))
 }
