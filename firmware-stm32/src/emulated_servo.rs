@@ -1,5 +1,5 @@
-//! A servo for a chip that is emulated: what the drive puts out moves it, and the encoder's counter
-//! follows. It is no part of the drive: what it takes is not counted.
+//! A servo for a chip that is emulated: the drive's output moves it, and the encoder's counter
+//! follows. It is no part of the drive: its instructions are not counted.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -25,7 +25,7 @@ pub fn set_sample_time(sample_time: f64) {
 /// The servo, once it has moved.
 static SERVO: Mutex<RefCell<Option<EmulatedServo>>> = Mutex::new(RefCell::new(None));
 
-/// Lets a sample pass.
+/// Moves the servo by a sample.
 #[inline(never)]
 pub fn advance() {
     free(|section| {

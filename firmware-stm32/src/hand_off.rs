@@ -4,7 +4,7 @@ use core::cell::Cell;
 
 use cortex_m::interrupt::{Mutex, free};
 
-/// A place to hand something over once.
+/// A value on its way, once.
 pub struct HandOff<T>(Mutex<Cell<Option<T>>>);
 
 impl<T> HandOff<T> {

@@ -1,4 +1,4 @@
-//! Words to the host over semihosting, without formatting machinery (which can panic).
+//! Output to the host over semihosting, without formatting machinery (which can panic).
 
 use cortex_m_semihosting::{debug, hio};
 
@@ -14,7 +14,7 @@ pub fn print(words: &[&str]) {
     let _ = out.write_all(b"\n");
 }
 
-/// Ends the emulation, well or not; a chip without a debugger stops here.
+/// Ends the emulation with success or failure; a chip without a debugger stops here.
 pub fn exit(well: bool) -> ! {
     debug::exit(if well {
         debug::EXIT_SUCCESS

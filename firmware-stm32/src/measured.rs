@@ -166,7 +166,7 @@ pub fn split((reference, register): (f64, u16)) -> (i32, f32, u16) {
     (whole, (reference - f64::from(whole)) as f32, register)
 }
 
-/// Gauss–Newton's halves, as a drive keeps them: what is to be handed over is on its way in between.
+/// Gauss–Newton's halves, as a drive keeps them, with the block or fit that is on its way between them.
 pub struct Halves<S: IdentifiableSet<P>, const P: usize> {
     /// The interrupt's half.
     pub interrupt: Single<GaussNewton<S, P>>,

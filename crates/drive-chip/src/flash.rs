@@ -2,7 +2,7 @@
 //!
 //! While the flash erases or writes, the processor can fetch nothing from it. So each step runs from
 //! RAM, without any interrupt, and feeds the watchdog itself: records are kept only while the servo
-//! is let go.
+//! is disabled.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,

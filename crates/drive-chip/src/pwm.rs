@@ -8,7 +8,7 @@ use crate::bus::Bus;
 use crate::clock::Clocks;
 use crate::registers::timer::{self, TIM1};
 
-/// Switching frequency, Hz: above hearing.
+/// Switching frequency, Hz: inaudible.
 pub const FREQUENCY: u32 = 20_000;
 
 /// A switching period, s.

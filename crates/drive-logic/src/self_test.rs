@@ -1,4 +1,4 @@
-//! Whether this chip computes what it should.
+//! A test of the chip's arithmetic by a known computation.
 
 use drive_link::Fault;
 use identifier_core::identifier::{GradientIdentifier, Identify, ServoLoop};

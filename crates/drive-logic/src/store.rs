@@ -62,13 +62,13 @@ struct Newest {
     slot: u32,
 }
 
-/// Why a record was not kept. The one before it is as it was.
+/// Reasons for which a record was not kept; the one before it still holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StoreError {
     /// The flash refused to erase, write or read.
     Flash,
-    /// What was written does not read back.
+    /// The written record does not read back.
     NotWritten,
     /// The record is longer than a slot.
     TooLong,
@@ -202,7 +202,7 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// What a slot holds.
+/// Contents of a slot.
 enum Slot<'a> {
     Blank,
     Damaged,

@@ -2,7 +2,7 @@ use identifier_core::units::Units;
 
 /// The samples that a time (s) takes, rounded up; one at least.
 pub(crate) fn samples(time: f64, units: &Units) -> u32 {
-    /// What a division of two times may be off by.
+    /// Rounding of a division of two times.
     const ROUNDING: f64 = 1e-6;
     let samples = time / units.sample_time() - ROUNDING;
     // A cast saturates.

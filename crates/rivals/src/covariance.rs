@@ -10,7 +10,7 @@ pub(crate) struct Covariance<N, const P: usize> {
     diagonal: [N; P],
 }
 
-/// What a measurement does to the estimates.
+/// The effect of a measurement on the estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Innovation<N, const P: usize> {
     /// The gain K: the estimates move by K times the prediction error.

@@ -9,7 +9,7 @@ use crate::front_end::Held;
 use crate::integrator::Integrator;
 use crate::wander::Wander;
 
-/// A servo in motion. What drifts and what wanders is held from sample to sample.
+/// A servo in motion. Drifting and wandering parameters are held from sample to sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Motion {
     /// Without drift, and with the load that does not wander.

@@ -30,7 +30,7 @@ enum Mechanics {
 }
 
 impl Servo {
-    /// At rest at position zero, to be moved in steps of `sample_time` (s). What is random follows
+    /// At rest at position zero, to be moved in steps of `sample_time` (s). Random effects follow
     /// from the seed.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Turns of the drive's background, in instructions: how long a stop may have to wait for one.
+//! Instructions of the turns of the drive's background: a stop may have to wait for one.
 #![no_std]
 #![no_main]
 
@@ -22,7 +22,7 @@ fn main() -> ! {
 }
 
 /// Counts turns with nothing to do, with garbage, with the longest answer, with the longest request and
-/// with news.
+/// with reports.
 fn count(instructions: &Instructions) -> Option<()> {
     let channel = cortex_m::singleton!(: Channel = Channel::new())?;
     let memory = cortex_m::singleton!(: Memory = Memory::new())?;
@@ -70,7 +70,7 @@ struct Background<'a> {
 }
 
 impl Background<'_> {
-    /// Turns until all of these bytes were looked at and nothing is left to do.
+    /// Turns until all of these bytes were decoded and nothing is left to do.
     fn turns(&mut self, bytes: &[u8]) -> Tally {
         let mut wire = Wire { bytes };
         let mut tally = Tally::default();
@@ -90,7 +90,7 @@ impl Background<'_> {
     }
 }
 
-/// A request as it comes over a line, after a zero that ends what was there before.
+/// The bytes of a request, after a zero that ends earlier ones.
 fn request(command: Command) -> heapless::Vec<u8, 1024> {
     let mut bytes = heapless::Vec::new();
     let _ = bytes.push(0);
@@ -100,7 +100,7 @@ fn request(command: Command) -> heapless::Vec<u8, 1024> {
     bytes
 }
 
-/// A line that takes whatever is said.
+/// A line that takes every byte.
 struct Wire<'a> {
     bytes: &'a [u8],
 }

@@ -1,5 +1,5 @@
 //! Instructions of a commissioning on a simulated servo: of a sample by its phase, and of a slice of the
-//! study.
+//! solver.
 #![no_std]
 #![no_main]
 
@@ -59,26 +59,26 @@ fn settings() -> CommissionSettings {
 /// Commissions, one sample and the slices that go with it after the other.
 fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let settings = settings();
-    let machine = CommissionIsr::<f32>::new(&settings, None)?;
-    let mut study = CommissionSolver::<f32>::new(&settings)?;
-    let mut state = machine.start(0, None);
+    let interrupt = CommissionIsr::<f32>::new(&settings, None)?;
+    let mut solver = CommissionSolver::<f32>::new(&settings)?;
+    let mut state = interrupt.start(0, None);
     let mut plant = Plant::at_rest(&paper::parameters(COULOMB), SAMPLE_TIME);
     let (_, encoder): (_, Encoder) = paper::servo();
     let mut samples = Phase::ALL.map(|phase| (phase, Tally::default()));
     let mut slices = Tally::default();
-    let mut answer = None;
+    let mut decision = None;
     for _ in 0..PATIENCE {
-        let seen = black_box(CommissionInputs {
+        let inputs = black_box(CommissionInputs {
             count: Some(encoder.read(plant.position) as i32),
             late: false,
             stop: None,
         });
-        // What was answered since the last sample is taken over in this one.
+        // A decision since the last sample is taken over in this one.
         let (step, taken) = counted(instructions, || {
-            if let Some(answer) = answer.take() {
-                machine.accept(&mut state, &answer);
+            if let Some(decision) = decision.take() {
+                interrupt.accept(&mut state, &decision);
             }
-            machine.process(&mut state, &seen)
+            interrupt.process(&mut state, &inputs)
         });
         if let Some((_, tally)) = samples.iter_mut().find(|(phase, _)| *phase == step.phase) {
             tally.add(taken);
@@ -87,13 +87,13 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
             break;
         }
         if let Some(finding) = &step.finding {
-            let ((), taken) = counted(instructions, || study.take(finding));
+            let ((), taken) = counted(instructions, || solver.take(finding));
             slices.add(taken);
         }
-        for _ in 0..machine.slices() {
-            let (answered, taken) = counted(instructions, || study.work());
+        for _ in 0..interrupt.slices() {
+            let (decided, taken) = counted(instructions, || solver.work());
             slices.add(taken);
-            answer = answered.or(answer);
+            decision = decided.or(decision);
         }
         plant.advance(f64::from(step.command.unwrap_or(0.0)));
     }

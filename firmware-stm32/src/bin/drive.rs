@@ -1,8 +1,8 @@
 //! The drive: controls and identifies a real servo.
 //!
-//! Three things happen, each at its own pace. TIM5 interrupts at every sample, above everything else,
-//! runs the sampler and feeds the watchdog, as long as the background is seen to go round. USART2
-//! interrupts at every byte. In between, the background obeys, answers, reports and keeps records.
+//! TIM5 interrupts at every sample, above everything else, runs the sampler and feeds the watchdog as long as the
+//! background completes its turns. USART2 interrupts at every byte. In between, the background obeys, answers,
+//! reports and keeps records.
 #![no_std]
 #![no_main]
 
@@ -19,7 +19,7 @@ use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::settings;
 use stm32f4xx_hal::pac::interrupt;
 
-/// What belongs to the sample interrupt.
+/// State of the sample interrupt.
 struct Control {
     sampler: Sampler<'static>,
     chip: Wiring,
@@ -91,7 +91,7 @@ fn USART2() {
     }
 }
 
-/// Whatever the program cannot go on from lets the servo go, and the watchdog resets the chip.
+/// Disables the servo after a fault of the program; the watchdog then resets the chip.
 fn give_up() -> ! {
     board::disable_outputs();
     loop {
@@ -109,7 +109,7 @@ unsafe fn DefaultHandler(_: i16) {
     give_up()
 }
 
-/// The crystal failed.
+/// The oscillator failed.
 #[exception]
 unsafe fn NonMaskableInt() {
     give_up()
@@ -187,8 +187,8 @@ fn background(
             start(&timer, sample_time);
         }
         if !more {
-            // A byte that comes between a look and the sleep would wait for the next sample: it must
-            // wake the processor, so it is looked at without interrupts, which wake it all the same.
+            // A byte that is received between the check and the sleep would wait for the next sample. Without
+            // interrupts in between, its interrupt wakes the processor at once.
             cortex_m::interrupt::free(|_| {
                 if line.is_silent() {
                     cortex_m::asm::wfi();
@@ -198,7 +198,7 @@ fn background(
     }
 }
 
-/// Lets the samples run, and where the servo is emulated too, the servo.
+/// Starts the samples, and an emulated servo with them.
 fn start(timer: &SampleTimer<Mmio>, sample_time: f64) {
     timer.start(sample_time);
     #[cfg(feature = "emulator")]

@@ -46,7 +46,7 @@ pub struct Analogue {
     pwm: Pwm<Mmio>,
 }
 
-/// An AD5761, and whether it took to be set to zero volts.
+/// An AD5761, and the result of setting it to zero volts.
 pub(super) fn stage(
     pins: Pins,
     pwm: Pwm<Mmio>,
@@ -59,7 +59,7 @@ pub(super) fn stage(
         data,
         mut rcc,
     } = pins;
-    // The HAL believes the bus at 16 MHz where it has 84: what is asked for is 5.25 times as fast.
+    // The HAL takes the bus for 16 MHz where it has 84: the clock is 5.25 times as fast as requested.
     let pins = (Some(clock), SPI1::NoMiso, Some(data));
     let mode = Mode {
         polarity: Polarity::IdleLow,
@@ -82,7 +82,7 @@ impl Actuator<f32> for Analogue {
 
     #[inline]
     fn release(&mut self) -> Result<(), Self::Error> {
-        // A break that was noticed is forgotten, as with the PWM.
+        // The break flag is cleared, as with the PWM.
         let _ = self.pwm.set_duty_cycle_fully_off();
         self.dac.release()
     }
