@@ -14,10 +14,13 @@ const ORDER: u32 = 9;
 /// The largest distance of a target from the start, counts: no two targets are further apart than 32 bits hold.
 pub(crate) const MAX_DISTANCE_COUNTS: f64 = (1_u32 << 30) as f64;
 
+/// The dither with its progress.
+type Dither = (Prbs<f32>, <Prbs<f32> as Excitation<f32>>::State);
+
 /// The reference with its progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reference {
-    dither: Option<(Prbs<f32>, <Prbs<f32> as Excitation<f32>>::State)>,
+    dither: Option<Dither>,
     /// Counts per sample.
     pace: f32,
     target: i32,

@@ -145,10 +145,14 @@ impl Run {
         &self.closed_loop
     }
 
-    /// Hands on the block that was recorded, if one is complete, and takes over the fit that has come back.
+    /// Hands on the block that was recorded, if one is complete, and takes over the fit that has come back. True if there
+    /// was a block.
     #[inline]
-    pub(crate) fn exchange(&mut self, hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<Fitted>) {
-        self.closed_loop.exchange(hand_on);
+    pub(crate) fn exchange<'a>(
+        &mut self,
+        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
+    ) -> bool {
+        self.closed_loop.exchange(hand_on)
     }
 
     /// Counts a sample that ended before the next was due, or late.

@@ -74,16 +74,17 @@ impl<'a> Sampler<'a> {
         match run.step(lines, sensor, output) {
             Ok((control, update)) => {
                 let channel = &mut self.channel;
-                run.exchange(|block| {
+                let has_exchanged = run.exchange(|block| {
                     // A fit notices a block that is lost.
                     channel.record(Recorded::Block(block));
-                    let fitted = match channel.solution()? {
-                        Solution::Fit(fitted) => Some(*fitted),
-                        Solution::Decision(_) => None,
-                    };
-                    channel.drop_solution();
-                    fitted
+                    match channel.solution() {
+                        Some(Solution::Fit(fitted)) => Some(fitted),
+                        Some(Solution::Decision(_)) | None => None,
+                    }
                 });
+                if has_exchanged {
+                    channel.drop_solution();
+                }
                 self.counts.count(update.event);
                 if self.report_timer.is_due() {
                     report(run, channel, &mut self.counts, &control, &update);

@@ -147,5 +147,10 @@ impl ClosedLoop {
     pub(crate) fn know(&mut self, _: &IdentifiedServo, _: &ExpectedMotion) {}
 
     /// The gradient has no record to fit.
-    pub(crate) fn exchange(&mut self, _: impl FnOnce(NumberedBlock<f32>) -> Option<Fitted>) {}
+    pub(crate) fn exchange<'a>(
+        &mut self,
+        _: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
+    ) -> bool {
+        false
+    }
 }

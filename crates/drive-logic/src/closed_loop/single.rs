@@ -178,18 +178,23 @@ impl ClosedLoop {
     }
 
     /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and resumes from a first fit
-    /// that has come back.
+    /// that has come back. True if there was a block.
     #[inline]
-    pub(crate) fn exchange(&mut self, hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<Fitted>) {
+    pub(crate) fn exchange<'a>(
+        &mut self,
+        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
+    ) -> bool {
         let Laws::GaussNewton(own) = &mut self.0 else {
-            return;
+            return false;
         };
         let identifier = own.servo_loop.identifier();
         let state = own.state.identification_mut();
-        if let Some(block) = identifier.take_block(state)
-            && let Some(fitted) = hand_on(block)
-        {
-            identifier.take_over(state, &fitted);
+        let Some(block) = identifier.take_block(state) else {
+            return false;
+        };
+        if let Some(fitted) = hand_on(block) {
+            identifier.take_over(state, fitted);
         }
+        true
     }
 }
