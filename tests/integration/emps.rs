@@ -284,9 +284,9 @@ fn the_recorded_command_needs_neither_controller_nor_reference() {
         ..declared.log_columns()
     });
     let bare = read(&log_path().expect("it is there"), &listening.log_columns());
-    let [told, alone] = [identify(&log, declared, 40), identify(&bare, listening, 40)];
-    println!("M, Fv, Fc, OF = {told:.3?} with the controller declared, {alone:.3?} without");
-    for (told, alone) in told.iter().zip(alone) {
-        assert!((alone / told - 1.0).abs() < 5e-3);
+    let [known, alone] = [identify(&log, declared, 40), identify(&bare, listening, 40)];
+    println!("M, Fv, Fc, OF = {known:.3?} with the controller declared, {alone:.3?} without");
+    for (known, alone) in known.iter().zip(alone) {
+        assert!((alone / known - 1.0).abs() < 5e-3);
     }
 }

@@ -227,7 +227,7 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
         phase: Phase::Aborted,
         reason: Some(Reason::PowerLost),
     };
-    let mut told = 0;
+    let mut reports = 0;
     for cut in 0..steps.1 {
         let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
         {
@@ -246,14 +246,14 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
             let says = drive.status().commissioning;
             if boot == 0 && says.is_some() {
                 assert_eq!(says, Some(lost), "cut after {cut} of {steps:?}");
-                told += 1;
+                reports += 1;
             } else {
                 assert_eq!(says, None, "cut after {cut} of {steps:?}: reported twice");
             }
             drive.done(Command::Start);
         }
     }
-    assert!(told > 0, "it was never reported");
+    assert!(reports > 0, "it was never reported");
 }
 
 #[test]

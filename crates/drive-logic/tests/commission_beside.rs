@@ -104,7 +104,7 @@ fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
             drive.done(Command::Commission(ORDER));
             let begun_at = position(&drive);
             until(&mut drive, Phase::Trial);
-            let told = over(&mut drive);
+            let reports = over(&mut drive);
             assert_eq!(drive.supervisor.state(), State::Running);
             let found = outcome(&mut drive);
             assert_eq!(found.commissioning.phase, Phase::Applied, "{found:?}");
@@ -118,7 +118,7 @@ fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
             assert_eq!(status.ended, None, "the run continues");
 
             // From the commissioning to the loop, and on.
-            let commands: Vec<f32> = told
+            let commands: Vec<f32> = reports
                 .iter()
                 .filter_map(|report| match report {
                     Report::Progress(progress) => progress.command,

@@ -75,8 +75,8 @@ fn its_progress_is_reported() {
     boot!(drive, &bench, &flash);
     drive.done(Command::Watch(10));
     drive.done(Command::Commission(ORDER));
-    let told = over(&mut drive);
-    let shown: Vec<Progress> = told
+    let reports = over(&mut drive);
+    let shown: Vec<Progress> = reports
         .iter()
         .filter_map(|report| match report {
             Report::Progress(progress) => Some(*progress),
@@ -100,11 +100,11 @@ fn its_progress_is_reported() {
     assert!((f64::from(b) / SERVO.b - 1.0).abs() < 0.02 && error > 0.0);
     // Every phase is reported too.
     for phase in PHASES {
-        let is_told = |report: &Report| {
+        let is_reported = |report: &Report| {
             matches!(report, Report::Status { status, .. }
                 if status.commissioning.is_some_and(|stands| stands.phase == phase))
         };
-        assert!(told.iter().any(is_told), "{phase:?}");
+        assert!(reports.iter().any(is_reported), "{phase:?}");
     }
 }
 

@@ -224,14 +224,14 @@ fn a_missing_and_a_broken_encoder_are_found_at_once() {
         boot!(drive, &bench, &flash);
         bench.connected.set(false);
         drive.done(Command::Start);
-        let mut told = Vec::new();
+        let mut reports = Vec::new();
         for k in 0..400 {
             bench.flicker.set(i32::from(broken_line && k % 2 == 0));
-            told.extend(drive.pass(1));
+            reports.extend(drive.pass(1));
         }
         assert!(
-            told.contains(&Report::Fault(Fault::EncoderSilent)),
-            "{told:?}"
+            reports.contains(&Report::Fault(Fault::EncoderSilent)),
+            "{reports:?}"
         );
     }
 }
@@ -301,8 +301,8 @@ fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_repaired() {
     boot!(drive, &bench, &flash);
     drive.lines(|lines| lines.high_switch = false);
     drive.done(Command::Start);
-    let told = drive.pass(5);
-    assert_eq!(told, [Report::Fault(Fault::LimitSwitchesStuck)]);
+    let reports = drive.pass(5);
+    assert_eq!(reports, [Report::Fault(Fault::LimitSwitchesStuck)]);
     assert_eq!(bench.held.get(), None);
     drive.done(Command::Clear);
     assert_eq!(drive.pass(5), [Report::Fault(Fault::LimitSwitchesStuck)]);
@@ -361,8 +361,8 @@ fn reporting_never_blocks_and_no_fault_is_lost() {
     drive.sample();
     assert_eq!(bench.held.get(), None);
     bench.lines.set(HEALTHY);
-    let told = drive.pass(3);
-    assert!(told.contains(&Report::Fault(Fault::AmplifierFault)));
+    let reports = drive.pass(3);
+    assert!(reports.contains(&Report::Fault(Fault::AmplifierFault)));
     drive.done(Command::Clear);
     drive.done(Command::Watch(1));
     drive.pass(3);
@@ -379,7 +379,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         let controller = &mut settings.closed_loop.core.controller;
         controller.as_mut().expect("there is one")
     }
-    fn told(settings: &mut Settings) -> &mut IdentifierSettings {
+    fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
         &mut settings.closed_loop.core.identifier
     }
     let changes: [(&str, Change); 24] = [
@@ -395,19 +395,19 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("sample_time", |s| s.closed_loop.core.sample_time = -1e-3),
         ("cutoff", |s| s.closed_loop.core.cutoff = 0.0),
         ("arithmetic", |s| s.closed_loop.format = OTHER_FORMAT),
-        ("mu", |s| told(s).mu = Some(1e6)),
-        ("initial.b", |s| told(s).initial.b = Some(1e9)),
-        ("bounds.a", |s| told(s).bounds.a = Some([3.0, 1.0])),
-        ("bounds.b", |s| told(s).bounds.b = Some([5.0, 1e6])),
-        ("gamma", |s| told(s).gamma = None),
-        ("gamma", |s| told(s).gamma = Some([[1.0; 4]; 4])),
+        ("mu", |s| identifier(s).mu = Some(1e6)),
+        ("initial.b", |s| identifier(s).initial.b = Some(1e9)),
+        ("bounds.a", |s| identifier(s).bounds.a = Some([3.0, 1.0])),
+        ("bounds.b", |s| identifier(s).bounds.b = Some([5.0, 1e6])),
+        ("gamma", |s| identifier(s).gamma = None),
+        ("gamma", |s| identifier(s).gamma = Some([[1.0; 4]; 4])),
         ("hold", |s| s.dither.hold = 1e-4),
         ("following_error", |s| s.protection.following_error = 0.0),
         ("stall_time", |s| s.protection.stall_time = f64::NAN),
         ("travel", |s| s.protection.travel = 1e6),
         ("overruns", |s| s.protection.overruns = 0),
         ("plant_box.b", |s| {
-            told(s).plant_box = Some(BoxSettings {
+            identifier(s).plant_box = Some(BoxSettings {
                 a: [0.0, 1.0],
                 b: [2.0, 1.0],
             });
@@ -477,15 +477,15 @@ fn a_count_that_wraps_in_the_middle_of_a_run_is_not_noticed() {
         boot!(drive, &bench, &flash);
         drive.done(Command::Watch(1));
         drive.done(Command::Start);
-        let mut told = drive.pass(2000);
+        let mut reports = drive.pass(2000);
         // Over the wrap, and back.
         for radians in [6.0, -6.0] {
             drive.done(Command::Target(radians));
-            told.extend(drive.pass(4000));
+            reports.extend(drive.pass(4000));
         }
         drive.done(Command::Stop);
-        told.extend(drive.pass(1));
-        told
+        reports.extend(drive.pass(1));
+        reports
     };
     let before = run(0);
     let shown = snapshots(&before);

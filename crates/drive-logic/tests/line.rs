@@ -234,16 +234,16 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
         while !line.wires.to_drive.is_empty() {
             line.step();
         }
-        let said = line.now;
+        let sent = line.now;
         line.request(Command::Stop);
         for _ in 0..random.below(60) {
             line.send(&[random.next() as u8]);
         }
         while line.is_driven() {
             line.step();
-            assert!(line.now < said + 100_000_000, "never obeyed");
+            assert!(line.now < sent + 100_000_000, "never obeyed");
         }
-        worst = worst.max(line.now - said);
+        worst = worst.max(line.now - sent);
         line.send(&[0]);
         line.pass(0.01);
         assert!(!line.is_driven());
@@ -296,14 +296,14 @@ fn requests_without_a_pause_do_not_hide_a_stop() {
             line.step();
         }
         assert!(line.is_driven());
-        let said = line.now;
+        let sent = line.now;
         line.request(Command::Stop);
         for _ in 0..100 {
             line.request(Command::Show);
         }
         while line.is_driven() {
             line.step();
-            assert!(line.now < said + 2_000_000, "{flood} requests before it");
+            assert!(line.now < sent + 2_000_000, "{flood} requests before it");
         }
         line.pass(4.0);
         assert!(!line.is_driven());

@@ -55,7 +55,7 @@ fn a_window_finds_the_delay_besides_the_declared_current_loop() {
 #[test]
 fn fixed_point_refuses_a_declared_delay() {
     let keys = format!("arithmetic = \"fixed\"\n{BOX}");
-    let said = scenario("gradient", "delay = 0.001", &keys).expect_err("refused");
-    assert!(said.contains("amplifier.delay"), "{said}");
-    assert!(said.contains("fixed point"), "{said}");
+    let answer = scenario("gradient", "delay = 0.001", &keys).expect_err("refused");
+    assert!(answer.contains("amplifier.delay"), "{answer}");
+    assert!(answer.contains("fixed point"), "{answer}");
 }

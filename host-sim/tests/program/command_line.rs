@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{assert_done, folder, refusal_message, servo_id, standard_error};
+use crate::support::{
+    assert_done, folder, printed_json, refusal_message, servo_id, standard_error,
+};
 use host_sim::paper::PROPOSED;
 use host_sim::scenario::keys::KEYS;
 
@@ -53,8 +55,7 @@ fn the_minimal_scenario_runs_in_fixed_point_too() {
     assert_ne!(fixed, minimal);
     std::fs::write(&file, fixed).expect("it is written");
     let output = servo_id(&["run", &name, "--json", "-"]);
-    assert_done(&output);
-    let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let result = printed_json(&output);
     assert_eq!(result["arithmetic"], "fixed");
     assert_eq!(result["status"], "converged", "{result}");
 }
@@ -70,13 +71,13 @@ fn an_unknown_value_is_a_dash() {
     )
     .expect("it is written");
     let output = servo_id(&["run", &file.display().to_string()]);
-    let told = String::from_utf8_lossy(&output.stdout);
-    assert!(told.contains("\nno-information: "), "{told}");
-    assert!(!told.contains('±'), "{told}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("\nno-information: "), "{text}");
+    assert!(!text.contains('±'), "{text}");
     for quantity in [" a  ", " b  "] {
-        let row = told.lines().find(|line| line.starts_with(quantity));
+        let row = text.lines().find(|line| line.starts_with(quantity));
         let estimate = row.and_then(|row| row.split_whitespace().nth(1));
-        assert_eq!(estimate, Some("–"), "{told}");
+        assert_eq!(estimate, Some("–"), "{text}");
     }
 }
 
@@ -537,8 +538,7 @@ fn every_kind_of_reference_runs() {
         let text = format!("[plant]\na = 0.5\nb = 200.0\nload = 5.0\n[excitation]\n{table}\n");
         let scenario = scenario(&folder, &text);
         let output = servo_id(&["run", &scenario, "--json", "-"]);
-        assert_done(&output);
-        let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let result = printed_json(&output);
         let b = result["estimates"]["b"]["tail_mean"]
             .as_f64()
             .expect("number");

@@ -16,10 +16,10 @@ fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
     fs::write(&scenario, text).expect("the scenario is written");
     let [path, result] = [&scenario, &json].map(|path| path.display().to_string());
     let output = servo_id(&["commission", &path, "--json", &result]);
-    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &standard_error(&output);
+    let answer = String::from_utf8_lossy(&output.stdout).into_owned() + &standard_error(&output);
     let result = fs::read_to_string(&json).ok();
     let result = result.map(|text| serde_json::from_str(&text).expect("it is JSON"));
-    (output.status.code(), said, result)
+    (output.status.code(), answer, result)
 }
 
 /// The paper's servo with one line changed is refused before anything moves: at the key's line, and with
@@ -27,25 +27,25 @@ fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
 fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, figure: &str) {
     let text = PAPER.replace(from, to);
     assert_ne!(text, PAPER, "{test}");
-    let (status, said, result) = commission(test, &text);
-    assert_eq!(status, Some(2), "{test}: {said}");
+    let (status, answer, result) = commission(test, &text);
+    assert_eq!(status, Some(2), "{test}: {answer}");
     assert!(result.is_none(), "{test}: no partial output");
-    assert!(!said.contains("released-check"), "{test}: {said}");
+    assert!(!answer.contains("released-check"), "{test}: {answer}");
     let name = key.rsplit('.').next().expect("a key has a name");
     let line = text.lines().position(|line| line.starts_with(name));
     let table = text.lines().position(|line| line == "[commission]");
     let line = 1 + line.or(table).expect("the key or its table is there");
     assert!(
-        said.contains(&format!("scenario.toml:{line}: {key}: ")),
-        "{test}: {said}"
+        answer.contains(&format!("scenario.toml:{line}: {key}: ")),
+        "{test}: {answer}"
     );
-    assert!(said.contains(figure), "{test}: {said}");
+    assert!(answer.contains(figure), "{test}: {answer}");
 }
 
 #[test]
 fn an_unknown_servo_ends_with_gains_and_their_derivation() {
-    let (status, said, result) = commission("paper", PAPER);
-    assert_eq!(status, Some(0), "{said}");
+    let (status, answer, result) = commission("paper", PAPER);
+    assert_eq!(status, Some(0), "{answer}");
     let result = result.expect("it is written");
     assert_eq!(result["status"], "applied");
     assert_eq!(result["code"], 0);
@@ -69,14 +69,14 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
             "applied"
         ]
     );
-    let first = said
+    let first = answer
         .find("it moves at most")
-        .expect("the largest motion is told");
+        .expect("the largest motion is printed");
     assert!(
         names
             .iter()
-            .all(|name| said.find(name).is_some_and(|place| first < place)),
-        "{said}"
+            .all(|name| answer.find(name).is_some_and(|place| first < place)),
+        "{answer}"
     );
     for gain in ["kp", "kd", "ki", "cutoff"] {
         assert!(
@@ -118,8 +118,8 @@ fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_nu
     // A locked axis: friction exceeds the largest command.
     let text = PAPER.replace("coulomb = 0.0 ", "coulomb = 9000.0 ");
     assert_ne!(text, PAPER);
-    let (status, said, result) = commission("locked", &text);
-    assert_eq!(status, Some(1), "{said}");
+    let (status, answer, result) = commission("locked", &text);
+    assert_eq!(status, Some(1), "{answer}");
     let result = result.expect("it is written");
     let reason = Reason::DoesNotMove;
     assert_eq!(result["status"], "aborted");
@@ -129,10 +129,10 @@ fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_nu
     assert_eq!(result["reason"]["remedy"], reason.remedy());
     assert_eq!(result["gains"], Value::Null);
     assert!(
-        said.contains(reason.cause()) && said.contains(reason.remedy()),
-        "{said}"
+        answer.contains(reason.cause()) && answer.contains(reason.remedy()),
+        "{answer}"
     );
-    assert!(said.contains("the servo is disabled"), "{said}");
+    assert!(answer.contains("the servo is disabled"), "{answer}");
 }
 
 #[test]
@@ -218,10 +218,10 @@ fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_
 #[test]
 fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
     let run = include_str!("../../scenarios/paper.toml");
-    let (status, said, result) = commission("run", run);
-    assert_eq!(status, Some(2), "{said}");
+    let (status, answer, result) = commission("run", run);
+    assert_eq!(status, Some(2), "{answer}");
     assert!(
-        result.is_none() && said.contains("[commission]\n    travel = 0.5"),
-        "{said}"
+        result.is_none() && answer.contains("[commission]\n    travel = 0.5"),
+        "{answer}"
     );
 }

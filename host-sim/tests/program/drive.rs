@@ -96,8 +96,8 @@ impl Person {
     /// Waits for a running command: exit status, standard output and standard error.
     fn ends(child: Child) -> (Option<i32>, String, String) {
         let output = child.wait_with_output().expect("it ends");
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        (output.status.code(), said, standard_error(&output))
+        let answer = String::from_utf8_lossy(&output.stdout).into_owned();
+        (output.status.code(), answer, standard_error(&output))
     }
 }
 
@@ -107,9 +107,12 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     let drive = &person.drive;
 
     // 1. Who is there?
-    let said = person.does("status");
-    assert!(said.contains("released: the servo coasts"), "{said}");
-    assert!(said.contains("not configured: it does not start"), "{said}");
+    let answer = person.does("status");
+    assert!(answer.contains("released: the servo coasts"), "{answer}");
+    assert!(
+        answer.contains("not configured: it does not start"),
+        "{answer}"
+    );
     let refused = person.fails(1, "start");
     assert!(refused.contains("configure it first"), "{refused}");
 
@@ -129,11 +132,11 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
         drive.pass(2.0);
     }
     drive.with(|around| around.hand = Hand::Holds(0.21));
-    let (status, said, why) = Person::ends(start);
+    let (status, answer, why) = Person::ends(start);
     // 159 counts of 10 000.
     assert!(
-        said.contains("position 0.0999"),
-        "it counts upwards: {said}"
+        answer.contains("position 0.0999"),
+        "it counts upwards: {answer}"
     );
     assert_eq!(status, Some(1));
     assert!(why.contains("fault 22:"), "not {why}");
@@ -175,9 +178,9 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     drive.pass(2.0);
     let back = drive.with(|around| around.position);
     assert!((back - from).abs() < 0.01, "{back} from {from}");
-    let (status, said, why) = Person::ends(start);
+    let (status, answer, why) = Person::ends(start);
     assert_eq!(status, Some(0), "{why}");
-    assert!(said.contains("the last run was stopped"), "{said}");
+    assert!(answer.contains("the last run was stopped"), "{answer}");
 
     // 6. The whole command, and a dither: too large a one for the protections is refused.
     person.write(10.0, "kind = \"prbs\"\namplitude = 0.1\nhold = 0.05");
@@ -188,8 +191,8 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     );
     person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
     person.does(tight);
-    let said = person.does("start --for 3");
-    let mut lines = said.lines();
+    let answer = person.does("start --for 3");
+    let mut lines = answer.lines();
     let known = lines
         .find(|line| line.starts_with("knows: "))
         .expect("it says what it knows");
@@ -204,9 +207,12 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     // 7. Kept through a loss of power.
     person.does("save");
     drive.cycle_power();
-    let said = person.does("status");
-    assert!(said.contains("a record is kept"), "{said}");
-    assert!(said.contains(known.trim_start_matches("knows: ")), "{said}");
+    let answer = person.does("status");
+    assert!(answer.contains("a record is kept"), "{answer}");
+    assert!(
+        answer.contains(known.trim_start_matches("knows: ")),
+        "{answer}"
+    );
 }
 
 #[test]
@@ -237,8 +243,8 @@ fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
     start.wait().expect("it has ended");
     drive.pass(6.0);
     assert_eq!(drive.with(|around| around.held), None);
-    let said = person.does("status");
-    assert!(said.contains("fault 40:"), "{said}");
+    let answer = person.does("status");
+    assert!(answer.contains("fault 40:"), "{answer}");
 
     // `--leave` needs a setting that permits it.
     let refused = person.fails(2, "start --leave");
@@ -250,8 +256,8 @@ fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
     assert!(drive.with(|around| around.held).is_some());
     drive.pass(4.0);
     assert_eq!(drive.with(|around| around.held), None);
-    let said = person.does("status");
-    assert!(said.contains("ended when its time was over"), "{said}");
+    let answer = person.does("status");
+    assert!(answer.contains("ended when its time was over"), "{answer}");
 }
 
 #[test]
@@ -316,8 +322,8 @@ fn a_recording_is_kept_however_it_ends() {
     let script = format!("kill -INT {}", recording.id());
     let sent = Command::new("sh").args(["-c", &script]).status();
     assert!(sent.expect("a shell").success());
-    let (status, said, why) = Person::ends(recording);
-    assert_eq!((status, said.as_str()), (Some(1), ""), "{why}");
+    let (status, answer, why) = Person::ends(recording);
+    assert_eq!((status, answer.as_str()), (Some(1), ""), "{why}");
     assert!(why.contains("of 1000000 reports"), "{why}");
     let whole = |text: &str| text.lines().all(|row| row.split(',').count() == 9);
     let first = std::fs::read_to_string(&file).expect("kept");
@@ -359,8 +365,8 @@ fn a_run_is_ended_when_its_output_cannot_be_read() {
     let why = standard_error(&output);
     assert!(why.contains("standard output cannot be written"), "{why}");
     assert_eq!(drive.with(|around| around.held), None);
-    let said = person.does("status");
-    assert!(said.contains("the last run was stopped"), "{said}");
+    let answer = person.does("status");
+    assert!(answer.contains("the last run was stopped"), "{answer}");
 }
 
 /// The tables that a user adds to the scenario for a commissioning.
@@ -376,12 +382,12 @@ fn an_unknown_servo_is_commissioned_from_the_command_line() {
     let output = servo_id(&person.arguments("commission my-servo.toml"));
     let progress = standard_error(&output);
     assert!(output.status.success(), "{progress}");
-    let said = String::from_utf8_lossy(&output.stdout);
-    let first = said.lines().next().unwrap_or_default();
-    assert!(first.contains("moves at most from -1.5"), "{said}");
+    let answer = String::from_utf8_lossy(&output.stdout);
+    let first = answer.lines().next().unwrap_or_default();
+    assert!(first.contains("moves at most from -1.5"), "{answer}");
     assert!(
-        said.contains("applied: the new gains hold, and are kept"),
-        "{said}"
+        answer.contains("applied: the new gains hold, and are kept"),
+        "{answer}"
     );
     for phase in ["wiggle", "fit", "refine", "verify", "tune", "trial"] {
         assert!(progress.contains(phase), "{phase}: {progress}");
@@ -446,9 +452,9 @@ fn a_running_loop_is_commissioned_and_continues() {
     person.does("configure my-servo.toml --link-timeout 0 --travel 50 --speed 100");
     person.does("start --leave");
     std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
-    let said = person.does("commission my-servo.toml");
+    let answer = person.does("commission my-servo.toml");
     let runs_on = "applied: the new gains hold, and are kept as soon as the servo is released; the loop keeps running";
-    assert!(said.contains(runs_on), "{said}");
+    assert!(answer.contains(runs_on), "{answer}");
     let status = person.does("status");
     assert!(status.starts_with("running"), "{status}");
     assert!(status.contains("as commissioned"), "{status}");

@@ -182,14 +182,14 @@ fn the_numbers_are_those_of_the_data_sheet() {
     };
     near(&servo["b"], 0.05 / (0.6 * 3e-5));
     near(&servo["a"], (1e-5 + 0.05 * 0.05 / 0.6) / 3e-5);
-    let told = std::fs::read_to_string(&file).expect("a scenario");
+    let text = std::fs::read_to_string(&file).expect("a scenario");
     for derivation in [
         "(B + k_t k_e/R)/J",
         "k_t/(R J)",
         "Coulomb friction/J",
         "3 omega^2/b",
     ] {
-        assert!(told.contains(derivation), "{told}");
+        assert!(text.contains(derivation), "{text}");
     }
 }
 
@@ -300,9 +300,9 @@ fn check_promises_no_parameter_that_the_motion_cannot_identify() {
             "{known}"
         );
     }
-    let told = done(&["check", &argument(&broken)]);
-    assert!(told.contains("the run breaks off"), "{told}");
-    assert!(!told.contains("run longer"), "{told}");
+    let message = done(&["check", &argument(&broken)]);
+    assert!(message.contains("the run breaks off"), "{message}");
+    assert!(!message.contains("run longer"), "{message}");
 }
 
 #[test]
@@ -345,12 +345,12 @@ fn problems_of_a_scenario_are_reported() {
         ),
     ] {
         let file = scenario(test, &more);
-        let told = done(&["check", &argument(&file)]);
+        let message = done(&["check", &argument(&file)]);
         assert!(
-            told.contains("warning: ") && told.contains(expected),
-            "{test}: {told}"
+            message.contains("warning: ") && message.contains(expected),
+            "{test}: {message}"
         );
     }
-    let told = done(&["check", &argument(&scenario("sound", LAW))]);
-    assert!(told.contains("nothing speaks against it"), "{told}");
+    let message = done(&["check", &argument(&scenario("sound", LAW))]);
+    assert!(message.contains("nothing speaks against it"), "{message}");
 }

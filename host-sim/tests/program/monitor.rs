@@ -45,8 +45,8 @@ impl Bench {
             .stdout(Stdio::piped())
             .spawn()
             .expect("the program starts");
-        let said = drive.stdout.take().expect("it is piped");
-        let mut lines = BufReader::new(said).lines();
+        let output = drive.stdout.take().expect("it is piped");
+        let mut lines = BufReader::new(output).lines();
         let port = lines
             .find_map(|line| {
                 let line = line.expect("text");
@@ -158,8 +158,8 @@ fn a_simulated_drive_has_room_for_any_dither_and_names_its_scenario() {
     let refused = servo_id(&["drive", "--port", &bench.port, "commission", &file]);
     assert_eq!(refused.status.code(), Some(2));
     let why = standard_error(&refused);
-    let told = "encoder.counts_per_rev is 4096 here, and 10000 in the drive: `drive configure`";
-    assert!(why.contains(told), "{why}");
+    let message = "encoder.counts_per_rev is 4096 here, and 10000 in the drive: `drive configure`";
+    assert!(why.contains(message), "{why}");
 }
 
 #[test]
@@ -304,7 +304,7 @@ fn a_signal_restores_the_terminal_and_releases_the_servo() {
     let mut monitor = Terminal::start(&command, &bench.folder, 80, 24);
     monitor.shows(" RELEASED ");
     starts(&mut monitor);
-    let pid = std::fs::read_to_string(bench.folder.join("pid")).expect("it was told");
+    let pid = std::fs::read_to_string(bench.folder.join("pid")).expect("it was printed");
     let sent = Command::new("kill").args(["-TERM", pid.trim()]).status();
     assert!(sent.is_ok_and(|status| status.success()));
     let (status, text) = monitor.ends();

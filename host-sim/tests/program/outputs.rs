@@ -254,9 +254,9 @@ fn a_full_standard_output_is_a_failure_and_a_closed_one_is_not() {
     ] {
         let output = program(&folder, words).stdout(full()).output();
         let output = output.expect("the program starts");
-        let told = standard_error(&output);
-        assert_eq!(output.status.code(), Some(1), "{words}: {told}");
-        assert!(told.contains("cannot be written"), "{words}: {told}");
+        let message = standard_error(&output);
+        assert_eq!(output.status.code(), Some(1), "{words}: {message}");
+        assert!(message.contains("cannot be written"), "{words}: {message}");
 
         let mut child = program(&folder, words)
             .stdout(Stdio::piped())
@@ -284,9 +284,9 @@ fn a_full_disk_leaves_the_old_file() {
         .current_dir(&folder)
         .output()
         .expect("a shell");
-    let told = standard_error(&output);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("old cannot be written"), "{told}");
+    let message = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("old cannot be written"), "{message}");
     assert_eq!(fs::read(folder.join("old")).expect("there"), b"precious");
     assert_eq!(names(&folder), ["old", "scenario.toml"]);
 }
@@ -392,8 +392,8 @@ fn an_interrupted_sweep_keeps_its_finished_runs() {
     signal(&child, "INT");
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(1));
-    let told = standard_error(&output);
-    assert!(told.contains("of 1000000 servos"), "{told}");
+    let message = standard_error(&output);
+    assert!(message.contains("of 1000000 servos"), "{message}");
     let text = fs::read_to_string(folder.join("rows.csv")).expect("kept");
     assert!(text.lines().count() > 1 && text.ends_with('\n'));
     assert_eq!(names(&folder), ["rows.csv", "scenario.toml"]);
@@ -429,9 +429,12 @@ fn a_file_created_meanwhile_is_not_replaced() {
     wait_for_temporary(&folder);
     fs::write(folder.join("new"), "precious").expect("written");
     let output = child.wait_with_output().expect("it ends");
-    let told = standard_error(&output);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("a file of that name is there"), "{told}");
+    let message = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("a file of that name is there"),
+        "{message}"
+    );
     assert_eq!(fs::read(folder.join("new")).expect("there"), b"precious");
     assert_eq!(names(&folder), ["new", "scenario.toml"]);
 }

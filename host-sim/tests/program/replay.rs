@@ -282,13 +282,13 @@ fn a_wrongly_declared_controller_is_reported_and_does_no_harm() {
 #[test]
 fn a_log_with_the_command_needs_neither_controller_nor_reference() {
     let text = lines().join("\n") + "\n";
-    let told = "gamma = [1.0, 2000.0, 40.0, 40.0]\ncorrection = { kp = 4.0, kd = 0.1, ki = 2.0 }";
+    let gains = "gamma = [1.0, 2000.0, 40.0, 40.0]\ncorrection = { kp = 4.0, kd = 0.1, ki = 2.0 }";
     let alone = without(
         &gradient(),
         &["[controller]", "[amplifier]"],
         &["reference"],
     )
-    .replace("[log]", &format!("{told}\n[log]"));
+    .replace("[log]", &format!("{gains}\n[log]"));
     let found = printed_json(&replay_text("alone", &text, &alone));
     let b = found["estimates"]["b"]["final"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{found}");

@@ -211,10 +211,11 @@ fn a_port_in_use_is_reported_before_any_work() {
     for (verb, name) in [("run", "friction.toml"), ("commission", "commission.toml")] {
         let output = servo_id(&[verb, &scenario(name), &live, "--json", &json]);
         assert_eq!(output.status.code(), Some(1));
-        let told = standard_error(&output);
+        let message = standard_error(&output);
         assert!(
-            told.contains(&format!("port {port} ")) && told.contains("another program uses it"),
-            "{told}"
+            message.contains(&format!("port {port} "))
+                && message.contains("another program uses it"),
+            "{message}"
         );
         assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0);
     }

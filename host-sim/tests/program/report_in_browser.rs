@@ -39,8 +39,8 @@ const COLOURS: &str = "
 const SHOWN: &str = "const { min, max } = plots[0].chart.scales.x; return max - min;";
 
 fn assert_silent(browser: &Browser, when: &str) {
-    let said = browser.console();
-    assert!(said.is_empty(), "{when}: {said:?}");
+    let messages = browser.console();
+    assert!(messages.is_empty(), "{when}: {messages:?}");
 }
 
 fn assert_drawn(browser: &Browser, plots: usize) {
@@ -185,9 +185,9 @@ fn shares_over_a_logarithmic_abscissa_are_drawn_and_zoomed() {
     // The value is shown, not its logarithm.
     browser.ask("document.querySelector('.canvas').focus();");
     browser.press(&[RIGHT]);
-    let told = browser.ask("return document.querySelector('.place').textContent;");
-    let told = told.as_str().and_then(|text| text.rsplit(' ').next());
-    let value: f64 = told.and_then(|text| text.parse().ok()).expect("a number");
+    let place = browser.ask("return document.querySelector('.place').textContent;");
+    let place = place.as_str().and_then(|text| text.rsplit(' ').next());
+    let value: f64 = place.and_then(|text| text.parse().ok()).expect("a number");
     let first = &ticks(&browser)[0];
     assert!(
         first[0] < value && value < first[first.len() - 1],

@@ -116,8 +116,8 @@ fn a_different_version_and_a_different_result_are_reported() {
     std::fs::write(&other, result.to_string()).expect("written");
     let answer = servo_id(&["reproduce", &argument(&other)]);
     assert_eq!(answer.status.code(), Some(1));
-    let told = format!("estimates.b.final: {} before, {b} now", b.next_up());
-    assert!(standard_error(&answer).contains(&told), "{answer:?}");
+    let message = format!("estimates.b.final: {} before, {b} now", b.next_up());
+    assert!(standard_error(&answer).contains(&message), "{answer:?}");
 
     for (bytes, expected) in [
         ("no result", "this is no result"),

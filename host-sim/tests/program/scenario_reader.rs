@@ -14,7 +14,7 @@ fn refusal(text: &str) -> String {
     answer
 }
 
-fn assert_says(text: &str, parts: &[&str]) {
+fn assert_names(text: &str, parts: &[&str]) {
     let answer = refusal(text);
     for part in parts {
         assert!(answer.contains(part), "{part:?} is missing:\n{answer}");
@@ -23,7 +23,7 @@ fn assert_says(text: &str, parts: &[&str]) {
 
 #[test]
 fn following_the_messages_turns_an_empty_file_into_a_run() {
-    assert_says(
+    assert_names(
         "",
         &[
             "s.toml:1: plant: a run needs",
@@ -33,8 +33,8 @@ fn following_the_messages_turns_an_empty_file_into_a_run() {
             "b = ",
         ],
     );
-    assert_says("[plant]\n", &["s.toml:1: plant.a: ", "1/s", "a = 0.5 "]);
-    assert_says(
+    assert_names("[plant]\n", &["s.toml:1: plant.a: ", "1/s", "a = 0.5 "]);
+    assert_names(
         "[plant]\na = 2.0\n",
         &["s.toml:1: plant.b: ", "b = 200.0 ", "acceleration"],
     );
@@ -54,31 +54,31 @@ fn following_the_messages_turns_an_empty_file_into_a_run() {
 #[test]
 fn a_misspelt_key_is_answered_with_the_nearest_name() {
     let with = |line: &str| format!("{PLANT}{line}\n");
-    assert_says(
+    assert_names(
         &with("laod = 1.0"),
         &[
             "s.toml:4: plant.laod: there is no such key",
             "did you mean load?",
         ],
     );
-    assert_says(
+    assert_names(
         &with("[contoller]"),
         &["s.toml:4: contoller", "did you mean controller?"],
     );
-    assert_says(
+    assert_names(
         &with("kp = 1.0"),
         &["plant.kp", "did you mean controller.kp?"],
     );
-    assert_says(
+    assert_names(
         &with("[identifier]\nlaw = \"gaus-newton\""),
         &["s.toml:5", "did you mean \"gauss-newton\"?"],
     );
-    assert_says(
+    assert_names(
         &with("[identifier]\nrelay = 1.0"),
         &["\"gradient\" does not take this key", "gamma"],
     );
     let long = "x".repeat(5000);
-    assert_says(
+    assert_names(
         &with(&format!("\"{long}\\u0007\" = 1")),
         &["s.toml:4: plant.xxxx"],
     );
@@ -142,7 +142,7 @@ fn a_wrong_type_is_named_in_plain_words() {
         ("load = heavy", "quotes"),
         ("load", "not TOML"),
     ] {
-        assert_says(&with(line), &[says]);
+        assert_names(&with(line), &[says]);
     }
 }
 
@@ -174,12 +174,12 @@ fn messages_name_a_default_as_such() {
 #[test]
 fn a_number_without_a_digit_before_its_point_is_shown_how() {
     for value in [".3", "-.3", "+.3", " .3"] {
-        assert_says(
+        assert_names(
             &format!("[plant]\na = 1\nb ={value}\n"),
             &["s.toml:3: ", "0.5, not .5"],
         );
     }
-    assert_says("[plant]\na =\n", &["a value is missing behind ="]);
+    assert_names("[plant]\na =\n", &["a value is missing behind ="]);
 }
 
 /// A terminal obeys control characters, which a text may spell.
@@ -191,7 +191,7 @@ fn a_message_shows_no_control_character() {
         "\"\\u001b]0;title\" = 1\n",
         "[plant]\na = 1\nb = 2\n\"b\\r\" = 2\n",
     ] {
-        assert_says(text, &["\u{fffd}"]);
+        assert_names(text, &["\u{fffd}"]);
     }
 }
 
@@ -260,7 +260,7 @@ fn byte_order_marks_and_carriage_returns_do_no_harm() {
     for text in [&marked, &returns] {
         Scenario::parse("s.toml", text, Purpose::Run).expect("a scenario");
     }
-    assert_says(&format!("{returns}laod = 1\r\n"), &["s.toml:4: plant.laod"]);
+    assert_names(&format!("{returns}laod = 1\r\n"), &["s.toml:4: plant.laod"]);
 }
 
 #[test]

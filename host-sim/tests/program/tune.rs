@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Output;
 
-use crate::support::{assert_done, folder, refusal_message, servo_id};
+use crate::support::{assert_done, folder, printed_json, refusal_message, servo_id};
 use serde_json::{Value, json};
 
 /// A result of `run`, with the keys that `tune` reads.
@@ -75,8 +75,7 @@ fn json_has_the_promised_keys_and_pictures_are_drawn() {
         let arguments = ["--bandwidth", "60", "--json", "-", "--plot", &picture];
         let arguments: Vec<&str> = KNOWN.iter().chain(&arguments).copied().collect();
         let output = tune(&folder, &result(), &arguments);
-        assert_done(&output);
-        let document: Value = serde_json::from_slice(&output.stdout).expect("only JSON");
+        let document = printed_json(&output);
         let number = |pointer: &str| document.pointer(pointer).and_then(Value::as_f64);
         assert_eq!(number("/bandwidth"), Some(60.0));
         assert!(document["cap"].is_null());

@@ -159,8 +159,8 @@ fn a_named_cause_precedes_movement_unless_the_estimates_are_far_from_the_minimum
 #[test]
 fn every_reason_names_figure_and_remedy() {
     let unknown = Unknown::B;
-    let said = |reason: VerdictReason| reason.to_string();
-    let not_excited = said(VerdictReason::NotExcited {
+    let text = |reason: VerdictReason| reason.to_string();
+    let not_excited = text(VerdictReason::NotExcited {
         unknown,
         std_error: 12.345,
         limit: 3.8655,
@@ -173,7 +173,7 @@ fn every_reason_names_figure_and_remedy() {
         not_excited.contains("3.865 ") || not_excited.contains("3.866 "),
         "{not_excited}"
     );
-    let lacks = said(VerdictReason::Lacks {
+    let lacks = text(VerdictReason::Lacks {
         cause: Some(Cause::Delay),
         share: 0.93,
         unknown,

@@ -76,7 +76,7 @@ const FAULTS: [(FaultKind, f64); 10] = [
 ];
 
 /// The number of the reason, and the samples until it ended.
-fn told(course: &Course, samples: Option<u64>) -> String {
+fn reported(course: &Course, samples: Option<u64>) -> String {
     let number = course.state.reason().map(Reason::number);
     let number = number.map_or("-".to_owned(), |number| number.to_string());
     let samples = samples.map_or("never".to_owned(), |samples| samples.to_string());
@@ -100,8 +100,8 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                 let taken = course
                     .ended()
                     .map(|ended| ((ended - struck) / sample_time).round() as u64);
-                let told = told(&course, taken);
-                row += &format!(" {told:>16}");
+                let reported = reported(&course, taken);
+                row += &format!(" {reported:>16}");
                 let Some(reason) = course.state.reason() else {
                     // An actuator that is weak from the start is a property of the servo.
                     let unseen = matches!(phase, Phase::ReleasedCheck | Phase::Probing);
@@ -119,7 +119,9 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                 let most = samples.max((time / sample_time) as u64);
                 let in_time = taken.is_some_and(|taken| taken <= most);
                 if course.after.is_empty() || !safe || !in_time || !reasons.contains(&reason) {
-                    wrong.push(format!("{name} {kind:?} in {phase:?}: {told}, safe {safe}"));
+                    wrong.push(format!(
+                        "{name} {kind:?} in {phase:?}: {reported}, safe {safe}"
+                    ));
                 }
             }
             println!("{row}");

@@ -275,14 +275,14 @@ fn nothing_is_learnt_from_a_servo_at_rest() {
         assert_eq!(seen.event, Event::Standing);
     }
     let large = identifier.command_word(5.0);
-    let told = (0..200)
+    let reported = (0..200)
         .position(|_| {
             let seen = identifier.process(&mut state, 0, large).expect("in reach");
             seen.event == Event::NotFollowing
         })
-        .expect("it is told");
+        .expect("it is reported");
     // Not before the servo has had a tenth of a second to move.
-    assert_eq!(told, 100);
+    assert_eq!(reported, 100);
     let after = identifier.estimates(&state);
     assert!((after.b - before.b).abs() < 1e-9 && (after.coulomb - before.coulomb).abs() < 1e-9);
 }
@@ -323,7 +323,7 @@ fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
 
 #[test]
 fn settings_out_of_range_are_refused_with_a_value_that_fits() {
-    for (said, parts) in [
+    for (answer, parts) in [
         (
             refusal(|settings| with_ranges(settings, |ranges| ranges.error = 1e6)),
             ["ranges.error = 1000000", "at most 42165"],
@@ -378,7 +378,7 @@ fn settings_out_of_range_are_refused_with_a_value_that_fits() {
             ["ranges", "given"],
         ),
     ] {
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        assert!(parts.iter().all(|part| answer.contains(part)), "{answer}");
     }
 }
 

@@ -215,15 +215,15 @@ fn declarations_without_effect_are_refused_by_name() {
         current_loop: 1e-3,
         ..none
     };
-    for said in [refusal::<BareGradient>(delay), refusal::<BareWindow>(delay)] {
-        assert!(said.starts_with("delay is declared"), "{said}");
+    for answer in [refusal::<BareGradient>(delay), refusal::<BareWindow>(delay)] {
+        assert!(answer.starts_with("delay is declared"), "{answer}");
     }
-    for said in [
+    for answer in [
         refusal::<BareGradient>(current_loop),
         refusal::<BareWindow>(current_loop),
         refusal::<BareGaussNewton>(current_loop),
     ] {
-        assert!(said.starts_with("current_loop is declared"), "{said}");
+        assert!(answer.starts_with("current_loop is declared"), "{answer}");
     }
     for (declared, name) in [
         (
@@ -255,7 +255,7 @@ fn declarations_without_effect_are_refused_by_name() {
             "dead_band",
         ),
     ] {
-        let said = refusal::<GaussNewton>(declared);
-        assert!(said.starts_with(name), "{said}");
+        let answer = refusal::<GaussNewton>(declared);
+        assert!(answer.starts_with(name), "{answer}");
     }
 }

@@ -209,7 +209,9 @@ fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
     {
         let mut motion = motion(4);
         let mut halves = Halves::<R, F>::new();
-        let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
+        let fitted = halves
+            .find(&mut motion, 4000)
+            .expect("a motion with enough information");
         let before = halves.recorder.estimates(&halves.recording);
 
         let mut joined = halves.recording.clone();
@@ -233,7 +235,9 @@ fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
 fn a_running_recursion_is_not_restarted() {
     let mut motion = motion(5);
     let mut halves = Halves::<Recursion, FirstFit>::new();
-    let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
+    let fitted = halves
+        .find(&mut motion, 4000)
+        .expect("a motion with enough information");
     for event in [Event::Started, Event::None] {
         halves.recorder.take_over(&mut halves.recording, &fitted);
         assert_eq!(halves.learn(sample(&mut motion)).event, event);
@@ -245,10 +249,14 @@ fn a_first_fit_that_is_lost_is_repeated() {
     let mut motion = motion(6);
     let mut halves = Halves::<Recursion, FirstFit>::new();
     for _ in 0..3 {
-        halves.find(&mut motion, 4000).expect("a motion that tells");
+        halves
+            .find(&mut motion, 4000)
+            .expect("a motion with enough information");
     }
     assert!(!halves.recorder.is_running(&halves.recording));
-    let fitted = halves.find(&mut motion, 4000).expect("a motion that tells");
+    let fitted = halves
+        .find(&mut motion, 4000)
+        .expect("a motion with enough information");
     halves.recorder.take_over(&mut halves.recording, &fitted);
     assert_eq!(halves.learn(sample(&mut motion)).event, Event::Started);
     assert!(halves.recorder.is_running(&halves.recording));

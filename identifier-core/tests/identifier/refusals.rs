@@ -81,8 +81,8 @@ fn every_setting_out_of_range_is_named() {
         ("max_speed", |s| s.identifier.max_speed = Some(-1.0)),
     ];
     for (name, change) in cases {
-        let said = refusal(change);
-        assert!(said.contains(name), "{name}: {said}");
+        let answer = refusal(change);
+        assert!(answer.contains(name), "{name}: {answer}");
     }
 }
 

@@ -62,13 +62,13 @@ fn shown_later<N: Copy, I: Identify<N>>(
         }
         let now = (identifier.estimates(&state), identifier.at_bounds(&state));
         if let Some((shown, then)) = waiting.replace((identifier.snapshot(&state), now)) {
-            let told = (
+            let later = (
                 identifier.estimates_in(&shown),
                 identifier.at_bounds_in(&shown),
             );
-            assert_eq!(told, then);
-            moved += u32::from(told.0 != now.0);
-            at_bound += u32::from(told.1.a);
+            assert_eq!(later, then);
+            moved += u32::from(later.0 != now.0);
+            at_bound += u32::from(later.1.a);
         }
     }
     (moved, at_bound)

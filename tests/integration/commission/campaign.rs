@@ -55,7 +55,7 @@ fn unknown_servos_are_commissioned_within_their_limits() {
                 all.add(judged);
                 let good = judged.kept.is_some_and(|kept| kept.is_kept());
                 if !good || !judged.broken.is_empty() {
-                    detail(drawn, &told(judged));
+                    detail(drawn, &description(judged));
                 }
                 broken.extend(
                     judged
@@ -78,7 +78,7 @@ fn unknown_servos_are_commissioned_within_their_limits() {
     );
 }
 
-fn told(judged: &Judged) -> String {
+fn description(judged: &Judged) -> String {
     let end = judged.outcome.end.map(|end| {
         let reason = end.reason.map_or("", |reason| reason.name());
         format!(
@@ -91,8 +91,8 @@ fn told(judged: &Judged) -> String {
     format!("{end:?} {:?} {:?}", judged.kept, judged.broken)
 }
 
-fn detail(drawn: &Drawn, told: &str) {
+fn detail(drawn: &Drawn, description: &str) {
     if std::env::var("CAMPAIGN_DETAIL").is_ok() {
-        println!("{told}{}", drawn.text);
+        println!("{description}{}", drawn.text);
     }
 }

@@ -196,7 +196,7 @@ fn a_servo_that_is_not_the_model_is_applied_only_where_the_promise_is_kept() {
         }
     }
     println!(
-        "{table}\n{named} of {refused} that were not applied are told an effect that they have"
+        "{table}\n{named} of {refused} that were not applied have an effect of theirs as the reason"
     );
     faults.retain(|fault| !KNOWN_FAULTS.iter().any(|known| fault.starts_with(known)));
     assert!(faults.is_empty(), "{faults:#?}");

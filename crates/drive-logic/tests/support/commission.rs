@@ -50,11 +50,11 @@ const MAX_SAMPLES: u32 = 60_000;
 
 /// Runs until the commissioning has ended.
 pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
-    let mut told = Vec::new();
+    let mut reports = Vec::new();
     for _ in 0..MAX_SAMPLES {
-        told.extend(drive.pass(1));
+        reports.extend(drive.pass(1));
         if drive.supervisor.state() != State::Commissioning {
-            return told;
+            return reports;
         }
     }
     panic!("the commissioning has no end: {:?}", drive.status());

@@ -113,12 +113,12 @@ impl<'a> Drive<'a> {
 
     /// Runs samples and gathers the reports.
     pub(crate) fn pass(&mut self, samples: u32) -> Vec<Report> {
-        let mut told = Vec::new();
+        let mut reports = Vec::new();
         for _ in 0..samples {
             self.sample();
-            told.extend(std::iter::from_fn(|| self.supervisor.next_report()));
+            reports.extend(std::iter::from_fn(|| self.supervisor.next_report()));
         }
-        told
+        reports
     }
 
     /// Starts, runs the loop for a while, then applies a harm: the fault that follows.
@@ -128,8 +128,8 @@ impl<'a> Drive<'a> {
         assert_eq!(self.supervisor.state(), State::Running);
         assert!(self.bench.held.get().is_some());
         harm(self);
-        let told = self.pass(3000);
-        let fault = told.iter().find_map(|report| match report {
+        let reports = self.pass(3000);
+        let fault = reports.iter().find_map(|report| match report {
             Report::Fault(fault) => Some(*fault),
             _ => None,
         });
@@ -142,8 +142,9 @@ impl<'a> Drive<'a> {
     }
 }
 
-pub(crate) fn snapshots(told: &[Report]) -> Vec<Snapshot> {
-    told.iter()
+pub(crate) fn snapshots(reports: &[Report]) -> Vec<Snapshot> {
+    reports
+        .iter()
         .filter_map(|report| match report {
             Report::Snapshot(snapshot) => Some(*snapshot),
             _ => None,

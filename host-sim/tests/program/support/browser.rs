@@ -29,7 +29,7 @@ impl Browser {
         };
         let mut lines = BufReader::new(driver.stdout.take().expect("it is piped")).lines();
         let port = lines.find_map(|line| {
-            let line = line.expect("the driver tells its port");
+            let line = line.expect("the driver prints its port");
             let port = line
                 .split("on port ")
                 .nth(1)?

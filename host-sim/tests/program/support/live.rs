@@ -20,15 +20,15 @@ impl Shown {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program starts");
-        let mut told = String::new();
+        let mut line = String::new();
         let mut errors = BufReader::new(program.stderr.take().expect("it is piped"));
-        errors.read_line(&mut told).expect("it tells where");
-        let address = told
+        errors.read_line(&mut line).expect("it prints its address");
+        let address = line
             .split("http://")
             .nth(1)
             .and_then(|rest| rest.split('/').next());
         let address = address
-            .unwrap_or_else(|| panic!("no address: {told}"))
+            .unwrap_or_else(|| panic!("no address: {line}"))
             .to_owned();
         program.stderr = Some(errors.into_inner());
         Self { program, address }
