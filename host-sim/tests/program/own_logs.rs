@@ -26,8 +26,8 @@ fn replay(scenario: &Path, log: &Path) -> Value {
     result(&["replay", &log, "--scenario", &scenario, "--json", "-"])
 }
 
-/// Without how the log was read and how well the declared controller reproduces the recorded command,
-/// which is returned: a run has no such things.
+/// A result without its `logs`, and its `agreement` of the declared controller with the recorded command: a
+/// run has neither.
 fn without_agreement(mut result: Value) -> (Value, Value) {
     let agreement = result["agreement"].take();
     result["logs"] = Value::Array(Vec::new());

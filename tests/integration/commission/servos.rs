@@ -26,7 +26,7 @@ const WEAKEST: f64 = 50.0;
 /// Friction a over gain b of the paper's servo, command units s/rad.
 const NOMINAL: f64 = 0.2174 / 257.7;
 
-/// Servos of the issue: b over 100:1, a/b of 0 to 10 times the paper's, Coulomb friction of up to 20 % and
+/// Random unknown servos: b over 100:1, a/b of 0 to 10 times the paper's, Coulomb friction of up to 20 % and
 /// load of up to 30 % of the limit, 1000 to 131 072 counts, three sample rates, delays of up to two samples.
 /// Travel and speed are the limits of a user who knows only the strength of the servo's class: half a decade.
 /// Every second is held by gains that were tuned with care; the others rest and coast.

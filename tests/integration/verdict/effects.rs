@@ -1,5 +1,5 @@
-//! One effect at a time on three servos: with its term everything is found, and without it a result
-//! that is wrong is not called converged.
+//! One effect at a time on three servos: with its term all parameters are found, and without it a wrong
+//! result is not called converged.
 
 use host_sim::analysis::Status;
 use host_sim::result::Summary;

@@ -104,7 +104,7 @@ fn next_public<'a>(rest: &mut &'a str) -> Option<&'a str> {
     None
 }
 
-/// An item with a body ends with its brace; a list of imports goes on to its semicolon.
+/// An item with a body ends with its brace; a list of imports ends with its semicolon.
 fn body(item: &str) -> bool {
     !item.starts_with("use ")
 }
