@@ -40,7 +40,7 @@ pub struct Predicted {
 /// # Errors
 /// See [`ReplayError`].
 pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predicted, ReplayError> {
-    let play = |see: &mut dyn FnMut(&Row)| log.rows()?.try_for_each(|row| Ok(see(&row?)));
+    let play = |see: &mut dyn FnMut(&Row)| log.rows()?.try_for_each(|row| row.map(|row| see(&row)));
     let terms = found.outcome.terms.iter();
     let servo = FrozenServo::new(&found.estimates, scenario.sample_time())
         .map_err(|error| scenario.fault(&error.into()))?
