@@ -7,28 +7,43 @@
 #[macro_use]
 extern crate std;
 
-mod adaptation;
-pub mod commission;
-pub mod control;
-pub mod drive;
+// Once, in SI: the settings that every part is built from, and the errors that name one.
 pub mod error;
-pub mod excitation;
-mod fit;
-#[cfg(feature = "fixed")]
-pub mod fixed_point;
-pub mod identifier;
 pub mod interval;
-mod linalg;
-pub mod measurement;
-mod model;
 pub mod number;
 pub mod parameters;
-mod reason;
-pub mod replay;
 pub mod settings;
-pub mod stability;
-pub mod tuning;
 pub mod units;
+
+// Listen: identify from counts and commands.
+pub mod identifier;
+pub mod measurement;
+
+// Control.
+pub mod control;
+pub mod drive;
+pub mod excitation;
+
+// Commission.
+pub mod commission;
+
+// Tune.
+pub mod tuning;
+
+// Say how sure.
+pub mod replay;
+pub mod stability;
+
+// The same in fixed point.
+#[cfg(feature = "fixed")]
+pub mod fixed_point;
+
+// Parts of the above.
+mod adaptation;
+mod fit;
+mod linalg;
+mod model;
+mod reason;
 mod watch;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};

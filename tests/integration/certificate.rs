@@ -8,7 +8,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::settings::BoxSettings;
-use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
+use identifier_core::stability::SampledLoop;
 use identifier_core::stability::{Certificate, PlantBox};
 use integration_tests::{Random, in_parallel, run, servo};
 
@@ -142,7 +142,7 @@ fn no_certified_and_sampled_stable_case_diverges() {
     let mut ample = 0;
     for (scenario, summary) in search(1000, 300, (0.1, 10.0)) {
         assert_honest(&scenario, &summary);
-        if summary.outcome.gain_margin < Some(AMPLE_GAIN_MARGIN) {
+        if summary.outcome.gain_margin < Some(SampledLoop::AMPLE_GAIN_MARGIN) {
             continue;
         }
         ample += 1;

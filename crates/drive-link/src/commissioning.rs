@@ -1,7 +1,8 @@
 use core::fmt;
 
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{IdentifiedServo, Phase, Reason, TrialResult};
+use identifier_core::commission::{Phase, Reason, TrialResult};
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 

@@ -6,9 +6,8 @@ use drive_link::{
     StopListener, frame,
 };
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{
-    CommissionSettings, IdentifiedServo, Limits, Phase, Reason, TrialResult,
-};
+use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 use identifier_core::tuning::{Cap, Goal, Promise, Tuning};

@@ -1,8 +1,9 @@
 //! Conversions between the core's values and the messages of the link.
 
 use drive_link::{Estimates, Name, NotAllowed, Why};
-use identifier_core::commission::{CommissionError, IdentifiedServo};
+use identifier_core::commission::CommissionError;
 use identifier_core::identifier::Identify;
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
 use identifier_core::stability::CertificateError;

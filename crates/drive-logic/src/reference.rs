@@ -1,8 +1,7 @@
 //! The reference of a run: towards a target at a bounded speed, with dither on top.
 
 use drive_link::Settings;
-use identifier_core::control::position_error;
-use identifier_core::drive::Setpoint;
+use identifier_core::control::Setpoint;
 use identifier_core::error::OutOfRange;
 use identifier_core::excitation::{Excitation, Prbs};
 use identifier_core::number::Number;
@@ -107,7 +106,11 @@ impl Reference {
     #[inline(never)]
     fn advance(&mut self) {
         let at = &mut self.at;
-        let left = position_error(self.target, -at.offset, at.count);
+        let left = Setpoint {
+            count: self.target,
+            offset: -at.offset,
+        }
+        .error(at.count);
         at.offset += left.limited(-self.pace, self.pace);
         // Whole counts are carried over, so that a long way costs no digits.
         let whole = at.offset as i32;
@@ -120,7 +123,6 @@ impl Reference {
 #[cfg(test)]
 mod tests {
     use super::{Reference, Setpoint};
-    use identifier_core::control::position_error;
     use proptest::prelude::*;
 
     proptest! {
@@ -148,7 +150,7 @@ mod tests {
             for k in 0..(1.001 * needed) as u32 + 3 {
                 let before = reference.at;
                 let now = reference.next();
-                let step = position_error(now.count, now.offset - before.offset, before.count);
+                let step = Setpoint { count: now.count, offset: now.offset - before.offset }.error(before.count);
                 prop_assert!(step.abs() <= pace * 1.001 + 1e-6, "{step}");
                 if k + 2 < early {
                     prop_assert!(now.count != target || now.offset != 0.0);

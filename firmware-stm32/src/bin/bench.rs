@@ -15,7 +15,7 @@ use firmware_stm32::measured::{
 use firmware_stm32::paper;
 use fixed::types::I16F16;
 use identifier_core::Settings;
-use identifier_core::drive::Setpoint;
+use identifier_core::control::Setpoint;
 use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
 use identifier_core::identifier::{DiagonalGradientIdentifier, FitBlocks, Identify, RecordBlocks};
 use identifier_core::measurement::{Counter, LowPass, VelocityEstimate};

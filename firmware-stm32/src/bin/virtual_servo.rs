@@ -10,7 +10,8 @@ use cortex_m_rt::entry;
 use firmware_stm32::host::{Text, exit, print};
 use firmware_stm32::paper;
 use identifier_core::GradientLoop;
-use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
+use identifier_core::control::Setpoint;
+use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedServoLoop, Word};
 use identifier_core::identifier::Identify;
@@ -85,13 +86,7 @@ fn single_precision() -> Result<ServoParameters, SettingsError> {
             count: 0,
             offset: reference.process(&mut wanted),
         };
-        let taken = control_step(
-            &servo_loop,
-            &mut state,
-            setpoint,
-            &mut sensor,
-            &mut actuator,
-        );
+        let taken = servo_loop.control_step(&mut state, setpoint, &mut sensor, &mut actuator);
         if let Ok(sample) = taken {
             servo_loop.learn(&mut state, &sample);
         }

@@ -2,7 +2,7 @@
 
 use crate::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
 use identifier_core::parameters::{Parameter, Unknown};
-use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
+use identifier_core::stability::SampledLoop;
 
 use super::batch::Batch;
 use super::estimate::Tracked;
@@ -126,11 +126,12 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
         ));
     }
     if let Some(margin) = outcome.gain_margin
-        && margin < AMPLE_GAIN_MARGIN
+        && margin < SampledLoop::AMPLE_GAIN_MARGIN
     {
         reason.push_str(&format!(
             "; the sampled loop keeps a gain margin of only {margin:.1} over the box: below \
-             {AMPLE_GAIN_MARGIN} the estimates may wander, sample faster or lower the gains"
+             {} the estimates may wander, sample faster or lower the gains",
+            SampledLoop::AMPLE_GAIN_MARGIN
         ));
     }
     let events = &outcome.events;

@@ -7,7 +7,7 @@ use identifier_core::measurement::{Transfer, VelocityEstimate};
 use identifier_core::number::Complex;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
-use identifier_core::stability::sampled_loop;
+use identifier_core::stability::SampledLoop;
 use serde::Serialize;
 
 use crate::scenario::dispatch::with_velocity;
@@ -104,7 +104,8 @@ impl Response {
         const A_DECADE: u32 = 400;
         const DECADES: f64 = 6.0;
         let units = scenario.units();
-        let stable = sampled_loop::is_stable(&units, &self.gains, &self.velocity, self.a, self.b);
+        let stable =
+            SampledLoop::new(&units, &self.gains, &self.velocity).is_stable(self.a, self.b);
         let mut found = ClosedLoop {
             stable,
             bandwidth: None,
@@ -209,13 +210,8 @@ mod tests {
             let [fall, rise] = response.figures(&scenario).gain_margins;
             let stable = |factor: f64| {
                 let b = factor * response.b;
-                sampled_loop::is_stable(
-                    &scenario.units(),
-                    &response.gains,
-                    &response.velocity,
-                    response.a,
-                    b,
-                )
+                SampledLoop::new(&scenario.units(), &response.gains, &response.velocity)
+                    .is_stable(response.a, b)
             };
             let rise = rise.expect("sampling bounds every gain");
             assert!(

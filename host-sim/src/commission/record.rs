@@ -1,5 +1,6 @@
 use drive_link::NoGains;
-use identifier_core::commission::{IdentifiedServo, Phase, Reason, TrialResult};
+use identifier_core::commission::{Phase, Reason, TrialResult};
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Tuning;
 
 use super::Course;

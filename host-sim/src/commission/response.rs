@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use virtual_servo::{Effects, SensorEffects};
 
 use identifier_core::commission::HoldingGains;
-use identifier_core::control::{ControlState, Controller, position_error};
+use identifier_core::control::{ControlState, Controller, Setpoint};
 use identifier_core::measurement::LowPass;
 use identifier_core::settings::SettingsError;
 
@@ -106,7 +106,11 @@ impl StepResponse {
             let count = axis.sense().count.unwrap_or(before);
             let moved = f64::from(count.wrapping_sub(before));
             before = count;
-            let error = position_error(first, step * units.position(), count);
+            let setpoint = Setpoint {
+                count: first,
+                offset: step * units.position(),
+            };
+            let error = setpoint.error(count);
             let sample = controller.process(&mut state, error, moved);
             // A loop that has run away beyond what it can count goes nowhere any more.
             axis.advance(sample.map_or(0.0, |sample| sample.command));

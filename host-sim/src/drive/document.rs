@@ -2,8 +2,9 @@
 
 use drive_link::{NoGains, Outcome};
 use identifier_core::commission::{
-    CommissionSettings, HoldingGains, IdentifiedServo, LargestMotion, Limits, Reason, TrialResult,
+    CommissionSettings, HoldingGains, LargestMotion, Limits, Reason, TrialResult,
 };
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Promise};
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! From measurements to what a loop computes with: differences of positions, in its number format.
 
-use identifier_core::control::position_error;
+use identifier_core::control::Setpoint;
 use identifier_core::number::Number;
 
 use super::Measurement;
@@ -43,7 +43,11 @@ impl<N: Number> Feedback<N> {
                 self.count = count;
                 self.counted += i64::from(moved);
                 Motion {
-                    error: position_error(self.start, wanted, count),
+                    error: Setpoint {
+                        count: self.start,
+                        offset: wanted,
+                    }
+                    .error(count),
                     increment: N::from_count(moved),
                     position: self.counted as f64,
                 }

@@ -1,7 +1,7 @@
 //! The Γ-gradient identifier in fixed point, alone and beside the PID of its loop.
 
 use identifier_core::Settings;
-use identifier_core::drive::Setpoint;
+use identifier_core::control::Setpoint;
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{
     FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use drive_link::NoGains;
-use identifier_core::commission::{
-    HoldingGains, IdentifiedServo, LargestMotion, Limits, Reason, TrialResult,
-};
+use identifier_core::commission::{HoldingGains, LargestMotion, Limits, Reason, TrialResult};
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::tuning::{Cap, Promise, Tuning};
 use serde::{Serialize, Serializer};

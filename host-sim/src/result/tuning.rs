@@ -1,6 +1,6 @@
 //! The result of a tuning.
 
-use identifier_core::commission::IdentifiedServo;
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Cap, Promise};
 use serde::Serialize;

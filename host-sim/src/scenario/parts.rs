@@ -1,17 +1,15 @@
 //! The core's settings of a scenario, and the keys of their refusals.
 
-use identifier_core::control::Controller;
+use identifier_core::Settings;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
-use identifier_core::interval::Interval;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
-use identifier_core::settings::{AutomaticGain, GainError, SettingsError};
-use identifier_core::stability::{CertificateError, PlantBox};
+use identifier_core::settings::{GainError, SettingsError};
+use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
-use identifier_core::{ControllerSettings, Settings};
 
 use super::dispatch::{with_types, with_words};
 use super::{Arithmetic, ExcitationKind, Fault, Key, Reference, Scenario};
@@ -76,21 +74,8 @@ impl Scenario {
         /// Time for which the reference is played, s.
         const PLAYED_TIME: f64 = 10.0;
 
-        let units = settings.units()?;
-        let gains = settings.correction_gains()?;
-        let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
-        let automatic = AutomaticGain {
-            units,
-            plant_box: assumed_box(settings)?,
-            kd: gains.kd(),
-            samples: (PLAYED_TIME / units.sample_time()).min(MAX_PLAYED as f64) as u32,
-        };
-        // A loop that another controller closes is taken to be like the correction's.
-        let in_loop = Settings {
-            controller: settings.controller.or(Some(like_the_correction)),
-            ..*settings
-        };
-        with_types!(self, f64 => chosen_gamma(&automatic, &in_loop, reference))
+        let samples = (PLAYED_TIME / self.sample_time()).min(MAX_PLAYED as f64) as u32;
+        with_types!(self, f64 => automatic_gamma(settings, reference, samples))
     }
 
     /// The scenario with Γ stated where it would be chosen: it follows from the box and the
@@ -216,27 +201,6 @@ pub(super) fn identity() -> [[f64; 4]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
 }
 
-/// The box that Γ is chosen for: the stated one, or the servo of the initial estimates.
-fn assumed_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
-    let given = &settings.identifier;
-    let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
-    if let Some(within) = given.plant_box {
-        let (a, b) = (
-            side("plant_box.a", within.a)?,
-            side("plant_box.b", within.b)?,
-        );
-        return Ok(PlantBox::new(a, b)?);
-    }
-    let b = given.initial.b.ok_or(SettingsError::NotGiven {
-        setting: "initial.b",
-    })?;
-    let a = given.initial.a.unwrap_or(0.0).max(0.0);
-    Ok(PlantBox::new(
-        side("initial.a", [a, a])?,
-        side("initial.b", [b, b])?,
-    )?)
-}
-
 /// Reduces a chosen Γ to the range of fixed point, by one factor: it adapts more slowly. Other refusals of
 /// fixed point come from building the identifier.
 fn slow_to_fixed_range<V, S, const P: usize>(settings: &mut Settings)
@@ -262,23 +226,14 @@ where
     }
 }
 
-/// Γ for the loop of these settings, over all four parameters.
-fn chosen_gamma<V, S, const P: usize>(
-    automatic: &AutomaticGain,
-    in_loop: &Settings,
+fn automatic_gamma<V, S, const P: usize>(
+    settings: &Settings,
     reference: &impl Excitation<f64>,
+    samples: u32,
 ) -> Result<[[f64; 4]; 4], SettingsError>
 where
     V: VelocityEstimate<f64>,
     S: ParameterSet<P>,
 {
-    let controller: Controller<f64, V> = in_loop.build()?;
-    let gamma = automatic.gamma::<S, V, _, P>(&controller, reference)?;
-    let mut spread = identity();
-    for (i, row) in gamma.entries().iter().enumerate() {
-        for (j, &entry) in row.iter().enumerate() {
-            spread[index_of(S::PARAMETERS[i])][index_of(S::PARAMETERS[j])] = entry;
-        }
-    }
-    Ok(spread)
+    settings.automatic_gamma::<V, S, P>(reference, samples)
 }

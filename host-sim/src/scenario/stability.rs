@@ -4,8 +4,8 @@ use identifier_core::Settings;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
-use identifier_core::stability::sampled_loop::SampledLoopError;
-use identifier_core::stability::{PlantBox, sampled_loop};
+use identifier_core::stability::SampledLoopError;
+use identifier_core::stability::{PlantBox, SampledLoop};
 
 use super::dispatch::with_velocity;
 use super::{Closing, Scenario};
@@ -36,6 +36,6 @@ fn check<V: VelocityEstimate<f64>>(
     let servo = PlantBox::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
     let gains = settings.own_controller()?.gains()?;
     let units = settings.units()?;
-    sampled_loop::check(&units, &gains, &velocity.transfer(), &servo)?;
+    SampledLoop::new(&units, &gains, &velocity.transfer()).check(&servo)?;
     Ok(())
 }

@@ -9,7 +9,7 @@ mod result;
 pub use conditions::{ConditionError, Conditions};
 pub use result::{IdentifiedResult, ResultError};
 
-use identifier_core::commission::IdentifiedServo;
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings, tune};
 
 /// Gains, and what they were found for.

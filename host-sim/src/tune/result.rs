@@ -1,6 +1,6 @@
 use std::fmt;
 
-use identifier_core::commission::IdentifiedServo;
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use serde_json::Value;
 

@@ -1,6 +1,6 @@
 use super::{Evidence, FirstOrder, Gathered, OnDemand, Whitening};
 use crate::linalg::Lower;
-use crate::model::{AngledInputs, DelayedInputs, KnownInputs, NoInputs};
+use crate::model::{AngledInputs, DelayedInputs, KnownInputs};
 use crate::number::Number;
 use crate::parameters::{
     Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, Term, Unknown,
@@ -37,15 +37,15 @@ pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
     /// Room for the lower triangle of a P × P matrix without its diagonal: `[N; P (P − 1)/2]`.
     type Lower<N: Number>: Lower<N>;
 
-    /// The inputs known besides the present command: [`NoInputs`] for models without terms,
+    /// The inputs known besides the present command: `()` for models without terms,
     /// [`DelayedInputs`] for those with a delay or dead band, [`AngledInputs`] for those with an angle.
     type Inputs<N: Number>: KnownInputs<N>;
 
     /// Where evidence for terms is gathered: `()` for models without terms, [`OnDemand`] where a term
-    /// enters when the settings demand it, [`Gathered`] where evidence decides.
+    /// enters when the settings demand it, `Gathered` where evidence decides.
     type Evidence<N: Number>: Evidence<N, P>;
 
-    /// The treatment of a load that wanders: `()` for none, [`FirstOrder`] for whitening.
+    /// The treatment of a load that wanders: `()` for none, `FirstOrder` for whitening.
     type Whitening<N: Number>: Whitening<N, P>;
 
     /// A model with these unknowns can have a term.
@@ -62,7 +62,7 @@ macro_rules! without_terms {
     ($($set:ident, $count:literal, $lower:literal;)*) => {$(
         impl IdentifiableSet<$count> for $set {
             type Lower<N: Number> = [N; $lower];
-            type Inputs<N: Number> = NoInputs;
+            type Inputs<N: Number> = ();
             type Evidence<N: Number> = ();
             type Whitening<N: Number> = ();
         }

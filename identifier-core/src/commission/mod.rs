@@ -79,7 +79,7 @@ mod synchronous;
 mod tests;
 mod trial;
 
-pub use crate::parameters::IdentifiedServo;
+pub(crate) use crate::parameters::IdentifiedServo;
 pub use crate::reason::Reason;
 pub use error::CommissionError;
 pub(crate) use fit::{

@@ -4,18 +4,18 @@
 //!
 //! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j, j < k )
 //!
-//! - e_k is the position error of this sample ([`position_error`]); v_k is the estimate of the *measured*
-//!   velocity, this sample's increment included ([`velocity`](crate::measurement::velocity)). The
+//! - e_k is the position error of this sample ([`Setpoint::error`]); v_k is the estimate of the *measured*
+//!   velocity, this sample's increment included ([`VelocityEstimate`]). The
 //!   reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
 //!   computed. In single precision the sum is compensated, so that a small error is not lost in a large
 //!   integral.
 //! - The limit ([`CommandLimit`]) acts on the whole sum, the integral included.
-//! - Anti-windup is conditional integration ([`Command::integrates`]): e_k is *not* added if the command
+//! - Anti-windup is conditional integration (`Command::integrates`): e_k is *not* added if the command
 //!   before the limit is above the upper limit and e_k > 0, or below the lower limit and e_k < 0.
 //! - u_k acts unchanged from this sample to the next (zero-order hold).
 //!
-//! The model loop's correction ([`CommandCorrection`](crate::model::CommandCorrection)) has the same gains
+//! The model loop's correction (`CommandCorrection`) has the same gains
 //! unless others are stated, and the same filter, sum and hold, but neither limit nor anti-windup: it is
 //! added to the command that acted, which is limited already.
 
@@ -162,20 +162,31 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     }
 }
 
-/// The position error of a setpoint, machine units: a whole number of counts and an offset on top,
-/// less the count.
-///
-/// Counts may wrap: setpoint and position are never further apart than half of 32 bits. So a setpoint
-/// keeps every fraction of a count however many turns away it is, and there is no origin to move.
-#[inline]
-#[must_use]
-pub fn position_error<N: Number>(setpoint: i32, offset: N, count: i32) -> N {
-    N::from_count(setpoint.wrapping_sub(count)) + offset
+/// The position to hold: a whole number of counts with an offset on top (position units), which is a
+/// fraction of a count, a reference that moves, or dither.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setpoint<N> {
+    /// Counts, wrapping at 32 bits as the sensor's do.
+    pub count: i32,
+    /// The offset, position units.
+    pub offset: N,
+}
+
+impl<N: Number> Setpoint<N> {
+    /// The position error at a count, machine units: the whole counts and the offset, less the count.
+    ///
+    /// Counts may wrap: setpoint and position are never further apart than half of 32 bits. So a setpoint
+    /// keeps every fraction of a count however many turns away it is, and there is no origin to move.
+    #[inline]
+    #[must_use]
+    pub fn error(&self, count: i32) -> N {
+        N::from_count(self.count.wrapping_sub(count)) + self.offset
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::position_error;
+    use super::Setpoint;
     use proptest::prelude::*;
 
     proptest! {
@@ -186,7 +197,11 @@ mod tests {
             quarters in 0_i32..4,
         ) {
             let offset = f64::from(quarters) / 4.0;
-            let error = position_error(count.wrapping_add(apart), offset as f32, count);
+            let setpoint = Setpoint {
+                count: count.wrapping_add(apart),
+                offset: offset as f32,
+            };
+            let error = setpoint.error(count);
             prop_assert_eq!(f64::from(error).to_bits(), (f64::from(apart) + offset + 0.0).to_bits());
         }
     }

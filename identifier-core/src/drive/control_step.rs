@@ -1,19 +1,9 @@
 use super::{Actuator, PositionSensor};
-use crate::control::ControlSample;
+use crate::control::{ControlSample, Setpoint};
 use crate::error::StepError;
 use crate::identifier::{Identify, ServoLoop, ServoLoopState};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
-
-/// The reference of a step: a whole number of counts with an offset on top (position units), which is
-/// a fraction of a count, a reference that moves, or dither.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setpoint<N> {
-    /// Counts, wrapping at 32 bits as the sensor's do.
-    pub count: i32,
-    /// What is added to them, position units.
-    pub offset: N,
-}
 
 /// Why a step was not taken. The servo was let go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,61 +18,49 @@ pub enum ControlStepError<S, A> {
     Actuator(A),
 }
 
-/// One control step: measure, control, act.
-///
-/// The identifier learns from the sample afterwards ([`ServoLoop::learn`]), so that it does not delay
-/// the command. A fault of any kind lets the servo go.
-///
-/// # Errors
-/// [`ControlStepError`]; the actuator was released and the state is as before.
-#[inline]
-pub fn control_step<N, V, I, S, A>(
-    servo_loop: &ServoLoop<N, V, I>,
-    state: &mut ServoLoopState<N, V::State, I::State>,
-    setpoint: Setpoint<N>,
-    sensor: &mut S,
-    actuator: &mut A,
-) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>>
-where
-    N: Number,
-    V: VelocityEstimate<N>,
-    I: Identify<N>,
-    S: PositionSensor,
-    A: Actuator<N>,
-{
-    let taken = try_step(servo_loop, state, setpoint, sensor, actuator);
-    if taken.is_err() {
-        // The first fault is reported, also where the release fails too.
-        let _ = actuator.release();
+impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
+    /// One control step: measure, control, act.
+    ///
+    /// The identifier learns from the sample afterwards ([`ServoLoop::learn`]), so that it does not delay
+    /// the command. After a fault of any kind the actuator is released.
+    ///
+    /// # Errors
+    /// [`ControlStepError`]; the actuator was released and the state is as before.
+    #[inline]
+    pub fn control_step<S: PositionSensor, A: Actuator<N>>(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        setpoint: Setpoint<N>,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>> {
+        let taken = self.try_step(state, setpoint, sensor, actuator);
+        if taken.is_err() {
+            // The first fault is reported, also where the release fails too.
+            let _ = actuator.release();
+        }
+        taken
     }
-    taken
-}
 
-#[inline]
-fn try_step<N, V, I, S, A>(
-    servo_loop: &ServoLoop<N, V, I>,
-    state: &mut ServoLoopState<N, V::State, I::State>,
-    setpoint: Setpoint<N>,
-    sensor: &mut S,
-    actuator: &mut A,
-) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>>
-where
-    N: Number,
-    V: VelocityEstimate<N>,
-    I: Identify<N>,
-    S: PositionSensor,
-    A: Actuator<N>,
-{
-    let count = sensor.count().map_err(ControlStepError::Sensor)?;
-    let before = state.controlled();
-    let sample = servo_loop
-        .control(state, setpoint.count, setpoint.offset, count)
-        .map_err(ControlStepError::Step)?;
-    if let Err(error) = actuator.hold(sample.command) {
-        state.back_to(before);
-        return Err(ControlStepError::Actuator(error));
+    #[inline]
+    fn try_step<S: PositionSensor, A: Actuator<N>>(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        setpoint: Setpoint<N>,
+        sensor: &mut S,
+        actuator: &mut A,
+    ) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>> {
+        let count = sensor.count().map_err(ControlStepError::Sensor)?;
+        let before = state.controlled();
+        let sample = self
+            .control(state, setpoint.count, setpoint.offset, count)
+            .map_err(ControlStepError::Step)?;
+        if let Err(error) = actuator.hold(sample.command) {
+            state.back_to(before);
+            return Err(ControlStepError::Actuator(error));
+        }
+        Ok(sample)
     }
-    Ok(sample)
 }
 
 #[cfg(test)]
@@ -149,13 +127,8 @@ mod tests {
                 count: start.wrapping_add(7),
                 offset: 0.25,
             };
-            let sample = control_step(
-                &servo_loop,
-                &mut state,
-                setpoint,
-                &mut Sensor(Ok(start)),
-                &mut motor,
-            );
+            let sample =
+                servo_loop.control_step(&mut state, setpoint, &mut Sensor(Ok(start)), &mut motor);
             assert_eq!(sample.map(|sample| sample.command), Ok(14.5));
             assert_eq!(motor.held, Some(14.5));
         }
@@ -169,14 +142,9 @@ mod tests {
         let mut motor = Motor::default();
         let mut step = |offset, sensor, motor: &mut Motor| {
             let setpoint = Setpoint { count: 0, offset };
-            control_step(
-                &servo_loop,
-                &mut state,
-                setpoint,
-                &mut Sensor(sensor),
-                motor,
-            )
-            .err()
+            servo_loop
+                .control_step(&mut state, setpoint, &mut Sensor(sensor), motor)
+                .err()
         };
         let lost = step(0.0, Err("lost"), &mut motor);
         assert_eq!(lost, Some(ControlStepError::Sensor("lost")));

@@ -3,7 +3,7 @@
 
 mod control_step;
 
-pub use control_step::{ControlStepError, Setpoint, control_step};
+pub use control_step::ControlStepError;
 
 /// What counts the position. embedded-hal has no trait for it: quadrature counters differ too much.
 pub trait PositionSensor {

@@ -4,12 +4,12 @@ use super::fit_result::FitResult;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
 use crate::adaptation::IdentifiableSet;
-use crate::model::{AngleSettings, KnownInputs, NoInputs};
+use crate::model::{AngleSettings, KnownInputs};
 use crate::number::Number;
 
 /// A record of at most W blocks and the fits to it, one at a time: the background's share.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fits<N, const W: usize, I = NoInputs, const P: usize = 4, const Q: usize = 6> {
+pub(crate) struct Fits<N, const W: usize, I = (), const P: usize = 4, const Q: usize = 6> {
     record: Record<N, I, W>,
     /// Blocks since the last fit began.
     fresh: usize,

@@ -149,7 +149,7 @@ where
     }
 
     /// The gain margin of the sampled loop over the box, where a box was given: see
-    /// [`sampled_loop::gain_margin`](crate::stability::sampled_loop::gain_margin).
+    /// [`SampledLoop::gain_margin`](crate::stability::SampledLoop::gain_margin).
     #[must_use]
     pub fn gain_margin(&self) -> Option<f64> {
         self.stability_check

@@ -1,7 +1,7 @@
 //! Controller and Γ-gradient identifier in fixed point, for drives without a floating-point unit.
 //!
-//! The same equations in the same order as [`control`](crate::control), [`model`](crate::model) and
-//! [`adaptation`](crate::adaptation) have them, on 32-bit words with 64-bit sums, built from the same
+//! The same equations in the same order as [`control`](crate::control), `model` and
+//! `adaptation` have them, on 32-bit words with 64-bit sums, built from the same
 //! [`Settings`](crate::settings::Settings). [`FixedServoLoop`] is controller and identifier together;
 //! [`FixedGradientIdentifier`] alone listens to any controller.
 //!

@@ -19,7 +19,7 @@ mod window;
 
 pub use crate::adaptation::{IdentifiableSet, OnDemand};
 pub use crate::fit::NumberedBlock;
-pub use crate::model::{AngledInputs, DelayedInputs, NoInputs};
+pub use crate::model::{AngledInputs, DelayedInputs};
 pub use behind_amplifier::BehindAmplifier;
 pub use combined::Combined;
 pub(crate) use gauss_newton::LoadStepTest;

@@ -1,5 +1,5 @@
 use super::{Identify, Update};
-use crate::control::{ControlSample, ControlState, Controller, position_error};
+use crate::control::{ControlSample, ControlState, Controller, Setpoint};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
@@ -124,7 +124,11 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         count: i32,
     ) -> Result<ControlSample<N>, StepError> {
         let increment = N::from_count(count.wrapping_sub(state.count));
-        let error = position_error(setpoint, offset, count);
+        let setpoint = Setpoint {
+            count: setpoint,
+            offset,
+        };
+        let error = setpoint.error(count);
         let sample = self
             .controller
             .process(&mut state.control, error, increment)?;

@@ -1,6 +1,6 @@
 //! From encoder counts to increments and velocity.
 //!
-//! register → [`counter`] → count → increment → [`velocity`] → velocity estimate. No position enters a
+//! register → [`Counter`] → count → increment → [`VelocityEstimate`] → velocity estimate. No position enters a
 //! loop, only errors and increments, so there is no origin, and precision does not depend on the
 //! distance from one.
 

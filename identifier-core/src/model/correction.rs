@@ -34,7 +34,7 @@ pub(crate) struct Corrected<N> {
 /// before this one), without limit and anti-windup, since the command that acted is limited already.
 /// The integral also estimates the load, d̂ = b̂ k_i ω, by ω → 0 in (9). As b̂ multiplies the
 /// correction, the sampled loop must be stable for every b̂ that the bounds allow
-/// ([`sampled_loop::check_estimates`](crate::stability::sampled_loop::check_estimates)).
+/// ([`SampledLoop::check_estimates`](crate::stability::SampledLoop::check_estimates)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CommandCorrection<N> {
     proportional: N,

@@ -98,11 +98,8 @@ pub trait KnownInputs<N: Number>: Copy + Debug + PartialEq {
 }
 
 /// For models without terms: the command acts at once.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NoInputs;
-
-impl<N: Number> KnownInputs<N> for NoInputs {
-    const START: Self = Self;
+impl<N: Number> KnownInputs<N> for () {
+    const START: Self = ();
     const LONGEST_DELAY: f64 = 0.0;
 
     #[inline]

@@ -15,7 +15,7 @@ pub(crate) use amplifier::{Amplifier, AmplifierState};
 pub(crate) use correction::{CommandCorrection, Corrected, Correction};
 pub(crate) use friction_step::{FrictionStep, Phase};
 pub(crate) use known_inputs::{Acting, AngleSettings, KnownInputs};
-pub use known_inputs::{AngledInputs, DelayedInputs, NoInputs};
+pub use known_inputs::{AngledInputs, DelayedInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
 pub(crate) use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
 pub(crate) use tangents::Tangents;

@@ -38,7 +38,7 @@ pub trait Number:
     /// The same bound as a number: the largest error or increment that a loop accepts, and the
     /// largest output error it lets its model run up.
     const REACH: Self;
-    /// Terms of the series of a [`ZeroOrderHoldStep`](crate::model::ZeroOrderHoldStep) that the format resolves, at most 6.
+    /// Terms of the series of a zero-order-hold step of the model that the format resolves, at most 6.
     const SERIES_TERMS: usize;
     /// Spacing of the numbers next above one.
     const EPSILON: f64;

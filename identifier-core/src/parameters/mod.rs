@@ -10,7 +10,7 @@ mod terms;
 mod unknowns;
 
 pub use identified_servo::IdentifiedServo;
-pub use model_parameters::ModelParameters;
+pub(crate) use model_parameters::ModelParameters;
 pub use per_parameter::PerParameter;
 pub use servo::ServoParameters;
 pub use sets::{

@@ -4,7 +4,7 @@ use crate::units::Units;
 
 /// The parameters of the model in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelParameters<N> {
+pub(crate) struct ModelParameters<N> {
     /// â T.
     pub x: N,
     /// b̂ T²/ρ.
@@ -19,7 +19,7 @@ impl<N: Number> ModelParameters<N> {
     /// The model of a parameter set with these values.
     #[inline]
     #[must_use]
-    pub fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
+    pub(crate) fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
         let mut model = Self {
             x: N::ZERO,
             gain: N::ZERO,
@@ -39,7 +39,7 @@ impl<N: Number> ModelParameters<N> {
 
     /// The parameters in SI.
     #[must_use]
-    pub fn to_si(&self, units: &Units) -> ServoParameters {
+    pub(crate) fn to_si(&self, units: &Units) -> ServoParameters {
         let si = |value: N, parameter: Parameter| value.to_f64() / parameter.scale(units);
         ServoParameters {
             a: si(self.x, Parameter::A),

@@ -1,8 +1,11 @@
 use core::fmt;
 
+use super::gradient::plant_box;
+use super::{ControllerSettings, Settings, SettingsError, diagonal};
 use crate::adaptation::Gradient;
 use crate::control::{ControlState, Controller};
 use crate::excitation::Excitation;
+use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::ZeroOrderHoldStep;
@@ -39,6 +42,70 @@ impl fmt::Display for GainError {
 
 impl core::error::Error for GainError {}
 
+impl Settings {
+    /// The automatic Γ for the parameters of the set S in the loop of these settings with the velocity
+    /// estimate V: from the box, or without one the servo of the initial estimates, the reference, of
+    /// which `samples` are played, and the sample time. It is over a, b, Coulomb friction and load, with
+    /// one on the diagonal for a parameter that S does not have.
+    ///
+    /// A loop that another controller closes is taken to be like the correction's.
+    ///
+    /// # Errors
+    /// A setting that is not allowed, or is missing; [`GainError`] if the reference leaves a servo of the
+    /// box at rest, or the loop around one is unstable.
+    pub fn automatic_gamma<V, S, const P: usize>(
+        &self,
+        reference: &impl Excitation<f64>,
+        samples: u32,
+    ) -> Result<[[f64; 4]; 4], SettingsError>
+    where
+        V: VelocityEstimate<f64>,
+        S: ParameterSet<P>,
+    {
+        let units = self.units()?;
+        let gains = self.correction_gains()?;
+        let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
+        let automatic = AutomaticGain {
+            units,
+            plant_box: self.assumed_box()?,
+            kd: gains.kd(),
+            samples,
+        };
+        let in_loop = Self {
+            controller: self.controller.or(Some(like_the_correction)),
+            ..*self
+        };
+        let controller: Controller<f64, V> = in_loop.build()?;
+        let gamma = automatic.gamma::<S, V, _, P>(&controller, reference)?;
+        let place = |parameter| Parameter::ALL.iter().position(|&one| one == parameter);
+        let mut spread = diagonal([1.0; 4]);
+        for (row, of) in gamma.entries().iter().zip(S::PARAMETERS) {
+            for (&entry, beside) in row.iter().zip(S::PARAMETERS) {
+                if let (Some(i), Some(j)) = (place(of), place(beside)) {
+                    spread[i][j] = entry;
+                }
+            }
+        }
+        Ok(spread)
+    }
+
+    /// The box that Γ is chosen for: the stated one, or the servo of the initial estimates.
+    fn assumed_box(&self) -> Result<PlantBox, SettingsError> {
+        if let Some(stated) = plant_box(self)? {
+            return Ok(stated);
+        }
+        let initial = &self.identifier.initial;
+        let b = initial.b.ok_or(SettingsError::NotGiven {
+            setting: "initial.b",
+        })?;
+        let a = initial.a.unwrap_or(0.0).max(0.0);
+        Ok(PlantBox::new(
+            Interval::new("initial.a", a, a)?,
+            Interval::new("initial.b", b, b)?,
+        )?)
+    }
+}
+
 /// The automatic Γ: from the box, the excitation and the sample time.
 ///
 /// The sampled loop around each corner servo of the box is simulated with the reference, and the
@@ -52,27 +119,27 @@ impl core::error::Error for GainError {}
 ///   reaches [`AutomaticGain::STRENGTH`] times that bound at the corner where it is smallest: the
 ///   guard then sets the pace in the transients, where the information is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AutomaticGain {
+struct AutomaticGain {
     /// What is known of the loop, SI.
-    pub units: Units,
+    units: Units,
     /// The box of servos.
-    pub plant_box: PlantBox,
+    plant_box: PlantBox,
     /// The derivative gain k_d, for the smallest α.
-    pub kd: f64,
+    kd: f64,
     /// Samples that are simulated at each corner.
-    pub samples: u32,
+    samples: u32,
 }
 
 impl AutomaticGain {
     /// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
-    pub const STRENGTH: f64 = 1.0;
+    const STRENGTH: f64 = 1.0;
 
     /// Γ for the parameters of a set under a controller and an excitation, SI.
     ///
     /// # Errors
     /// If the excitation leaves a corner servo at rest, or the loop around one is unstable, no Γ
     /// follows from what is seen.
-    pub fn gamma<S, V, E, const P: usize>(
+    fn gamma<S, V, E, const P: usize>(
         &self,
         controller: &Controller<f64, V>,
         excitation: &E,

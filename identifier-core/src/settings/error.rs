@@ -4,8 +4,7 @@ use super::GainError;
 use crate::error::OutOfRange;
 use crate::linalg::MatrixError;
 use crate::parameters::Term;
-use crate::stability::CertificateError;
-use crate::stability::sampled_loop::{EstimateError, SampledLoopError};
+use crate::stability::{CertificateError, EstimateError, SampledLoopError};
 
 /// Why a part cannot be built from its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,7 +12,7 @@ use crate::measurement::velocity::{Transfer, VelocityEstimate};
 use crate::model::{CommandCorrection, ModelLoop, ZeroOrderHoldStep};
 use crate::number::Number;
 use crate::parameters::{Parameter, ParameterSet};
-use crate::stability::{Certificate, PlantBox, StabilityCheck, certificate, sampled_loop};
+use crate::stability::{Certificate, PlantBox, SampledLoop, StabilityCheck, automatic_mu};
 use crate::units::Units;
 
 /// The checked settings of the gradient identifiers, SI.
@@ -115,9 +115,7 @@ impl<const P: usize> GradientPlan<P> {
         let gains = settings.correction_gains()?;
         let plant_box = plant_box(settings)?;
         let nominal = nominal_box(settings)?;
-        let mu = given
-            .mu
-            .unwrap_or_else(|| certificate::automatic_mu(&gains, &nominal));
+        let mu = given.mu.unwrap_or_else(|| automatic_mu(&gains, &nominal));
 
         let mut bounds = [nominal.b(); P];
         let mut initial = [0.0; P];
@@ -126,7 +124,8 @@ impl<const P: usize> GradientPlan<P> {
             let widest = || match parameter {
                 Parameter::A => [0.0, ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate()],
                 Parameter::B => {
-                    let most = sampled_loop::most_gain(&units, &gains, velocity, nominal.b().max());
+                    let most =
+                        SampledLoop::new(&units, &gains, velocity).most_gain(nominal.b().max());
                     [SMALLEST_GAIN.min(nominal.b().min()), most]
                 }
                 Parameter::Coulomb => [0.0, LARGEST],
@@ -145,10 +144,10 @@ impl<const P: usize> GradientPlan<P> {
         let stability_check = match &plant_box {
             Some(plant_box) => {
                 let certificate = Certificate::new(&gains, plant_box, mu)?;
-                sampled_loop::check(&units, &gains, velocity, plant_box)?;
+                SampledLoop::new(&units, &gains, velocity).check(plant_box)?;
                 Some(StabilityCheck {
                     certificate,
-                    gain_margin: sampled_loop::gain_margin(&units, &gains, velocity, plant_box),
+                    gain_margin: SampledLoop::new(&units, &gains, velocity).gain_margin(plant_box),
                 })
             }
             None => None,
@@ -156,7 +155,7 @@ impl<const P: usize> GradientPlan<P> {
         for (parameter, bounds) in S::PARAMETERS.iter().zip(&bounds) {
             if *parameter == Parameter::B {
                 let from = nominal.b().max().min(bounds.max());
-                sampled_loop::check_estimates(&units, &gains, velocity, from, bounds.max())?;
+                SampledLoop::new(&units, &gains, velocity).check_estimates(from, bounds.max())?;
             }
         }
         let Some(gamma) = given.gamma else {

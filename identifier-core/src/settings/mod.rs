@@ -16,7 +16,7 @@ mod terms;
 mod window;
 
 pub use crate::linalg::MatrixError;
-pub use automatic_gamma::{AutomaticGain, GainError};
+pub use automatic_gamma::GainError;
 pub use error::SettingsError;
 #[cfg(feature = "fixed")]
 pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};

@@ -9,13 +9,13 @@
 //! 2. k_p > k_i/μ + μ (k_d + a_max/b_min)/2
 //!
 //! It concerns only the error between servo and model, which does not depend on the controller
-//! ([`ModelLoop`](crate::model::ModelLoop)): k_p, k_d and k_i are the gains of the *correction*, and
+//! (`ModelLoop`): k_p, k_d and k_i are the gains of the *correction*, and
 //! the certificate holds with any controller that keeps the servo bounded, whether it saturates or
 //! not.
 //!
 //! It is a statement about continuous time. What sampling takes from it is checked by
-//! [`sampled_loop`](super::sampled_loop), and of the guard in
-//! [`Gradient`](crate::adaptation::Gradient).
+//! [`SampledLoop`](super::SampledLoop), and of the guard in
+//! `Gradient`.
 
 use core::fmt;
 
@@ -179,7 +179,7 @@ fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 
 /// allows, below the limit of 1. The larger it is, the more the position and the less its derivative,
 /// with the encoder's noise, decides.
 #[must_use]
-pub fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
+pub(crate) fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
     /// Distance kept from the limit of 1.
     const MARGIN: f64 = 0.9;
     let slope = gains.kd() + plant_box.a().max() / plant_box.b().min();

@@ -1,16 +1,18 @@
 //! What can be certified before the first sample.
 //!
-//! [`certificate`] proves the continuous-time loop stable for a whole box of servos;
-//! [`sampled_loop`] checks what sampling, hold and velocity filter leave of it.
+//! [`Certificate`] proves the continuous-time loop stable for a whole box of servos;
+//! [`SampledLoop`] checks what sampling, hold and velocity filter leave of it.
 
-pub mod certificate;
+mod certificate;
 mod characteristic;
 mod hurwitz;
 mod plant_box;
-pub mod sampled_loop;
+mod sampled_loop;
 
+pub(crate) use certificate::automatic_mu;
 pub use certificate::{Certificate, CertificateError};
 pub use plant_box::PlantBox;
+pub use sampled_loop::{EstimateError, SampledLoop, SampledLoopError};
 
 /// The results of the stability checks over the box.
 #[derive(Debug, Clone, Copy, PartialEq)]

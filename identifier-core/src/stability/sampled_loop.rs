@@ -50,109 +50,120 @@ impl core::error::Error for SampledLoopError {}
 /// Points of the grid along each side of the box.
 const GRID: u32 = 17;
 
-/// The gain margin from which on sampling is no concern: see [`gain_margin`].
-pub const AMPLE_GAIN_MARGIN: f64 = 4.0;
+/// The sampled loop of a controller around any servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledLoop {
+    controller: Controller,
+    sample_time: f64,
+}
 
-/// Checks the sampled loop of every servo on a grid over the box.
-///
-/// # Errors
-/// The servo of the smallest b, and among these of the smallest a, whose loop has a root on or outside
-/// the unit circle.
-pub fn check(
-    units: &Units,
-    gains: &Gains,
-    velocity: &Transfer,
-    plant_box: &PlantBox,
-) -> Result<(), SampledLoopError> {
-    let controller = Controller::new(units, gains, velocity);
-    let line = Line::between(plant_box.b().min(), plant_box.b().max());
-    let mut points = GRID;
-    let mut unstable = None;
-    for a in grid(plant_box.a()) {
-        let stable = line.stable_points(&controller.around(a), points);
-        if stable < points {
-            points = stable;
-            unstable = Some(a);
+impl SampledLoop {
+    /// The gain margin from which on sampling is no concern: see [`SampledLoop::gain_margin`].
+    pub const AMPLE_GAIN_MARGIN: f64 = 4.0;
+
+    /// The loop of a PID with these gains and the transfer function of its velocity estimate.
+    #[must_use]
+    pub fn new(units: &Units, gains: &Gains, velocity: &Transfer) -> Self {
+        Self {
+            controller: Controller::new(units, gains, velocity),
+            sample_time: units.sample_time(),
         }
     }
-    match unstable {
-        None => Ok(()),
-        Some(a) => Err(SampledLoopError {
-            a,
-            b: line.point(points),
-            sample_time: units.sample_time(),
-        }),
+
+    /// Checks the sampled loop of every servo on a grid over the box.
+    ///
+    /// # Errors
+    /// The servo of the smallest b, and among these of the smallest a, whose loop has a root on or outside
+    /// the unit circle.
+    pub fn check(&self, plant_box: &PlantBox) -> Result<(), SampledLoopError> {
+        let line = Line::between(plant_box.b().min(), plant_box.b().max());
+        let mut points = GRID;
+        let mut unstable = None;
+        for a in grid(plant_box.a()) {
+            let stable = line.stable_points(&self.controller.around(a), points);
+            if stable < points {
+                points = stable;
+                unstable = Some(a);
+            }
+        }
+        match unstable {
+            None => Ok(()),
+            Some(a) => Err(SampledLoopError {
+                a,
+                b: line.point(points),
+                sample_time: self.sample_time,
+            }),
+        }
     }
-}
 
-/// The factor by which b_max could grow before the sampled loop of some servo on the grid becomes
-/// unstable, at most twice [`AMPLE_GAIN_MARGIN`].
-///
-/// A loop near its stability limit responds at frequencies where hold and filter delay the output
-/// error so far that (11) is no longer passive: the estimates can then wander although the loop is
-/// stable. With an ample margin none of 300 random certified loops does under a Γ from a tenth of to
-/// ten times the automatic one; below it some do (`cargo test --test integration certificate::`).
-#[must_use]
-pub fn gain_margin(units: &Units, gains: &Gains, velocity: &Transfer, plant_box: &PlantBox) -> f64 {
-    /// Ratio of successive factors.
-    const STEP: f64 = 1.05;
-    /// Factors that are tried: with the last it is twice the ample margin.
-    const MOST: u32 = 43;
-    let controller = Controller::new(units, gains, velocity);
-    let line = Line {
-        first: STEP * plant_box.b().max(),
-        ratio: STEP,
-    };
-    let steps = grid(plant_box.a()).fold(MOST, |most, a| {
-        line.stable_points(&controller.around(a), most)
-    });
-    raised(1.0, STEP, steps)
-}
-
-/// The largest b̂ of the correction in command form where no bound is given: a factor
-/// [`AMPLE_GAIN_MARGIN`] below where the sampled correction becomes unstable, but the largest b that
-/// the servo may have, `nominal`, at least.
-#[must_use]
-pub fn most_gain(units: &Units, gains: &Gains, velocity: &Transfer, nominal: f64) -> f64 {
-    /// Ratio of successive values.
-    const STEP: f64 = 1.1;
-    /// Values that are tried: a range of 10⁸.
-    const MOST: u32 = 200;
-    let line = Line {
-        first: AMPLE_GAIN_MARGIN * (nominal * STEP),
-        ratio: STEP,
-    };
-    let undamped = Controller::new(units, gains, velocity).around(0.0);
-    raised(nominal, STEP, line.stable_points(&undamped, MOST))
-}
-
-/// Checks the sampled correction in command form for the largest estimates b̂, from `from` to `to`.
-///
-/// The output error obeys the same equation as the loop of a servo with the parameters of the
-/// *estimate* under a PID with the correction's gains, so what sampling asks of the loop over the
-/// servo's box it asks of the correction over what the estimates may be. Only large b̂ make it
-/// unstable by sampling.
-///
-/// # Errors
-/// The smallest b̂ on a geometric grid whose correction is unstable.
-pub fn check_estimates(
-    units: &Units,
-    gains: &Gains,
-    velocity: &Transfer,
-    from: f64,
-    to: f64,
-) -> Result<(), EstimateError> {
-    let line = Line::between(from, to);
-    let undamped = Controller::new(units, gains, velocity).around(0.0);
-    let stable = line.stable_points(&undamped, GRID);
-    if stable == GRID {
-        return Ok(());
+    /// The factor by which b_max could grow before the sampled loop of some servo on the grid becomes
+    /// unstable, at most twice [`SampledLoop::AMPLE_GAIN_MARGIN`].
+    ///
+    /// A loop near its stability limit responds at frequencies where hold and filter delay the output
+    /// error so far that (11) is no longer passive: the estimates can then wander although the loop is
+    /// stable. With an ample margin none of 300 random certified loops does under a Γ from a tenth of to
+    /// ten times the automatic one; below it some do (`cargo test --test integration certificate::`).
+    #[must_use]
+    pub fn gain_margin(&self, plant_box: &PlantBox) -> f64 {
+        /// Ratio of successive factors.
+        const STEP: f64 = 1.05;
+        /// Factors that are tried: with the last it is twice the ample margin.
+        const MOST: u32 = 43;
+        let line = Line {
+            first: STEP * plant_box.b().max(),
+            ratio: STEP,
+        };
+        let steps = grid(plant_box.a()).fold(MOST, |most, a| {
+            line.stable_points(&self.controller.around(a), most)
+        });
+        raised(1.0, STEP, steps)
     }
-    Err(EstimateError {
-        b: to,
-        stable: stable.checked_sub(1).map_or(0.0, |last| line.point(last)),
-        sample_time: units.sample_time(),
-    })
+
+    /// The largest b̂ of the correction in command form where no bound is given: a factor
+    /// [`SampledLoop::AMPLE_GAIN_MARGIN`] below where the sampled correction becomes unstable, but the largest b that
+    /// the servo may have, `nominal`, at least.
+    #[must_use]
+    pub fn most_gain(&self, nominal: f64) -> f64 {
+        /// Ratio of successive values.
+        const STEP: f64 = 1.1;
+        /// Values that are tried: a range of 10⁸.
+        const MOST: u32 = 200;
+        let line = Line {
+            first: Self::AMPLE_GAIN_MARGIN * (nominal * STEP),
+            ratio: STEP,
+        };
+        let undamped = self.controller.around(0.0);
+        raised(nominal, STEP, line.stable_points(&undamped, MOST))
+    }
+
+    /// Checks the sampled correction in command form for the largest estimates b̂, from `from` to `to`.
+    ///
+    /// The output error obeys the same equation as the loop of a servo with the parameters of the
+    /// *estimate* under a PID with the correction's gains, so what sampling asks of the loop over the
+    /// servo's box it asks of the correction over what the estimates may be. Only large b̂ make it
+    /// unstable by sampling.
+    ///
+    /// # Errors
+    /// The smallest b̂ on a geometric grid whose correction is unstable.
+    pub fn check_estimates(&self, from: f64, to: f64) -> Result<(), EstimateError> {
+        let line = Line::between(from, to);
+        let undamped = self.controller.around(0.0);
+        let stable = line.stable_points(&undamped, GRID);
+        if stable == GRID {
+            return Ok(());
+        }
+        Err(EstimateError {
+            b: to,
+            stable: stable.checked_sub(1).map_or(0.0, |last| line.point(last)),
+            sample_time: self.sample_time,
+        })
+    }
+
+    /// Whether the sampled loop around one servo (a in 1/s, b in rad/s² per command unit) is stable.
+    #[must_use]
+    pub fn is_stable(&self, a: f64, b: f64) -> bool {
+        self.controller.around(a).at(b).is_hurwitz()
+    }
 }
 
 /// A bound of the estimates at which the sampled correction is not stable.
@@ -179,15 +190,6 @@ impl fmt::Display for EstimateError {
 }
 
 impl core::error::Error for EstimateError {}
-
-/// Whether the sampled loop around one servo (a in 1/s, b in rad/s² per command unit) is stable.
-#[must_use]
-pub fn is_stable(units: &Units, gains: &Gains, velocity: &Transfer, a: f64, b: f64) -> bool {
-    Controller::new(units, gains, velocity)
-        .around(a)
-        .at(b)
-        .is_hurwitz()
-}
 
 /// The grid over a range of a.
 fn grid(a: Interval) -> impl Iterator<Item = f64> {

@@ -194,7 +194,7 @@ impl ClosedLoop {
 
 /// The step of a promise as it is predicted for the identified servo, sample by sample; it does not end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictedStep {
+pub(super) struct PredictedStep {
     closed_loop: ClosedLoop,
     samples: u32,
 }

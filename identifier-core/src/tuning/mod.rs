@@ -25,7 +25,7 @@ mod settings;
 mod step_measure;
 mod tuner;
 
-pub use closed_loop::{PredictedSample, PredictedStep};
+pub use closed_loop::PredictedSample;
 pub use goal::{Cap, Goal};
 pub use promise::{Promise, Tuning};
 pub use settings::{TuningError, TuningSettings};

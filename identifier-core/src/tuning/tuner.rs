@@ -1,4 +1,4 @@
-use super::closed_loop::PredictedStep;
+use super::closed_loop::{PredictedSample, PredictedStep};
 use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
@@ -150,7 +150,10 @@ impl Tuner {
     ///
     /// # Errors
     /// [`TuningError::OutOfRange`] for gains that no controller has.
-    pub fn step(&self, tuning: &Tuning) -> Result<PredictedStep, TuningError> {
+    pub fn step(
+        &self,
+        tuning: &Tuning,
+    ) -> Result<impl Iterator<Item = PredictedSample> + Copy + use<>, TuningError> {
         let closed_loop = self.scene.step(&Design::of(tuning))?;
         Ok(PredictedStep::new(closed_loop))
     }

@@ -1,7 +1,7 @@
 //! The paper's loop in fixed point with bounds on every estimate: under any input, and beside floating point.
 
 use fixed::types::I16F16;
-use identifier_core::control::{ControlState, Controller, position_error};
+use identifier_core::control::{ControlState, Controller, Setpoint};
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{FixedController, FixedServoLoop, Word};
 use identifier_core::identifier::Identify;
@@ -91,7 +91,7 @@ proptest! {
             let real = exact
                 .process(
                     &mut exact_state,
-                    position_error(setpoint, 0.0, count),
+                    Setpoint { count: setpoint, offset: 0.0 }.error(count),
                     f64::from(moved),
                 )
                 .expect("finite");

@@ -3,7 +3,7 @@
 
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
-use identifier_core::drive::Setpoint;
+use identifier_core::control::Setpoint;
 use identifier_core::error::{Allowed, StepError};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{

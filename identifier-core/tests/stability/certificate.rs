@@ -6,7 +6,7 @@ use identifier_core::interval::Interval;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, ServoParameters};
 use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
-use identifier_core::stability::{Certificate, CertificateError, PlantBox, sampled_loop};
+use identifier_core::stability::{Certificate, CertificateError, PlantBox, SampledLoop};
 use identifier_core::{ControllerSettings, GradientLoop, Settings};
 use virtual_servo::Plant;
 use virtual_servo::excitation::NormalSource;
@@ -273,7 +273,7 @@ fn the_sampled_test_agrees_with_running_the_loop() {
             continue;
         };
         let transfer = VelocityEstimate::<f64>::transfer(&controller.velocity);
-        let predicted = sampled_loop::is_stable(&units, &gains, &transfer, a, b);
+        let predicted = SampledLoop::new(&units, &gains, &transfer).is_stable(a, b);
         let servo = ServoParameters {
             a,
             b,

@@ -5,7 +5,7 @@ use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::Transfer;
 use identifier_core::stability::PlantBox;
-use identifier_core::stability::sampled_loop::AMPLE_GAIN_MARGIN;
+use identifier_core::stability::SampledLoop;
 use identifier_core::units::Units;
 
 /// Points of the grid along each side of the box.
@@ -47,7 +47,7 @@ impl DenseSearch {
             })
         };
         let mut margin = 1.0;
-        while margin < 2.0 * AMPLE_GAIN_MARGIN && stable(margin * 1.05) {
+        while margin < 2.0 * SampledLoop::AMPLE_GAIN_MARGIN && stable(margin * 1.05) {
             margin *= 1.05;
         }
         margin
@@ -58,7 +58,7 @@ impl DenseSearch {
         let mut most = nominal;
         for _ in 0..200 {
             let next = most * 1.1;
-            if !self.is_stable(0.0, AMPLE_GAIN_MARGIN * next) {
+            if !self.is_stable(0.0, SampledLoop::AMPLE_GAIN_MARGIN * next) {
                 break;
             }
             most = next;

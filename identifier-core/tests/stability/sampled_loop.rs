@@ -8,7 +8,7 @@ use identifier_core::interval::Interval;
 use identifier_core::measurement::{
     AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate,
 };
-use identifier_core::stability::sampled_loop::{self, AMPLE_GAIN_MARGIN};
+use identifier_core::stability::SampledLoop;
 use identifier_core::stability::{Certificate, PlantBox};
 use identifier_core::units::Units;
 use proptest::prelude::*;
@@ -165,7 +165,9 @@ fn a_box_is_refused_where_the_dense_search_refuses_it_and_names_the_same_servo()
     let [refused, inside, certified] = [const { Cell::new(0) }; 3];
     for_all(20_000, |case| {
         let (units, gains, velocity) = case.parts();
-        let own = sampled_loop::check(units, gains, velocity, &case.plant_box).err();
+        let own = SampledLoop::new(units, gains, velocity)
+            .check(&case.plant_box)
+            .err();
         let same = case.agrees(
             |search| search.check(&case.plant_box),
             |dense| match (own, dense) {
@@ -198,7 +200,7 @@ fn the_gain_margin_is_that_of_the_dense_search() {
     let [some, ample] = [const { Cell::new(0) }; 2];
     for_all(20_000, |case| {
         let (units, gains, velocity) = case.parts();
-        let own = sampled_loop::gain_margin(units, gains, velocity, &case.plant_box);
+        let own = SampledLoop::new(units, gains, velocity).gain_margin(&case.plant_box);
         let same = case.agrees(
             |search| search.gain_margin(&case.plant_box),
             |dense| own.to_bits() == dense.to_bits(),
@@ -208,8 +210,11 @@ fn the_gain_margin_is_that_of_the_dense_search() {
             "{own}, dense: {}",
             case.search.gain_margin(&case.plant_box)
         );
-        count(&some, own > 1.0 && own < 2.0 * AMPLE_GAIN_MARGIN);
-        count(&ample, own > 2.0 * AMPLE_GAIN_MARGIN);
+        count(
+            &some,
+            own > 1.0 && own < 2.0 * SampledLoop::AMPLE_GAIN_MARGIN,
+        );
+        count(&ample, own > 2.0 * SampledLoop::AMPLE_GAIN_MARGIN);
         Ok(())
     });
     assert!(
@@ -224,7 +229,7 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
     for_all(20_000, |case| {
         let (units, gains, velocity) = case.parts();
         let nominal = case.plant_box.b().max();
-        let own = sampled_loop::most_gain(units, gains, velocity, nominal);
+        let own = SampledLoop::new(units, gains, velocity).most_gain(nominal);
         let same = case.agrees(
             |search| search.most_gain(nominal),
             |dense| own.to_bits() == dense.to_bits(),
@@ -234,7 +239,9 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
 
         let from = nominal;
         let to = 30.0 * own;
-        let refusal = sampled_loop::check_estimates(units, gains, velocity, from, to).err();
+        let refusal = SampledLoop::new(units, gains, velocity)
+            .check_estimates(from, to)
+            .err();
         let same = case.agrees(
             |search| search.check_estimates(from, to),
             |dense| match (refusal, dense) {
@@ -250,7 +257,7 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
         );
         if let Some(refusal) = refusal.filter(|refusal| refusal.stable > 0.0) {
             let bounded_by_it =
-                sampled_loop::check_estimates(units, gains, velocity, from, refusal.stable);
+                SampledLoop::new(units, gains, velocity).check_estimates(from, refusal.stable);
             prop_assert!(
                 bounded_by_it.is_ok(),
                 "the bound that is named would not do"
@@ -272,7 +279,10 @@ fn a_box_that_is_accepted_is_stable_between_the_points_too() {
     for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
         let plant_box = case.plant_box;
-        if sampled_loop::check(units, gains, velocity, &plant_box).is_err() {
+        if SampledLoop::new(units, gains, velocity)
+            .check(&plant_box)
+            .is_err()
+        {
             return Ok(());
         }
         count(&accepted, true);
@@ -311,7 +321,7 @@ fn a_servo_is_unstable_from_the_same_gain_on() {
         let (units, gains, velocity) = case.parts();
         let (a, b) = (case.plant_box.a(), case.plant_box.b());
         for a in [a.min(), a.max()] {
-            let own = |b| sampled_loop::is_stable(units, gains, velocity, a, b);
+            let own = |b| SampledLoop::new(units, gains, velocity).is_stable(a, b);
             let dense = |b| case.search.is_stable(a, b);
             let mut low = 1e-6 * b.min();
             while low < 1e6 * b.min() {

@@ -1,10 +1,10 @@
 //! Properties of the gains of every servo.
 
-use identifier_core::commission::IdentifiedServo;
 use identifier_core::control::Gains;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::stability::sampled_loop;
+use identifier_core::stability::SampledLoop;
 use identifier_core::tuning::{Goal, Promise, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;
 use proptest::prelude::*;
@@ -180,7 +180,7 @@ proptest! {
             let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
             let filter = LowPass::<f64>::new(&units, tuning.cutoff).expect("valid").transfer();
             let ServoParameters { a, b, .. } = known.parameters;
-            let stable = |factor: f64| sampled_loop::is_stable(&units, &gains, &filter, a, factor * b);
+            let stable = |factor: f64| SampledLoop::new(&units, &gains, &filter).is_stable(a, factor * b);
             let [fall, rise] = tuning.promise.gain_margins;
             prop_assert!(stable(1.0));
             prop_assert!(stable((1.02 * fall).max(0.01)) && stable(0.98 * rise), "{tuning:?}");

@@ -1,9 +1,9 @@
 //! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
-use identifier_core::commission::IdentifiedServo;
 use identifier_core::control::{CommandLimit, Controller, Gains, Pid};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{StepMeasure, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;

@@ -2,8 +2,9 @@
 
 use drive_link::{Estimates, Law, LoopSettings, NotAllowed, Why};
 use fixed::types::I16F16;
-use identifier_core::control::{ControlSample, position_error};
-use identifier_core::drive::{Actuator, ControlStepError, PositionSensor, Setpoint};
+use identifier_core::control::Setpoint;
+use identifier_core::control::{ControlSample, Setpoint};
+use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::fixed_point::{
     FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,
 };
@@ -119,7 +120,7 @@ impl ClosedLoop {
         self.sample = sample;
         Ok(ControlSample {
             // Not the word, which saturates: what watches over the loop sees the whole of it.
-            error: position_error(setpoint.count, setpoint.offset, count),
+            error: setpoint.error(count),
             increment: moved as f32,
             velocity: sample.velocity.to_bits() as f32 * self.velocity_bit,
             command,

@@ -3,7 +3,8 @@
 
 use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
 use identifier_core::control::ControlSample;
-use identifier_core::drive::{Actuator, PositionSensor, Setpoint, control_step};
+use identifier_core::control::Setpoint;
+use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
     DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion, Identify, NumberedBlock,
     RecordBlocks, ServoLoop, ServoLoopState, Update,
@@ -129,7 +130,7 @@ impl ClosedLoop {
         monitor: M,
     ) -> Result<(ControlSample<f32>, Update<f32>), M::End> {
         for_each_law!(&mut self.0, own => {
-            let step = control_step(&own.servo_loop, &mut own.state, setpoint, sensor, actuator);
+            let step = own.servo_loop.control_step(&mut own.state, setpoint, sensor, actuator);
             let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
             Ok((sample, own.servo_loop.learn(&mut own.state, &sample)))
         })

@@ -2,8 +2,9 @@
 
 use drive_link::{Estimates, Law, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{IdentifiedServo, TrialResult};
+use identifier_core::commission::TrialResult;
 use identifier_core::identifier::ExpectedMotion;
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::Tuning;

@@ -2,7 +2,7 @@
 
 use drive_link::{PROTOCOL, Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::IdentifiedServo;
+use identifier_core::parameters::IdentifiedServo;
 
 use super::Supervisor;
 use crate::closed_loop::Learnt;

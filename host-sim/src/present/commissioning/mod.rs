@@ -6,8 +6,9 @@ pub use traces::CommissionTraces;
 
 use drive_link::NoGains;
 use identifier_core::commission::{
-    HoldingGains, IdentifiedServo, LargestMotion, Limits, Phase, Reason, TrialResult,
+    HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
 };
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Tuning;
 
 use super::estimates::{self, Estimated, dash};

@@ -4,7 +4,6 @@ use super::super::halves::FitBlocks;
 use super::recorder::{Explained, WindowFitted};
 use crate::adaptation::IdentifiableSet;
 use crate::fit::{FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
-use crate::model::NoInputs;
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, Term, Terms};
 
@@ -33,7 +32,7 @@ pub struct WindowFitter<
 pub struct WindowFitterState<
     N,
     const W: usize = 256,
-    I = NoInputs,
+    I = (),
     const U: usize = 4,
     const Q: usize = 6,
 > {

@@ -8,7 +8,6 @@ pub(crate) use recorder::WindowRecorderState;
 
 use super::combined::{Combined, CombinedState};
 use crate::adaptation::IdentifiableSet;
-use crate::model::NoInputs;
 use crate::number::Number;
 use crate::parameters::AbCoulombLoad;
 
@@ -44,7 +43,7 @@ pub type WindowIdentifier<
 pub(super) type WindowState<
     N,
     const W: usize = 256,
-    I = NoInputs,
+    I = (),
     const U: usize = 4,
     const Q: usize = 6,
 > = CombinedState<WindowRecorderState<N, U>, WindowFitterState<N, W, I, U, Q>>;
