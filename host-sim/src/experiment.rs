@@ -1,4 +1,4 @@
-//! What an experiment shows, simulated or replayed: its samples, and what is known of it in the end.
+//! Samples and outcome of an experiment, simulated or replayed.
 
 use std::fmt;
 
@@ -12,8 +12,7 @@ use serde::Serialize;
 pub struct Sample {
     /// Time, s.
     pub time: f64,
-    /// Whether what went before is of another motion: the first sample of a run, and of every stretch of a
-    /// log.
+    /// True where another motion begins: at the first sample of a run, and of every stretch of a log.
     pub begins: bool,
     /// Reference q_d, rad; NaN where it is not known.
     pub reference: f64,
@@ -28,7 +27,7 @@ pub struct Sample {
     pub estimates: ServoParameters,
     /// Their standard errors, for laws that have them.
     pub standard_errors: Option<ServoParameters>,
-    /// Which estimates stand at a bound.
+    /// The estimates at a bound.
     pub at_bounds: PerParameter<bool>,
 }
 
@@ -82,7 +81,7 @@ pub struct Outcome {
     /// Their sizes, for those that have any.
     #[serde(skip)]
     pub terms: Vec<TermEstimate>,
-    /// Whether a box of servos was certified.
+    /// True if a box of servos was certified.
     pub certified: bool,
     /// The gain margin of the sampled loop over that box.
     pub gain_margin: Option<f64>,

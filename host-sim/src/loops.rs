@@ -19,19 +19,17 @@ pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
 
 pub(crate) use two_degrees::TwoDegreesLoop;
 
+use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 
-use crate::experiment::Outcome;
+use crate::experiment::{Outcome, Sample};
 
 /// A loop around a servo, with its identification.
 pub(crate) trait SimLoop {
-    /// Why it stops.
-    type Error;
-
     /// One control sample: from a reference, position units, and a measurement to the command that acts
     /// until the next.
-    fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, Self::Error>;
+    fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError>;
 
     /// Its outcome besides its samples: tuning, and at the end success.
     fn outcome(&self) -> Outcome {
@@ -79,6 +77,28 @@ pub(crate) struct Step {
 }
 
 impl Step {
+    /// The sample of this step; reference, position and `unit`, the position unit, rad.
+    pub(crate) fn sample(
+        &self,
+        time: f64,
+        begins: bool,
+        reference: f64,
+        position: f64,
+        unit: f64,
+    ) -> Sample {
+        Sample {
+            time,
+            begins,
+            reference,
+            position,
+            command: self.command,
+            output_error: self.output_error.map(|error| error * unit),
+            estimates: self.estimates,
+            standard_errors: self.standard_errors,
+            at_bounds: self.at_bounds,
+        }
+    }
+
     /// That of a method without a model.
     pub(crate) fn direct(command: f64, estimates: Option<ServoParameters>) -> Self {
         Self {

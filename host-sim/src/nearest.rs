@@ -13,6 +13,17 @@ pub fn name<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n 
     (likeness(best) >= MIN_LIKENESS).then_some(best)
 }
 
+/// A user's text as a message repeats it: shortened, and without control characters.
+#[must_use]
+pub fn shortened(text: &str, max_characters: usize) -> String {
+    let shown = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+    let mut short: String = text.chars().map(shown).take(max_characters).collect();
+    if text.chars().nth(max_characters).is_some() {
+        short.push('…');
+    }
+    short
+}
+
 /// Why a file cannot be read, and which file may have been meant.
 #[must_use]
 pub fn unreadable(path: &Path, error: &io::Error) -> String {

@@ -12,16 +12,16 @@ use serde::de::DeserializeOwned;
 /// Bits a second of a serial port, as the firmware has it.
 const BAUD: u32 = 1_000_000;
 
-/// How long an answer may take before the question is asked again.
+/// Longest wait for an answer before the question is repeated.
 const PATIENCE: Duration = Duration::from_millis(1000);
 
-/// How often a question is asked.
+/// Times that a question is asked.
 const TRIES: u32 = 5;
 
-/// How long a read waits for a byte.
+/// Longest wait of a read for a byte.
 const TICK: Duration = Duration::from_millis(5);
 
-/// What an address of an emulator begins with.
+/// Prefix of an emulator's address.
 const TCP: &str = "tcp:";
 
 /// A line to a chip.
@@ -54,7 +54,7 @@ impl Port {
     /// Opens a serial port by its name, or an emulator's port as `tcp:HOST:PORT`.
     ///
     /// # Errors
-    /// If there is no such port, or somebody else has it.
+    /// If there is no such port, or another program has it.
     pub fn open(name: &str) -> Result<Self, PortError> {
         let line = match name.strip_prefix(TCP) {
             Some(address) => connect(address),
@@ -94,7 +94,7 @@ impl Port {
     /// Asks until an answer comes that fits the question.
     ///
     /// # Errors
-    /// If the line breaks, or nobody answers.
+    /// If the line breaks, or no answer comes.
     pub fn ask<Q: Serialize, A: DeserializeOwned>(
         &mut self,
         question: &Q,
@@ -124,11 +124,11 @@ impl Port {
             .map_err(|error| self.fault(error))
     }
 
-    /// Says bytes, whatever they are.
+    /// Writes raw bytes.
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn say(&mut self, bytes: &[u8]) -> Result<(), PortError> {
+    pub fn write_raw(&mut self, bytes: &[u8]) -> Result<(), PortError> {
         self.line
             .write_all(bytes)
             .map_err(|error| self.fault(error))

@@ -12,18 +12,16 @@ mod sensor;
 
 pub(crate) use build::{closed_by_pid, identifier, identifier_in};
 pub use operations::operations;
-pub(crate) use rig::{Rig, Stop};
+pub(crate) use rig::Rig;
 
 use std::fmt;
 
-use identifier_core::error::StepError;
-
-use crate::experiment::{Abort, AbortCause, Outcome, Sample};
+use crate::experiment::{Outcome, Sample};
 use crate::loops::SimLoop;
 use crate::scenario::{Fault, Scenario};
 
-/// A loop that runs on this machine.
-pub(crate) type LocalLoop = Box<dyn SimLoop<Error = StepError>>;
+/// A loop of any kind.
+pub(crate) type LocalLoop = Box<dyn SimLoop>;
 
 /// A loop and what it is closed around, ready to run.
 pub struct Simulation {
@@ -40,19 +38,8 @@ impl fmt::Debug for Simulation {
 impl Simulation {
     /// Runs it and shows every sample to `observe`.
     pub fn run(mut self, observe: &mut dyn FnMut(&Sample)) -> Outcome {
-        let run = self
-            .rig
-            .run(self.closed.as_mut(), &mut |sample, _| observe(sample));
-        Outcome {
-            abort: run.stopped.map(|(time, stop)| Abort {
-                time,
-                cause: match stop {
-                    Stop::NoReading => AbortCause::NoReading,
-                    Stop::Loop(error) => AbortCause::Loop(error),
-                },
-            }),
-            ..run.outcome
-        }
+        self.rig
+            .run(self.closed.as_mut(), &mut |sample, _| observe(sample))
     }
 }
 

@@ -53,7 +53,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
             })
             .chain([0])
             .collect();
-        drive.port().say(&bytes)?;
+        drive.port().write_raw(&bytes)?;
         expect(
             "state after garbage",
             drive.status()?.state,

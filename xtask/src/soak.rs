@@ -49,7 +49,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
         missing += step - 1;
         last = Some(now);
         if now.sample.is_multiple_of(keep_alive) {
-            drive.say(Command::Hello)?;
+            drive.send(Command::Hello)?;
         }
         if now.sample >= samples {
             break;

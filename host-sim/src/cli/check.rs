@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use super::fault::Fault;
 use super::files::{self, Files};
-use super::standard_output::say;
+use super::standard_output::show;
 use crate::check::{Check, Words};
 use crate::scenario::{Purpose, Scenario};
 
@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Check::of(&scenario).map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
     files::commit([json.map(|json| json.document(&check))])?;
     if !files.own_standard_output() {
-        say!("{}", Words(&check))?;
+        show!("{}", Words(&check))?;
     }
     Ok(())
 }

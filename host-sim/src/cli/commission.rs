@@ -4,7 +4,7 @@ use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
 use super::progress::Progress;
-use super::standard_output::say;
+use super::standard_output::show;
 use super::streamed::Streamed;
 use crate::commission::{Commissioning, Course, Outcome, Sample};
 use crate::csv::Rows;
@@ -38,7 +38,7 @@ pub(super) fn experiment(
     let scenario = text.scenario(Purpose::Commission)?;
     let file = Path::new(&text.file);
     let of_scenario = |fault| Fault::of_scenario(file, fault);
-    let origin = Origin::of(Task::Commission, text, &scenario);
+    let origin = Origin::new(Task::Commission, text, &scenario);
     let machine = Commissioning::of(&scenario).map_err(of_scenario)?;
     let mut results = outputs.begin(&[input], origin, kept)?;
     let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));
@@ -47,8 +47,8 @@ pub(super) fn experiment(
     let mut live = results.live.take();
 
     let largest = machine.largest_motion();
-    if !results.silent {
-        say!("{}", present::largest_motion(&largest))?;
+    if !results.own_standard_output() {
+        show!("{}", present::largest_motion(&largest))?;
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();

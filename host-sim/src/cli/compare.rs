@@ -21,7 +21,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let results = arguments.documents.begin(&[&arguments.scenario], None)?;
     let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
-    let progress = Progress::of(runs as u64, "runs");
+    let progress = Progress::of_items(runs as u64, "runs");
     let result = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;
     drop(progress);
     let page = present::comparison(

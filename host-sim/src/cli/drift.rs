@@ -4,19 +4,15 @@ use identifier_core::excitation::Excitation;
 
 use super::call;
 use super::fault::Fault;
-use super::files::{self, Files};
-use super::output::Drawing;
+use super::output::Documents;
 use super::progress::Progress;
-use super::standard_output::say;
-use super::terminal;
 use crate::csv;
 use crate::drift::{self, Differences};
 use crate::present::{self, DriftTraces};
-use crate::render;
 use crate::scenario::{Arithmetic, Purpose, Reference, Scenario};
 
-/// The most samples that are kept for the trace.
-const KEPT: u64 = 100_000;
+/// The most samples in the trace.
+const MAX_TRACE: u64 = 100_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -25,18 +21,12 @@ pub(super) struct Arguments {
     /// Turns of the servo from the zero of its counter at the start.
     #[arg(long, value_name = "N", default_value_t = 0)]
     turns: u32,
-    /// Write the differences as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write the signals of every format to this file, at most 100 000 rows; `-` is standard
     /// output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
-    /// Replace existing files.
-    #[arg(long)]
-    force: bool,
+    documents: Documents,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
@@ -53,17 +43,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let input = |fault: String| Fault::of_scenario(&arguments.scenario, fault);
     scenario.buildable().map_err(input)?;
 
-    let mut files = Files::reading(&[&arguments.scenario], arguments.force);
-    let json = files.output(arguments.json.as_deref())?;
-    let rows = files.output(arguments.csv.as_deref())?;
-    let picture = files.picture(&arguments.drawing)?;
+    let documents = &arguments.documents;
+    let mut results = documents.begin(&[&arguments.scenario], arguments.csv.as_deref())?;
 
     let units = scenario.units();
     let reference = Reference::<f64>::new(&units, &scenario.excitation)
         .map_err(|error| input(error.to_string()))?;
     let mut state = reference.start();
     let samples = scenario.samples();
-    let every = samples.div_ceil(KEPT).max(1);
+    let every = samples.div_ceil(MAX_TRACE).max(1);
     let mut trace = Vec::new();
     let mut traces = DriftTraces::default();
     let mut place = 0;
@@ -90,14 +78,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let result = differences.result(place, units.sample_time());
     let title = call::title("Number formats on", &arguments.scenario);
     let page = present::drift(&title, &call::command(), &result, &traces);
-    files::commit([
-        rows.map(|rows| rows.table(|file| csv::drift(file, &trace))),
-        picture.map(|picture| picture.figures("", 2, &page)),
-        json.map(|json| json.document(&result)),
-    ])?;
-    if !files.own_standard_output() {
-        say!("{}", render::terminal::brief(&page, terminal::width()))?;
-    }
+    let rows = results.csv.take();
+    let rows = rows.map(|rows| rows.table(|file| csv::drift(file, &trace)));
+    results.publish(&page, false, &result, [rows], |picture| {
+        picture.figures("", 2, &page)
+    })?;
     if result.all_finite {
         Ok(())
     } else {

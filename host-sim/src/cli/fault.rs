@@ -24,7 +24,7 @@ impl Fault {
         }
     }
 
-    /// What cannot be built from a scenario that was read from a file.
+    /// A fault of a scenario that was read from a file.
     pub(super) fn of_scenario(file: &Path, fault: impl fmt::Display) -> Self {
         Self::Input(format!("{}: {fault}", file.display()))
     }
@@ -41,7 +41,7 @@ impl Fault {
 }
 
 fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
-    let told = error.to_string();
+    let text = error.to_string();
     let why = match error.kind() {
         ErrorKind::NotFound => "there is no such folder",
         ErrorKind::NotADirectory => "what should be its folder is a file",
@@ -49,7 +49,7 @@ fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
         ErrorKind::AlreadyExists => "a file of that name is there",
         ErrorKind::StorageFull => "there is no room left",
         // Without the number that the system has for it.
-        _ => told.split(" (os error").next().unwrap_or(&told),
+        _ => text.split(" (os error").next().unwrap_or(&text),
     };
     format!("{name} cannot be written: {why}")
 }

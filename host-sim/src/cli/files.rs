@@ -1,18 +1,15 @@
 //! The files of one call: inputs that are protected, and outputs that appear complete or not at all.
 
 use std::fs::{self, Metadata};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
-
-use serde::Serialize;
 
 use super::fault::Fault;
 use super::output::Drawing;
-use super::output_file::PendingFile;
+use super::output_file::Output;
 use super::place::Place;
 use crate::present::{HeatMaps, Page};
 use crate::render::chart::{self, Canvas, Format, Size};
-use crate::render::html;
 
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
@@ -22,13 +19,6 @@ pub(super) struct Files {
     inputs: Vec<Identity>,
     outputs: Vec<(Identity, PathBuf)>,
     standard_output: bool,
-}
-
-/// A result that is being written.
-#[derive(Debug)]
-pub(super) struct Output {
-    name: PathBuf,
-    file: PendingFile,
 }
 
 /// A picture that is requested.
@@ -55,7 +45,7 @@ impl Files {
     pub(super) fn reading(inputs: &[&Path], force: bool) -> Self {
         let identity = |name: &&Path| {
             let found = fs::metadata(name).ok().filter(Metadata::is_file)?;
-            Some(Identity::of(&name.canonicalize().ok()?, Some(&found)))
+            Some(Identity::new(&name.canonicalize().ok()?, Some(&found)))
         };
         Self {
             force,
@@ -104,7 +94,7 @@ impl Files {
     /// As [`output`](Self::output).
     pub(super) fn description_of(&mut self, csv: Option<&Path>) -> Result<Option<Output>, Fault> {
         let Some(csv) = csv else { return Ok(None) };
-        match Place::of(csv) {
+        match Place::follow(csv) {
             Ok(Place::File { .. }) => {
                 let mut name = csv.as_os_str().to_owned();
                 name.push("-metadata.json");
@@ -116,13 +106,10 @@ impl Files {
 
     fn begin(&mut self, name: &Path) -> Result<Output, Fault> {
         let unusable = |error: io::Error| Fault::unusable(name.display(), &error);
-        let place = Place::of(name).map_err(unusable)?;
+        let place = Place::follow(name).map_err(unusable)?;
         self.claim(name, &place)
             .map_err(|why| Fault::Input(format!("{}: {why}", name.display())))?;
-        Ok(Output {
-            name: name.to_owned(),
-            file: PendingFile::at(place, self.force).map_err(unusable)?,
-        })
+        Output::begin(name, place, self.force).map_err(unusable)
     }
 
     /// Reserves a place for one output, or returns why it cannot be one.
@@ -137,7 +124,7 @@ impl Files {
             }
             Place::Device(_) => Ok(()),
             Place::File { path, existing } => {
-                let identity = Identity::of(path, existing.as_ref());
+                let identity = Identity::new(path, existing.as_ref());
                 if self.inputs.contains(&identity) {
                     return Err("this file is read: write to another one".to_owned());
                 }
@@ -171,66 +158,6 @@ pub(super) fn commit(
     outputs.into_iter().try_for_each(Output::commit)
 }
 
-impl Output {
-    /// Its requested name.
-    pub(super) fn name(&self) -> &Path {
-        &self.name
-    }
-
-    /// Writes a document as JSON.
-    pub(super) fn document(mut self, document: &impl Serialize) -> Result<Self, Fault> {
-        let text = serde_json::to_string_pretty(document)
-            .map_err(|error| Fault::Other(format!("{}: {error}", self.name.display())))?;
-        self.bytes((text + "\n").as_bytes())?;
-        Ok(self)
-    }
-
-    /// Writes a report as HTML.
-    pub(super) fn page(mut self, page: &Page) -> Result<Self, Fault> {
-        self.bytes(html::page(page).as_bytes())?;
-        Ok(self)
-    }
-
-    /// Writes a table as CSV.
-    pub(super) fn table(
-        mut self,
-        write: impl FnOnce(&mut Self) -> io::Result<()>,
-    ) -> Result<Self, Fault> {
-        match write(&mut self) {
-            Ok(()) => Ok(self),
-            Err(error) => Err(self.unwritable(&error)),
-        }
-    }
-
-    /// Writes a part.
-    pub(super) fn bytes(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.write_all(bytes)
-            .map_err(|error| self.unwritable(&error))
-    }
-
-    /// Completes the file under its name.
-    pub(super) fn commit(self) -> Result<(), Fault> {
-        let Self { name, file } = self;
-        file.commit()
-            .map_err(|error| Fault::unwritable(name.display(), &error))
-    }
-
-    /// The fault of an output that could not be written completely.
-    pub(super) fn unwritable(&self, error: &io::Error) -> Fault {
-        Fault::unwritable(self.name.display(), error)
-    }
-}
-
-impl Write for Output {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
-
 impl Picture {
     /// Draws the figures of a page, row by row.
     pub(super) fn figures(self, title: &str, columns: usize, page: &Page) -> Result<Output, Fault> {
@@ -253,7 +180,7 @@ impl Picture {
 impl Identity {
     /// Of a file under its name without links; where it is there, every other name of it is the same.
     #[cfg(unix)]
-    fn of(path: &Path, existing: Option<&Metadata>) -> Self {
+    fn new(path: &Path, existing: Option<&Metadata>) -> Self {
         use std::os::unix::fs::MetadataExt;
         existing.map_or_else(
             || Self::Named(path.to_owned()),
@@ -265,7 +192,7 @@ impl Identity {
     }
 
     #[cfg(not(unix))]
-    fn of(path: &Path, _: Option<&Metadata>) -> Self {
+    fn new(path: &Path, _: Option<&Metadata>) -> Self {
         Self::Named(path.to_owned())
     }
 }

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 
 use super::fault::Fault;
 use super::files::{self, Files};
-use super::standard_output::say;
+use super::standard_output::show;
 use crate::init::{Chosen, DataSheet, Drive, scenario};
 
 #[derive(Debug, clap::Args)]
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let servo = sheet
         .servo()
         .map_err(|error| Fault::Input(error.to_string()))?;
-    let text = scenario(&sheet, &servo, &Chosen::of(&sheet, &servo));
+    let text = scenario(&sheet, &servo, &Chosen::for_servo(&sheet, &servo));
     let output = output.map(|mut output| {
         output.bytes(text.as_bytes())?;
         Ok(output)
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     files::commit([output])?;
     if !files.own_standard_output() {
         let file = file.display();
-        say!("{file} is written: `check {file}` says what it means, `run {file}` tries it")?;
+        show!("{file} is written: `check {file}` says what it means, `run {file}` tries it")?;
     }
     Ok(())
 }

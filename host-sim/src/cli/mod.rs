@@ -125,7 +125,7 @@ pub fn main() -> ExitCode {
     let done = match parsed.and_then(|found| Arguments::from_arg_matches(&found)) {
         Ok(arguments) => arguments.run(),
         // Help and version.
-        Err(asked) if !asked.use_stderr() => standard_output::written(asked.print()),
+        Err(page) if !page.use_stderr() => standard_output::written(page.print()),
         Err(wrong) => wrong.exit(),
     };
     match done.and_then(|()| standard_output::flush()) {

@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::fault::Fault;
-use super::files::{self, Files, Output, Picture};
+use super::files::{self, Files, Picture};
 use super::live::{Live, LiveOptions};
+use super::output_file::Output;
 use super::reproduce;
-use super::standard_output::say;
+use super::standard_output::show;
 use super::streamed::Streamed;
 use super::terminal::width;
 use crate::log::mcap::Recorder;
 use crate::present::Page;
-use crate::provenance::{Kept, Origin, OriginAlone, WithOrigin};
+use crate::provenance::{Kept, Origin, WithOrigin};
 use crate::render::chart::Size;
 use crate::render::terminal;
 
@@ -29,7 +30,7 @@ pub(super) struct Drawing {
     pub(super) size: Size,
 }
 
-/// The output options of a verb whose result has no trace.
+/// The output options of a verb with a result.
 #[derive(Debug, clap::Args)]
 pub(super) struct Documents {
     /// Write the result as JSON to this file; `-` is standard output.
@@ -48,9 +49,8 @@ pub(super) struct Documents {
 /// The output options of one experiment.
 #[derive(Debug, clap::Args)]
 pub(super) struct Outputs {
-    /// Write the result as JSON to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    documents: Documents,
     /// Write the trace, one row per sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -59,15 +59,7 @@ pub(super) struct Outputs {
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
-    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    #[command(flatten)]
     live: LiveOptions,
-    /// Replace existing files.
-    #[arg(long)]
-    force: bool,
 }
 
 /// The requested outputs of a verb, begun.
@@ -75,8 +67,7 @@ pub(super) struct Outputs {
 pub(super) struct Results {
     pub(super) csv: Option<Output>,
     pub(super) live: Option<Live>,
-    /// True if one of them has standard output to itself.
-    pub(super) silent: bool,
+    files: Files,
     json: Option<Output>,
     mcap: Option<Output>,
     plot: Option<Picture>,
@@ -106,10 +97,10 @@ impl Documents {
             plot: files.picture(&self.drawing)?,
             report: files.output(self.report.as_deref())?,
             csv: files.output(csv)?,
-            silent: files.own_standard_output(),
             mcap: None,
             live: None,
             provenance: None,
+            files,
         })
     }
 }
@@ -126,30 +117,30 @@ impl Outputs {
         origin: Origin,
         kept: Option<&Kept>,
     ) -> Result<Results, Fault> {
-        let mut files = Files::reading(inputs, self.force);
-        Ok(Results {
-            json: files.output(self.json.as_deref())?,
-            csv: files.output(self.csv.as_deref())?,
-            provenance: Some(Provenance {
-                origin,
-                description: files.description_of(self.csv.as_deref())?,
-                kept: kept.cloned(),
-            }),
-            mcap: files.output(self.mcap.as_deref())?,
-            plot: files.picture(&self.drawing)?,
-            report: files.output(self.report.as_deref())?,
-            live: self.live.begin()?,
-            silent: files.own_standard_output(),
-        })
+        let csv = self.csv.as_deref();
+        let mut results = self.documents.begin(inputs, csv)?;
+        results.provenance = Some(Provenance {
+            origin,
+            description: results.files.description_of(csv)?,
+            kept: kept.cloned(),
+        });
+        results.mcap = results.files.output(self.mcap.as_deref())?;
+        results.live = self.live.begin()?;
+        Ok(results)
     }
 
     /// True if an output states its origin.
     pub(super) fn state_origin(&self) -> bool {
-        self.json.is_some() || self.csv.is_some() || self.mcap.is_some()
+        self.documents.json.is_some() || self.csv.is_some() || self.mcap.is_some()
     }
 }
 
 impl Results {
+    /// True if one of them has standard output to itself.
+    pub(super) fn own_standard_output(&self) -> bool {
+        self.files.own_standard_output()
+    }
+
     /// True if traces are shown in a picture or a page.
     pub(super) fn show_traces(&self) -> bool {
         self.plot.is_some() || self.report.is_some() || self.live.is_some()
@@ -184,31 +175,36 @@ impl Results {
         written: impl IntoIterator<Item = Option<Result<Output, Fault>>>,
         draw: impl FnOnce(Picture) -> Result<Output, Fault>,
     ) -> Result<(), Fault> {
+        let silent = self.own_standard_output();
         let (origin, description, kept) = match self.provenance {
             Some(known) => (Some(known.origin), known.description, known.kept),
             None => (None, None, None),
         };
         let origin = origin.as_ref();
         let own = [
-            description
-                .zip(origin)
-                .map(|(description, origin)| description.document(&OriginAlone::of(origin))),
+            description.zip(origin).map(|(description, origin)| {
+                let result = None::<&()>;
+                description.document(&WithOrigin { result, origin })
+            }),
             self.plot.map(draw),
             self.report.map(|report| report.page(page)),
             self.json.map(|json| match origin {
-                Some(origin) => json.document(&WithOrigin { result, origin }),
+                Some(origin) => {
+                    let result = Some(result);
+                    json.document(&WithOrigin { result, origin })
+                }
                 None => json.document(result),
             }),
         ];
         files::commit(written.into_iter().chain(own))?;
-        if !self.silent {
-            say!("{}", terminal::brief(page, width()))?;
+        if !silent {
+            show!("{}", terminal::brief(page, width()))?;
             if with_verdict {
-                say!("{}", terminal::verdict(page))?;
+                show!("{}", terminal::verdict(page))?;
             }
         }
         if let Some(kept) = &kept {
-            reproduce::compare(kept, result, self.silent)?;
+            reproduce::compare(kept, result, silent)?;
         }
         if let Some(live) = self.live {
             live.stay(page);

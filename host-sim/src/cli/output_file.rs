@@ -4,11 +4,15 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use tempfile::{Builder, NamedTempFile};
 
+use super::fault::Fault;
 use super::interruption;
 use super::place::Place;
 use super::standard_output::UntilClosed;
+use crate::present::Page;
+use crate::render::html;
 
 /// A file that is written beside its place and renamed when it is whole. One that is dropped leaves
 /// nothing, and so does a program that is interrupted.
@@ -18,7 +22,11 @@ use super::standard_output::UntilClosed;
 /// and are written as they are; a reader that goes away, as the head of a pipe does, wants no more, and
 /// that is no error.
 #[derive(Debug)]
-pub(super) struct PendingFile(BufWriter<Destination>);
+pub(super) struct Output {
+    /// Its requested name.
+    name: PathBuf,
+    writer: BufWriter<Destination>,
+}
 
 #[derive(Debug)]
 enum Destination {
@@ -31,13 +39,13 @@ enum Destination {
     },
 }
 
-impl PendingFile {
-    /// Begins a file at a place. Unless it may `replace` another, one that has come to be there until
+impl Output {
+    /// Begins a file of this name at its place. Unless it may `replace` another, one that has come to be there until
     /// [`commit`](Self::commit) is an error then.
     ///
     /// # Errors
     /// If nothing can be written there.
-    pub(super) fn at(place: Place, replace: bool) -> io::Result<Self> {
+    pub(super) fn begin(name: &Path, place: Place, replace: bool) -> io::Result<Self> {
         let destination = match place {
             Place::StandardOutput => Destination::StandardOutput(UntilClosed(io::stdout())),
             Place::Device(path) => {
@@ -59,22 +67,82 @@ impl PendingFile {
                 }
             }
         };
-        Ok(Self(BufWriter::new(destination)))
+        Ok(Self {
+            name: name.to_owned(),
+            writer: BufWriter::new(destination),
+        })
     }
 
     /// Ends the file: it is on the disk and has its name, or else nothing is changed.
     ///
     /// # Errors
     /// If not all of it could be written, or the place was taken meanwhile.
-    pub(super) fn commit(self) -> io::Result<()> {
-        let destination = self
-            .0
-            .into_inner()
-            .map_err(io::IntoInnerError::into_error)?;
-        match destination {
-            Destination::StandardOutput(mut out) => out.flush(),
-            Destination::Device(mut out) => out.flush(),
-            Destination::Beside {
+    pub(super) fn commit(self) -> Result<(), Fault> {
+        let Self { name, writer } = self;
+        let destination = writer.into_inner().map_err(io::IntoInnerError::into_error);
+        destination
+            .and_then(Destination::commit)
+            .map_err(|error| Fault::unwritable(name.display(), &error))
+    }
+
+    /// Its requested name.
+    pub(super) fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// Writes a document as JSON.
+    pub(super) fn document(mut self, document: &impl Serialize) -> Result<Self, Fault> {
+        let text = serde_json::to_string_pretty(document)
+            .map_err(|error| Fault::Other(format!("{}: {error}", self.name.display())))?;
+        self.bytes((text + "\n").as_bytes())?;
+        Ok(self)
+    }
+
+    /// Writes a report as HTML.
+    pub(super) fn page(mut self, page: &Page) -> Result<Self, Fault> {
+        self.bytes(html::page(page).as_bytes())?;
+        Ok(self)
+    }
+
+    /// Writes a table as CSV.
+    pub(super) fn table(
+        mut self,
+        write: impl FnOnce(&mut Self) -> io::Result<()>,
+    ) -> Result<Self, Fault> {
+        match write(&mut self) {
+            Ok(()) => Ok(self),
+            Err(error) => Err(self.unwritable(&error)),
+        }
+    }
+
+    /// Writes a part.
+    pub(super) fn bytes(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        self.write_all(bytes)
+            .map_err(|error| self.unwritable(&error))
+    }
+
+    /// The fault of an output that could not be written completely.
+    pub(super) fn unwritable(&self, error: &io::Error) -> Fault {
+        Fault::unwritable(self.name.display(), error)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+impl Destination {
+    fn commit(self) -> io::Result<()> {
+        match self {
+            Self::StandardOutput(mut out) => out.flush(),
+            Self::Device(mut out) => out.flush(),
+            Self::Beside {
                 temporary,
                 path,
                 replace,
@@ -88,16 +156,6 @@ impl PendingFile {
                 renamed.map(drop).map_err(|failed| failed.error)
             }
         }
-    }
-}
-
-impl Write for PendingFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
     }
 }
 
@@ -137,7 +195,7 @@ fn keep_owner_and_permissions(old: &File, new: &File) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::{MetadataExt, fchown};
-        // Only root can give a file away; anybody else's has the right owner already.
+        // Only root can give a file away; that of any other user has the right owner already.
         let _ = fchown(new, Some(found.uid()), Some(found.gid()));
     }
     new.set_permissions(found.permissions())

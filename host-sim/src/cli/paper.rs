@@ -4,7 +4,7 @@ use super::call;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::output::Drawing;
-use super::standard_output::say;
+use super::standard_output::show;
 use super::terminal;
 use crate::render::chart::Size;
 use crate::{csv, paper, present, render};
@@ -57,9 +57,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let title = "Fig. 03: identified parameters over time";
     written.push(picture.map(|picture| picture.figures(title, 2, &page)));
     files::commit(written)?;
-    say!("{}", render::terminal::brief(&page, terminal::width()))?;
-    say!("\nPicture: {}", out.join(PICTURE).display())?;
-    say!(
+    show!("{}", render::terminal::brief(&page, terminal::width()))?;
+    show!("\nPicture: {}", out.join(PICTURE).display())?;
+    show!(
         "Traces and results: {}",
         out.join("*.csv, *.json").display()
     )?;

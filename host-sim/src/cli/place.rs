@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// The most links that one name leads through, as Linux has it.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// Names of standard output.
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
@@ -21,13 +21,13 @@ pub(super) enum Place {
     File {
         /// Its folder, without links and dots, and its name there.
         path: PathBuf,
-        /// What is there now.
+        /// The present file.
         existing: Option<Metadata>,
     },
 }
 
 impl Place {
-    /// Whether a name is one of standard output.
+    /// True for a name of standard output.
     pub(super) fn is_standard_output(name: &Path) -> bool {
         STANDARD_OUTPUT
             .iter()
@@ -38,7 +38,7 @@ impl Place {
     ///
     /// # Errors
     /// If it is a folder's, its folder is missing or closed, or its links go in circles.
-    pub(super) fn of(name: &Path) -> io::Result<Self> {
+    pub(super) fn follow(name: &Path) -> io::Result<Self> {
         if Self::is_standard_output(name) {
             return Ok(Self::StandardOutput);
         }
@@ -61,7 +61,7 @@ impl Place {
 /// Where a file would come to be that is not there yet: at the end of the links.
 fn missing(name: &Path) -> io::Result<PathBuf> {
     let mut path = name.to_owned();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         let file = path
             .file_name()
             .ok_or_else(|| unusable("it is not the name of a file"))?;

@@ -2,9 +2,9 @@
 
 use super::call;
 use super::fault::Fault;
-use super::files::Output;
 use super::live::Live;
 use super::output::Results;
+use super::output_file::Output;
 use super::progress::Progress;
 use super::streamed::Streamed;
 use crate::analysis::{Status, Summariser};

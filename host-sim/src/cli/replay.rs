@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     .experiment(&arguments.outputs, &arguments.scenario, None)
 }
 
-/// What is replayed.
+/// A replay.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Replay<'a> {
     pub(super) scenario: &'a ScenarioText,
@@ -73,7 +73,7 @@ impl Replay<'_> {
         let read = logs.iter().chain(predict).map(PathBuf::as_path);
         let inputs: Vec<_> = read.chain([input]).collect();
         let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
-        let origin = Origin::of(self.task(outputs.state_origin())?, text, &scenario);
+        let origin = Origin::new(self.task(outputs.state_origin())?, text, &scenario);
         let mut results = outputs.begin(&inputs, origin, kept)?;
         let all = read_all(logs.iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(logs.len());
@@ -118,7 +118,7 @@ impl Replay<'_> {
         recording.conclude(results, replayed.outcome, notes)
     }
 
-    /// What is done, with the fingerprints of the logs where an output states the origin.
+    /// The task, with the fingerprints of the logs where an output states the origin.
     fn task(self, is_stated: bool) -> Result<Task, Fault> {
         let files = |logs: &[PathBuf]| -> Result<Vec<LogFile>, Fault> {
             let known = logs.iter().filter(|log| is_stated && log.is_file());
@@ -129,7 +129,7 @@ impl Replay<'_> {
                         log.display()
                     ))
                 };
-                LogFile::of(log).map_err(unreadable)
+                LogFile::read(log).map_err(unreadable)
             });
             files.collect()
         };
@@ -146,14 +146,14 @@ fn read_all<'a>(
     paths: impl Iterator<Item = &'a PathBuf>,
     scenario: &Scenario,
 ) -> Result<Vec<Log>, Fault> {
-    /// How far sample times may differ, relative.
-    const ALIKE: f64 = 0.01;
+    /// Largest relative difference of sample times.
+    const TOLERANCE: f64 = 0.01;
     let mut logs: Vec<Log> = Vec::new();
     for path in paths {
         let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
             .map_err(|error| Fault::Input(error.to_string()))?;
         if let Some(first) = logs.first()
-            && (log.sample_time / first.sample_time - 1.0).abs() > ALIKE
+            && (log.sample_time / first.sample_time - 1.0).abs() > TOLERANCE
         {
             return Err(Fault::Input(format!(
                 "{}: its samples are {} s apart, those of {} {} s: logs that are replayed together \

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::fault::Fault;
 use super::output::Outputs;
-use super::standard_output::say;
+use super::standard_output::show;
 use super::{commission, replay, run};
 use crate::provenance::{Kept, KeptError, LogFile, Task};
 
@@ -64,10 +64,10 @@ pub(super) fn compare(kept: &Kept, result: &impl Serialize, silent: bool) -> Res
     let differences = differences.map_err(|error| Fault::Other(format!("{file}: {error}")))?;
     match differences {
         None if silent => Ok(()),
-        None => say!("{file} holds no result to compare with"),
+        None => show!("{file} holds no result to compare with"),
         Some(differences) if differences.is_empty() => match silent {
             true => Ok(()),
-            false => say!("the same result as in {file}, to the last bit"),
+            false => show!("the same result as in {file}, to the last bit"),
         },
         Some(differences) => {
             let mut lines: Vec<String> = differences.iter().take(SHOWN).cloned().collect();

@@ -31,7 +31,7 @@ pub(super) fn experiment(
 ) -> Result<(), Fault> {
     let scenario = text.scenario(Purpose::Run)?;
     let title = call::title("Run of", Path::new(&text.file));
-    let origin = Origin::of(Task::Run, text, &scenario);
+    let origin = Origin::new(Task::Run, text, &scenario);
     let mut results = outputs.begin(inputs, origin, kept)?;
 
     let mut recording = Recording::new(title, &scenario, scenario.duration, 1, &mut results);

@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::fault::Fault;
 
 /// `println!` that returns a fault where standard output cannot be written.
-macro_rules! say {
+macro_rules! show {
     ($($text:tt)*) => {
         $crate::cli::standard_output::line(format_args!($($text)*))
     };
 }
-pub(super) use say;
+pub(super) use show;
 
 /// Only errors and requested results are printed.
 static QUIET: AtomicBool = AtomicBool::new(false);
@@ -46,7 +46,7 @@ pub(super) fn flush() -> Result<(), Fault> {
     written(io::stdout().flush())
 }
 
-/// Tells a standard output that takes no more from a reader that wants no more.
+/// Distinguishes a standard output that fails from a reader that has gone away.
 pub(super) fn written(result: io::Result<()>) -> Result<(), Fault> {
     match result {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {

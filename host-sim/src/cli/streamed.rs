@@ -5,7 +5,7 @@ use std::io;
 use serde::Serialize;
 
 use super::fault::Fault;
-use super::files::Output;
+use super::output_file::Output;
 use crate::log::mcap::Recorder;
 use crate::provenance::Origin;
 

@@ -8,12 +8,13 @@ const ELSEWHERE: u16 = 100;
 /// Narrowest width of a table.
 const MIN_WIDTH: u16 = 20;
 
-/// Characters to a line: what COLUMNS says, what the terminal has, or 100.
+/// Characters to a line: COLUMNS, the terminal's width, or 100.
 pub(super) fn width() -> u16 {
-    let said = std::env::var("COLUMNS").ok();
-    let said = said.and_then(|columns| columns.trim().parse().ok());
+    let stated = std::env::var("COLUMNS").ok();
+    let stated = stated.and_then(|columns| columns.trim().parse().ok());
     let is_wide_enough = |width: &u16| *width >= MIN_WIDTH;
-    said.filter(is_wide_enough)
+    stated
+        .filter(is_wide_enough)
         .or_else(|| terminal_size_of(std::io::stdout()).map(|(Width(width), _)| width))
         .filter(is_wide_enough)
         .unwrap_or(ELSEWHERE)

@@ -125,8 +125,6 @@ impl SideBySide {
 }
 
 impl SimLoop for SideBySide {
-    type Error = StepError;
-
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         let [exact, others @ ..] = &mut self.formats;
         let acting = exact.process(reference, measured)?;

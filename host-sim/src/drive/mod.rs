@@ -31,7 +31,7 @@ pub struct Client {
     last_sent: Instant,
 }
 
-/// Why a drive did not do what it was asked.
+/// Why a drive did not carry out a command.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DriveError {
@@ -85,7 +85,7 @@ impl Client {
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn say(&mut self, command: Command) -> Result<u8, DriveError> {
+    pub fn send(&mut self, command: Command) -> Result<u8, DriveError> {
         self.id = self.id.wrapping_add(1);
         self.last_sent = Instant::now();
         let id = self.id;
@@ -144,7 +144,7 @@ impl Client {
         patience: Duration,
         wanted: State,
     ) -> Result<(), DriveError> {
-        self.say(command)?;
+        self.send(command)?;
         let id = self.id;
         let answer = self.next_within(patience, |report| match report {
             Report::Done { id: same } if *same == id => Some(Ok(())),
@@ -191,12 +191,12 @@ impl Client {
         }
     }
 
-    /// The next report that `says` accepts.
+    /// The first value that `select` takes from a report.
     ///
     /// # Errors
     /// If none comes, or the line breaks.
-    pub fn next<T>(&mut self, says: impl Fn(&Report) -> Option<T>) -> Result<T, DriveError> {
-        self.next_within(MAX_REPORT_WAIT, says)?
+    pub fn next<T>(&mut self, select: impl Fn(&Report) -> Option<T>) -> Result<T, DriveError> {
+        self.next_within(MAX_REPORT_WAIT, select)?
             .ok_or(DriveError::Silent)
     }
 
@@ -207,7 +207,7 @@ impl Client {
     pub fn next_within<T>(
         &mut self,
         time: Duration,
-        says: impl Fn(&Report) -> Option<T>,
+        select: impl Fn(&Report) -> Option<T>,
     ) -> Result<Option<T>, DriveError> {
         let until = Instant::now() + time;
         loop {
@@ -218,15 +218,15 @@ impl Client {
             }
             if let Some(period) = self.keep_alive {
                 if now.duration_since(self.last_sent) >= period {
-                    self.say(Command::Hello)?;
+                    self.send(Command::Hello)?;
                 }
                 patience = patience.min(period);
             }
-            let heard = self
+            let report = self
                 .port
-                .listen(&|report: &Report| says(report).is_some(), patience)?;
-            if let Some(said) = heard.as_ref().and_then(&says) {
-                return Ok(Some(said));
+                .listen(&|report: &Report| select(report).is_some(), patience)?;
+            if let Some(value) = report.as_ref().and_then(&select) {
+                return Ok(Some(value));
             }
         }
     }

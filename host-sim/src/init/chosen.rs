@@ -1,4 +1,4 @@
-//! What suits a servo of which only the data sheet is known.
+//! Gains, box and reference for a servo of which only the data sheet is known.
 
 use std::f64::consts::TAU;
 
@@ -42,7 +42,7 @@ pub(super) const UNSURE: f64 = 2.0;
 impl Chosen {
     /// For a servo.
     #[must_use]
-    pub fn of(sheet: &DataSheet, servo: &ServoSheet) -> Self {
+    pub fn for_servo(sheet: &DataSheet, servo: &ServoSheet) -> Self {
         /// ω T, that the crossover of the largest servo of the box, 6 ω, stays well below the sampling.
         const OF_A_SAMPLE: f64 = 0.05;
         /// The cut-off of the velocity filter, ω.

@@ -1,6 +1,6 @@
 //! From a motor's data sheet to a servo: q̈ = −a q̇ + b u − c sign q̇ on the motor's shaft.
 
-/// What the command is.
+/// The quantity of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// The current, A, of an amplifier with a current loop.
@@ -17,10 +17,10 @@ pub enum Drive {
     },
 }
 
-/// What a data sheet says, SI, on the motor's shaft but where it says otherwise.
+/// The figures of a data sheet, SI, on the motor's shaft unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DataSheet {
-    /// What the command is.
+    /// The quantity of the command.
     pub drive: Drive,
     /// k_t, N m/A; the back-EMF constant k_e, V s/rad, is the same number.
     pub torque_constant: f64,
@@ -101,8 +101,8 @@ impl DataSheet {
 
     fn check(&self) -> Result<(), SheetError> {
         /// Numbers between which a motor's are, in SI.
-        const MOST: f64 = 1e9;
-        const LEAST: f64 = 1e-12;
+        const MAX: f64 = 1e9;
+        const MIN_POSITIVE: f64 = 1e-12;
         let stated = match self.drive {
             Drive::Current { peak } => vec![("peak-current", peak)],
             Drive::Voltage { supply, resistance } => {
@@ -117,7 +117,7 @@ impl DataSheet {
             ("sample-time", self.sample_time),
         ];
         for (name, value) in positive.into_iter().chain(stated) {
-            if !(LEAST..=MOST).contains(&value) {
+            if !(MIN_POSITIVE..=MAX).contains(&value) {
                 return Err(SheetError {
                     name,
                     value,
@@ -130,7 +130,7 @@ impl DataSheet {
             ("viscous", self.viscous),
             ("coulomb", self.coulomb),
         ] {
-            if !(0.0..=MOST).contains(&value) {
+            if !(0.0..=MAX).contains(&value) {
                 return Err(SheetError {
                     name,
                     value,

@@ -6,51 +6,39 @@ use std::time::Duration;
 pub struct Update {
     /// The whole page, HTML.
     pub page: Arc<str>,
-    /// What has changed in it, JSON on one line.
+    /// Its changes, JSON on one line.
     pub change: Arc<str>,
 }
 
 /// Where the newest page is left for whoever shows it.
 #[derive(Debug, Default)]
 pub(super) struct Board {
-    newest: Mutex<Newest>,
+    /// The updates are counted from 1.
+    newest: Mutex<(u64, Option<Update>)>,
     changed: Condvar,
-}
-
-#[derive(Debug, Default)]
-struct Newest {
-    /// Counts the updates from 1.
-    number: u64,
-    update: Option<Update>,
 }
 
 impl Board {
     /// Leaves an update.
     pub(super) fn put(&self, update: Update) {
         let mut newest = self.newest();
-        newest.number += 1;
-        newest.update = Some(update);
+        *newest = (newest.0 + 1, Some(update));
         self.changed.notify_all();
     }
 
-    /// The newest update, with its number.
-    pub(super) fn get(&self) -> Option<(u64, Update)> {
-        let newest = self.newest();
-        Some((newest.number, newest.update.clone()?))
-    }
-
-    /// The newest update that is not of this number, or none if there was none for so long.
+    /// The newest update, with its number, once that is another than `number`; none if there is none within
+    /// `longest`.
     pub(super) fn after(&self, number: u64, longest: Duration) -> Option<(u64, Update)> {
-        let is_known = |newest: &mut Newest| newest.number == number;
+        let is_known = |newest: &mut (u64, _)| newest.0 == number;
         let waited = self
             .changed
             .wait_timeout_while(self.newest(), longest, is_known);
         let (newest, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        let update = newest.update.clone()?;
-        (newest.number != number).then_some((newest.number, update))
+        let (newest, update) = &*newest;
+        (*newest != number).then_some((*newest, update.clone()?))
     }
 
-    fn newest(&self) -> MutexGuard<'_, Newest> {
+    fn newest(&self) -> MutexGuard<'_, (u64, Option<Update>)> {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -70,7 +58,7 @@ mod tests {
     fn whoever_is_late_gets_the_newest_alone() {
         let board = Board::default();
         let wait = Duration::from_millis(1);
-        assert!(board.get().is_none() && board.after(0, wait).is_none());
+        assert!(board.after(0, wait).is_none());
         board.put(update("one"));
         board.put(update("two"));
         let (number, newest) = board.after(0, wait).expect("an update");

@@ -1,7 +1,7 @@
-//! A page that changes while somebody looks at it: served to browsers of this machine, and to no other.
+//! A page that changes while it is shown, served to the browsers of this machine alone.
 //!
 //! ```text
-//! whoever makes the page ─► Board ─► a thread for each browser: the page once, then what changes
+//! the maker of the page ─► Board ─► a thread for each browser: the page once, then what changes
 //! ```
 
 mod board;

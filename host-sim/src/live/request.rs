@@ -1,21 +1,21 @@
 use std::io::{self, Read};
 use std::net::{SocketAddr, TcpStream};
 
-/// What a browser may ask for.
+/// A request of a browser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Request {
     /// The page.
     Page,
-    /// What changes in it.
+    /// Its changes.
     Changes,
-    /// Something that there is not.
+    /// Anything else.
     Unknown,
-    /// It comes under another machine's name: a page from elsewhere that would read this one.
+    /// Under another machine's name: from a page elsewhere that would read this one.
     Foreign,
 }
 
 /// The largest request that is read, bytes.
-const LARGEST: usize = 16 << 10;
+const MAX_LENGTH: usize = 16 << 10;
 
 /// Reads the request that a connection begins with.
 ///
@@ -26,7 +26,7 @@ pub(super) fn read(stream: &mut TcpStream, own: SocketAddr) -> io::Result<Reques
     let mut part = [0; 1024];
     loop {
         let length = stream.read(&mut part)?;
-        if length == 0 || text.len() > LARGEST {
+        if length == 0 || text.len() > MAX_LENGTH {
             return Err(io::ErrorKind::InvalidData.into());
         }
         text.extend_from_slice(&part[..length]);

@@ -9,12 +9,12 @@ use super::board::{Board, Update};
 use super::request::{self, Request};
 
 /// Browsers that are served at once.
-const MOST: usize = 32;
+const MAX_BROWSERS: usize = 32;
 
-/// A connection that says or takes nothing for so long is closed.
+/// Silence after which a connection is closed.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Where nothing changes for so long, a browser is told that the connection still stands.
+/// Time without a change after which a browser gets a sign of life.
 const QUIET: Duration = Duration::from_secs(5);
 
 /// A server on the loopback address, which this machine alone can reach. It ends with the program.
@@ -40,7 +40,7 @@ impl Server {
         Ok(Self { address, board })
     }
 
-    /// Where it is.
+    /// Its address.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
@@ -55,13 +55,13 @@ impl Server {
 fn accept(listener: &TcpListener, own: SocketAddr, board: &Arc<Board>) {
     let served = Arc::new(AtomicUsize::new(0));
     for stream in listener.incoming().flatten() {
-        if served.fetch_add(1, Ordering::Relaxed) >= MOST {
+        if served.fetch_add(1, Ordering::Relaxed) >= MAX_BROWSERS {
             served.fetch_sub(1, Ordering::Relaxed);
             continue;
         }
         let (board, count) = (Arc::clone(board), Arc::clone(&served));
         let begun = thread::Builder::new().spawn(move || {
-            // A browser may go away at any time; there is nobody to tell.
+            // A browser may go away at any time.
             let _ = serve(stream, own, &board);
             count.fetch_sub(1, Ordering::Relaxed);
         });
@@ -75,18 +75,15 @@ fn serve(mut stream: TcpStream, own: SocketAddr, board: &Board) -> io::Result<()
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     match request::read(&mut stream, own)? {
-        Request::Page => {
-            let newest = board.get().or_else(|| board.after(0, PATIENCE));
-            match newest {
-                Some((_, update)) => answer(&mut stream, "200 OK", "text/html", &update.page),
-                None => answer(
-                    &mut stream,
-                    "503 Service Unavailable",
-                    "text/plain",
-                    "not yet\n",
-                ),
-            }
-        }
+        Request::Page => match board.after(0, PATIENCE) {
+            Some((_, update)) => answer(&mut stream, "200 OK", "text/html", &update.page),
+            None => answer(
+                &mut stream,
+                "503 Service Unavailable",
+                "text/plain",
+                "not yet\n",
+            ),
+        },
         Request::Changes => changes(&mut stream, board),
         Request::Unknown => answer(&mut stream, "404 Not Found", "text/plain", "not here\n"),
         Request::Foreign => answer(&mut stream, "403 Forbidden", "text/plain", "not for you\n"),

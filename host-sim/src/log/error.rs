@@ -52,15 +52,9 @@ impl LogError {
     }
 }
 
-/// A text of a log as a message repeats it: shortened, and without control characters.
+/// A text of a log as a message repeats it.
 pub(super) fn shortened(text: &str) -> String {
-    const MAX_CHARACTERS: usize = 80;
-    let shown = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-    let mut short: String = text.chars().map(shown).take(MAX_CHARACTERS).collect();
-    if text.chars().nth(MAX_CHARACTERS).is_some() {
-        short.push('…');
-    }
-    short
+    crate::nearest::shortened(text, 80)
 }
 
 /// A time as a message shows it, s: to the nanosecond.

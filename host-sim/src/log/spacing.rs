@@ -74,17 +74,15 @@ impl<'a> EvenRows<'a> {
 
     /// The next row, or the first sample of the bridge to it.
     fn after(&mut self, mut next: Row) -> Result<Row, LogError> {
-        let Some((from, mut clock)) = self.last else {
-            next.begins = true;
-            self.last = Some((next, Clock::new(self.sample_time, next.time)));
-            return Ok(next);
+        let is_cut = |last: &Row| {
+            next.time > last.time && self.settings.leaves_out_between(last.time, next.time)
         };
-        if next.time > from.time && self.settings.leaves_out_between(from.time, next.time) {
+        let Some((from, mut clock)) = self.last.filter(|(last, _)| !is_cut(last)) else {
             self.spacing.jitter = self.jitter();
             next.begins = true;
             self.last = Some((next, Clock::new(self.sample_time, next.time)));
             return Ok(next);
-        }
+        };
         let missing = self
             .missing(clock.tick(next.time), &from, &next)
             .map_err(|fault| {
@@ -192,7 +190,7 @@ impl Iterator for EvenRows<'_> {
 /// without a missing sample, or, where stamps are too coarse to find them, of all.
 ///
 /// # Errors
-/// Whatever is wrong with a row.
+/// The fault of a row.
 pub(super) fn usual_step(
     rows: Box<dyn Rows + '_>,
     settings: &LogSettings,

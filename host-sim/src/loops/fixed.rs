@@ -42,8 +42,6 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedLoop<V,
 }
 
 impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for FixedLoop<V, S, P> {
-    type Error = StepError;
-
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         let wanted = Setpoint::from_counts(reference);
         let setpoint = self.start.wrapping_add(wanted.count);

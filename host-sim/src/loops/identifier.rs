@@ -19,7 +19,7 @@ use crate::scenario::index_of;
 /// precision, which holds the numbers of every format exactly.
 pub(crate) trait DynIdentifier {
     /// One sample: the increment of the position and the whole command that acts from now on; then the work
-    /// that a drive does in the background, as far as there is any.
+    /// that a drive does in the background, if there is any.
     ///
     /// # Errors
     /// An increment or a command that is not allowed.

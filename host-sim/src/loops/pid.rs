@@ -39,8 +39,6 @@ impl<N: Number, V: VelocityEstimate<N>> PidLoop<N, V> {
 }
 
 impl<N: Number, V: VelocityEstimate<N>> SimLoop for PidLoop<N, V> {
-    type Error = StepError;
-
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         let motion = self.feedback.read(reference, measured);
         let control = self

@@ -53,8 +53,6 @@ impl<N: Number> RelayLoop<N> {
 }
 
 impl<N: Number> SimLoop for RelayLoop<N> {
-    type Error = StepError;
-
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         let motion = self.feedback.read(reference, measured);
         let (increment, error) = (motion.increment.to_f64(), motion.error.to_f64());

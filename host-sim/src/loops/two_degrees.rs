@@ -73,8 +73,6 @@ impl TwoDegreesLoop {
 }
 
 impl SimLoop for TwoDegreesLoop {
-    type Error = StepError;
-
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         if self.done == self.stage {
             // A stage that gives no servo leaves the controller as it is.
@@ -163,7 +161,7 @@ fn direction(x: f64) -> f64 {
 /// Least squares of u_f = J q̈_f + F q̇_f + C s_f, s = sign q̇.
 ///
 /// It is done off-line, so the direction of a sample may be that of the motion from some time before
-/// to as much after it: an encoder's single counts say little.
+/// to as much after it: an encoder's single counts are too coarse.
 struct Fit {
     units: Units,
     filter: StateVariableFilter<f64>,

@@ -9,7 +9,7 @@ pub enum Frame {
     Commissioning(Progress),
 }
 
-/// What a frame is of.
+/// The kind of motion of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A loop that is closed.
@@ -21,7 +21,7 @@ pub enum Kind {
 impl Frame {
     /// The frame in a report, if it is one.
     #[must_use]
-    pub fn of(report: &Report) -> Option<Self> {
+    pub fn from_report(report: &Report) -> Option<Self> {
         match report {
             Report::Snapshot(snapshot) => Some(Self::Running(*snapshot)),
             Report::Progress(progress) => Some(Self::Commissioning(*progress)),
@@ -29,7 +29,7 @@ impl Frame {
         }
     }
 
-    /// What it is of.
+    /// The kind of its motion.
     #[must_use]
     pub fn kind(&self) -> Kind {
         match self {

@@ -46,7 +46,7 @@ impl HostIdentifier {
     /// Takes the frame of every sample. A motion that is not received from its beginning, or with a gap, is joined as
     /// soon as two samples give its velocity; the estimates are kept.
     pub(super) fn take(&mut self, frame: &Frame, order: Order) {
-        // Exact as long as single precision tells one count from the next.
+        // Exact as long as single precision distinguishes one count from the next.
         let count = (frame.position() / self.resolution).round() as i32;
         let before = std::mem::replace(&mut self.count, count);
         let moved = match order {

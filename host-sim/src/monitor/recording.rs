@@ -20,7 +20,7 @@ pub struct Recording<W> {
     rows: u64,
 }
 
-/// What became of a frame.
+/// The place of a frame in a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
     /// It is a row.
@@ -30,7 +30,7 @@ pub enum Taken {
 }
 
 impl<W: Write> Recording<W> {
-    /// Of a drive with these settings that sends a frame every so many samples.
+    /// Of a drive with these settings that sends a frame every `every` samples.
     #[must_use]
     pub fn new(out: W, settings: Settings, every: u16) -> Self {
         Self {
@@ -115,8 +115,7 @@ fn heading(kind: Kind) -> String {
     }
 }
 
-/// What `replay` is to know of the log. Nothing of what the drive has learnt enters: what it finds, it
-/// finds by itself.
+/// The scenario to replay the log with. Estimates of the drive do not enter.
 fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
     let core = &settings.closed_loop.core;
     let mut text = format!(
@@ -162,7 +161,7 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
 
 /// A number of counts, which is whole unless the resolution is not that of an encoder.
 fn whole(counts: f64) -> f64 {
-    /// What a division may be off by.
+    /// Relative rounding of a division.
     const ROUNDING: f64 = 1e-6;
     let nearest = counts.round();
     if (counts - nearest).abs() < ROUNDING * nearest {

@@ -64,18 +64,18 @@ impl State {
             Report::Fault(fault) => self.status.state = Does::Faulted(*fault),
             _ => {}
         }
-        let frame = Frame::of(report)?;
+        let frame = Frame::from_report(report)?;
         self.last_frame = now;
         self.show(&frame);
         Some(frame)
     }
 
     fn is_set(&mut self, settings: Settings) {
-        let hears = |settings: &Settings| {
+        let measured_by = |settings: &Settings| {
             let core = &settings.closed_loop.core;
             [core.sample_time, core.resolution].map(f64::to_bits)
         };
-        if hears(&settings) != hears(&self.settings) {
+        if measured_by(&settings) != measured_by(&self.settings) {
             let receives_every_sample = self.telemetry.samples_apart() == 1;
             self.identifier = HostIdentifier::to(&settings).filter(|_| receives_every_sample);
         }
@@ -118,7 +118,7 @@ impl State {
     }
 
     /// Sets the message.
-    pub fn say(&mut self, note: Note) {
+    pub fn set_note(&mut self, note: Note) {
         self.note = Some(note);
     }
 
@@ -135,7 +135,7 @@ impl State {
 
     /// The drive refused a command.
     pub fn was_refused(&mut self, refusal: &Refusal) {
-        self.say(Note::Failed(format!("the drive refuses: {refusal}")));
+        self.set_note(Note::Failed(format!("the drive refuses: {refusal}")));
     }
 
     /// The servo is driven.

@@ -25,7 +25,7 @@ pub struct OpenLoop {
 /// None where samples have no command, or the simulation leaves every bound.
 ///
 /// # Errors
-/// Whatever playing the samples ends with.
+/// A log that can no longer be read.
 pub(super) fn open_loop(servo: &FrozenServo, play: Play<'_>) -> Result<Option<OpenLoop>, LogError> {
     /// The most steps of the fit.
     const STEPS: u32 = 8;

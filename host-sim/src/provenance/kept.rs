@@ -134,7 +134,7 @@ impl Kept {
             return Err(KeptError::NoLog(kept.file.clone()));
         };
         for place in places {
-            let found = LogFile::of(&place).map_err(KeptError::Unreadable)?;
+            let found = LogFile::read(&place).map_err(KeptError::Unreadable)?;
             if found.sha256 == kept.sha256 {
                 return Ok(place);
             }

@@ -9,4 +9,4 @@ mod kept;
 mod origin;
 
 pub use kept::{Kept, KeptError};
-pub use origin::{LogFile, Origin, OriginAlone, ScenarioText, Task, WithOrigin};
+pub use origin::{LogFile, Origin, ScenarioText, Task, WithOrigin};

@@ -62,34 +62,20 @@ pub struct LogFile {
     pub sha256: String,
 }
 
-/// A result with its origin.
+/// A result with its origin; without a result, the description beside a trace that cannot hold its origin.
 #[derive(Debug, Serialize)]
 pub struct WithOrigin<'a, D> {
     /// The result.
     #[serde(flatten)]
-    pub result: &'a D,
+    pub result: Option<&'a D>,
     /// Its origin.
     pub origin: &'a Origin,
-}
-
-/// The description beside a trace that cannot hold its origin.
-#[derive(Debug, Serialize)]
-pub struct OriginAlone<'a> {
-    origin: &'a Origin,
-}
-
-impl<'a> OriginAlone<'a> {
-    /// Of a trace.
-    #[must_use]
-    pub fn of(origin: &'a Origin) -> Self {
-        Self { origin }
-    }
 }
 
 impl Origin {
     /// Of the present call.
     #[must_use]
-    pub fn of(task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
+    pub fn new(task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
         Self {
             version: crate::VERSION.to_owned(),
             command: std::env::args_os()
@@ -156,7 +142,7 @@ impl LogFile {
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn of(file: &Path) -> io::Result<Self> {
+    pub fn read(file: &Path) -> io::Result<Self> {
         Ok(Self {
             sha256: fingerprint::of_file(file)?,
             file: file.to_owned(),

@@ -109,108 +109,88 @@ pub fn replay(
     passes: u32,
     observe: &mut dyn FnMut(u32, &Sample),
 ) -> Result<Replayed, ReplayError> {
-    let work = Passes {
-        scenario,
-        logs: logs.as_ref(),
-        passes,
-        observe,
-    };
-    with_velocity!(scenario, f64 => run(work))
+    with_velocity!(scenario, f64 => run(scenario, logs.as_ref(), passes, observe))
 }
 
-fn run<V: VelocityEstimate<f64>>(work: Passes<'_>) -> Result<Replayed, ReplayError> {
-    work.run::<V>()
-}
-
-struct Passes<'a> {
-    scenario: &'a Scenario,
-    logs: &'a [Log],
+fn run<V: VelocityEstimate<f64>>(
+    scenario: &Scenario,
+    logs: &[Log],
     passes: u32,
-    observe: &'a mut dyn FnMut(u32, &Sample),
-}
-
-impl Passes<'_> {
-    fn run<V: VelocityEstimate<f64>>(self) -> Result<Replayed, ReplayError> {
-        let Self {
-            scenario,
-            logs,
-            passes,
-            observe,
-        } = self;
-        let Some(log) = logs.first() else {
-            return Err(Fault::new("log", "there is no log").into());
-        };
-        let fault = |error: SettingsError| scenario.fault(&error);
-        let unit = scenario.checked_units()?.position_unit();
-        let settings = settings(scenario, log)?;
-        let command_recorded = log.first().command.is_some();
-        let declared = match log.first().reference {
-            Some(_) if ran(scenario, &settings, command_recorded) => {
-                Some(Declared::<V>::new(&settings, command_recorded).map_err(fault)?)
-            }
-            _ => None,
-        };
-        let identifier = identifier(scenario, &settings)?;
-        let mut progress = Progress {
-            outcome: identifier.outcome(),
-            identifier,
-            declared,
-            filter: settings
-                .velocity::<f64, V>()
-                .map_err(|error| fault(error.into()))?,
-            unit,
-            revolution: scenario.stated.identifier.terms.revolution,
-            time: 0.0,
-            begun: false,
-        };
-        'passes: for pass in 0..passes {
-            for (number, log) in logs.iter().enumerate() {
-                let mut stretches = log.stretches().iter();
-                let mut on: Option<InStretch<V>> = None;
-                for row in log.rows()? {
-                    let row = row?;
-                    if row.begins || on.is_none() {
-                        // A file that has changed since it was judged may have more.
-                        let settling = stretches
-                            .next()
-                            .map_or(0, |stretch| settling(scenario, stretch));
-                        if let Some(before) = on.take() {
-                            progress.time += before.samples as f64 * log.sample_time;
-                        }
-                        progress.begin(pass == 0 || !command_recorded);
-                        on = Some(InStretch::new(scenario, &row, unit, settling));
+    observe: &mut dyn FnMut(u32, &Sample),
+) -> Result<Replayed, ReplayError> {
+    let Some(log) = logs.first() else {
+        return Err(Fault::new("log", "there is no log").into());
+    };
+    let fault = |error: SettingsError| scenario.fault(&error);
+    let unit = scenario.checked_units()?.position_unit();
+    let settings = settings(scenario, log)?;
+    let command_recorded = log.first().command.is_some();
+    let declared = match log.first().reference {
+        Some(_) if ran(scenario, &settings, command_recorded) => {
+            Some(Declared::<V>::new(&settings, command_recorded).map_err(fault)?)
+        }
+        _ => None,
+    };
+    let identifier = identifier(scenario, &settings)?;
+    let mut progress = Progress {
+        outcome: identifier.outcome(),
+        identifier,
+        declared,
+        filter: settings
+            .velocity::<f64, V>()
+            .map_err(|error| fault(error.into()))?,
+        unit,
+        revolution: scenario.stated.identifier.terms.revolution,
+        time: 0.0,
+        begun: false,
+    };
+    'passes: for pass in 0..passes {
+        for (number, log) in logs.iter().enumerate() {
+            let mut stretches = log.stretches().iter();
+            let mut on: Option<InStretch<V>> = None;
+            for row in log.rows()? {
+                let row = row?;
+                if row.begins || on.is_none() {
+                    // A file that has changed since it was judged may have more.
+                    let settling = stretches
+                        .next()
+                        .map_or(0, |stretch| settling(scenario, stretch));
+                    if let Some(before) = on.take() {
+                        progress.time += before.samples as f64 * log.sample_time;
                     }
-                    let Some(on) = &mut on else { continue };
-                    match progress.process(on, &row, number, pass) {
-                        Ok(Some(sample)) => observe(pass, &sample),
-                        Ok(None) => {}
-                        Err(error) => {
-                            progress
-                                .outcome
-                                .end_early(progress.time_of(on, &row), error);
-                            break 'passes;
-                        }
+                    progress.begin(pass == 0 || !command_recorded);
+                    on = Some(InStretch::new(scenario, &row, unit, settling));
+                }
+                let Some(on) = &mut on else { continue };
+                match progress.process(on, &row, number, pass) {
+                    Ok(Some(sample)) => observe(pass, &sample),
+                    Ok(None) => {}
+                    Err(error) => {
+                        progress
+                            .outcome
+                            .end_early(progress.time_of(on, &row), error);
+                        break 'passes;
                     }
                 }
-                progress.time += on.map_or(0, |on| on.samples) as f64 * log.sample_time;
             }
+            progress.time += on.map_or(0, |on| on.samples) as f64 * log.sample_time;
         }
-        let Progress {
-            mut outcome,
-            identifier,
-            declared,
-            ..
-        } = progress;
-        let known = identifier.outcome();
-        outcome.bandwidth = known.bandwidth;
-        outcome.entered = known.entered;
-        outcome.terms = known.terms;
-        Ok(Replayed {
-            outcome,
-            agreement: declared.and_then(|declared| declared.agreement()),
-            estimates: identifier.estimates(),
-        })
     }
+    let Progress {
+        mut outcome,
+        identifier,
+        declared,
+        ..
+    } = progress;
+    let known = identifier.outcome();
+    outcome.bandwidth = known.bandwidth;
+    outcome.entered = known.entered;
+    outcome.terms = known.terms;
+    Ok(Replayed {
+        outcome,
+        agreement: declared.and_then(|declared| declared.agreement()),
+        estimates: identifier.estimates(),
+    })
 }
 
 /// The settings of identifier and controller: for a run's own log those of the run.

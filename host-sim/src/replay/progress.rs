@@ -102,16 +102,9 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         self.begun = true;
         let step = self.identifier.step(scaled.increment, command)?;
         self.outcome.count(step.event);
-        Ok(Some(Sample {
-            time: self.time_of(stretch, row),
-            begins,
-            reference: row.reference.unwrap_or(f64::NAN),
-            position: row.position,
-            command: step.command,
-            output_error: step.output_error.map(|error| error * self.unit),
-            estimates: step.estimates,
-            standard_errors: step.standard_errors,
-            at_bounds: step.at_bounds,
-        }))
+        let time = self.time_of(stretch, row);
+        let reference = row.reference.unwrap_or(f64::NAN);
+        let sample = step.sample(time, begins, reference, row.position, self.unit);
+        Ok(Some(sample))
     }
 }

@@ -97,63 +97,60 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
     let law = scenario.identifier.law;
     let log = scenario.log_columns();
-    if log.command.is_none() && log.reference.is_none() {
-        return Err(Fault::new(
-            "log.command",
-            "the log must have the command, or the reference that the declared controller computes it \
-             from",
-        ));
-    }
     let own = scenario.is_own_log();
-    if identifier.terms.may_enter(Term::Gravity) && !log.absolute && !own {
-        return Err(Fault::new(
+    let own_loop = format!(
+        "\"{}\" works in a loop of its own and cannot take a log: {} can",
+        law.name(),
+        replayable_names()
+    );
+    let follows = given.controller.is_some()
+        || identifier.correction.is_some()
+        || identifier.plant_box.is_some();
+    let refusals = [
+        (
+            log.command.is_none() && log.reference.is_none(),
+            "log.command",
+            "the log must have the command, or the reference that the declared controller computes it from",
+        ),
+        (
+            identifier.terms.may_enter(Term::Gravity) && !log.absolute && !own,
             "log.angle",
             "gravity goes with the angle of the shaft, and a counter that began anywhere does not know \
              it: if a position of zero is the same angle in every recording, state angle = \"absolute\", \
              else leave out the term \"gravity\"",
-        ));
-    }
-    if !(law.is_replayable() || own && law.closing() == Closing::Pd) {
-        return Err(Fault::new(
+        ),
+        (
+            !(law.is_replayable() || own && law.closing() == Closing::Pd),
             "identifier.law",
-            format!(
-                "\"{}\" works in a loop of its own and cannot take a log: {} can",
-                law.name(),
-                replayable_names()
-            ),
-        ));
-    }
-    if scenario.identifier.arithmetic == Arithmetic::Fixed && scenario.counts_per_rev.is_none() {
-        return Err(Fault::new(
+            own_loop.as_str(),
+        ),
+        (
+            scenario.identifier.arithmetic == Arithmetic::Fixed
+                && scenario.counts_per_rev.is_none(),
             "identifier.arithmetic",
             "\"fixed\" counts: encoder.counts_per_rev has to say what a count of the log's position is; \
              \"f32\" and \"f64\" do without",
-        ));
-    }
-    if given.controller.is_none() && log.command.is_none() {
-        return Err(Fault::new(
+        ),
+        (
+            given.controller.is_none() && log.command.is_none(),
             "controller",
             "without log.command the controller that ran has to be declared, so that its command can \
              be computed again",
-        ));
-    }
-    let follows = given.controller.is_some()
-        || identifier.correction.is_some()
-        || identifier.plant_box.is_some();
-    if law.is_gradient() && !follows {
-        return Err(Fault::new(
+        ),
+        (
+            law.is_gradient() && !follows,
             "identifier.correction",
             "without a [controller] this law has to be told the gains of its correction, or a plant_box \
              that they follow from",
-        ));
-    }
-    if law.is_gradient() && log.reference.is_none() && identifier.gamma.is_none() {
-        return Err(Fault::new(
+        ),
+        (
+            law.is_gradient() && log.reference.is_none() && identifier.gamma.is_none(),
             "identifier.gamma",
             "without log.reference no gamma can be chosen: it has to be stated",
-        ));
-    }
-    Ok(())
+        ),
+    ];
+    let refusal = refusals.into_iter().find(|(is_refused, ..)| *is_refused);
+    refusal.map_or(Ok(()), |(_, key, fault)| Err(Fault::new(key, fault)))
 }
 
 fn replayable_names() -> String {

@@ -17,6 +17,18 @@ pub struct ScenarioError {
     pub advice: String,
 }
 
+impl ScenarioError {
+    pub(super) fn new(file: &str, line: Option<usize>, key: Option<String>, fault: String) -> Self {
+        Self {
+            file: file.to_owned(),
+            line,
+            key,
+            fault,
+            advice: String::new(),
+        }
+    }
+}
+
 impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.file)?;
@@ -82,17 +94,7 @@ impl Fault {
     }
 }
 
-/// A piece of the user's text as a message may show it: short, and without control characters.
+/// A piece of a scenario as a message repeats it.
 pub(super) fn shown(text: &str) -> String {
-    /// Characters that are shown.
-    const MAX_CHARACTERS: usize = 40;
-    let mut shown: String = text
-        .chars()
-        .take(MAX_CHARACTERS)
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .collect();
-    if text.chars().nth(MAX_CHARACTERS).is_some() {
-        shown.push('…');
-    }
-    shown
+    crate::nearest::shortened(text, 40)
 }

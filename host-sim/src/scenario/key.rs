@@ -19,7 +19,7 @@ pub struct Key {
     pub about: &'static str,
 }
 
-/// What holds when a key is absent.
+/// The value of an absent key.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Default {
     /// Nothing: the key is required; this value is shown as an example.

@@ -29,7 +29,7 @@ enum Kind {
     Rival,
 }
 
-/// What closes the loop in which a law works.
+/// The controller of the loop in which a law works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Closing {
     /// The scenario's PID.
@@ -150,7 +150,7 @@ impl Law {
         self.row().finds
     }
 
-    /// What closes its loop.
+    /// The controller of its loop.
     #[must_use]
     pub const fn closing(self) -> Closing {
         self.row().closing

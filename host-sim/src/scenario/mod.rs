@@ -74,7 +74,7 @@ pub struct Scenario {
     /// The seed of what is random in servo and sensor, where it is stated: see
     /// [`Scenario::noise_seed`].
     pub seed: Option<u32>,
-    /// The columns of a log to replay, as far as the file states them: see [`Scenario::log_columns`].
+    /// The stated columns of a log to replay: see [`Scenario::log_columns`].
     pub log: Option<LogSettings>,
     /// The cases of a comparison.
     pub compare: CompareSettings,

@@ -16,13 +16,7 @@ const MAX_LENGTH: u64 = 1 << 20;
 /// The text of a file.
 pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
     let name = path.display().to_string();
-    let refused = |line, fault: String| ScenarioError {
-        file: name.clone(),
-        line,
-        key: None,
-        fault,
-        advice: String::new(),
-    };
+    let refused = |line, fault| ScenarioError::new(&name, line, None, fault);
     let unreadable = |error: std::io::Error| {
         let why = nearest::unreadable(path, &error);
         refused(None, format!("the scenario cannot be read: {why}"))
@@ -109,13 +103,7 @@ impl<'a> Source<'a> {
     }
 
     fn error(&self, line: usize, key: Option<String>, fault: String) -> ScenarioError {
-        ScenarioError {
-            file: self.name.to_owned(),
-            line: Some(line),
-            key,
-            fault,
-            advice: String::new(),
-        }
+        ScenarioError::new(self.name, Some(line), key, fault)
     }
 
     /// A fault that the parser found, in the user's words.

@@ -4,7 +4,7 @@ use virtual_servo::faults::{Condition, Faults};
 use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
-use crate::experiment::{Outcome, Sample};
+use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::{Measurement, SimLoop};
 
 /// The servo that a loop is closed around.
@@ -31,24 +31,6 @@ pub(crate) struct Update {
     pub(crate) position: f64,
     /// A late sample, an open limit switch, a fault of the amplifier.
     pub(crate) condition: Condition,
-}
-
-/// A run of a loop on the rig.
-#[derive(Debug)]
-pub(crate) struct Run<E> {
-    /// Its outcome.
-    pub(crate) outcome: Outcome,
-    /// When and why it ended before its time, if it did.
-    pub(crate) stopped: Option<(f64, Stop<E>)>,
-}
-
-/// Why a run ended before its time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stop<E> {
-    /// The sensor gave no valid reading.
-    NoReading,
-    /// The loop stopped.
-    Loop(E),
 }
 
 impl Rig<'_> {
@@ -87,55 +69,49 @@ impl Rig<'_> {
         mut self,
         closed: &mut L,
         observe: &mut dyn FnMut(&Sample, &L),
-    ) -> Run<L::Error> {
+    ) -> Outcome {
         let unit = self.position_unit;
-        let mut counted = Outcome::default();
-        let mut stopped = None;
+        let mut run = Outcome::default();
         for number in 0..self.samples {
             let time = number as f64 * self.sample_time;
             let reference = (self.reference)();
             let Update {
                 measured, position, ..
             } = self.sense();
-            let Some(measured) = measured else {
-                stopped = Some((time, Stop::NoReading));
-                break;
+            let step = match measured {
+                None => Err(AbortCause::NoReading),
+                Some(measured) => {
+                    let step = closed.process(reference, measured);
+                    step.map_err(AbortCause::Loop)
+                }
             };
-            let step = match closed.process(reference, measured) {
+            let step = match step {
                 Ok(step) => step,
-                Err(error) => {
-                    stopped = Some((time, Stop::Loop(error)));
+                Err(cause) => {
+                    run.abort = Some(Abort { time, cause });
                     break;
                 }
             };
-            counted.count(step.event);
-            let sample = Sample {
-                time,
-                begins: number == 0,
-                reference: reference * unit,
-                position: position * unit,
-                command: step.command,
-                output_error: step.output_error.map(|error| error * unit),
-                estimates: step.estimates,
-                standard_errors: step.standard_errors,
-                at_bounds: step.at_bounds,
-            };
-            observe(&sample, closed);
+            run.count(step.event);
+            let [reference, position] = [reference, position].map(|units| units * unit);
+            observe(
+                &step.sample(time, number == 0, reference, position, unit),
+                closed,
+            );
             self.act(step.command);
         }
-        Run {
-            outcome: Outcome {
-                samples: counted.samples,
-                events: counted.events,
-                ..closed.outcome()
-            },
-            stopped,
+        Outcome {
+            samples: run.samples,
+            events: run.events,
+            abort: run.abort,
+            ..closed.outcome()
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use identifier_core::error::StepError;
     use identifier_core::identifier::Event;
     use identifier_core::parameters::ServoParameters;
     use virtual_servo::{Effects, SensorEffects};
@@ -164,11 +140,9 @@ mod tests {
     }
 
     impl SimLoop for Constant {
-        type Error = &'static str;
-
-        fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, &'static str> {
+        fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
             if self.asked.len() as u64 == self.lasts {
-                return Err("it was to end here");
+                return Err(StepError::CommandNotFinite);
             }
             self.asked.push((reference, measured));
             Ok(Step {
@@ -220,7 +194,7 @@ mod tests {
         let mut seen = Vec::new();
         let ideal = Sensor::ideal::<f64>(1.0 / UNIT);
         let run = rig(&FREE, 1000, ideal).run(&mut closed, &mut |sample, _| seen.push(*sample));
-        assert!(run.stopped.is_none());
+        assert_eq!(run.abort, None);
         assert_eq!(seen.len(), 1000);
         for (number, sample) in seen.iter().enumerate() {
             let time = number as f64 * SAMPLE_TIME;
@@ -264,11 +238,10 @@ mod tests {
         let ideal = Sensor::ideal::<f64>(1.0 / UNIT);
         let run = rig(&FREE, 100, ideal).run(&mut closed, &mut |_, _| seen += 1);
         assert_eq!(seen, 7);
-        assert_eq!((run.outcome.samples, run.outcome.events.standing), (7, 7));
-        assert_eq!(run.outcome.mu, Some(3.0));
-        let (time, error) = run.stopped.expect("it failed");
-        assert!(
-            (time - 7.0 * SAMPLE_TIME).abs() < 1e-12 && error == Stop::Loop("it was to end here")
-        );
+        assert_eq!((run.samples, run.events.standing), (7, 7));
+        assert_eq!(run.mu, Some(3.0));
+        let Abort { time, cause } = run.abort.expect("it failed");
+        assert!((time - 7.0 * SAMPLE_TIME).abs() < 1e-12);
+        assert_eq!(cause, AbortCause::Loop(StepError::CommandNotFinite));
     }
 }

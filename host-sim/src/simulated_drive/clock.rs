@@ -17,7 +17,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Starts a clock at so many seconds per second of real time.
+    /// Starts a clock at `pace` seconds per second of real time.
     #[must_use]
     pub fn at_pace(pace: f64) -> Self {
         Self {

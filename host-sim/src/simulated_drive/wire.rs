@@ -4,18 +4,18 @@ use std::net::TcpStream;
 
 use drive_link::Line;
 
-/// Bytes that wait for somebody to read them: then there is no room, as in a drive's own memory.
+/// Bytes that may wait to be read, as many as in a drive's own memory.
 const ROOM: usize = 16_384;
 
 /// Bytes that are read at a time.
 const GULP: usize = 1024;
 
-/// The wire to whoever is connected; without anybody, what is said is lost.
+/// The wire to a connected host; without one, sent bytes are lost.
 #[derive(Debug, Default)]
 pub struct Wire {
     line: Option<TcpStream>,
-    said: VecDeque<u8>,
-    heard: VecDeque<u8>,
+    outgoing: VecDeque<u8>,
+    incoming: VecDeque<u8>,
 }
 
 impl Wire {
@@ -32,17 +32,17 @@ impl Wire {
 
     /// Sends as much as goes without waiting.
     pub fn flush(&mut self) {
-        while let (Some(line), false) = (&mut self.line, self.said.is_empty()) {
-            let (next, _) = self.said.as_slices();
+        while let (Some(line), false) = (&mut self.line, self.outgoing.is_empty()) {
+            let (next, _) = self.outgoing.as_slices();
             match line.write(next) {
-                Ok(sent @ 1..) => drop(self.said.drain(..sent)),
+                Ok(sent @ 1..) => drop(self.outgoing.drain(..sent)),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 _ => self.line = None,
             }
         }
         if self.line.is_none() {
-            self.said.clear();
+            self.outgoing.clear();
         }
     }
 
@@ -50,7 +50,7 @@ impl Wire {
         let mut gulp = [0; GULP];
         let Some(line) = &mut self.line else { return };
         match line.read(&mut gulp) {
-            Ok(heard @ 1..) => self.heard.extend(gulp.iter().take(heard)),
+            Ok(read @ 1..) => self.incoming.extend(gulp.iter().take(read)),
             Err(error)
                 if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
             _ => self.line = None,
@@ -60,17 +60,17 @@ impl Wire {
 
 impl Line for Wire {
     fn receive(&mut self) -> Option<u8> {
-        if self.heard.is_empty() {
+        if self.incoming.is_empty() {
             self.listen();
         }
-        self.heard.pop_front()
+        self.incoming.pop_front()
     }
 
     fn room(&self) -> usize {
-        ROOM.saturating_sub(self.said.len())
+        ROOM.saturating_sub(self.outgoing.len())
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        self.said.extend(bytes);
+        self.outgoing.extend(bytes);
     }
 }

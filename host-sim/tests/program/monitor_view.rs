@@ -218,7 +218,7 @@ fn a_fault_with_its_remedy() {
         ..status(Does::Faulted(fault))
     };
     stands(&mut state, status);
-    state.say(Note::Failed("the drive refuses: it is a fault".to_owned()));
+    state.set_note(Note::Failed("the drive refuses: it is a fault".to_owned()));
     insta::assert_snapshot!(least(&shown(&state, &Dialogue::Idle)));
 }
 

@@ -8,12 +8,12 @@ use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
 use identifier_core::commission::{HoldingGains, Phase};
 
 use super::fault;
-use super::follow::{Event, follow};
+use super::follow::{Event, follow, samples_in};
 use super::plan::{DrivePlan, Plan};
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
-use crate::cli::standard_output::say;
+use crate::cli::standard_output::show;
 use crate::cli::terminal::width;
 use crate::drive::{Client, CommissionDocument};
 use crate::present;
@@ -55,11 +55,10 @@ impl Arguments {
         }
         let before = gains_before.as_ref();
         if !silent {
-            say!("{}", present::largest_motion(&largest_motion))?;
+            show!("{}", present::largest_motion(&largest_motion))?;
         }
 
-        let every = LINE_INTERVAL / order.sample_time;
-        let every = every.clamp(1.0, f64::from(u16::MAX)) as u16;
+        let every = samples_in(LINE_INTERVAL, order.sample_time);
         client.ask(Command::Watch(every)).map_err(fault)?;
         let stop = interruption::end_requested();
         client.commission(&order).map_err(fault)?;
@@ -149,10 +148,10 @@ fn show(before: Option<&HoldingGains>, outcome: &Outcome) -> Result<(), Fault> {
     };
     let (tuning, trial) = (outcome.tuning.as_ref(), outcome.trial.as_ref());
     let found = present::found_servo(servo, None, before, tuning, trial);
-    say!("{}", terminal::blocks(&found, width()))
+    show!("{}", terminal::blocks(&found, width()))
 }
 
-/// How the drive stands after a commissioning.
+/// The state of the drive after a commissioning.
 struct End {
     /// There were gains before.
     gains_before: bool,
@@ -199,7 +198,7 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
     };
     if applied {
         if !silent {
-            say!("applied: {holds}")?;
+            show!("applied: {holds}")?;
         }
         return Ok(());
     }

@@ -37,6 +37,11 @@ impl Event {
     }
 }
 
+/// The samples in a time, s, at least one, as a drive takes them for the period of its reports.
+pub(super) fn samples_in(time: f64, sample_time: f64) -> u16 {
+    (time / sample_time).clamp(1.0, f64::from(u16::MAX)) as u16
+}
+
 /// Passes every report to `observe`, and `None` where none comes for a while, until it returns a value.
 ///
 /// # Errors

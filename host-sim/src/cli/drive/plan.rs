@@ -72,10 +72,10 @@ impl Plan {
             ),
         ] {
             if (own / wanted - 1.0).abs() > 1e-9 {
-                let told = format!(
+                let text = format!(
                     "{key} is {wanted} here, and {own} in the drive: `drive configure` changes the drive's"
                 );
-                return Err(Fault::of_scenario(&self.file, told));
+                return Err(Fault::of_scenario(&self.file, text));
             }
         }
         let gains_before = gains(settings);

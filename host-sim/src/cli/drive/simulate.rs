@@ -7,7 +7,7 @@ use drive_link::Settings;
 
 use super::configure::with_scenario;
 use crate::cli::fault::Fault;
-use crate::cli::standard_output::{flush, say};
+use crate::cli::standard_output::{flush, show};
 use crate::scenario::{Purpose, Scenario};
 use crate::simulated_drive::{SimulatedDrive, SimulatedDriveError};
 
@@ -44,8 +44,8 @@ impl Arguments {
         let address = drive
             .address()
             .map_err(|error| Fault::unusable(self.listen, &error))?;
-        say!("a simulated drive listens at {address} until it is interrupted; watch it with")?;
-        say!("servo-id drive --port tcp:{address} monitor")?;
+        show!("a simulated drive listens at {address} until it is interrupted; watch it with")?;
+        show!("servo-id drive --port tcp:{address} monitor")?;
         flush()?;
         drive.run().map_err(|error| self.fault(error))
     }

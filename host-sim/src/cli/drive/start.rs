@@ -3,10 +3,10 @@ use std::time::Instant;
 use drive_link::{Command, Ended, Settings, State};
 
 use super::fault;
-use super::follow::{Event, follow};
+use super::follow::{Event, follow, samples_in};
 use super::status::{estimates_line, snapshot_line};
 use crate::cli::fault::Fault;
-use crate::cli::standard_output::say;
+use crate::cli::standard_output::show;
 use crate::drive::Client;
 
 /// Time between two lines that are printed, s.
@@ -35,16 +35,15 @@ impl Arguments {
             may_be_left(link_timeout)?;
             return client.start().map_err(fault);
         }
-        let every = LINE_INTERVAL / closed_loop.core.sample_time;
-        let every = every.clamp(1.0, f64::from(u16::MAX)) as u16;
+        let every = samples_in(LINE_INTERVAL, closed_loop.core.sample_time);
         client.ask(Command::Watch(every)).map_err(fault)?;
         client.start().map_err(fault)?;
         client.keep_alive(link_timeout);
         // An output that cannot be written is no reason to leave a running drive alone.
         let mut printed = if link_timeout > 0.0 {
-            say!("running; it comes to rest when this program has ended for {link_timeout} s")
+            show!("running; it comes to rest when this program has ended for {link_timeout} s")
         } else {
-            say!("running, also when this program has ended: the link timeout is 0")
+            show!("running, also when this program has ended: the link timeout is 0")
         };
         let begin = Instant::now();
         let is_over = |time: f64| begin.elapsed().as_secs_f64() >= time;
@@ -53,7 +52,7 @@ impl Arguments {
             Some(Event::Status(status)) if status.state == State::Released => Ok(Some(())),
             _ if self.time.is_some_and(is_over) => client.stop().map_err(fault).map(Some),
             Some(Event::Snapshot(snapshot)) => {
-                let line = say!("{}", snapshot_line(&snapshot));
+                let line = show!("{}", snapshot_line(&snapshot));
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);
                 Ok(None)
             }
@@ -62,11 +61,11 @@ impl Arguments {
         client.ask(Command::Watch(0)).map_err(fault)?;
         let status = client.status().map_err(fault)?;
         if let Some(estimates) = &status.estimates {
-            printed = printed.and(say!("knows: {}", estimates_line(estimates)));
+            printed = printed.and(show!("knows: {}", estimates_line(estimates)));
         }
         match &status.ended {
             Some(Ended::Faulted(fault)) => Err(Fault::Other(fault.to_string())),
-            Some(ended) => printed.and(say!("{ended}")),
+            Some(ended) => printed.and(show!("{ended}")),
             None => Err(Fault::Other(
                 "the drive reports no run: it was switched off or reset meanwhile".to_owned(),
             )),

@@ -4,7 +4,7 @@ use drive_link::{Estimates, Settings, Snapshot, Status};
 use identifier_core::parameters::ServoParameters;
 
 use crate::cli::fault::Fault;
-use crate::cli::standard_output::say;
+use crate::cli::standard_output::show;
 
 /// A snapshot on one line.
 pub(super) fn snapshot_line(snapshot: &Snapshot) -> String {
@@ -47,25 +47,25 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
 
 /// Prints state, estimates, history and settings.
 pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
-    say!("{}", status.state)?;
+    show!("{}", status.state)?;
     match &status.estimates {
-        Some(estimates) => say!("knows: {}", estimates_line(estimates))?,
-        None => say!("the servo is not identified yet")?,
+        Some(estimates) => show!("knows: {}", estimates_line(estimates))?,
+        None => show!("the servo is not identified yet")?,
     }
     if !status.configured {
-        say!("not configured: it does not start; what follows is an example")?;
+        show!("not configured: it does not start; what follows is an example")?;
     }
     if let Some(ended) = &status.ended {
-        say!("{ended}")?;
+        show!("{ended}")?;
     }
     if let Some(gains) = &status.gains {
-        say!("gains: {gains}")?;
+        show!("gains: {gains}")?;
     }
     if let Some(commissioning) = &status.commissioning {
-        say!("commissioning: {commissioning}")?;
+        show!("commissioning: {commissioning}")?;
     }
     let noticed = &status.noticed;
-    say!(
+    show!(
         "first fits {}, steps of the load {}, samples not followed {}, friction lowered {}, model restarted {}",
         noticed.started,
         noticed.load_steps,
@@ -73,16 +73,16 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         noticed.friction_lowered,
         noticed.restarted
     )?;
-    say!("{}", status.kept)?;
-    say!(
+    show!("{}", status.kept)?;
+    show!(
         "late samples {}, samples not shown {}, frames not understood {}",
         status.overruns,
         status.dropped,
         status.garbled
     )?;
-    say!(
+    show!(
         "{:.1} µs from the reading of the encoder to the change of the output",
         1e6 * status.command_delay
     )?;
-    say!("{settings}")
+    show!("{settings}")
 }

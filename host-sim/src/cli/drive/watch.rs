@@ -8,9 +8,10 @@ use super::fault;
 use super::follow::{Event, follow};
 use super::status::snapshot_line;
 use crate::cli::fault::Fault;
-use crate::cli::files::{Files, Output};
+use crate::cli::files::Files;
 use crate::cli::interruption;
-use crate::cli::standard_output::say;
+use crate::cli::output_file::Output;
+use crate::cli::standard_output::show;
 use crate::drive::Client;
 
 #[derive(Debug, clap::Args)]
@@ -49,7 +50,7 @@ impl Arguments {
                     left -= 1;
                     match &mut table {
                         Some(table) => table.row(&snapshot)?,
-                        None => say!("{}", snapshot_line(&snapshot))?,
+                        None => show!("{}", snapshot_line(&snapshot))?,
                     }
                 }
                 Some(Event::Fault(fault)) => return Err(Fault::Other(fault.to_string())),

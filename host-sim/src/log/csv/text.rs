@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 use std::rc::Rc;
 
@@ -15,7 +15,7 @@ use crate::nearest;
 const MAX_ROW: usize = 1 << 20;
 
 /// The bytes of a log, without comments.
-pub(super) type Text = Uncommented<Bounded<Box<dyn Read>>>;
+pub(super) type Text = Uncommented<BufReader<Bounded<Box<dyn Read>>>>;
 
 /// Bytes that a file may still give before the next row ends.
 #[derive(Debug, Clone)]
@@ -61,7 +61,13 @@ fn from_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
         inner: bytes,
         allowance: allowance.clone(),
     };
-    (Uncommented::new(bounded), allowance)
+    let text = Uncommented {
+        inner: BufReader::new(bounded),
+        line: Vec::new(),
+        given: 0,
+        is_first: true,
+    };
+    (text, allowance)
 }
 
 /// Reads until the allowance is used up: no row fills the memory, whatever a few packed bytes unpack to.
@@ -94,103 +100,63 @@ impl<R: Read> Read for Bounded<R> {
 #[derive(Debug)]
 pub(super) struct Uncommented<R> {
     inner: R,
-    at: At,
-    /// True if the last byte was a carriage return, whose line feed is still to come.
-    returned: bool,
+    /// The present line, and the bytes of it that were read.
+    line: Vec<u8>,
+    given: usize,
+    is_first: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum At {
-    /// Behind this number of bytes of what may be a byte-order mark at the beginning of the text.
-    Mark(usize),
-    /// At the beginning of a line.
-    Line,
-    /// Behind a slash that a line begins with.
-    Slash,
-    Comment,
-    Row,
-    /// Behind the last line.
-    End,
-}
-
-impl<R: Read> Uncommented<R> {
-    fn new(inner: R) -> Self {
-        Self {
-            inner,
-            at: At::Mark(0),
-            returned: false,
-        }
-    }
-
-    /// Keeps what belongs to rows of the bytes from `first` to `end`, moved to the front; a slash that
-    /// was held back is in front of them already. Answers with how many there are.
-    fn keep(&mut self, bytes: &mut [u8], first: usize, end: usize) -> usize {
-        const MARK: [u8; 3] = [0xef, 0xbb, 0xbf];
-        let (mut from, mut to) = (first, 0);
-        while from < end {
-            let byte = bytes[from];
-            let after_return = std::mem::take(&mut self.returned);
-            match (self.at, byte) {
-                (At::Mark(seen), byte) if MARK.get(seen) == Some(&byte) => {
-                    self.at = At::Mark(seen + 1);
-                    from += 1;
-                }
-                (At::Mark(_), _) => self.at = At::Line,
-                (At::Line, b'\n') if after_return => from += 1,
-                (At::Line, b' ') => from += 1,
-                (At::Line, b'#' | b'%') | (At::Slash, b'/') => self.at = At::Comment,
-                (At::Line, b'/') => {
-                    self.at = At::Slash;
-                    from += 1;
-                }
-                (At::Slash, _) => {
-                    bytes[to] = b'/';
-                    to += 1;
-                    self.at = At::Row;
-                }
-                _ => {
-                    let rest = &bytes[from..end];
-                    let stop = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-                    if self.at != At::Comment {
-                        self.at = At::Row;
-                        bytes.copy_within(from..from + stop, to);
-                        to += stop;
-                    }
-                    from += stop;
-                    if from < end {
-                        self.returned = bytes[from] == b'\r';
-                        bytes[to] = b'\n';
-                        to += 1;
-                        from += 1;
-                        self.at = At::Line;
-                    }
-                }
+impl<R: BufRead> Uncommented<R> {
+    /// Takes the next line; false at the end.
+    fn advance(&mut self) -> io::Result<bool> {
+        const MARK: &[u8] = b"\xef\xbb\xbf";
+        self.line.clear();
+        let end = loop {
+            let bytes = self.inner.fill_buf()?;
+            let end = memchr::memchr2(b'\n', b'\r', bytes);
+            let length = end.unwrap_or(bytes.len());
+            self.line.extend_from_slice(&bytes[..length]);
+            let ending = end.map(|end| bytes[end]);
+            self.inner.consume(length + usize::from(ending.is_some()));
+            if ending.is_some() || length == 0 {
+                break ending;
             }
+        };
+        if end.is_none() && self.line.is_empty() {
+            return Ok(false);
         }
-        to
+        // A line feed behind a carriage return is of the same ending.
+        if end == Some(b'\r') && self.inner.fill_buf()?.first() == Some(&b'\n') {
+            self.inner.consume(1);
+        }
+        let is_first = std::mem::take(&mut self.is_first);
+        let mark = if is_first && self.line.starts_with(MARK) {
+            MARK.len()
+        } else {
+            0
+        };
+        let spaces = self.line[mark..]
+            .iter()
+            .take_while(|&&byte| byte == b' ')
+            .count();
+        self.given = mark + spaces;
+        let text = &self.line[self.given..];
+        if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
+            self.given = self.line.len();
+        }
+        self.line.push(b'\n');
+        Ok(true)
     }
 }
 
-impl<R: Read> Read for Uncommented<R> {
+impl<R: BufRead> Read for Uncommented<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        /// Room for a slash that was held back.
-        const HELD: usize = 1;
-        if buffer.len() <= HELD || self.at == At::End {
+        if self.given == self.line.len() && !self.advance()? {
             return Ok(0);
         }
-        loop {
-            let read = self.inner.read(&mut buffer[HELD..])?;
-            if read == 0 {
-                let unended = self.at == At::Row;
-                self.at = At::End;
-                buffer[0] = b'\n';
-                return Ok(usize::from(unended));
-            }
-            let kept = self.keep(buffer, HELD, HELD + read);
-            if kept > 0 {
-                return Ok(kept);
-            }
-        }
+        let read = (&self.line[self.given..]).read(buffer)?;
+        self.given += read;
+        Ok(read)
     }
 }
 

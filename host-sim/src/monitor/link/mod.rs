@@ -20,7 +20,7 @@ pub enum AtEnd {
     Leave,
 }
 
-/// How the servo was left.
+/// The state in which the servo was left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// It was released already.
@@ -81,10 +81,8 @@ impl Link {
         let (report, events) = mpsc::channel();
         let thread = thread::spawn(move || {
             let mut talk = Talk::new(client, report);
-            match talk.run(&ordered) {
-                Ok(()) => talk.end(at_end),
-                Err(error) => talk.lose(error),
-            }
+            talk.run(&ordered)?;
+            talk.end(at_end)
         });
         Self {
             orders: Some(orders),
@@ -102,11 +100,11 @@ impl Link {
     }
 
     /// The next event, if there is one.
-    pub fn next_event(&self) -> Option<LinkEvent> {
+    pub fn next_event(&mut self) -> Option<LinkEvent> {
         match self.events.try_recv() {
             Ok(event) => Some(event),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(LinkEvent::Lost(LinkError::Ended)),
+            Err(TryRecvError::Disconnected) => self.end().err().map(LinkEvent::Lost),
         }
     }
 
@@ -121,19 +119,7 @@ impl Link {
     fn end(&mut self) -> Result<Ending, LinkError> {
         self.orders = None;
         let ended = self.thread.take().and_then(|thread| thread.join().ok());
-        match ended {
-            Some(Ok(ending)) => Ok(ending),
-            Some(Err(LinkError::Ended)) | None => Err(self.lost().unwrap_or(LinkError::Ended)),
-            Some(Err(error)) => Err(error),
-        }
-    }
-
-    /// The loss of the drive, if it was not taken yet.
-    fn lost(&self) -> Option<LinkError> {
-        self.events.try_iter().find_map(|event| match event {
-            LinkEvent::Lost(error) => Some(error),
-            _ => None,
-        })
+        ended.unwrap_or(Err(LinkError::Ended))
     }
 }
 

@@ -51,7 +51,7 @@ impl Talk {
     pub(super) fn run(&mut self, orders: &Receiver<Command>) -> Result<(), LinkError> {
         loop {
             match orders.try_recv() {
-                Ok(command) => self.say(command)?,
+                Ok(command) => self.send(command)?,
                 Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => return Ok(()),
             }
@@ -70,8 +70,8 @@ impl Talk {
         }
     }
 
-    fn say(&mut self, command: Command) -> Result<(), DriveError> {
-        let id = self.client.say(command)?;
+    fn send(&mut self, command: Command) -> Result<(), DriveError> {
+        let id = self.client.send(command)?;
         let now = Instant::now();
         self.unanswered.push(Unanswered {
             id,
@@ -99,7 +99,7 @@ impl Talk {
             let once = matches!(asked.command, Command::Start | Command::Commission(_));
             if !once && asked.last.elapsed() > REPEAT_AFTER {
                 asked.last = Instant::now();
-                asked.id = self.client.say(asked.command)?;
+                asked.id = self.client.send(asked.command)?;
             }
         }
         Ok(())
@@ -136,12 +136,6 @@ impl Talk {
     fn was_asked(&mut self, id: u8) -> Option<Command> {
         let place = self.unanswered.iter().position(|asked| asked.id == id)?;
         Some(self.unanswered.remove(place).command)
-    }
-
-    /// Reports the loss of the drive.
-    pub(super) fn lose(&self, error: LinkError) -> Result<Ending, LinkError> {
-        self.report_event(LinkEvent::Lost(error));
-        Err(LinkError::Ended)
     }
 
     fn report_event(&self, event: LinkEvent) {

@@ -16,7 +16,7 @@ use super::plan::Plan;
 use super::start::may_be_left;
 use crate::cli::fault::Fault;
 use crate::cli::interruption;
-use crate::cli::standard_output::say;
+use crate::cli::standard_output::show;
 use crate::drive::Client;
 use crate::monitor::{AtEnd, Ending, Link, LinkError};
 
@@ -101,16 +101,16 @@ fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
     };
     let files = recordings.end();
     match servo {
-        Ok(Ending::Stopped) => say!("the servo was released")?,
-        Ok(Ending::Left) => say!("the drive keeps running")?,
+        Ok(Ending::Stopped) => show!("the servo was released")?,
+        Ok(Ending::Left) => show!("the drive keeps running")?,
         Ok(Ending::WasReleased) | Err(_) => {}
     }
     if let Ok(Some(kept)) = &files {
-        say!("{kept}")?;
+        show!("{kept}")?;
     }
     let telemetry = state.telemetry();
     if telemetry.frames() > 0 {
-        say!("{} frames, {} lost", telemetry.frames(), telemetry.lost())?;
+        show!("{} frames, {} lost", telemetry.frames(), telemetry.lost())?;
     }
     match (servo, files) {
         (Ok(_), Ok(_)) => Ok(()),

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use drive_link::Settings;
 
 use crate::cli::fault::Fault;
-use crate::cli::files::{self, Files, Output};
+use crate::cli::files::{self, Files};
+use crate::cli::output_file::Output;
 use crate::monitor::{Frame, Recording, Taken};
 
 /// Extension of the scenario beside a log.

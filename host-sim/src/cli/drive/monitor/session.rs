@@ -107,7 +107,7 @@ impl Session {
                 LinkEvent::Report(report) => self.take(&report, now),
                 LinkEvent::Done(command) => self.was_done(&command),
                 LinkEvent::Refused(refusal) => self.state.was_refused(&refusal),
-                LinkEvent::Unanswered(command) => self.state.say(Note::Failed(format!(
+                LinkEvent::Unanswered(command) => self.state.set_note(Note::Failed(format!(
                     "the drive does not answer; unknown whether this was done: {}",
                     name(&command)
                 ))),
@@ -125,7 +125,7 @@ impl Session {
         let before = self.state.status().state;
         if let Some(frame) = self.state.take(report, now) {
             let added = self.recordings.add(&frame);
-            self.tell(added);
+            self.note(added);
         }
         let after = self.state.status().state;
         if before == after {
@@ -137,10 +137,10 @@ impl Session {
         if before == Does::Commissioning {
             let is_over = !matches!(after, Does::Faulted(_));
             if let Some(stands) = self.state.status().commissioning.filter(|_| is_over) {
-                let said = format!("commissioning: {stands}");
-                self.state.say(match stands.reason {
-                    None => Note::Done(said),
-                    Some(_) => Note::Failed(said),
+                let message = format!("commissioning: {stands}");
+                self.state.set_note(match stands.reason {
+                    None => Note::Done(message),
+                    Some(_) => Note::Failed(message),
                 });
             }
             // It may have found gains.
@@ -164,7 +164,7 @@ impl Session {
             Action::Record => {
                 let every = self.state.telemetry().samples_apart();
                 let begun = self.recordings.begin(self.state.settings(), every);
-                self.tell(begun.map(|()| Some("recording".to_owned())));
+                self.note(begun.map(|()| Some("recording".to_owned())));
             }
             // The caller ends the session.
             Action::Quit => {}
@@ -173,7 +173,7 @@ impl Session {
 
     fn commission(&mut self) {
         let Some(plan) = &self.plan else {
-            return self.state.say(Note::Failed(
+            return self.state.set_note(Note::Failed(
                 "not commissioned: start the monitor with --scenario, whose [commission] limits the motion"
                     .to_owned(),
             ));
@@ -185,7 +185,7 @@ impl Session {
     }
 
     fn was_done(&mut self, command: &Command) {
-        let said = match command {
+        let message = match command {
             Command::Start => match self.state.settings().protection.link_timeout {
                 0.0 => "started; it keeps running without the monitor".to_owned(),
                 timeout => {
@@ -203,19 +203,19 @@ impl Session {
             }
             Command::Hello | Command::Show | Command::Watch(_) | Command::Outcome => return,
         };
-        self.state.say(Note::Done(said));
+        self.state.set_note(Note::Done(message));
     }
 
     fn end_recording(&mut self) {
         let ended = self.recordings.end();
-        self.tell(ended);
+        self.note(ended);
     }
 
-    fn tell(&mut self, done: Result<Option<String>, Fault>) {
+    fn note(&mut self, done: Result<Option<String>, Fault>) {
         match done {
-            Ok(Some(said)) => self.state.say(Note::Done(said)),
+            Ok(Some(message)) => self.state.set_note(Note::Done(message)),
             Ok(None) => {}
-            Err(fault) => self.state.say(Note::Failed(fault.to_string())),
+            Err(fault) => self.state.set_note(Note::Failed(fault.to_string())),
         }
     }
 }
