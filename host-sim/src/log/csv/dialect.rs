@@ -1,6 +1,6 @@
 //! The dialect of a text, detected from its beginning.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::super::LogError;
@@ -26,9 +26,14 @@ impl Dialect {
         const MAX_EXAMINED: u64 = 1 << 16;
         let (text, _) = text::open(path)?;
         let mut beginning = Vec::new();
-        text.take(MAX_EXAMINED)
-            .read_to_end(&mut beginning)
-            .map_err(|error| LogError::in_file(path, format!("the log cannot be read: {error}")))?;
+        let read = text.take(MAX_EXAMINED).read_to_end(&mut beginning);
+        // A row that is too long is refused at its line when the rows are read.
+        if let Err(error) = read
+            && error.kind() != ErrorKind::FileTooLarge
+        {
+            let fault = format!("the log cannot be read: {error}");
+            return Err(LogError::in_file(path, fault));
+        }
         if beginning.starts_with(&[0xff, 0xfe]) || beginning.starts_with(&[0xfe, 0xff]) {
             let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
             return Err(LogError::in_file(path, fault));

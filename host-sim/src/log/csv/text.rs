@@ -81,9 +81,10 @@ impl<R: Read> Read for Bounded<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let allowed = self.allowance.0.get();
         if allowed == 0 {
-            return Err(io::Error::other(format!(
+            let fault = format!(
                 "it is longer than {MAX_ROW} bytes: is a quotation mark or a line's end missing?"
-            )));
+            );
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, fault));
         }
         let most = buffer.len().min(allowed);
         let read = self.inner.read(&mut buffer[..most])?;
