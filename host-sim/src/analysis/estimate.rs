@@ -3,7 +3,7 @@
 use super::statistics::Statistics;
 use crate::result::Estimate;
 
-/// How far from the truth an estimate may be and count as settled: b̂ within this fraction, â
+/// The distances from the truth within which an estimate counts as settled: b̂ within this fraction, â
 /// within this many 1/s.
 pub(super) const SETTLED_B: f64 = 0.02;
 pub(super) const SETTLED_A: f64 = 0.1;

@@ -22,7 +22,7 @@ const MAX_REST_RATIO: f64 = 0.97;
 /// The fraction of slowed samples from which a result says that the guard sets the pace.
 const MAX_SLOWED_SHARE: f64 = 0.5;
 
-/// What the evidence is made of.
+/// The sources of the evidence.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Known<'a> {
     pub(super) motion: Motion,
@@ -33,7 +33,7 @@ pub(super) struct Known<'a> {
 }
 
 /// The evidence.
-pub(super) fn of(known: &Known<'_>) -> Evidence {
+pub(super) fn gather(known: &Known<'_>) -> Evidence {
     let Known {
         motion,
         outcome,
@@ -53,7 +53,7 @@ pub(super) fn of(known: &Known<'_>) -> Evidence {
             // What cannot be looked at is not known.
             std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
             pull: asked.map(|asked| asked.pull),
-            ..UnknownEvidence::at(batch.map_or(0.0, |batch| batch.scales.of(unknown, b)))
+            ..UnknownEvidence::at(batch.map_or(0.0, |batch| batch.scales.scale_of(unknown, b)))
         }
     };
     for (parameter, tracked, value) in parameters {
@@ -83,7 +83,7 @@ pub(super) fn of(known: &Known<'_>) -> Evidence {
     evidence
 }
 
-/// What the model lacks: the finding that stands out, or else that something does.
+/// The lack of the model: the finding that stands out, or else that something does.
 fn lack(batch: &Batch) -> Option<Lack> {
     let found = batch.findings.iter().find(|finding| is_telling(finding))?;
     let cause = cause(batch).map(|named| named.cause);

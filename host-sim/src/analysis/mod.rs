@@ -1,4 +1,4 @@
-//! What is concluded from the samples of an experiment; nothing here says how it is shown.
+//! Conclusions from the samples of an experiment; their presentation is in `present`.
 
 mod batch;
 mod estimate;

@@ -4,14 +4,14 @@ use std::collections::VecDeque;
 
 use crate::experiment::Sample;
 
-/// What is kept of a sample.
+/// The kept part of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Kept {
     /// Rad.
     pub(super) position: f64,
     /// The command that acted from there on.
     pub(super) command: f64,
-    /// Whether what went before is of another motion.
+    /// A motion begins here: the samples before are of another.
     pub(super) begins: bool,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// Keeps so many samples at most.
+    /// Keeps a number of samples at most.
     pub(super) fn new(most: usize) -> Self {
         Self {
             samples: VecDeque::new(),
@@ -45,12 +45,12 @@ impl Stretch {
         });
     }
 
-    /// Forgets everything: what was recorded goes on elsewhere.
+    /// Forgets everything: the record continues elsewhere.
     pub(super) fn clear(&mut self) {
         self.samples.clear();
     }
 
-    /// What is kept, in order.
+    /// The kept samples, in order.
     pub(super) fn samples(&self) -> impl ExactSizeIterator<Item = Kept> + Clone + '_ {
         self.samples.iter().copied()
     }

@@ -1,4 +1,4 @@
-//! What came out of an experiment, gathered sample by sample.
+//! The summary of an experiment, gathered sample by sample.
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 
@@ -176,14 +176,14 @@ impl Summariser {
                     terms: &outcome.terms,
                     unknowns: &unknowns,
                 };
-                Batch::of(&judged, self.stretch.samples(), self.effort)
+                Batch::evaluate(&judged, self.stretch.samples(), self.effort)
             })
             .flatten();
         let parameters: Vec<(Parameter, &Tracked, f64)> = (PARAMETERS.iter().zip(&self.tracked))
             .filter(|(parameter, _)| estimated.contains(parameter))
             .map(|(parameter, tracked)| (*parameter, tracked, parameter.of(&judged)))
             .collect();
-        let mut evidence = evidence::of(&Known {
+        let mut evidence = evidence::gather(&Known {
             motion: Motion {
                 samples: outcome.samples,
                 counts_travelled: self.travelled / scenario.stated.resolution,

@@ -54,7 +54,7 @@ struct Tolerance {
 }
 
 impl Tolerance {
-    fn of(self, unknown: Unknown, evidence: &UnknownEvidence) -> f64 {
+    fn limit(self, unknown: Unknown, evidence: &UnknownEvidence) -> f64 {
         let size = evidence.estimate.abs();
         let [itself, beside] = match unknown.quantity() {
             Quantity::Gain => return self.gain * size,
@@ -142,7 +142,7 @@ impl UnknownEvidence {
     /// The movement up to which an estimate keeps still.
     #[must_use]
     pub fn still(&self, unknown: Unknown) -> f64 {
-        MAX_MOVEMENT.of(unknown, self)
+        MAX_MOVEMENT.limit(unknown, self)
     }
 }
 
@@ -187,7 +187,7 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let limit = MAX_STD_ERROR.of(unknown, of);
+        let limit = MAX_STD_ERROR.limit(unknown, of);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
         Some(VerdictReason::NotExcited {
             unknown,
@@ -202,7 +202,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
     let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
-        let limit = NEAR_FACTOR * MAX_PULL.of(unknown, of);
+        let limit = NEAR_FACTOR * MAX_PULL.limit(unknown, of);
         of.pull.is_some_and(|pull| within(pull, limit))
     };
     let reason = lacking(evidence, &lack)?;
@@ -212,7 +212,7 @@ fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let limit = MAX_MOVEMENT.of(unknown, of);
+        let limit = MAX_MOVEMENT.limit(unknown, of);
         let movement = of.movement;
         (!within(movement, limit)).then_some(VerdictReason::StillMoving {
             unknown,
@@ -240,7 +240,7 @@ fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
         lack.cause.is_some() && lack.share > MAIN_SHARE && evidence.residual.is_some_and(large);
     first(evidence, |unknown, of| {
         let shift = lack.shift(unknown);
-        (plain || !within(shift, MAX_SHIFT.of(unknown, of))).then_some(VerdictReason::Lacks {
+        (plain || !within(shift, MAX_SHIFT.limit(unknown, of))).then_some(VerdictReason::Lacks {
             cause: lack.cause,
             share: lack.share,
             unknown,
@@ -254,7 +254,7 @@ fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
     first(evidence, |unknown, of| {
         let pull = of.pull?;
         let chance = CHANCE_STD_ERRORS * of.std_error.unwrap_or(0.0);
-        let limit = MAX_PULL.of(unknown, of).max(chance);
+        let limit = MAX_PULL.limit(unknown, of).max(chance);
         (!within(pull, limit)).then_some(VerdictReason::Elsewhere {
             unknown,
             pull,

@@ -117,7 +117,7 @@ where
             noise: N::from_f64(config.noise),
             low,
             high,
-            prior: Prior::of_config(config, &scale),
+            prior: Prior::from_config(config, &scale),
             free: config.free,
             scale,
             bandwidth: config.bandwidth.map(|omega| N::from_f64(omega * m)),

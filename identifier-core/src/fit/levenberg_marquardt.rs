@@ -7,7 +7,7 @@ use crate::number::Number;
 /// The factor by which a better or worse pass changes the damping.
 const DAMPING_FACTOR: f64 = 10.0;
 
-/// How a pass did against the best before it.
+/// The judgement of a pass against the best before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Judged {
     /// It is the best so far.

@@ -33,7 +33,7 @@ pub(crate) struct Prior<N, const P: usize> {
 
 impl<N: Number, const P: usize> Prior<N, P> {
     /// The given initial values.
-    pub(super) fn of_config(config: &FitterConfig<P>, scale: &[f64; P]) -> Self {
+    pub(super) fn from_config(config: &FitterConfig<P>, scale: &[f64; P]) -> Self {
         let weight = |i: usize, deviation| libm::sqrt(config.noise) / (deviation * scale[i]);
         Self {
             initial: core::array::from_fn(|i| {

@@ -34,7 +34,7 @@ impl<N: Number> Motion<N> {
     };
 }
 
-/// How an acceleration acts over a time: the distance and the velocity it adds.
+/// The response to an acceleration over a time: the distance and the velocity that it adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Response<N> {
     /// Distance per acceleration, h₂ τ².

@@ -99,7 +99,7 @@ impl Effects {
     pub const INERTIA_RATIOS: [f64; 2] = [0.001, 0.999];
     /// The fastest drift, 1/s.
     pub const FASTEST_DRIFT: f64 = 0.1;
-    /// The fastest decay of motion and current where they are integrated, per sample: so many steps
+    /// The fastest decay of motion and current where they are integrated, per sample: that many steps
     /// are not too many.
     pub const FASTEST_DECAY: f64 = 1000.0;
 

@@ -35,7 +35,7 @@ const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
 
 /// The candidates; `ringing` is the frequency at which the output error swings most, radians a sample.
 /// Unless the output error is `large` beside the encoder's, a resonance is none of them.
-pub(super) fn of(
+pub(super) fn all(
     judged: &Judged<'_>,
     prepared: &Prepared,
     large: bool,

@@ -97,7 +97,7 @@ pub(super) struct Scales {
 
 impl Scales {
     /// The size beside which an error of an unknown is small or large, in its unit.
-    pub(super) fn of(&self, unknown: Unknown, b: f64) -> f64 {
+    pub(super) fn scale_of(&self, unknown: Unknown, b: f64) -> f64 {
         let acceleration = b.abs() * self.command;
         let rate = acceleration / self.velocity.max(f64::MIN_POSITIVE);
         let scales = PerQuantity {
@@ -126,12 +126,12 @@ const GROUPS: usize = 32;
 impl Batch {
     /// Looks at the end of a run; none where there is too little of it, or the estimates are no servo
     /// that a model can follow.
-    pub(super) fn of(
+    pub(super) fn evaluate(
         judged: &Judged<'_>,
         samples: impl ExactSizeIterator<Item = Kept> + Clone,
         effort: Effort,
     ) -> Option<Self> {
-        let prepared = Prepared::of(judged, samples, effort)?;
+        let prepared = Prepared::new(judged, samples, effort)?;
         let own: Vec<Effect> = judged.unknowns.iter().copied().map(Effect::Own).collect();
         let first = pass(&prepared.recorded, &prepared.plan, &own);
         let units = judged.scenario.units();
@@ -144,7 +144,7 @@ impl Batch {
             return None;
         }
         let swing = prepared.scales.position * units.position();
-        let fit = Fit::of(&first, swing);
+        let fit = Fit::new(&first, swing);
         let findings = if residual.is_the_encoders() {
             Vec::new()
         } else {
@@ -152,10 +152,10 @@ impl Batch {
             let from = LOWEST_RESONANCE * prepared.plan.omega * block;
             let ringing =
                 ringing::frequency(&fit.unexplained, from).map(|per_block| per_block / block);
-            let candidates = candidates::of(judged, &prepared, residual.is_large(), ringing);
+            let candidates = candidates::all(judged, &prepared, residual.is_large(), ringing);
             let effects: Vec<Effect> = candidates.iter().flatten().copied().collect();
             let blocks = pass(&prepared.recorded, &prepared.plan, &effects);
-            score::of(judged, &fit, &candidates, &blocks.columns, swing)
+            score::findings(judged, &fit, &candidates, &blocks.columns, swing)
         };
         Some(Self {
             unknowns: fit.asked(judged),
@@ -182,11 +182,11 @@ struct Fit {
 
 impl Fit {
     /// `swing` is the deviation of the position, counts.
-    fn of(blocks: &Blocks, swing: f64) -> Self {
+    fn new(blocks: &Blocks, swing: f64) -> Self {
         let plain = Basis::new(blocks.columns.clone());
         let mut unexplained = blocks.error.clone();
         plain.take_from(&mut unexplained);
-        let whitening = Whitening::of(&unexplained);
+        let whitening = Whitening::new(&unexplained);
         let whitened = |column: &Vec<f64>| whitening.apply(column);
         let own = Basis::new(blocks.columns.iter().map(whitened).collect());
         let mut rest = whitening.apply(&blocks.error);

@@ -20,7 +20,7 @@ pub(super) struct Recorded {
 
 impl Recorded {
     /// Of samples, with the counts per rad, behind the declared amplifier of a model.
-    pub(super) fn of(
+    pub(super) fn new(
         samples: impl Iterator<Item = Kept>,
         per_rad: f64,
         model: &ReplayModel,
@@ -53,7 +53,7 @@ impl Recorded {
     }
 }
 
-/// How a pass is done.
+/// The settings of a pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plan {
     /// The model with the correction.

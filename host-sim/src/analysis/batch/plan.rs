@@ -1,4 +1,4 @@
-//! How a pass over the end of a run is done: units, usual sizes, the bandwidth of the correction, blocks.
+//! The settings of a pass over the end of a run: units, usual sizes, the bandwidth of the correction, blocks.
 
 use identifier_core::replay::ReplayModel;
 
@@ -36,7 +36,7 @@ const MAX_SETTLING_DIVISOR: usize = 4;
 const MAX_BLOCK: f64 = 0.15;
 
 impl Prepared {
-    pub(super) fn of(
+    pub(super) fn new(
         judged: &Judged<'_>,
         samples: impl ExactSizeIterator<Item = Kept> + Clone,
         effort: Effort,
@@ -46,7 +46,7 @@ impl Prepared {
         let terms = &judged.scenario.stated.identifier.terms;
         let found = judged.terms.iter().map(|term| (term.unknown, term.value));
         let model = ReplayModel::new(&units, &judged.servo, terms, found);
-        let recorded = Recorded::of(samples.skip(skipped), units.position(), &model);
+        let recorded = Recorded::new(samples.skip(skipped), units.position(), &model);
         let Recorded {
             positions,
             commands,

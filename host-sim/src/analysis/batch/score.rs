@@ -9,7 +9,7 @@ use super::least_squares::{Basis, dot};
 use super::{Fit, GROUPS, Judged};
 
 /// The best candidate of each cause, by the share that it explains, most first.
-pub(super) fn of(
+pub(super) fn findings(
     judged: &Judged<'_>,
     fit: &Fit,
     candidates: &[Vec<Effect>],

@@ -10,7 +10,7 @@ pub(super) struct Whitening {
 
 impl Whitening {
     /// Fitted to values by Yule's and Walker's equations; always stable.
-    pub(super) fn of(values: &[f64]) -> Self {
+    pub(super) fn new(values: &[f64]) -> Self {
         /// A part of the variance that is taken for white, so that what is hardly noise at all does
         /// not make the equations singular.
         const WHITE_SHARE: f64 = 1e-6;
@@ -57,7 +57,7 @@ mod tests {
                 next
             })
             .collect();
-        let whitening = Whitening::of(&coloured);
+        let whitening = Whitening::new(&coloured);
         let white = whitening.apply(&coloured);
         let correlation = |values: &[f64]| dot(values, &values[1..]) / dot(values, values);
         assert!(correlation(&coloured) > 0.7);
