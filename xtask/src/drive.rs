@@ -97,7 +97,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
                 shown(report).filter(|shown| shown.sample > 30_000)
             })?
             .ok_or("the drive has not run for 30 s")?;
-        let b = learnt.estimates.b;
+        let b = learnt.estimates.servo.b;
         if !(250.0..266.0).contains(&b) {
             return Err(format!("{law}: b is {b} where the servo has 257.7").into());
         }
@@ -194,7 +194,7 @@ fn commission_beside(drive: &mut Client, order: &CommissionSettings) -> Result<(
     expect("the commissioning beside a loop", phase, Phase::Applied)?;
     expect("whether it is kept in motion", outcome.kept, false)?;
     drive.ask(Command::Watch(100))?;
-    let b = drive.next(shown)?.estimates.b;
+    let b = drive.next(shown)?.estimates.servo.b;
     if !(252.5..263.0).contains(&b) {
         return Err(format!("the loop resumes with b = {b} where the servo has 257.7").into());
     }

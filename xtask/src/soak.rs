@@ -58,7 +58,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
     drive.stop()?;
     drive.ask(Command::Watch(0))?;
     let status = drive.status()?;
-    let b = last.map_or(0.0, |last| last.estimates.b);
+    let b = last.map_or(0.0, |last| last.estimates.servo.b);
     println!(
         "{samples} samples ({hours} h) in {:.0} s: late {}, not sent {}, missing in the sequence {missing}, \
          frames not understood {}; b {b:.2}",

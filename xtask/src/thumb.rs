@@ -298,6 +298,8 @@ fn flow(name: &str, operands: &Operands) -> Flow {
         "bx" => Flow::Jump,
         _ if operands.written.core & PC == 0 => Flow::On,
         _ if operands.address == SP || operands.read.core == LR => Flow::Return,
+        // The compiler calls otherwise: it reaches a table of branches by this.
+        "mov" => Flow::Table,
         _ => Flow::Jump,
     }
 }
@@ -374,6 +376,8 @@ mod tests {
             ([0x4718, 0], Flow::Jump),
             ([0xf850, 0xf021], Flow::Jump),
             ([0xe8df, 0xf010], Flow::Table),
+            // mov pc, r3
+            ([0x469f, 0], Flow::Table),
             // bl; blx r3
             ([0xf01d, 0xfd21], Flow::Call),
             ([0x4798, 0], Flow::Call),

@@ -309,14 +309,8 @@ pub struct Snapshot {
 /// Estimates of a servo, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Estimates {
-    /// a, 1/s.
-    pub a: f64,
-    /// b, rad/s² per command unit.
-    pub b: f64,
-    /// c, rad/s².
-    pub coulomb: f64,
-    /// d, rad/s².
-    pub load: f64,
+    /// Its parameters.
+    pub servo: ServoParameters,
     /// True for those at a bound: such a value is no result.
     pub at_bounds: PerParameter<bool>,
     /// Their standard errors, where they are known; a snapshot has none.

@@ -318,10 +318,12 @@ proptest! {
             command,
             output_error,
             estimates: Estimates {
-                a: command.into(),
-                b: 2.0,
-                coulomb: 0.0,
-                load: output_error.into(),
+                servo: ServoParameters {
+                    a: command.into(),
+                    b: 2.0,
+                    coulomb: 0.0,
+                    load: output_error.into(),
+                },
                 at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
                 standard_errors: flags.0.then_some(SERVO),
             },

@@ -12,17 +12,8 @@ use crate::chip::OutputStage;
 
 /// Estimates of an identifier as a message.
 pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Snapshot) -> Estimates {
-    let ServoParameters {
-        a,
-        b,
-        coulomb,
-        load,
-    } = identifier.estimates_in(shown);
     Estimates {
-        a,
-        b,
-        coulomb,
-        load,
+        servo: identifier.estimates_in(shown),
         at_bounds: identifier.at_bounds_in(shown),
         standard_errors: None,
     }
@@ -30,17 +21,8 @@ pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Snap
 
 /// Estimates of a commissioning as a message. None is at a bound, or it would have failed.
 pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
-    let ServoParameters {
-        a,
-        b,
-        coulomb,
-        load,
-    } = servo.parameters;
     Estimates {
-        a,
-        b,
-        coulomb,
-        load,
+        servo: servo.parameters,
         at_bounds: PerParameter::default(),
         standard_errors: Some(ServoParameters {
             a: servo.standard_error(IdentifiedServo::A),
@@ -54,22 +36,17 @@ pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
 /// Initial estimates from what is known of the servo. An estimate at a bound is none.
 pub(crate) fn set_initial(known: &Estimates, identifier: &mut IdentifierSettings) {
     let Estimates {
-        a,
-        b,
-        coulomb,
-        load,
-        at_bounds,
-        ..
+        servo, at_bounds, ..
     } = known;
     let initial = &mut identifier.initial;
     for (place, value, at_bound) in [
-        (&mut initial.a, a, at_bounds.a),
-        (&mut initial.b, b, at_bounds.b),
-        (&mut initial.coulomb, coulomb, at_bounds.coulomb),
-        (&mut initial.load, load, at_bounds.load),
+        (&mut initial.a, servo.a, at_bounds.a),
+        (&mut initial.b, servo.b, at_bounds.b),
+        (&mut initial.coulomb, servo.coulomb, at_bounds.coulomb),
+        (&mut initial.load, servo.load, at_bounds.load),
     ] {
         if !at_bound {
-            *place = Some(*value);
+            *place = Some(value);
         }
     }
 }

@@ -158,7 +158,7 @@ proptest! {
                         if let Report::Snapshot(shown) = report {
                             let command = f64::from(shown.command);
                             prop_assert!((limit[0] - 1e-5..=limit[1] + 1e-5).contains(&command));
-                            prop_assert!(shown.estimates.b.is_finite());
+                            prop_assert!(shown.estimates.servo.b.is_finite());
                             prop_assert!(shown.output_error.is_finite());
                         }
                     }

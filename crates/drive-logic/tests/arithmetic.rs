@@ -27,8 +27,8 @@ fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault(
     let fault = Report::Fault(Fault::FollowingError);
     assert!(end.contains(&fault), "{end:?}");
     let found = snapshots(&reports).last().expect("shown").estimates;
-    assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
-    assert!((found.a - SERVO.a).abs() < 0.1, "{found:?}");
+    assert!((found.servo.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
+    assert!((found.servo.a - SERVO.a).abs() < 0.1, "{found:?}");
 }
 
 #[test]

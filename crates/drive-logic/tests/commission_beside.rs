@@ -174,18 +174,22 @@ fn gauss_newton_continues_from_the_commissioned_servo() {
         let shown = snapshots(&drive.pass(700));
         let first = shown.first().expect("shown").estimates;
         assert!(
-            (first.b / found.parameters.b - 1.0).abs() < 0.01,
+            (first.servo.b / found.parameters.b - 1.0).abs() < 0.01,
             "{first:?}"
         );
         // A first fit would take a second before anything moves.
         let last = shown.last().expect("shown").estimates;
-        assert_ne!(first.b.to_bits(), last.b.to_bits(), "it is learnt on");
+        assert_ne!(
+            first.servo.b.to_bits(),
+            last.servo.b.to_bits(),
+            "it is learnt on"
+        );
         assert!(
             shown
                 .iter()
-                .all(|at| (at.estimates.b / LOADED.b - 1.0).abs() < 0.03)
+                .all(|at| (at.estimates.servo.b / LOADED.b - 1.0).abs() < 0.03)
         );
-        assert!((last.load - LOADED.load).abs() < 4.0, "{last:?}");
+        assert!((last.servo.load - LOADED.load).abs() < 4.0, "{last:?}");
     }
     drive.done(Command::Stop);
     drive.pass(1);

@@ -46,7 +46,7 @@ fn an_unknown_servo_ends_with_gains_in_force_now_and_after_a_power_cycle() {
             (ORDER.limits.command, tuning.cutoff)
         );
         let known = status.estimates.expect("the servo is known");
-        assert_eq!(known.b.to_bits(), servo.parameters.b.to_bits());
+        assert_eq!(known.servo.b.to_bits(), servo.parameters.b.to_bits());
         assert!(known.standard_errors.is_some_and(|errors| errors.b > 0.0));
         drive.done(Command::Watch(1));
         drive.done(Command::Start);

@@ -23,9 +23,15 @@ fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
         let shown = snapshots(&drive.pass(20_000));
         assert_eq!(shown.len(), 2000);
         let last = shown.last().expect("shown");
-        assert!((last.estimates.b / SERVO.b - 1.0).abs() < 0.01, "{last:?}");
-        assert!((last.estimates.a - SERVO.a).abs() < 0.1, "{last:?}");
-        assert!((last.estimates.load - SERVO.load).abs() < 0.5, "{last:?}");
+        assert!(
+            (last.estimates.servo.b / SERVO.b - 1.0).abs() < 0.01,
+            "{last:?}"
+        );
+        assert!((last.estimates.servo.a - SERVO.a).abs() < 0.1, "{last:?}");
+        assert!(
+            (last.estimates.servo.load - SERVO.load).abs() < 0.5,
+            "{last:?}"
+        );
         assert_eq!(last.sample, 19_991);
         assert_eq!(drive.refusal(Command::Save), Refusal::Running);
         assert_eq!(
@@ -46,7 +52,7 @@ fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
     let status = drive.status();
     assert_eq!((status.kept, status.state), (Kept::Record, State::Released));
     let kept = drive.supervisor.estimates().expect("kept");
-    assert!((kept.b / SERVO.b - 1.0).abs() < 0.01, "{kept:?}");
+    assert!((kept.servo.b / SERVO.b - 1.0).abs() < 0.01, "{kept:?}");
 }
 
 #[test]
@@ -67,8 +73,8 @@ fn friction_is_identified_where_the_settings_include_it() {
     drive.done(Command::Stop);
     drive.pass(1);
     let found = drive.supervisor.estimates().expect("learnt");
-    assert!((found.coulomb - 10.0).abs() < 0.5, "{found:?}");
-    assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+    assert!((found.servo.coulomb - 10.0).abs() < 0.5, "{found:?}");
+    assert!((found.servo.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
 }
 
 /// Settings without knowledge of the servo, for the law that needs none.
@@ -92,9 +98,12 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
     drive.done(Command::Start);
     let shown = snapshots(&drive.pass(10_000));
     let found = shown.last().expect("shown").estimates;
-    assert!((found.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
-    assert!((found.coulomb - servo.coulomb).abs() < 0.5, "{found:?}");
-    assert!((found.load - servo.load).abs() < 0.5, "{found:?}");
+    assert!((found.servo.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+    assert!(
+        (found.servo.coulomb - servo.coulomb).abs() < 0.5,
+        "{found:?}"
+    );
+    assert!((found.servo.load - servo.load).abs() < 0.5, "{found:?}");
     assert_eq!(found.at_bounds, PerParameter::default());
 
     bench.change(&ServoParameters {
@@ -103,7 +112,7 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
     });
     let shown = snapshots(&drive.pass(2000));
     let found = shown.last().expect("shown").estimates;
-    assert!((found.load + 30.0).abs() < 1.5, "{found:?}");
+    assert!((found.servo.load + 30.0).abs() < 1.5, "{found:?}");
     drive.done(Command::Stop);
     drive.pass(1);
     let status = drive.status();
@@ -151,7 +160,7 @@ fn an_estimate_at_its_bound_is_reported_as_none() {
     drive.done(Command::Stop);
     drive.pass(1);
     let found = drive.supervisor.estimates().expect("learnt");
-    assert!(found.at_bounds.b && found.b >= 199.9, "{found:?}");
+    assert!(found.at_bounds.b && found.servo.b >= 199.9, "{found:?}");
 }
 
 #[test]

@@ -332,7 +332,7 @@ fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
         State::Faulted(Fault::FollowingError)
     );
     let learnt = drive.supervisor.estimates().expect("learnt");
-    assert!((learnt.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
+    assert!((learnt.servo.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
     drive.done(Command::Save);
 
     let saved = drive.supervisor.estimates();
@@ -342,7 +342,7 @@ fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
     drive.done(Command::Start);
     let first = *snapshots(&drive.pass(2)).first().expect("shown");
     assert!(
-        (first.estimates.b / learnt.b - 1.0).abs() < 1e-3,
+        (first.estimates.servo.b / learnt.servo.b - 1.0).abs() < 1e-3,
         "{first:?}"
     );
     drive.done(Command::Stop);
@@ -379,7 +379,7 @@ fn the_first_run_after_a_loss_of_power_starts_from_the_kept_estimates() {
     drive.done(Command::Start);
     let first = *snapshots(&drive.pass(2)).first().expect("shown");
     assert!(
-        (first.estimates.b / learnt.b - 1.0).abs() < 1e-3,
+        (first.estimates.servo.b / learnt.servo.b - 1.0).abs() < 1e-3,
         "{first:?}"
     );
 }
@@ -443,7 +443,7 @@ fn the_law_that_needs_no_guess_starts_from_kept_estimates() {
         drive.done(Command::Stop);
         drive.pass(2);
         let learnt = drive.supervisor.estimates().expect("learnt");
-        assert!((learnt.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
+        assert!((learnt.servo.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
         drive.done(Command::Start);
         drive.pass(5000);
     }

@@ -79,10 +79,7 @@ impl HostIdentifier {
         let standard_errors = self.identifier.standard_errors(&self.state)?;
         let found = self.identifier.estimates(&self.state);
         (found.b > 0.0).then(|| Estimates {
-            a: found.a,
-            b: found.b,
-            coulomb: found.coulomb,
-            load: found.load,
+            servo: found,
             at_bounds: self.identifier.at_bounds(&self.state),
             standard_errors: Some(standard_errors),
         })

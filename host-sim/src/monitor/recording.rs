@@ -71,10 +71,10 @@ impl<W: Write> Recording<W> {
                     snapshot.position,
                     snapshot.command,
                     snapshot.output_error,
-                    known.a,
-                    known.b,
-                    known.coulomb,
-                    known.load,
+                    known.servo.a,
+                    known.servo.b,
+                    known.servo.coulomb,
+                    known.servo.load,
                 )?;
             }
             Frame::Commissioning(progress) => writeln!(

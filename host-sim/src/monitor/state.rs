@@ -92,7 +92,7 @@ impl State {
         }
         if let Frame::Running(snapshot) = frame {
             // Before the first fit there is none.
-            self.status.estimates = Some(snapshot.estimates).filter(|known| known.b > 0.0);
+            self.status.estimates = Some(snapshot.estimates).filter(|known| known.servo.b > 0.0);
         }
         let time = f64::from(frame.sample()) * self.sample_time();
         self.history.add(Point {

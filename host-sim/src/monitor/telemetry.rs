@@ -119,7 +119,7 @@ mod tests {
         let Frame::Running(mut snapshot) = running(u32::MAX) else {
             panic!("it is one");
         };
-        snapshot.estimates.b = 257.7;
+        snapshot.estimates.servo.b = 257.7;
         let framed = drive_link::frame(&drive_link::Report::Snapshot(snapshot)).expect("it fits");
         assert!(1000 * BITS_OF_A_BYTE * framed.len() < 8 * BAUD / 10);
     }

@@ -11,6 +11,7 @@ use drive_link::{
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::Phase;
+use identifier_core::parameters::ServoParameters;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use virtual_servo::{Encoder, Plant};
@@ -86,10 +87,12 @@ fn running(samples: u32, is_lost: fn(u32) -> bool) -> State {
             command: command as f32,
             output_error: (position - plant.position) as f32,
             estimates: Estimates {
-                a: 0.2181,
-                b: 257.71,
-                coulomb: 4.998,
-                load: -0.0012,
+                servo: ServoParameters {
+                    a: 0.2181,
+                    b: 257.71,
+                    coulomb: 4.998,
+                    load: -0.0012,
+                },
                 ..Estimates::default()
             },
         };

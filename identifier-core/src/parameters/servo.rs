@@ -1,5 +1,5 @@
 /// The parameters of a servo q̈ = −a q̇ + b u + d − c sign(q̇), (2) with Coulomb friction added.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ServoParameters {

@@ -163,7 +163,7 @@ impl ClosedLoop {
                 Some(own.estimates(found))
             }
             (Laws::GaussNewton(own), Learnt::GaussNewton(found)) => {
-                Some(own.estimates(found)).filter(|found| found.b > 0.0)
+                Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
             }
             _ => None,
         }

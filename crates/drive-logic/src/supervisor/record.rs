@@ -248,10 +248,7 @@ mod tests {
         let record = Record {
             settings: settings(),
             estimates: Some(Estimates {
-                a: ANY,
-                b: ANY,
-                coulomb: ANY,
-                load: ANY,
+                servo: SERVO,
                 at_bounds: PerParameter::from_fn(|_| true),
                 standard_errors: Some(SERVO),
             }),

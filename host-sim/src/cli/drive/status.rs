@@ -21,10 +21,13 @@ pub(super) fn snapshot_line(snapshot: &Snapshot) -> String {
 /// Estimates with their standard errors on one line.
 pub(super) fn estimates_line(estimates: &Estimates) -> String {
     let Estimates {
-        a,
-        b,
-        coulomb,
-        load,
+        servo:
+            ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            },
         at_bounds,
         standard_errors,
     } = estimates;

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use drive_link::{Command, Estimates, Snapshot, State};
+use identifier_core::parameters::ServoParameters;
 
 use super::fault;
 use super::follow::{Event, follow};
@@ -100,10 +101,13 @@ impl Table {
             output_error,
             estimates:
                 Estimates {
-                    a,
-                    b,
-                    coulomb,
-                    load,
+                    servo:
+                        ServoParameters {
+                            a,
+                            b,
+                            coulomb,
+                            load,
+                        },
                     ..
                 },
         } = snapshot;

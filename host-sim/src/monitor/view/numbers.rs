@@ -128,15 +128,15 @@ fn known(title: &'static str, estimates: Option<&Estimates>) -> Vec<Line<'static
     };
     vec![
         heading(title),
-        row("a", estimates.a, |e| e.a, |b| b.a, "1/s"),
-        row("b", estimates.b, |e| e.b, |b| b.b, "rad/s²/u"),
+        row("a", estimates.servo.a, |e| e.a, |b| b.a, "1/s"),
+        row("b", estimates.servo.b, |e| e.b, |b| b.b, "rad/s²/u"),
         row(
             "c",
-            estimates.coulomb,
+            estimates.servo.coulomb,
             |e| e.coulomb,
             |b| b.coulomb,
             "rad/s²",
         ),
-        row("d", estimates.load, |e| e.load, |b| b.load, "rad/s²"),
+        row("d", estimates.servo.load, |e| e.load, |b| b.load, "rad/s²"),
     ]
 }
