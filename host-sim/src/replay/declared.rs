@@ -61,7 +61,7 @@ impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
         }
         let state = before;
         let step = self.process(&mut before, error, increment).ok()?;
-        let rest = own - self.controller.pid.linear(step.error, step.velocity);
+        let rest = own - self.controller.linear(step.error, step.velocity);
         Some(state.with_integral(rest / self.integral_gain))
     }
 }

@@ -10,7 +10,7 @@ pub use conditions::{ConditionError, Conditions};
 pub use result::{IdentifiedResult, ResultError};
 
 use identifier_core::parameters::IdentifiedServo;
-use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings, tune};
+use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 /// Gains, and what they were found for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,10 +47,10 @@ impl Tuned {
     /// # Errors
     /// Why there are no gains.
     pub fn of(result: &IdentifiedResult, settings: &TuningSettings) -> Result<Self, NoGains> {
-        let tuning = tune(settings, &result.servo).map_err(|error| match error {
+        let tuning = settings.tune(&result.servo).map_err(|error| match error {
             TuningError::TooFast { most, cap, .. } => {
                 let goal = Goal::Bandwidth(most);
-                let slower = tune(&TuningSettings { goal, ..*settings }, &result.servo);
+                let slower = TuningSettings { goal, ..*settings }.tune(&result.servo);
                 NoGains::TooFast {
                     cap,
                     most,

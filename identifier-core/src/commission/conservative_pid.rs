@@ -68,7 +68,7 @@ impl<N: Number> ConservativePid<N> {
         let usable = gains.iter().all(|gain| gain.is_finite()) && gains[0] > N::ZERO;
         usable.then(|| {
             let pid = Pid::in_machine_units(gains, self.limit);
-            Loop::new(pid, LowPass::passing(passed))
+            Loop::with_pid(pid, LowPass::passing(passed))
         })
     }
 }

@@ -1,5 +1,5 @@
 use super::Limits;
-use crate::control::{CommandLimit, Controller, Gains, Pid};
+use crate::control::{CommandLimit, Controller, Gains};
 use crate::error::OutOfRange;
 use crate::measurement::velocity::LowPass;
 use crate::number::Number;
@@ -43,7 +43,9 @@ impl HoldingGains {
         let gains = Gains::new(kp, kd, ki)?;
         let limit = CommandLimit::of(limit)?;
         Ok(Controller::new(
-            Pid::new(units, &gains, &limit),
+            units,
+            &gains,
+            &limit,
             LowPass::new(units, self.cutoff)?,
         ))
     }

@@ -25,18 +25,19 @@ mod pid;
 
 pub use gains::Gains;
 pub use limit::CommandLimit;
-pub use pid::Pid;
+pub(crate) use pid::Pid;
 
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
+use crate::units::Units;
 
 /// The sampled controller: velocity estimate and PID. The law it computes is in the documentation of this
 /// [module](self).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller<N, V> {
     /// The control law.
-    pub pid: Pid<N>,
+    pub(crate) pid: Pid<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// What an increment weighs against an error in the check of what enters: an increment of
@@ -47,12 +48,24 @@ pub struct Controller<N, V> {
 impl<N: Number, V> Controller<N, V> {
     /// A controller of these parts, for increments as large as the number format counts exactly.
     #[must_use]
-    pub fn new(pid: Pid<N>, velocity: V) -> Self {
+    pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit, velocity: V) -> Self {
+        Self::with_pid(Pid::new(units, gains, limit), velocity)
+    }
+
+    /// The same with a PID in machine units.
+    pub(crate) fn with_pid(pid: Pid<N>, velocity: V) -> Self {
         Self {
             pid,
             velocity,
             jump: N::ONE,
         }
+    }
+
+    /// The command without integral and limit, command units, for a position error and a velocity in
+    /// machine units.
+    #[inline]
+    pub fn linear(&self, error: N, velocity: N) -> N {
+        self.pid.linear(error, velocity)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::units::Units;
 /// It holds no state: the caller brings error, velocity and integral. Which velocity, which sum and when
 /// the sum stops is in the documentation of the [module](super).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pid<N> {
+pub(crate) struct Pid<N> {
     proportional: N,
     derivative: N,
     integral: N,
@@ -20,7 +20,7 @@ pub struct Pid<N> {
 
 /// A command, and whether the integral may go on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Command<N> {
+pub(crate) struct Command<N> {
     /// The limited command.
     pub value: N,
     /// False where the limit acts and the error would drive the command further beyond it: the error
@@ -34,7 +34,7 @@ pub struct Command<N> {
 impl<N: Number> Pid<N> {
     /// The control law for SI gains and a command limit.
     #[must_use]
-    pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit) -> Self {
+    pub(crate) fn new(units: &Units, gains: &Gains, limit: &CommandLimit) -> Self {
         let integral = gains.ki() * units.rate() / units.position();
         let per_integral = N::from_f64(1.0 / integral);
         Self {
@@ -68,7 +68,7 @@ impl<N: Number> Pid<N> {
 
     /// u = k_p e − k_d v + k_i ∑e, limited; the integral is ∑e of the samples before this one.
     #[inline]
-    pub fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
+    pub(crate) fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
         let wanted = self.linear(error, velocity) + self.integral * integral;
         if wanted > self.high {
             Command {
@@ -99,7 +99,7 @@ impl<N: Number> Pid<N> {
 
     /// The proportional and derivative parts of a command, without limit: k_p e − k_d v.
     #[inline]
-    pub fn linear(&self, error: N, velocity: N) -> N {
+    pub(crate) fn linear(&self, error: N, velocity: N) -> N {
         self.proportional * error - self.derivative * velocity
     }
 }

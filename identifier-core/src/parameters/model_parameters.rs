@@ -39,7 +39,7 @@ impl<N: Number> ModelParameters<N> {
 
     /// The parameters in SI.
     #[must_use]
-    pub(crate) fn to_si(&self, units: &Units) -> ServoParameters {
+    pub(crate) fn to_si(self, units: &Units) -> ServoParameters {
         let si = |value: N, parameter: Parameter| value.to_f64() / parameter.scale(units);
         ServoParameters {
             a: si(self.x, Parameter::A),

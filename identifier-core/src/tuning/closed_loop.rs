@@ -6,7 +6,7 @@
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
 use super::sampled_response::split;
-use crate::control::{CommandLimit, ControlState, Controller, Gains, Pid};
+use crate::control::{CommandLimit, ControlState, Controller, Gains};
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{LowPass, LowPassState};
 use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
@@ -98,10 +98,7 @@ impl ClosedLoop {
         };
         let state = ControlState::default().with_integral(integral);
         Ok(Self {
-            controller: Controller::new(
-                Pid::new(&units, &gains, &limit),
-                LowPass::new(&units, cutoff)?,
-            ),
+            controller: Controller::new(&units, &gains, &limit, LowPass::new(&units, cutoff)?),
             state,
             sample_time,
             trial: *trial,

@@ -30,4 +30,4 @@ pub use goal::{Cap, Goal};
 pub use promise::{Promise, Tuning};
 pub use settings::{TuningError, TuningSettings};
 pub use step_measure::StepMeasure;
-pub use tuner::{Tuner, TunerState, tune};
+pub use tuner::{Tuner, TunerState};

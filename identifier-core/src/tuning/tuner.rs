@@ -172,16 +172,18 @@ impl Tuner {
     }
 }
 
-/// Gains for an identified servo, all at once.
-///
-/// # Errors
-/// As [`Tuner::new`]; [`TuningError::TooFast`] with what would do, or [`TuningError::DoesNotArrive`].
-pub fn tune(settings: &TuningSettings, servo: &IdentifiedServo) -> Result<Tuning, TuningError> {
-    let tuner = Tuner::new(settings, servo)?;
-    let mut state = tuner.start();
-    loop {
-        if let Some(result) = tuner.work(&mut state) {
-            return result;
+impl TuningSettings {
+    /// Gains for an identified servo, all at once.
+    ///
+    /// # Errors
+    /// As [`Tuner::new`]; [`TuningError::TooFast`] with what would do, or [`TuningError::DoesNotArrive`].
+    pub fn tune(&self, servo: &IdentifiedServo) -> Result<Tuning, TuningError> {
+        let tuner = Tuner::new(self, servo)?;
+        let mut state = tuner.start();
+        loop {
+            if let Some(result) = tuner.work(&mut state) {
+                return result;
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::{Cap, Goal, StepMeasure, Tuner, TuningError, TuningSettings, tune};
+use identifier_core::tuning::{Cap, Goal, StepMeasure, Tuner, TuningError, TuningSettings};
 
 use crate::support::{identified, tuned};
 
@@ -26,11 +26,9 @@ fn settings(goal: Goal) -> TuningSettings {
 #[test]
 fn the_gains_place_the_poles() {
     let omega = 20.0;
-    let tuning = tune(
-        &settings(Goal::Bandwidth(omega)),
-        &identified(SERVO, 0.0, KNOWN),
-    )
-    .expect("within reach");
+    let tuning = settings(Goal::Bandwidth(omega))
+        .tune(&identified(SERVO, 0.0, KNOWN))
+        .expect("within reach");
     // (s + ω)² (s + ω/5), multiplied out.
     let close = |x: f64, y: f64| (x - y).abs() < 1e-9 * y;
     assert!(close(SERVO.a + SERVO.b * tuning.kd, 2.2 * omega));
@@ -43,11 +41,9 @@ fn the_gains_place_the_poles() {
 fn a_servo_that_damps_itself_needs_no_derivative() {
     let (omega, a) = (20.0, 60.0);
     let servo = ServoParameters { a, ..SERVO };
-    let tuning = tune(
-        &settings(Goal::Bandwidth(omega)),
-        &identified(servo, 0.0, KNOWN),
-    )
-    .expect("within reach");
+    let tuning = settings(Goal::Bandwidth(omega))
+        .tune(&identified(servo, 0.0, KNOWN))
+        .expect("within reach");
     let close = |x: f64, y: f64| (x - y).abs() < 1e-9 * y;
     assert_eq!(tuning.kd.to_bits(), 0.0_f64.to_bits());
     assert!(close(
@@ -74,7 +70,9 @@ fn a_slow_loop_steps_as_its_placement() {
         cutoff: Some(3000.0),
         ..settings(Goal::Bandwidth(omega))
     };
-    let tuning = tune(&settings, &identified(SERVO, 0.0, KNOWN)).expect("within reach");
+    let tuning = settings
+        .tune(&identified(SERVO, 0.0, KNOWN))
+        .expect("within reach");
     let promise = tuning.promise;
     assert!(
         (promise.rise_time * omega / rise - 1.0).abs() < 0.01,
@@ -98,7 +96,9 @@ fn compliance_is_that_of_the_placement() {
         cutoff: Some(3000.0),
         ..settings(Goal::Bandwidth(omega))
     };
-    let tuning = tune(&settings, &identified(SERVO, 0.0, KNOWN)).expect("within reach");
+    let tuning = settings
+        .tune(&identified(SERVO, 0.0, KNOWN))
+        .expect("within reach");
     // 1/((s+1)²(s+0.2)): (e^(−0.2t) − e^(−t))/0.64 − t e^(−t)/0.8.
     let answer = |t: f64| ((-0.2 * t).exp() - (-t).exp()) / 0.64 - t * (-t).exp() / 0.8;
     let largest = (0..200_000)
@@ -120,7 +120,9 @@ fn a_response_time_is_met() {
                 resolution: std::f64::consts::TAU / counts,
                 ..settings(Goal::ResponseTime(time))
             };
-            let tuning = tune(&settings, &identified(servo, 5e-4, KNOWN)).expect("within reach");
+            let tuning = settings
+                .tune(&identified(servo, 5e-4, KNOWN))
+                .expect("within reach");
             let off = tuning.promise.rise_time / time - 1.0;
             assert!(off.abs() < 0.02, "{time} {coulomb}: {tuning:?}");
             assert_eq!(tuning.cap, None);
@@ -136,7 +138,9 @@ fn the_shown_step_is_the_promised_one() {
         ..settings(Goal::Bandwidth(40.0))
     };
     let tuner = Tuner::new(&settings, &identified(SERVO, 1e-3, KNOWN)).expect("valid");
-    let tuning = tune(&settings, &identified(SERVO, 1e-3, KNOWN)).expect("within reach");
+    let tuning = settings
+        .tune(&identified(SERVO, 1e-3, KNOWN))
+        .expect("within reach");
     let mut measure = StepMeasure::<f64>::new(settings.step, settings.resolution);
     let step = tuner.step(&tuning).expect("valid");
     for sample in step.take(200) {
@@ -165,11 +169,9 @@ fn uncertain_friction_is_not_relied_on() {
     let servo = ServoParameters { a: 3.0, ..SERVO };
     let tuned = |error: f64| {
         let errors = [error, 0.0, 0.0];
-        tune(
-            &settings(Goal::Bandwidth(1.5)),
-            &identified(servo, 0.0, errors),
-        )
-        .expect("within reach")
+        settings(Goal::Bandwidth(1.5))
+            .tune(&identified(servo, 0.0, errors))
+            .expect("within reach")
     };
     assert!((servo.b * tuned(0.0).kd - 0.3).abs() < 1e-9);
     assert!((servo.b * tuned(0.9).kd - 3.0).abs() < 1e-9);
@@ -178,7 +180,7 @@ fn uncertain_friction_is_not_relied_on() {
 #[test]
 fn each_cap_is_named_and_is_the_one_that_helps() {
     let servo = identified(SERVO, 0.0, KNOWN);
-    let at = |settings: TuningSettings| tune(&settings, &servo).expect("some gains");
+    let at = |settings: TuningSettings| settings.tune(&servo).expect("some gains");
     let plain = settings(Goal::Stiffest);
     let limited = TuningSettings {
         command: 2.0,
@@ -252,7 +254,9 @@ fn noise_is_that_of_white_rounding_through_the_controller() {
         command: 100.0,
         ..settings(Goal::Bandwidth(30.0))
     };
-    let tuning = tune(&settings, &identified(SERVO, 0.0, KNOWN)).expect("within reach");
+    let tuning = settings
+        .tune(&identified(SERVO, 0.0, KNOWN))
+        .expect("within reach");
     let g = 1.0 - (-0.3_f64).exp();
     let mut power = 0.0;
     let mut velocity = 0.0;
@@ -397,7 +401,7 @@ fn a_servo_with_large_standard_errors_gets_no_gains() {
     assert_eq!(of_b(0.4), Err(TuningError::NotKnown));
     let nothing = ServoParameters { b: 0.0, ..SERVO };
     assert_eq!(
-        tune(&goal, &identified(nothing, 0.0, KNOWN)),
+        goal.tune(&identified(nothing, 0.0, KNOWN)),
         Err(TuningError::NotKnown)
     );
 }
@@ -412,7 +416,7 @@ fn a_step_that_friction_stops_is_not_promised() {
     };
     let step = |bandwidth| {
         let goal = settings(Goal::Bandwidth(bandwidth));
-        tune(&goal, &identified(servo, 0.0, KNOWN))
+        goal.tune(&identified(servo, 0.0, KNOWN))
     };
     assert_eq!(step(3.5), Err(TuningError::DoesNotArrive));
     let promise = step(6.0).expect("it arrives").promise;

@@ -1,7 +1,7 @@
 //! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
-use identifier_core::control::{CommandLimit, Controller, Gains, Pid};
+use identifier_core::control::{CommandLimit, Controller, Gains};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
@@ -194,7 +194,9 @@ impl Bench {
         let state = identifier_core::control::ControlState::default();
         Self {
             controller: Controller::new(
-                Pid::new(&units, &gains, &limit),
+                &units,
+                &gains,
+                &limit,
                 LowPass::new(&units, tuning.cutoff).expect("valid"),
             ),
             state: state.with_integral(held / (tuning.ki * sample_time)),
