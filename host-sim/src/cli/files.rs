@@ -5,7 +5,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
-use super::output::Drawing;
 use super::output_file::Output;
 use super::place::Place;
 use crate::present::{HeatMaps, Page};
@@ -19,6 +18,17 @@ pub(super) struct Files {
     inputs: Vec<Identity>,
     outputs: Vec<(Identity, PathBuf)>,
     standard_output: bool,
+}
+
+/// The options of a picture.
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct Drawing {
+    /// Draw the result into this file, .png or .svg; `-` is standard output, as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub(super) plot: Option<PathBuf>,
+    /// Width of the picture, in a paper of two columns.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) size: Size,
 }
 
 /// A picture that is requested.

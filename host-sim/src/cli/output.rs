@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::fault::Fault;
-use super::files::{self, Files, Picture};
+use super::files::{self, Drawing, Files, Picture};
 use super::live::{Live, LiveOptions};
 use super::output_file::Output;
 use super::reproduce;
@@ -16,19 +16,7 @@ use super::terminal::width;
 use crate::log::mcap::Recorder;
 use crate::present::Page;
 use crate::provenance::{Kept, Origin, WithOrigin};
-use crate::render::chart::Size;
 use crate::render::terminal;
-
-/// The options of a picture.
-#[derive(Debug, Default, clap::Args)]
-pub(super) struct Drawing {
-    /// Draw the result into this file, .png or .svg; `-` is standard output, as SVG.
-    #[arg(long, value_name = "FILE")]
-    pub(super) plot: Option<PathBuf>,
-    /// Width of the picture, in a paper of two columns.
-    #[arg(long, value_enum, default_value_t)]
-    pub(super) size: Size,
-}
 
 /// The output options of a verb with a result.
 #[derive(Debug, clap::Args)]

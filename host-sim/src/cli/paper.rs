@@ -2,8 +2,7 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::fault::Fault;
-use super::files::{self, Files};
-use super::output::Drawing;
+use super::files::{self, Drawing, Files};
 use super::standard_output::show;
 use super::terminal;
 use crate::render::chart::Size;
