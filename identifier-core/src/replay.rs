@@ -22,6 +22,8 @@ type Inputs = <AllUnknowns as IdentifiableSet<{ Unknown::COUNT }>>::Inputs<f64>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReplayModel {
     values: ModelValues<f64>,
+    /// All unknowns are finite.
+    is_finite: bool,
     angle: AngleSettings<f64>,
     step: FrictionStep<f64>,
     response: Response<f64>,
@@ -106,6 +108,7 @@ impl ReplayModel {
         let step = FrictionStep::new();
         Self {
             values,
+            is_finite: sizes.iter().all(|size| size.is_finite()),
             angle: AngleSettings::new(
                 declared.revolution * units.position(),
                 declared.ripple_order.unwrap_or(0.0),
@@ -134,23 +137,11 @@ impl ReplayModel {
     /// friction is within what the step of the model is meant for.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        let ModelValues { parameters, terms } = &self.values;
-        let sizes = [
-            parameters.load,
-            terms.delay,
-            terms.asymmetry,
-            terms.low_speed,
-            terms.dead_band,
-        ];
-        sizes
-            .iter()
-            .chain(&terms.waves)
-            .all(|size| size.is_finite())
+        let parameters = &self.values.parameters;
+        self.is_finite
             && parameters.x.abs() <= Self::LARGEST_RATE
             && parameters.gain > 0.0
-            && parameters.gain.is_finite()
             && parameters.coulomb >= 0.0
-            && parameters.coulomb.is_finite()
     }
 
     /// b T²/ρ.
