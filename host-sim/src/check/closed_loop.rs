@@ -8,27 +8,10 @@ use identifier_core::number::Complex;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 use identifier_core::stability::SampledLoop;
-use serde::Serialize;
 
+use crate::result::LoopFigures;
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Closing, Scenario};
-
-/// What a loop bears, and how fast it is. The figures but the first are null where it is unstable.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ClosedLoop {
-    /// Whether it is stable, delay left aside.
-    pub stable: bool,
-    /// Where the closed loop has fallen by 3 dB, rad/s.
-    pub bandwidth: Option<f64>,
-    /// Where |L| last falls below 1, rad/s.
-    pub crossover: Option<f64>,
-    /// Phase margin there, degrees.
-    pub phase_margin: Option<f64>,
-    /// The factors by which the gain may fall and rise; null for any.
-    pub gain_margins: [Option<f64>; 2],
-    /// The least |1 + L|.
-    pub modulus_margin: Option<f64>,
-}
 
 /// A loop whose response can be told at every frequency.
 #[derive(Debug, Clone, Copy)]
@@ -99,14 +82,14 @@ impl Response {
     }
 
     /// Margins and bandwidth.
-    pub(super) fn figures(&self, scenario: &Scenario) -> ClosedLoop {
+    pub(super) fn figures(&self, scenario: &Scenario) -> LoopFigures {
         /// Frequencies of a decade, and decades below half the sample rate.
         const A_DECADE: u32 = 400;
         const DECADES: f64 = 6.0;
         let units = scenario.units();
         let stable =
             SampledLoop::new(&units, &self.gains, &self.velocity).is_stable(self.a, self.b);
-        let mut found = ClosedLoop {
+        let mut found = LoopFigures {
             stable,
             bandwidth: None,
             crossover: None,
@@ -158,7 +141,7 @@ impl Response {
     }
 }
 
-impl ClosedLoop {
+impl LoopFigures {
     /// The gain may change by less than this factor.
     fn bear(&mut self, factor: f64) {
         let [fall, rise] = &mut self.gain_margins;

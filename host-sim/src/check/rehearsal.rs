@@ -3,9 +3,9 @@
 use crate::verdict::MIN_TRAVEL_COUNTS;
 use identifier_core::parameters::{Parameter, Unknown};
 
-use super::document::Known;
 use super::information::Information;
 use crate::experiment::{Outcome, Sample};
+use crate::result::Known;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 

@@ -1,9 +1,13 @@
 use std::path::PathBuf;
 
+use super::call;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::show;
-use crate::check::{Check, Words};
+use super::terminal::width;
+use crate::check;
+use crate::present;
+use crate::render::terminal;
 use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
@@ -22,11 +26,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
-    let check =
-        Check::of(&scenario).map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
-    files::commit([json.map(|json| json.document(&check))])?;
+    let result =
+        check::check(&scenario).map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+    files::commit([json.map(|json| json.document(&result))])?;
     if !files.own_standard_output() {
-        show!("{}", Words(&check))?;
+        let title = call::title("Check of", &arguments.scenario);
+        let page = present::check(&title, &call::command(), &result);
+        show!("{}", terminal::brief(&page, width()))?;
     }
     Ok(())
 }

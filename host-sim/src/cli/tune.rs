@@ -9,7 +9,6 @@ use super::fault::Fault;
 use super::output::Documents;
 use crate::nearest;
 use crate::present;
-use crate::result::TuningResult;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
 
@@ -84,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &warnings,
     )
     .map_err(|error| Fault::Other(error.to_string()))?;
-    let result = TuningResult::new(&tuned);
+    let result = tuned.result();
     results.publish(&page, false, &result, [], |picture| {
         picture.figures("", 1, &page)
     })

@@ -1,6 +1,5 @@
 //! The host's end of a drive's link.
 
-mod document;
 mod loop_settings;
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -8,7 +7,6 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
 use identifier_core::commission::CommissionSettings;
 
-pub use self::document::CommissionDocument;
 pub use self::loop_settings::loop_settings;
 use crate::port::{Port, PortError};
 

@@ -4,6 +4,7 @@
 //! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report
 //! shows all of it. A picture shows its figures.
 
+mod check;
 mod commissioning;
 mod comparison;
 mod document;
@@ -20,6 +21,7 @@ mod remedies;
 mod sweep;
 mod tuning;
 
+pub use check::check;
 pub(crate) use commissioning::why;
 pub use commissioning::{
     CommissionTraces, Commissioned, commissioning, found_servo, largest_motion,

@@ -163,7 +163,7 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
     ];
     let remarks = remarks(tuned).into_iter();
     blocks.extend(remarks.map(|remark| Block::Text(sentence(&remark))));
-    let feed_forward = feed_forward(&FeedForward::new(tuned));
+    let feed_forward = feed_forward(&tuned.feed_forward());
     blocks.push(Block::Text(sentence(&feed_forward)));
     blocks
 }

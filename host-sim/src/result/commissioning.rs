@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use drive_link::NoGains;
-use identifier_core::commission::{HoldingGains, LargestMotion, Limits, Reason, TrialResult};
+use identifier_core::commission::{
+    HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
+};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::tuning::{Cap, Promise, Tuning};
@@ -13,46 +15,31 @@ use super::Gains;
 use crate::commission::{Excursion, Outcome, Stretch};
 use crate::scenario::Scenario;
 
-/// The result of a commissioning.
+/// The end of a commissioning, simulated or of a drive.
 #[derive(Debug, Clone, Serialize)]
-pub struct CommissioningResult {
+pub struct CommissioningEnd {
     /// Name of the phase that it ended in.
     pub status: &'static str,
     /// Number of the reason; 0 where the new gains hold, none for one that did not end.
     pub code: Option<u8>,
-    /// Name of the phase in which the end was decided.
-    pub phase: Option<&'static str>,
     /// The reason why there are no new gains.
     #[serde(serialize_with = "reason")]
     pub reason: Option<Reason>,
     /// The reason why no gains were found, with the value that would do.
     #[serde(serialize_with = "no_gains")]
     pub no_gains: Option<NoGains>,
-    /// The number format's name.
-    pub arithmetic: &'static str,
     /// Sample time, s.
     pub sample_time: f64,
-    /// Samples run.
-    pub samples: u64,
-    /// Time at which it ended, s.
-    pub duration: Option<f64>,
-    /// The phases, in their order.
-    pub phases: Vec<Stretch>,
     /// Limits on the axis.
     pub limits: Limits,
     /// The largest motion before the servo is known.
     #[serde(serialize_with = "motion")]
     pub largest_motion: LargestMotion,
-    /// The motion that there was, in truth, and the commands that acted.
-    pub extremes: Excursion,
     /// The identified servo.
     #[serde(serialize_with = "servo")]
     pub servo: Option<IdentifiedServo>,
     /// Standard deviation of the position that the model leaves unexplained, rad.
     pub unexplained: Option<f64>,
-    /// The true servo, with its delay.
-    #[serde(serialize_with = "truth")]
-    pub truth: Option<[f64; 5]>,
     /// The gains before.
     pub gains_before: Option<Gains>,
     /// The new gains.
@@ -65,6 +52,39 @@ pub struct CommissioningResult {
     pub promise: Option<Promise>,
     /// Measurements of the trial.
     pub trial: Option<TrialResult>,
+}
+
+/// The result of a simulated commissioning.
+#[derive(Debug, Clone, Serialize)]
+pub struct CommissioningResult {
+    /// Its end.
+    #[serde(flatten)]
+    pub end: CommissioningEnd,
+    /// Name of the phase in which the end was decided.
+    pub phase: Option<&'static str>,
+    /// The number format's name.
+    pub arithmetic: &'static str,
+    /// Samples run.
+    pub samples: u64,
+    /// Time at which it ended, s.
+    pub duration: Option<f64>,
+    /// The phases, in their order.
+    pub phases: Vec<Stretch>,
+    /// The motion that there was, in truth, and the commands that acted.
+    pub extremes: Excursion,
+    /// The true servo, with its delay.
+    #[serde(serialize_with = "truth")]
+    pub truth: Option<[f64; 5]>,
+}
+
+/// The result of a drive's commissioning.
+#[derive(Debug, Clone, Serialize)]
+pub struct DriveCommissioningResult {
+    /// Its end.
+    #[serde(flatten)]
+    pub end: CommissioningEnd,
+    /// Whether the gains survive a loss of power.
+    pub kept: bool,
 }
 
 /// The identified unknowns, with their places in the covariance.
@@ -97,8 +117,40 @@ pub fn commissioned_truth(scenario: &Scenario) -> Option<[f64; 5]> {
     plant.map(|plant| commissioned_values(plant, delay))
 }
 
+impl CommissioningEnd {
+    /// The end of a drive's commissioning of a sample time, s, within limits.
+    #[must_use]
+    pub fn new(
+        sample_time: f64,
+        limits: &Limits,
+        largest: &LargestMotion,
+        before: Option<&HoldingGains>,
+        outcome: &drive_link::Outcome,
+    ) -> Self {
+        let drive_link::Commissioning { phase, reason } = outcome.commissioning;
+        let tuning = outcome.tuning.as_ref();
+        Self {
+            status: phase.name(),
+            code: Some(reason.map_or(0, Reason::number)),
+            reason,
+            no_gains: outcome.no_gains.clone(),
+            sample_time,
+            limits: *limits,
+            largest_motion: *largest,
+            servo: outcome.servo,
+            unexplained: outcome.servo.map(|servo| servo.unexplained),
+            gains_before: before.map(Gains::holding),
+            gains: tuning.map(Gains::tuned),
+            bandwidth: tuning.map(|tuning| tuning.bandwidth),
+            cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
+            promise: tuning.map(|tuning| tuning.promise),
+            trial: outcome.trial,
+        }
+    }
+}
+
 impl CommissioningResult {
-    /// Of a commissioning that has run.
+    /// The result of a commissioning that has run.
     #[must_use]
     pub fn new(
         scenario: &Scenario,
@@ -108,31 +160,36 @@ impl CommissioningResult {
         outcome: &Outcome,
     ) -> Self {
         let end = outcome.end.as_ref();
-        let servo = outcome.servo();
-        let tuning = outcome.tuning.as_ref();
-        Self {
-            status: end.map_or("unfinished", |end| end.phase.name()),
-            code: end.map(|end| end.reason.map_or(0, Reason::number)),
-            phase: end.map(|end| end.within.name()),
-            reason: outcome.reason(),
+        let as_of_a_drive = drive_link::Outcome {
+            commissioning: drive_link::Commissioning {
+                phase: end.map_or(Phase::Idle, |end| end.phase),
+                reason: outcome.reason(),
+            },
+            servo: outcome.servo().copied(),
+            tuning: outcome.tuning,
             no_gains: outcome.no_gains.clone(),
+            trial: outcome.trial,
+            kept: false,
+        };
+        let sample_time = scenario.sample_time();
+        let common = CommissioningEnd::new(sample_time, limits, largest, before, &as_of_a_drive);
+        let common = match end {
+            Some(_) => common,
+            None => CommissioningEnd {
+                status: "unfinished",
+                code: None,
+                ..common
+            },
+        };
+        Self {
+            end: common,
+            phase: end.map(|end| end.within.name()),
             arithmetic: scenario.identifier.arithmetic.name(),
-            sample_time: scenario.sample_time(),
             samples: outcome.course.samples(),
             duration: end.map(|end| end.time),
             phases: outcome.course.phases.clone(),
-            limits: *limits,
-            largest_motion: *largest,
             extremes: outcome.course.excursion,
-            servo: servo.copied(),
-            unexplained: servo.map(|servo| servo.unexplained),
             truth: commissioned_truth(scenario),
-            gains_before: before.map(Gains::holding),
-            gains: tuning.map(Gains::tuned),
-            bandwidth: tuning.map(|tuning| tuning.bandwidth),
-            cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
-            promise: tuning.map(|tuning| tuning.promise),
-            trial: outcome.trial,
         }
     }
 }
@@ -161,10 +218,7 @@ impl Gains {
     }
 }
 
-pub(crate) fn reason<S: Serializer>(
-    reason: &Option<Reason>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+fn reason<S: Serializer>(reason: &Option<Reason>, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Keys {
         number: u8,
@@ -181,10 +235,7 @@ pub(crate) fn reason<S: Serializer>(
     keys.serialize(serializer)
 }
 
-pub(crate) fn no_gains<S: Serializer>(
-    no_gains: &Option<NoGains>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+fn no_gains<S: Serializer>(no_gains: &Option<NoGains>, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Keys {
         message: String,
@@ -211,10 +262,7 @@ pub(crate) fn no_gains<S: Serializer>(
     keys.serialize(serializer)
 }
 
-pub(crate) fn motion<S: Serializer>(
-    motion: &LargestMotion,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+fn motion<S: Serializer>(motion: &LargestMotion, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Keys {
         travel: [f64; 2],
@@ -227,10 +275,7 @@ pub(crate) fn motion<S: Serializer>(
     keys.serialize(serializer)
 }
 
-pub(crate) fn servo<S: Serializer>(
-    servo: &Option<IdentifiedServo>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+fn servo<S: Serializer>(servo: &Option<IdentifiedServo>, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Keys {
         value: f64,

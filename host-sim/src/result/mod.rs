@@ -1,6 +1,7 @@
 //! Results: of each experiment what was found, serialised as it is. Its fields are the keys of `--json`,
 //! documented in docs/command-line.md; its numbers are what every page shows.
 
+mod check;
 pub mod commissioning;
 mod comparison;
 mod drift;
@@ -10,7 +11,8 @@ mod residual;
 mod sweep;
 mod tuning;
 
-pub use commissioning::CommissioningResult;
+pub use check::{Certificate, CheckResult, EncoderFigures, Known, LoopFigures, ServoFigures};
+pub use commissioning::{CommissioningEnd, CommissioningResult, DriveCommissioningResult};
 pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};
 pub use drift::{Difference, DriftResult};
 pub use experiment::{

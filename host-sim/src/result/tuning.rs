@@ -2,10 +2,8 @@
 
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::{Cap, Promise};
+use identifier_core::tuning::Promise;
 use serde::Serialize;
-
-use crate::tune::Tuned;
 
 /// Gains, with their promise and their conditions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -98,55 +96,7 @@ pub struct TuningConditions {
     pub resonance: Option<f64>,
 }
 
-impl TuningResult {
-    /// Of a tuning.
-    #[must_use]
-    pub fn new(tuned: &Tuned) -> Self {
-        let Tuned {
-            servo,
-            settings,
-            tuning,
-            ..
-        } = tuned;
-        Self {
-            sample_time: settings.sample_time,
-            gains: Gains::tuned(tuning),
-            bandwidth: tuning.bandwidth,
-            cap: tuning.cap.map(Cap::name),
-            promise: StiffPromise {
-                promise: tuning.promise,
-                stiffness: 1.0 / tuning.promise.compliance,
-            },
-            feed_forward: FeedForward::new(tuned),
-            servo: DelayedServo {
-                parameters: servo.parameters,
-                delay: servo.delay,
-            },
-            conditions: TuningConditions {
-                resolution: settings.resolution,
-                command: settings.command,
-                command_delay: settings.command_delay,
-                most_sensitivity: settings.max_sensitivity,
-                most_noise: settings.max_noise,
-                resonance: settings.resonance,
-            },
-        }
-    }
-}
-
 impl FeedForward {
-    /// Of a tuning.
-    #[must_use]
-    pub fn new(tuned: &Tuned) -> Self {
-        let settings = &tuned.settings;
-        Self::of_servo(
-            &tuned.servo,
-            tuned.gravity,
-            tuned.tuning.kd,
-            settings.command_delay + settings.sample_time / 2.0,
-        )
-    }
-
     /// Of a servo with `gravity`, rad/s², under a derivative gain, command units per rad/s; `late` is the delay
     /// that was not identified, with that of the hold, s.
     #[must_use]

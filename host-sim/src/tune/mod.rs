@@ -10,7 +10,11 @@ pub use conditions::{ConditionError, Conditions};
 pub use result::{IdentifiedResult, ResultError};
 
 use identifier_core::parameters::IdentifiedServo;
-use identifier_core::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings};
+use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
+
+use crate::result::{
+    DelayedServo, FeedForward, Gains, StiffPromise, TuningConditions, TuningResult,
+};
 
 /// Gains, and what they were found for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +37,7 @@ pub enum NoGains {
     /// Less would do.
     TooFast {
         /// What keeps it from being faster.
-        cap: identifier_core::tuning::Cap,
+        cap: Cap,
         /// The largest bandwidth, rad/s.
         most: f64,
         /// The rise time that it promises, s.
@@ -73,5 +77,47 @@ impl Tuned {
     /// None for what was tuned.
     pub fn tuner(&self) -> Result<Tuner, TuningError> {
         Tuner::new(&self.settings, &self.servo)
+    }
+
+    /// The feed-forward of the reference's motion.
+    #[must_use]
+    pub fn feed_forward(&self) -> FeedForward {
+        let settings = &self.settings;
+        let late = settings.command_delay + settings.sample_time / 2.0;
+        FeedForward::of_servo(&self.servo, self.gravity, self.tuning.kd, late)
+    }
+
+    /// The result.
+    #[must_use]
+    pub fn result(&self) -> TuningResult {
+        let Self {
+            servo,
+            settings,
+            tuning,
+            ..
+        } = self;
+        TuningResult {
+            sample_time: settings.sample_time,
+            gains: Gains::tuned(tuning),
+            bandwidth: tuning.bandwidth,
+            cap: tuning.cap.map(Cap::name),
+            promise: StiffPromise {
+                promise: tuning.promise,
+                stiffness: 1.0 / tuning.promise.compliance,
+            },
+            feed_forward: self.feed_forward(),
+            servo: DelayedServo {
+                parameters: servo.parameters,
+                delay: servo.delay,
+            },
+            conditions: TuningConditions {
+                resolution: settings.resolution,
+                command: settings.command,
+                command_delay: settings.command_delay,
+                most_sensitivity: settings.max_sensitivity,
+                most_noise: settings.max_noise,
+                resonance: settings.resonance,
+            },
+        }
     }
 }

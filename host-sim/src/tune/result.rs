@@ -1,8 +1,9 @@
 use std::fmt;
 
-use identifier_core::parameters::IdentifiedServo;
-use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
 use serde_json::Value;
+
+use crate::result::Summary;
 
 /// What the result of a run or a replay holds of the servo, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,27 +53,61 @@ impl IdentifiedResult {
                 error.line()
             ),
         })?;
-        Self::of(&result)
+        let text = |key: &str| result.get(key).and_then(Value::as_str);
+        Self::checked(
+            text("status").ok_or_else(|| missing("status"))?,
+            text("reason").unwrap_or(""),
+            number(&result, "sample_time")?,
+            result.pointer("/residual/rms").and_then(Value::as_f64),
+            &|name| estimate(&result, name),
+        )
     }
 
-    /// Of a result that is at hand as it would be written.
+    /// Of a result at hand.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn of(result: &Value) -> Result<Self, ResultError> {
-        let status = result.get("status").and_then(Value::as_str);
-        let status = status.ok_or_else(|| missing("status"))?;
-        let reason = result.get("reason").and_then(Value::as_str).unwrap_or("");
-        let sample_time = number(result, "sample_time")?;
+    pub fn new(result: &Summary) -> Result<Self, ResultError> {
+        let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
+            let estimate = result.estimate(parameter)?;
+            Some((parameter.name(), estimate.last, estimate.std_error))
+        });
+        let terms = result.estimates.terms.iter();
+        let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
+        let known: Vec<_> = parameters.chain(terms).collect();
+        Self::checked(
+            result.status().name(),
+            &result.reason,
+            result.sample_time,
+            result.residual.map(|residual| residual.rms),
+            &|name| match known.iter().find(|(known, ..)| *known == name) {
+                None => Ok(None),
+                Some((_, value, std_error)) if value.is_finite() => {
+                    Ok(Some([*value, std_error.unwrap_or(f64::INFINITY)]))
+                }
+                Some(_) => Err(missing(&format!("estimates.{name}.final"))),
+            },
+        )
+    }
+
+    /// Of a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
+    /// its standard error.
+    fn checked(
+        status: &str,
+        reason: &str,
+        sample_time: f64,
+        residual: Option<f64>,
+        estimate: &dyn Fn(&str) -> Result<Option<[f64; 2]>, ResultError>,
+    ) -> Result<Self, ResultError> {
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
         }
 
         let known = |name: &str| -> Result<[f64; 2], ResultError> {
-            Ok(estimate(result, name)?.unwrap_or([0.0; 2]))
+            Ok(estimate(name)?.unwrap_or([0.0; 2]))
         };
         let needed = |name: &str| {
-            estimate(result, name)?.ok_or_else(|| ResultError {
+            estimate(name)?.ok_or_else(|| ResultError {
                 key: format!("estimates.{name}"),
                 fault: "it was not identified, and there are no gains without it".to_owned(),
             })
@@ -98,7 +133,6 @@ impl IdentifiedResult {
                 0.0
             };
         }
-        let residual = result.pointer("/residual/rms").and_then(Value::as_f64);
         let doubt = if status == "converged" {
             let unsure = [("a", a), ("b", b), ("delay", delay)];
             let unsure = unsure
@@ -130,7 +164,7 @@ impl IdentifiedResult {
                 unexplained: residual.unwrap_or(0.0),
             },
             gravity: [known("gravity-sine")?[0], known("gravity-cosine")?[0]],
-            has_delay: estimate(result, "delay")?.is_some(),
+            has_delay: estimate("delay")?.is_some(),
             sample_time,
             doubt,
         })

@@ -15,9 +15,10 @@ use crate::cli::files::{self, Files};
 use crate::cli::interruption;
 use crate::cli::standard_output::show;
 use crate::cli::terminal::width;
-use crate::drive::{Client, CommissionDocument};
+use crate::drive::Client;
 use crate::present;
 use crate::render::terminal;
+use crate::result::{CommissioningEnd, DriveCommissioningResult};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -68,8 +69,12 @@ impl Arguments {
         client.ask(Command::Watch(0)).map_err(fault)?;
         let runs_on = client.status().map_err(fault)?.state == State::Running;
 
-        let document = CommissionDocument::new(&order, &largest_motion, before, &outcome);
-        files::commit([json.map(|json| json.document(&document))])?;
+        let (time, limits) = (order.sample_time, &order.limits);
+        let result = DriveCommissioningResult {
+            end: CommissioningEnd::new(time, limits, &largest_motion, before, &outcome),
+            kept: outcome.kept,
+        };
+        files::commit([json.map(|json| json.document(&result))])?;
         if !silent {
             show(before, &outcome)?;
         }

@@ -296,10 +296,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
 }
 
 fn gains(of: &Experiment<'_>) -> Vec<Block> {
-    let result = serde_json::to_value(of.summary).map_err(|error| error.to_string());
-    let result =
-        result.and_then(|value| IdentifiedResult::of(&value).map_err(|error| error.to_string()));
-    match result {
+    match IdentifiedResult::new(of.summary) {
         Ok(result) => {
             let mut blocks = advice(&result, of.scenario);
             blocks.push(Block::Text(
