@@ -20,11 +20,7 @@ pub fn check(title: &str, command: &str, result: &CheckResult) -> Page {
         ("Certificate", certificate(result)),
         ("Encoder", encoder(result)),
     ];
-    let facts = facts.map(|(name, text)| (name.to_owned(), text));
-    let found = [
-        Block::Facts(facts.into()),
-        Block::Table(known(&result.known)),
-    ];
+    let found = [Block::facts(facts), Block::Table(known(&result.known))];
     let verdict = Verdict {
         tone,
         status: "checked".to_owned(),

@@ -143,6 +143,21 @@ pub enum Block {
     Figures(Vec<Figure>),
 }
 
+impl Block {
+    /// A paragraph.
+    #[must_use]
+    pub fn text(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+
+    /// Names with their explanations.
+    #[must_use]
+    pub fn facts(facts: impl IntoIterator<Item = (&'static str, String)>) -> Self {
+        let facts = facts.into_iter();
+        Self::Facts(facts.map(|(name, text)| (name.to_owned(), text)).collect())
+    }
+}
+
 /// A table whose first column names the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {

@@ -142,9 +142,7 @@ fn rests_on(scenario: &Scenario, result: &SweepResult) -> Vec<Block> {
         ),
         ("Method", result.law.to_owned()),
     ];
-    vec![Block::Facts(
-        facts.map(|(name, text)| (name.to_owned(), text)).into(),
-    )]
+    vec![Block::facts(facts)]
 }
 
 fn next(distribution: &Distribution) -> Vec<Block> {

@@ -123,9 +123,8 @@ fn conditions(tuned: &Tuned) -> Block {
         ("Sample time", settings.sample_time, "s"),
         ("Sensitivity", settings.max_sensitivity, "at most"),
     ];
-    let facts =
-        facts.map(|(name, value, unit)| (name.to_owned(), format!("{} {unit}", plain(value))));
-    Block::Facts(facts.into())
+    let facts = facts.map(|(name, value, unit)| (name, format!("{} {unit}", plain(value))));
+    Block::facts(facts)
 }
 
 /// The gains that make a servo as stiff as possible, for the encoder and the limit of its scenario; or why there are

@@ -8,9 +8,10 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Borders, Chart, Dataset, GraphType};
 
-use super::figures::plain;
+use super::numbers::signed;
 use crate::monitor::history::{LENGTH, Signal};
 use crate::monitor::state::State;
+use crate::present::number::plain;
 
 /// Colours that everyone can tell apart, on every terminal.
 const MEASURED: Style = Style::new().fg(Color::Cyan);
@@ -115,7 +116,7 @@ fn chart(
     let bounds = limits.unwrap_or_else(|| extremes(curves.iter().flat_map(|curve| curve.points)));
     let datasets = curves.iter().map(Curve::dataset).collect();
     let [low, high] = bounds;
-    let label = |value: f64| format!("{:>9}", super::figures::signed(value));
+    let label = |value: f64| format!("{:>9}", signed(value));
     let chart = Chart::new(datasets)
         .block(Block::new().borders(Borders::TOP).title(title))
         .legend_position(None)

@@ -1,7 +1,6 @@
 //! The drawing of a drive's state.
 
 mod charts;
-mod figures;
 mod lines;
 mod numbers;
 

@@ -6,9 +6,9 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use super::NUMBERS;
-use super::figures::{plain, signed, with_error};
 use crate::monitor::frame::Frame;
 use crate::monitor::state::State;
+use crate::present::number::{DASH, figure, with_error};
 
 /// Distance at which a command counts as at its limit, as a fraction of the range.
 const AT_LIMIT: f64 = 1e-3;
@@ -63,8 +63,17 @@ fn heading(text: &'static str) -> Line<'static> {
     Line::styled(text, Style::new().add_modifier(Modifier::BOLD))
 }
 
+/// A value of nine columns with its sign, with a power of ten where it is small.
+pub(super) fn signed(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-2 {
+        format!("{value:+.2e}")
+    } else {
+        format!("{value:+.4}")
+    }
+}
+
 fn value(name: &str, value: Option<f64>, unit: &str) -> Line<'static> {
-    let text = value.map_or_else(|| "–".to_owned(), signed);
+    let text = value.map_or_else(|| DASH.to_owned(), signed);
     Line::from(format!("{name:<NAME$}{text:>9} {unit}"))
 }
 
@@ -120,7 +129,7 @@ fn known(title: &'static str, estimates: Option<&Estimates>) -> Vec<Line<'static
                bound: fn(&PerParameter<bool>) -> bool,
                unit: &str| {
         let text = if bound(&estimates.at_bounds) {
-            format!("{} (at a bound)", plain(value))
+            format!("{} (at a bound)", figure(value))
         } else {
             with_error(value, estimates.standard_errors.as_ref().map(error))
         };
@@ -139,4 +148,15 @@ fn known(title: &'static str, estimates: Option<&Estimates>) -> Vec<Line<'static
         ),
         row("d", estimates.servo.load, |e| e.load, |b| b.load, "rad/s²"),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::signed;
+
+    #[test]
+    fn a_small_value_has_a_power_of_ten() {
+        assert_eq!(signed(-0.000_123), "-1.23e-4");
+        assert_eq!(signed(0.0), "+0.0000");
+    }
 }

@@ -309,18 +309,12 @@ fn how_sure(of: &Commissioned<'_>) -> Vec<Block> {
         )));
     }
     if outcome.tuning.is_some() {
-        blocks.push(Block::Text(
-            "The promise holds for the identified servo and, in margins and overshoot, for every servo that it may \
-             be as well by these intervals."
-                .to_owned(),
-        ));
+        blocks.push(Block::text("The promise holds for the identified servo and, in margins and overshoot, for every servo that it may \
+             be as well by these intervals."));
     }
     if outcome.trial.is_some() {
-        blocks.push(Block::Text(
-            "The trial is the proof: a step and a disturbance under the new gains, measured on the servo itself. It \
-             is passed where the rise time is within 15 % of the promise and the overshoot at most three points above."
-                .to_owned(),
-        ));
+        blocks.push(Block::text("The trial is the proof: a step and a disturbance under the new gains, measured on the servo itself. It \
+             is passed where the rise time is within 15 % of the promise and the overshoot at most three points above."));
     }
     blocks
 }
@@ -353,7 +347,6 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
             scenario.identifier.arithmetic.name().to_owned(),
         ),
     ];
-    let facts = facts.map(|(name, text)| (name.to_owned(), text));
     let range = |[low, high]: [f64; 2]| format!("{} to {}", plain(low), plain(high));
     let went = &course.excursion;
     let row = |name: &str, allowed, reached, unit: &str| {
@@ -383,7 +376,7 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
             ),
         ],
     );
-    vec![Block::Facts(facts.into()), Block::Table(kept)]
+    vec![Block::facts(facts), Block::Table(kept)]
 }
 
 fn next(of: &Commissioned<'_>) -> Vec<Block> {
@@ -404,15 +397,14 @@ fn keep(known: &IdentifiedServo, tuning: &Tuning, scenario: &Scenario) -> Vec<Bl
     let sample_time = scenario.sample_time();
     let coefficients = FeedForward::of_servo(known, [0.0; 2], tuning.kd, sample_time / 2.0);
     vec![
-        Block::Text("The new gains hold, and nothing must be done. To keep them, write them down.".to_owned()),
+        Block::text("The new gains hold, and nothing must be done. To keep them, write them down."),
         Block::Code {
             caption: "Controller, as a scenario has it".to_owned(),
             text: controller(tuning, sample_time).trim_end().to_owned(),
         },
         Block::Text(sentence(&feed_forward(&coefficients))),
-        Block::Text(
-            "Commission again when load, supply or friction have changed: the drive starts from these gains then."
-                .to_owned(),
+        Block::text(
+            "Commission again when load, supply or friction have changed: the drive starts from these gains then.",
         ),
     ]
 }

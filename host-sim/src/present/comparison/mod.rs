@@ -138,10 +138,9 @@ fn every(result: &ComparisonResult) -> Vec<Block> {
         Some((signed(error, 4), error.abs()))
     };
     vec![
-        Block::Text(
+        Block::text(
             "Errors against the truth, over the last quarter of the run. The redder a cell, the larger the error, a \
-             shade for each power of ten; a status stands where it is not “converged”."
-                .to_owned(),
+             shade for each power of ten; a status stands where it is not “converged”.",
         ),
         Block::Table(grid("Relative error of b", result, &of_b)),
         Block::Table(grid("Error of a [1/s]", result, &of_a)),
@@ -184,10 +183,9 @@ fn grid(caption: &str, result: &ComparisonResult, told: &Told<'_>) -> Table {
 }
 
 fn how_sure() -> Block {
-    Block::Text(
+    Block::text(
         "Each cell is one run of one servo with one seed, so a factor of two between methods may be chance; a sweep tells \
-         how a method does on many servos. No method was set by hand for any case."
-            .to_owned(),
+         how a method does on many servos. No method was set by hand for any case.",
     )
 }
 

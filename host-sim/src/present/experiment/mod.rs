@@ -139,7 +139,7 @@ fn logs(summary: &Summary) -> Vec<Block> {
 
 fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     let mut blocks = if rows.is_empty() {
-        vec![Block::Text("There are no estimates.".to_owned())]
+        vec![Block::text("There are no estimates.")]
     } else {
         vec![Block::Table(estimates::table(rows))]
     };
@@ -164,24 +164,18 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
 }
 
 fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
-    let mut blocks = vec![Block::Text(
-        "The servo is q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms that entered the model.".to_owned(),
+    let mut blocks = vec![Block::text(
+        "The servo is q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms that entered the model.",
     )];
     if rows.iter().any(Estimated::is_sure) {
-        blocks.push(Block::Text(
-            "± is the standard error: intervals of two contain the true value in 95 % of cases. It includes the \
+        blocks.push(Block::text("± is the standard error: intervals of two contain the true value in 95 % of cases. It includes the \
              encoder's rounding, chance, the colour of the remaining output error, and the distance that an estimate \
              still had to go; it does not include effects that the model lacks. The wander is the standard deviation \
-             of an estimate over the last quarter of the run."
-                .to_owned(),
-        ));
+             of an estimate over the last quarter of the run."));
     }
     if summary.truth.is_some() {
-        blocks.push(Block::Text(
-            "This servo is simulated, so its true values are known and shown beside the estimates. Neither estimates \
-             nor verdict use them."
-                .to_owned(),
-        ));
+        blocks.push(Block::text("This servo is simulated, so its true values are known and shown beside the estimates. Neither estimates \
+             nor verdict use them."));
     }
     blocks
 }
@@ -222,7 +216,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     } = of;
     let outcome = &summary.outcome;
     let mut facts = Vec::new();
-    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    let mut fact = |name, text| facts.push((name, text));
     fact(
         "Motion",
         format!(
@@ -292,17 +286,14 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
             fact(name, format!("{count} {meaning}"));
         }
     }
-    vec![Block::Facts(facts)]
+    vec![Block::facts(facts)]
 }
 
 fn gains(of: &Experiment<'_>) -> Vec<Block> {
     match IdentifiedResult::new(of.summary) {
         Ok(result) => {
             let mut blocks = advice(&result, of.scenario);
-            blocks.push(Block::Text(
-                "Another response time, or less noise: the verb tune, with what --json wrote of this result."
-                    .to_owned(),
-            ));
+            blocks.push(Block::text("Another response time, or less noise: the verb tune, with what --json wrote of this result."));
             blocks
         }
         Err(why) => vec![Block::Text(sentence(&format!("there are no gains: {why}")))],

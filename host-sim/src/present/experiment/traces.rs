@@ -3,6 +3,8 @@
 use identifier_core::parameters::{Parameter, Unknown};
 
 use crate::experiment::Sample;
+use crate::present::estimates::meaning;
+use crate::present::number::capitalised;
 use crate::present::{Envelope, Figure, TIME};
 use crate::result::Summary;
 
@@ -12,14 +14,6 @@ const BAND_STANDARD_ERRORS: f64 = 2.0;
 /// The part of a run at its beginning in which an estimate may be so far off that nothing else would be
 /// seen beside it.
 const TRANSIENT_PART: f64 = 0.01;
-
-/// The estimates that have a figure, in their order.
-const ESTIMATES: [(Parameter, &str); 4] = [
-    (Parameter::A, "Viscous friction over inertia"),
-    (Parameter::B, "Gain over inertia"),
-    (Parameter::Coulomb, "Coulomb friction over inertia"),
-    (Parameter::Load, "Load over inertia"),
-];
 
 /// The course of an experiment in bounded memory.
 #[derive(Debug, Clone, Default)]
@@ -36,7 +30,7 @@ impl ExperimentTraces {
     /// Takes in a sample.
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
-        for (envelope, (parameter, _)) in self.estimates.iter_mut().zip(ESTIMATES) {
+        for (envelope, parameter) in self.estimates.iter_mut().zip(Parameter::ALL) {
             let errors = sample.standard_errors.as_ref();
             let half_width = errors.map(|errors| BAND_STANDARD_ERRORS * parameter.of(errors));
             envelope.add(time, parameter.of(&sample.estimates), half_width);
@@ -53,11 +47,11 @@ impl ExperimentTraces {
 
 /// Estimates with their confidence bands, then position, output error and command.
 pub(super) fn figures(summary: &Summary, traces: &ExperimentTraces) -> Vec<Figure> {
-    let mut figures: Vec<Figure> = ESTIMATES
+    let mut figures: Vec<Figure> = Parameter::ALL
         .into_iter()
         .zip(&traces.estimates)
-        .filter(|((parameter, _), _)| summary.estimate(*parameter).is_some())
-        .map(|((parameter, title), envelope)| estimate(parameter, title, summary, envelope))
+        .filter(|(parameter, _)| summary.estimate(*parameter).is_some())
+        .map(|(parameter, envelope)| estimate(parameter, summary, envelope))
         .collect();
     let position = [
         ("measured", &traces.position),
@@ -74,19 +68,17 @@ pub(super) fn figures(summary: &Summary, traces: &ExperimentTraces) -> Vec<Figur
     figures
 }
 
-fn estimate(parameter: Parameter, title: &str, summary: &Summary, envelope: &Envelope) -> Figure {
+fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Figure {
     let mut trace = envelope.trace("estimate");
     if !trace.band.is_empty() {
         trace.name = format!("estimate ± {BAND_STANDARD_ERRORS} standard errors");
     }
-    let axis = format!(
-        "{} [{}]",
-        symbol(parameter),
-        Unknown::from(parameter).unit()
-    );
+    let unknown = Unknown::from(parameter);
+    let title = capitalised(meaning(unknown));
+    let axis = format!("{} [{}]", symbol(parameter), unknown.unit());
     let last = summary.estimate(parameter).map(|estimate| estimate.last);
     let last = last.filter(|last| last.is_finite());
-    let figure = Figure::new(title, TIME, &axis, vec![trace])
+    let figure = Figure::new(&title, TIME, &axis, vec![trace])
         .within(last.and_then(|last| around(last, envelope)));
     match summary.truth {
         Some(truth) => figure.with_level("true", parameter.of(&truth)),

@@ -3,7 +3,8 @@
 
 use std::fmt::Write as _;
 
-use super::{font, raster};
+use super::font;
+use super::raster::Pixels;
 
 /// Font size, points.
 pub(super) const LETTER: u32 = 8;
@@ -123,9 +124,9 @@ impl Frame {
     }
 }
 
-/// Something that was drawn; paths are those of SVG.
+/// A shape; paths are those of SVG.
 #[derive(Debug)]
-pub(super) enum Shape {
+enum Shape {
     Area {
         path: String,
         colour: Colour,
@@ -135,15 +136,47 @@ pub(super) enum Shape {
         path: String,
         stroke: Stroke,
     },
-    Text {
-        at: (f64, f64),
-        text: String,
-        size: u32,
-        align: Align,
-        colour: Colour,
-    },
+    Text(Label),
     /// Shapes that are cut at a frame.
     Cut(Frame, Vec<Shape>),
+}
+
+/// A text on its base line.
+#[derive(Debug)]
+pub(super) struct Label {
+    pub(super) at: (f64, f64),
+    pub(super) text: String,
+    pub(super) size: u32,
+    pub(super) align: Align,
+    pub(super) colour: Colour,
+}
+
+/// A format that shapes are written in, one after the other.
+pub(super) trait Surface {
+    fn area(&mut self, path: &str, colour: Colour, opacity: f64);
+    fn line(&mut self, path: &str, stroke: Stroke);
+    fn text(&mut self, label: &Label);
+    /// Cuts the shapes that follow at a frame; none ends that.
+    fn cut(&mut self, frame: Option<Frame>);
+}
+
+fn write(shapes: &[Shape], surface: &mut impl Surface) {
+    for shape in shapes {
+        match shape {
+            Shape::Area {
+                path,
+                colour,
+                opacity,
+            } => surface.area(path, *colour, *opacity),
+            Shape::Line { path, stroke } => surface.line(path, *stroke),
+            Shape::Text(label) => surface.text(label),
+            Shape::Cut(frame, shapes) => {
+                surface.cut(Some(*frame));
+                write(shapes, surface);
+                surface.cut(None);
+            }
+        }
+    }
 }
 
 /// A drawing of a width and a height.
@@ -151,7 +184,7 @@ pub(super) enum Shape {
 pub struct Canvas {
     pub(super) width: f64,
     pub(super) height: f64,
-    pub(super) shapes: Vec<Shape>,
+    shapes: Vec<Shape>,
 }
 
 impl Canvas {
@@ -199,13 +232,13 @@ impl Canvas {
         align: Align,
         colour: Colour,
     ) {
-        self.shapes.push(Shape::Text {
+        self.shapes.push(Shape::Text(Label {
             at,
             text,
             size,
             align,
             colour,
-        });
+        }));
     }
 
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
@@ -250,7 +283,7 @@ impl Canvas {
     #[must_use]
     pub fn svg(&self) -> String {
         let (width, height) = (self.width, self.height);
-        let body = Writer::new("frame", Colour::hexadecimal).written(&self.shapes);
+        let body = self.on(Svg::new("frame", Colour::hexadecimal)).text;
         format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="{height}pt" viewBox="0 0 {width} {height}" font-family="{FONTS}"><rect width="100%" height="100%" fill="#ffffff"/>{body}</svg>
 "##,
@@ -263,7 +296,7 @@ impl Canvas {
     #[must_use]
     pub fn embedded_svg(&self, name: &str, title: &str) -> String {
         let (width, height) = (self.width, self.height);
-        let body = Writer::new(name, Colour::variable).written(&self.shapes);
+        let body = self.on(Svg::new(name, Colour::variable)).text;
         let title = escaped(title);
         format!(
             r#"<svg class="drawing" viewBox="0 0 {width} {height}" role="img" aria-label="{title}">{body}</svg>"#
@@ -273,7 +306,13 @@ impl Canvas {
     /// The bytes of a file of PNG.
     #[must_use]
     pub fn png(&self) -> Vec<u8> {
-        raster::png(self)
+        self.on(Pixels::new(self.width, self.height)).png()
+    }
+
+    /// A surface with the shapes on it.
+    pub(super) fn on<S: Surface>(&self, mut surface: S) -> S {
+        write(&self.shapes, &mut surface);
+        surface
     }
 }
 
@@ -289,7 +328,7 @@ impl Align {
 }
 
 /// Shapes as SVG.
-struct Writer<'a> {
+struct Svg<'a> {
     /// Begin of the names of frames.
     name: &'a str,
     colour: fn(Colour) -> String,
@@ -297,7 +336,7 @@ struct Writer<'a> {
     text: String,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> Svg<'a> {
     fn new(name: &'a str, colour: fn(Colour) -> String) -> Self {
         Self {
             name,
@@ -307,79 +346,61 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn written(mut self, shapes: &[Shape]) -> String {
-        self.shapes(shapes);
-        self.text
-    }
-
     fn add(&mut self, part: std::fmt::Arguments<'_>) {
         // Writing into memory cannot fail.
         let _ = self.text.write_fmt(part);
     }
+}
 
-    fn shapes(&mut self, shapes: &[Shape]) {
-        for shape in shapes {
-            self.shape(shape);
+impl Surface for Svg<'_> {
+    fn area(&mut self, path: &str, colour: Colour, opacity: f64) {
+        let colour = (self.colour)(colour);
+        self.add(format_args!(r#"<path d="{path}" fill="{colour}""#));
+        if opacity < 1.0 {
+            self.add(format_args!(r#" fill-opacity="{opacity}""#));
         }
+        self.add(format_args!("/>"));
     }
 
-    fn shape(&mut self, shape: &Shape) {
-        match shape {
-            Shape::Area {
-                path,
-                colour,
-                opacity,
-            } => {
-                let colour = (self.colour)(*colour);
-                self.add(format_args!(r#"<path d="{path}" fill="{colour}""#));
-                if *opacity < 1.0 {
-                    self.add(format_args!(r#" fill-opacity="{opacity}""#));
-                }
-                self.add(format_args!("/>"));
-            }
-            Shape::Line { path, stroke } => {
-                let (colour, width) = ((self.colour)(stroke.colour), stroke.width);
-                self.add(format_args!(
-                    r#"<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width}" stroke-linejoin="round""#
-                ));
-                if let Some([dash, gap]) = stroke.dashes {
-                    self.add(format_args!(r#" stroke-dasharray="{dash} {gap}""#));
-                }
-                self.add(format_args!("/>"));
-            }
-            Shape::Text {
-                at: (x, y),
-                text,
-                size,
-                align,
-                colour,
-            } => {
-                let anchor = match align {
-                    Align::Left => "",
-                    Align::Middle => r#" text-anchor="middle""#,
-                    Align::Right => r#" text-anchor="end""#,
-                };
-                let (colour, text) = ((self.colour)(*colour), escaped(text));
-                self.add(format_args!(
-                    r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" fill="{colour}"{anchor}>{text}</text>"#
-                ));
-            }
-            Shape::Cut(frame, shapes) => {
-                let Frame {
-                    left,
-                    top,
-                    width,
-                    height,
-                } = frame;
-                self.cuts += 1;
-                let name = format!("{}{}", self.name, self.cuts);
-                self.add(format_args!(
-                    r##"<clipPath id="{name}"><rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}"/></clipPath><g clip-path="url(#{name})">"##
-                ));
-                self.shapes(shapes);
-                self.add(format_args!("</g>"));
-            }
+    fn line(&mut self, path: &str, stroke: Stroke) {
+        let (colour, width) = ((self.colour)(stroke.colour), stroke.width);
+        self.add(format_args!(
+            r#"<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width}" stroke-linejoin="round""#
+        ));
+        if let Some([dash, gap]) = stroke.dashes {
+            self.add(format_args!(r#" stroke-dasharray="{dash} {gap}""#));
         }
+        self.add(format_args!("/>"));
+    }
+
+    fn text(&mut self, label: &Label) {
+        let anchor = match label.align {
+            Align::Left => "",
+            Align::Middle => r#" text-anchor="middle""#,
+            Align::Right => r#" text-anchor="end""#,
+        };
+        let ((x, y), size) = (label.at, label.size);
+        let (colour, text) = ((self.colour)(label.colour), escaped(&label.text));
+        self.add(format_args!(
+            r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" fill="{colour}"{anchor}>{text}</text>"#
+        ));
+    }
+
+    fn cut(&mut self, frame: Option<Frame>) {
+        let Some(frame) = frame else {
+            return self.add(format_args!("</g>"));
+        };
+        let Frame {
+            left,
+            top,
+            width,
+            height,
+        } = frame;
+        self.cuts += 1;
+        let name = format!("{}{}", self.name, self.cuts);
+        self.add(format_args!(
+            r##"<clipPath id="{name}"><rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}"/></clipPath><g clip-path="url(#{name})">"##
+        ));
     }
 }
 

@@ -6,21 +6,14 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use zeno::{Join, Mask, PathData, Style, Transform};
 
-use super::canvas::{Canvas, Colour, Frame, Shape, Stroke};
+use super::canvas::{Colour, Frame, Label, Stroke, Surface};
 use super::font;
 
 /// Pixels to a point: 216 to an inch.
 const SCALE: f64 = 3.0;
 
-/// The bytes of a file of PNG. (ISO/IEC 15948:2004.)
-pub(super) fn png(canvas: &Canvas) -> Vec<u8> {
-    let mut pixels = Pixels::new(canvas);
-    pixels.shapes(&canvas.shapes);
-    pixels.png()
-}
-
 /// Colours of pixels, row by row.
-struct Pixels {
+pub(super) struct Pixels {
     width: usize,
     height: usize,
     rgb: Vec<[u8; 3]>,
@@ -30,8 +23,9 @@ struct Pixels {
 }
 
 impl Pixels {
-    fn new(canvas: &Canvas) -> Self {
-        let [width, height] = [canvas.width, canvas.height].map(|length| (SCALE * length).round());
+    /// An empty canvas of a width and a height, points.
+    pub(super) fn new(width: f64, height: f64) -> Self {
+        let [width, height] = [width, height].map(|length| (SCALE * length).round());
         Self {
             width: width as usize,
             height: height as usize,
@@ -39,49 +33,6 @@ impl Pixels {
             columns: [0, width as i32],
             rows: [0, height as i32],
         }
-    }
-
-    fn shapes(&mut self, shapes: &[Shape]) {
-        for shape in shapes {
-            match shape {
-                Shape::Area {
-                    path,
-                    colour,
-                    opacity,
-                } => self.path(path.as_str(), Style::default(), *colour, *opacity),
-                Shape::Line { path, stroke } => self.line(path, *stroke),
-                Shape::Text {
-                    at: (x, y),
-                    text,
-                    size,
-                    align,
-                    colour,
-                } => {
-                    let left = x - align.part() * font::width(text, *size);
-                    let outlines = font::outlines((left, *y), text, *size, SCALE);
-                    self.blend(&Mask::new(outlines.as_slice()), *colour, 1.0);
-                }
-                Shape::Cut(frame, shapes) => self.cut(*frame, shapes),
-            }
-        }
-    }
-
-    fn line(&mut self, path: &str, stroke: Stroke) {
-        let mut style = zeno::Stroke::new(stroke.width as f32);
-        style.join(Join::Round);
-        if let Some(dashes) = &stroke.dashes {
-            style.dash(dashes, 0.0);
-        }
-        self.path(path, style.into(), stroke.colour, 1.0);
-    }
-
-    fn cut(&mut self, frame: Frame, shapes: &[Shape]) {
-        let before = (self.columns, self.rows);
-        let pixel = |length: f64| (SCALE * length).round() as i32;
-        self.columns = [pixel(frame.left), pixel(frame.right())];
-        self.rows = [pixel(frame.top), pixel(frame.bottom())];
-        self.shapes(shapes);
-        (self.columns, self.rows) = before;
     }
 
     fn path(&mut self, path: &str, style: Style<'_>, colour: Colour, opacity: f64) {
@@ -113,7 +64,8 @@ impl Pixels {
         }
     }
 
-    fn png(&self) -> Vec<u8> {
+    /// The bytes of a file of PNG. (ISO/IEC 15948:2004.)
+    pub(super) fn png(&self) -> Vec<u8> {
         const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
         const EIGHT_BITS_RGB: [u8; 5] = [8, 2, 0, 0, 0];
         const METRES_PER_POINT: f64 = 0.0254 / 72.0;
@@ -153,6 +105,39 @@ impl Pixels {
     }
 }
 
+impl Surface for Pixels {
+    fn area(&mut self, path: &str, colour: Colour, opacity: f64) {
+        self.path(path, Style::default(), colour, opacity);
+    }
+
+    fn line(&mut self, path: &str, stroke: Stroke) {
+        let mut style = zeno::Stroke::new(stroke.width as f32);
+        style.join(Join::Round);
+        if let Some(dashes) = &stroke.dashes {
+            style.dash(dashes, 0.0);
+        }
+        self.path(path, style.into(), stroke.colour, 1.0);
+    }
+
+    fn text(&mut self, label: &Label) {
+        let ((x, y), size) = (label.at, label.size);
+        let left = x - label.align.part() * font::width(&label.text, size);
+        let outlines = font::outlines((left, y), &label.text, size, SCALE);
+        self.blend(&Mask::new(outlines.as_slice()), label.colour, 1.0);
+    }
+
+    fn cut(&mut self, frame: Option<Frame>) {
+        let pixel = |length: f64| (SCALE * length).round() as i32;
+        (self.columns, self.rows) = match frame {
+            Some(frame) => (
+                [pixel(frame.left), pixel(frame.right())],
+                [pixel(frame.top), pixel(frame.bottom())],
+            ),
+            None => ([0, self.width as i32], [0, self.height as i32]),
+        };
+    }
+}
+
 fn chunk(file: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
     let content = [&kind, data].concat();
     file.extend((data.len() as u32).to_be_bytes());
@@ -162,6 +147,7 @@ fn chunk(file: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::canvas::Canvas;
     use super::*;
 
     fn canvas() -> Canvas {
@@ -169,9 +155,7 @@ mod tests {
     }
 
     fn drawn(canvas: &Canvas) -> Pixels {
-        let mut pixels = Pixels::new(canvas);
-        pixels.shapes(&canvas.shapes);
-        pixels
+        canvas.on(Pixels::new(canvas.width, canvas.height))
     }
 
     #[test]
