@@ -16,14 +16,6 @@ use crate::scenario::Scenario;
 use crate::tune::IdentifiedResult;
 use crate::verdict::Status;
 
-/// The parameters in the order of a result.
-const PARAMETERS: [Parameter; 4] = [
-    Parameter::A,
-    Parameter::B,
-    Parameter::Coulomb,
-    Parameter::Load,
-];
-
 /// A run or a replay.
 #[derive(Debug, Clone, Copy)]
 pub struct Experiment<'a> {
@@ -99,7 +91,7 @@ fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
 fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     let summary = of.summary;
     let has_none = matches!(summary.status(), Status::NoInformation | Status::Aborted);
-    let parameters = PARAMETERS.into_iter().filter_map(|parameter| {
+    let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
         let estimate = summary.estimate(parameter)?;
         // One that never left its first value was not found.
         let is_known = estimate.value.is_finite()

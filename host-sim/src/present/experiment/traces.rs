@@ -3,7 +3,6 @@
 use identifier_core::parameters::{Parameter, Unknown};
 
 use crate::experiment::Sample;
-use crate::present::estimates::meaning;
 use crate::present::number::capitalised;
 use crate::present::{Envelope, Figure, TIME};
 use crate::result::Summary;
@@ -74,7 +73,7 @@ fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Fig
         trace.name = format!("estimate ± {BAND_STANDARD_ERRORS} standard errors");
     }
     let unknown = Unknown::from(parameter);
-    let title = capitalised(meaning(unknown));
+    let title = capitalised(unknown.meaning());
     let axis = format!("{} [{}]", symbol(parameter), unknown.unit());
     let last = summary.estimate(parameter).map(|estimate| estimate.last);
     let last = last.filter(|last| last.is_finite());
