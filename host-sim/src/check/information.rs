@@ -1,4 +1,4 @@
-//! What a motion shows of a servo's parameters, whatever law looks at it.
+//! The information on a servo's parameters in a motion, whatever the law.
 //!
 //! A unit of a parameter θ changes the model's position by s_θ with s̈ = −(a + l_d) ṡ − l_p s + φ_θ, where φ is
 //! −q̇ for a, u for b, −sign q̇ for the Coulomb friction and 1 for the load; l_p = ω², l_d = 2ω − a is the correction

@@ -9,7 +9,7 @@ use crate::result::Known;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
-/// What a run's motion is like.
+/// Properties of a run's motion.
 #[derive(Debug)]
 pub(super) struct Rehearsal {
     /// Deviation of the position, rad, and of the command.
@@ -17,9 +17,9 @@ pub(super) struct Rehearsal {
     pub(super) command: f64,
     /// The part of the samples in which the command is at its limit.
     pub(super) limited: f64,
-    /// What becomes known, and when.
+    /// Accuracy of each unknown, with its time.
     pub(super) known: Vec<Known>,
-    /// What the run itself says of its end.
+    /// The record of the run.
     pub(super) outcome: Outcome,
 }
 
@@ -40,7 +40,7 @@ struct Motion {
     command: [f64; 2],
     speed: f64,
     limited: f64,
-    /// When each was first known, s.
+    /// Time at which each was first known, s.
     since: Vec<Option<f64>>,
 }
 
@@ -109,7 +109,7 @@ impl Rehearsal {
     }
 }
 
-/// Whether a parameter with this standard error is known to a tolerance; what did not move has none.
+/// True if a parameter with this standard error is known to a tolerance; what did not move has none.
 fn is_enough(error: f64, tolerance: f64) -> bool {
     error.is_finite() && error <= tolerance
 }

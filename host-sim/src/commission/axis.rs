@@ -17,7 +17,7 @@ pub struct Axis {
     errors: SensorErrors,
     faults: Faults,
     encoder: Encoder,
-    /// How far beyond an edge of the encoder it stands at first, rad.
+    /// Distance of its first position beyond an edge of the encoder, rad.
     beyond: f64,
     /// Command units; what balances the load where the servo stands at first.
     balance: f64,
@@ -87,13 +87,13 @@ impl Axis {
         }
     }
 
-    /// Where it is in truth, rad.
+    /// Its true position, rad.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.servo.position()
     }
 
-    /// How fast it is in truth, rad/s.
+    /// Its true velocity, rad/s.
     #[must_use]
     pub fn velocity(&self) -> f64 {
         self.servo.velocity()

@@ -9,7 +9,7 @@ pub struct Course {
     samples: u64,
     /// The phases, in their order.
     pub phases: Vec<Stretch>,
-    /// How far the servo went while it was commanded, in truth.
+    /// True motion of the servo while it was commanded.
     pub excursion: Excursion,
 }
 
@@ -25,7 +25,7 @@ pub struct Stretch {
     pub end: f64,
 }
 
-/// How far and how fast the servo went, and the commands that acted.
+/// Extremes of the motion, and of the commands that acted.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Excursion {
     /// Lowest and highest position, rad from where it stood.
@@ -57,9 +57,9 @@ impl Course {
                 });
             }
         }
-        // A servo that was let go for good goes where its load takes it.
-        let let_go = sample.phase.is_end() && sample.command.is_none();
-        if !let_go {
+        // A disabled servo goes where its load takes it.
+        let is_disabled = sample.phase.is_end() && sample.command.is_none();
+        if !is_disabled {
             self.excursion.add(sample);
         }
     }
@@ -73,7 +73,7 @@ impl Course {
         self
     }
 
-    /// Where it stands.
+    /// The phase now.
     pub(super) fn phase(&self) -> Phase {
         self.phases.last().map_or(Phase::Idle, |last| last.phase)
     }

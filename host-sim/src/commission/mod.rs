@@ -42,7 +42,7 @@ pub struct Commissioning {
 }
 
 impl Commissioning {
-    /// What a scenario describes.
+    /// The commissioning of a scenario.
     ///
     /// # Errors
     /// The key that is missing, or that it cannot be done with; nothing has moved then.
@@ -72,7 +72,7 @@ impl Commissioning {
         })
     }
 
-    /// What the core is told.
+    /// The settings of the core.
     #[must_use]
     pub fn settings(&self) -> &CommissionSettings {
         &self.settings

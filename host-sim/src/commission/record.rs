@@ -10,34 +10,34 @@ use super::Course;
 pub struct Sample {
     /// Time since it began, s.
     pub time: f64,
-    /// Where it stands.
+    /// The phase.
     pub phase: Phase,
-    /// What the encoder shows, rad; none if it gave no valid reading.
+    /// Position by the encoder, rad; none if it gave no valid reading.
     pub measured: Option<f64>,
-    /// Where a controller wants it, rad; none where none acts.
+    /// Reference, rad; none where no controller acts.
     pub reference: Option<f64>,
-    /// Where the servo is in truth, rad.
+    /// True position of the servo, rad.
     pub position: f64,
-    /// How fast it is in truth, rad/s.
+    /// Its true velocity, rad/s.
     pub velocity: f64,
-    /// The command that acts from here on, command units; none if the servo is let go.
+    /// The command that acts from here on, command units; none if the servo is disabled.
     pub command: Option<f64>,
 }
 
-/// How a commissioning ended.
+/// The end of a commissioning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct End {
     /// Applied, rolled back or aborted.
     pub phase: Phase,
     /// The phase in which that was decided.
     pub within: Phase,
-    /// Why there are no new gains, if there are none.
+    /// The reason why there are no new gains, if there are none.
     pub reason: Option<Reason>,
     /// When, s.
     pub time: f64,
 }
 
-/// What was known of the servo from a time on.
+/// Knowledge of the servo from a time on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
     /// Since when, s.
@@ -46,18 +46,18 @@ pub struct Known {
     pub servo: IdentifiedServo,
 }
 
-/// What is known of a commissioning once it has run.
+/// The record of a commissioning once it has run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// How it ended; none if it never did, which is a fault of the machine.
+    /// Its end; none if it never did, which is a fault of the machine.
     pub end: Option<End>,
     /// The servo as it was known after each motion.
     pub known: Vec<Known>,
     /// The gains that were found, and their promise.
     pub tuning: Option<Tuning>,
-    /// Why there are none, where that is the reason, and which would do.
+    /// The reason why no gains were found, with the value that would do.
     pub no_gains: Option<NoGains>,
-    /// What was measured in the trial, as far as it went.
+    /// Measurements of the trial, as far as it went.
     pub trial: Option<TrialResult>,
     /// Its phases, and how far the servo went.
     pub course: Course,
@@ -77,7 +77,7 @@ impl Outcome {
         }
     }
 
-    /// Whether the new gains hold.
+    /// True if the new gains hold.
     #[must_use]
     pub fn is_applied(&self) -> bool {
         self.end.is_some_and(|end| end.phase == Phase::Applied)
@@ -89,7 +89,7 @@ impl Outcome {
         self.known.last().map(|known| &known.servo)
     }
 
-    /// Why they do not.
+    /// The reason why they do not.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
         self.end.and_then(|end| end.reason)

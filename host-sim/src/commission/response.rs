@@ -162,7 +162,7 @@ impl StepResponse {
         self.done.iter().enumerate().map(point)
     }
 
-    /// When a part of the step is passed, s, on a straight line between two samples.
+    /// Time at which a part of the step is passed, s, on a straight line between two samples.
     fn passes(&self, level: f64) -> Option<f64> {
         let after = self.done.iter().position(|&done| done >= level)?;
         let (before, next) = (self.done[after.checked_sub(1)?], self.done[after]);

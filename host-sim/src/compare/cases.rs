@@ -5,9 +5,9 @@ use crate::scenario::{Fault, Scenario};
 /// A servo and its surroundings, as a scenario whose law does not matter.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// What makes it.
+    /// Its conditions.
     pub detail: String,
     /// The scenario.
     pub scenario: Scenario,

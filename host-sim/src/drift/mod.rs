@@ -17,7 +17,7 @@ use side_by_side::SideBySide;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate::Rig;
 
-/// What one sample showed in every format, in the order of [`FORMATS`].
+/// One sample in every format, in the order of [`FORMATS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compared {
     /// Time, s.

@@ -10,7 +10,7 @@ use crate::simulate::{LocalLoop, closed_by_pid};
 /// The number formats that are compared: double precision, which the others are held against, first.
 pub const FORMATS: [Arithmetic; 3] = [Arithmetic::F64, Arithmetic::F32, Arithmetic::Fixed];
 
-/// What a format makes of a sample, SI.
+/// Signals of a format in a sample, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signals {
     /// Velocity estimate, rad/s.
@@ -112,7 +112,7 @@ impl SideBySide {
         })
     }
 
-    /// What each made of the last sample; of one that it refused, no numbers.
+    /// The signals of each in the last sample; NaN for one that it refused.
     pub(super) fn signals(&self) -> [Signals; 3] {
         let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
         self.steps.map(|step| Signals {

@@ -115,7 +115,7 @@ pub struct Section {
     pub heading: &'static str,
     /// Its content.
     pub blocks: Vec<Block>,
-    /// Whether it belongs to the brief form of the page, which a terminal prints.
+    /// True if it belongs to the brief form of the page, which a terminal prints.
     pub is_brief: bool,
 }
 
@@ -192,7 +192,7 @@ impl Table {
 pub struct Column {
     /// Its heading.
     pub name: String,
-    /// Whether its cells are figures, aligned to the right.
+    /// True if its cells are figures, aligned to the right.
     pub is_figures: bool,
     /// Order in which a narrow terminal leaves columns out, the highest first; none for a column that stays.
     pub dispensable: Option<u8>,
@@ -248,7 +248,7 @@ impl Section {
         }
     }
 
-    /// Whether it contains figures.
+    /// True if it contains figures.
     #[must_use]
     pub fn has_figures(&self) -> bool {
         let mut blocks = self.blocks.iter();

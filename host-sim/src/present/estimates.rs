@@ -37,7 +37,7 @@ impl Estimated {
         }
     }
 
-    /// Whether its standard error says something.
+    /// True if it has a finite standard error.
     pub(super) fn is_sure(&self) -> bool {
         self.value.is_some() && self.std_error.is_some_and(f64::is_finite)
     }

@@ -1,4 +1,4 @@
-//! What a result means to a reader: each verb's verdict, tables, figures and notes, put together once.
+//! Results for a reader: the verdict, tables, figures and notes of each verb, put together once.
 //!
 //! Every renderer reads the same [`Page`]. A terminal prints its brief sections, without headings and figures, and
 //! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report

@@ -1,4 +1,4 @@
-//! What to do about a verdict that keeps estimates from being relied on.
+//! Remedies for a verdict that keeps estimates from being relied on.
 
 use crate::verdict::VerdictReason;
 

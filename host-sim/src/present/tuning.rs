@@ -261,7 +261,7 @@ fn remarks(tuned: &Tuned) -> Vec<String> {
     remarks
 }
 
-/// Whether a rise takes this many times as long where the integral pushes against it.
+/// True if a rise takes this many times as long where the integral pushes against it.
 fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
     tuning.promise.slowest_rise_time > times * tuning.promise.quickest_rise_time
 }

@@ -42,7 +42,7 @@ pub struct ServoFigures {
 /// The certificate of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Certificate {
-    /// Whether every servo of a box is certified.
+    /// True if every servo of a box is certified.
     pub certified: bool,
     /// The gain margin of the sampled loop over it.
     pub gain_margin: Option<f64>,
@@ -74,14 +74,14 @@ pub struct Known {
     pub needed: f64,
     /// Time at which that is reached, s, perhaps after the end of the run; null for never.
     pub from: Option<f64>,
-    /// Whether that is before the end of the run.
+    /// True if that is before the end of the run.
     pub within_run: bool,
 }
 
 /// Speed and margins of a loop. All but the first are null where it is unstable.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LoopFigures {
-    /// Whether it is stable, delay left aside.
+    /// True if it is stable, delay left aside.
     pub stable: bool,
     /// Frequency at which the closed loop has fallen by 3 dB, rad/s.
     pub bandwidth: Option<f64>,

@@ -83,7 +83,7 @@ pub struct DriveCommissioningResult {
     /// Its end.
     #[serde(flatten)]
     pub end: CommissioningEnd,
-    /// Whether the gains survive a loss of power.
+    /// True if the gains survive a loss of power.
     pub kept: bool,
 }
 

@@ -59,9 +59,9 @@ pub struct MethodErrors {
     pub error_coulomb: Option<f64>,
     /// Of the load, rad/s².
     pub error_load: Option<f64>,
-    /// When a settled, s.
+    /// Settling time of a, s.
     pub settling_a: Option<f64>,
-    /// When b settled, s.
+    /// Settling time of b, s.
     pub settling_b: Option<f64>,
     /// Arithmetic operations per sample.
     pub operations: Option<f64>,

@@ -9,7 +9,7 @@ pub struct DriftResult {
     pub samples: u64,
     /// Sample time, s.
     pub sample_time: f64,
-    /// Whether every value was finite.
+    /// True if every value was finite.
     pub all_finite: bool,
     /// Differences in single precision.
     pub f32: Vec<Difference>,

@@ -34,9 +34,9 @@ pub struct Summary {
     pub truth: Option<ServoParameters>,
     /// The output error, for laws with a model.
     pub output_error: Option<OutputError>,
-    /// When the estimates came near the truth.
+    /// Times at which the estimates came near the truth.
     pub settling_time: SettlingTime,
-    /// When each optional term entered the model, s.
+    /// Time at which each optional term entered the model, s.
     #[serde(serialize_with = "entries")]
     pub terms_entered: Vec<(Term, f64)>,
     /// Record of the run itself.
@@ -86,7 +86,7 @@ pub struct Estimate {
     /// Standard error of the [value](Self::value): chance, the encoder, and the distance that it still had to go;
     /// none where it is not known, infinite where the motion contains no information on it.
     pub std_error: Option<f64>,
-    /// Whether it stood at a bound for most of the last quarter: such a value is no result.
+    /// True if it stood at a bound for most of the last quarter: such a value is no result.
     pub at_bound: bool,
     /// Its unit.
     pub unit: &'static str,
@@ -98,7 +98,7 @@ pub struct Estimate {
     /// quarter; infinite if its steps did not get shorter.
     #[serde(skip)]
     pub to_go: f64,
-    /// Whether the law estimates it.
+    /// True if the law estimates it.
     #[serde(skip)]
     pub is_estimated: bool,
 }
@@ -141,11 +141,11 @@ pub struct SettlingTime {
 /// Logs and predictions of a replay; empty for a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ReplayNotes {
-    /// How well the declared controller reproduces the recorded command.
+    /// Agreement of the declared controller with the recorded command.
     pub agreement: Option<Agreement>,
-    /// How the logs were read.
+    /// Properties of the logs.
     pub logs: Vec<LogReading>,
-    /// How well logs were predicted.
+    /// Errors of the predictions of logs.
     pub predictions: Vec<Prediction>,
 }
 

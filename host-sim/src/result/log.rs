@@ -1,11 +1,11 @@
-//! How the logs of a replay were read, and how well they were predicted.
+//! The logs of a replay, and the errors of their predictions.
 
 use serde::Serialize;
 
 use crate::log::Log;
 use crate::predict::{ClosedLoop, Predicted};
 
-/// How a log was read.
+/// Properties of a log as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogReading {
     /// The file.
@@ -26,7 +26,7 @@ pub struct LogReading {
     pub left_out_rows: u64,
     /// Name of the separator between columns; none of an MCAP file.
     pub separator: Option<&'static str>,
-    /// Whether its numbers have decimal commas.
+    /// True if its numbers have decimal commas.
     pub decimal_commas: bool,
     /// Content of the row of units below the heading.
     pub units_row: Option<String>,
@@ -53,12 +53,12 @@ impl LogReading {
     }
 }
 
-/// How well the frozen estimates predict a log.
+/// Errors of the prediction of a log by the frozen estimates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {
     /// The file.
     pub file: String,
-    /// Whether the estimates come from this log, too.
+    /// True if the estimates come from this log, too.
     pub learnt_from: bool,
     /// Errors under the declared controller; none without one.
     pub closed_loop: Option<ClosedLoop>,

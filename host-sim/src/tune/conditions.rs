@@ -136,7 +136,7 @@ fn resolution(scenario: &Scenario) -> f64 {
     }
 }
 
-/// What a limit leaves to either side of the command that holds the load.
+/// Room that a limit leaves to either side of the command that holds the load.
 fn beyond_the_load(
     result: &IdentifiedResult,
     [low, high]: [f64; 2],

@@ -23,20 +23,20 @@ pub struct Tuned {
     pub servo: IdentifiedServo,
     /// [g_s, g_c], rad/s².
     pub gravity: [f64; 2],
-    /// What was asked for.
+    /// The goal and its conditions.
     pub settings: TuningSettings,
-    /// What was found.
+    /// The gains.
     pub tuning: Tuning,
 }
 
-/// Why there are no gains.
+/// The reason why there are no gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NoGains {
-    /// As the core tells it.
+    /// The core's refusal.
     Error(TuningError),
     /// Less would do.
     TooFast {
-        /// What keeps it from being faster.
+        /// The reason why it is not faster.
         cap: Cap,
         /// The largest bandwidth, rad/s.
         most: f64,
@@ -49,7 +49,7 @@ impl Tuned {
     /// Tunes for a result.
     ///
     /// # Errors
-    /// Why there are no gains.
+    /// The reason why there are no gains.
     pub fn of(result: &IdentifiedResult, settings: &TuningSettings) -> Result<Self, NoGains> {
         let tuning = settings.tune(&result.servo).map_err(|error| match error {
             TuningError::TooFast { most, cap, .. } => {

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::result::Summary;
 
-/// What the result of a run or a replay holds of the servo, SI.
+/// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedResult {
     /// The servo, with the standard errors of what was identified. What one unknown has to do with
@@ -13,15 +13,15 @@ pub struct IdentifiedResult {
     pub servo: IdentifiedServo,
     /// [g_s, g_c], rad/s², zero where they were not identified.
     pub gravity: [f64; 2],
-    /// Whether a delay was identified.
+    /// True if a delay was identified.
     pub has_delay: bool,
     /// Sample time, s.
     pub sample_time: f64,
-    /// Why nothing should be built on it, if something speaks against it.
+    /// The reason why nothing should be built on it, if there is one.
     pub doubt: Option<String>,
 }
 
-/// What is wrong in a result.
+/// A fault of a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultError {
     /// Where; empty for all of it.

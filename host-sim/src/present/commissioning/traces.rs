@@ -24,7 +24,7 @@ pub struct CommissionTraces {
 struct Step {
     /// The reference, rad.
     reference: Option<f64>,
-    /// When it stepped, s, and where the servo was, rad.
+    /// Time of its step, s, and position of the servo then, rad.
     begun: Option<(f64, f64)>,
     servo: Envelope,
 }

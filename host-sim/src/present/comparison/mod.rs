@@ -49,7 +49,7 @@ pub fn comparison(title: &str, command: &str, result: &ComparisonResult, duratio
     Page::new(title, command, verdict, sections)
 }
 
-/// How a method did over all cases.
+/// Performance of a method over all cases.
 #[derive(Debug)]
 struct Standing<'a> {
     name: &'a str,

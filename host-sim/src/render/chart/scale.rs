@@ -83,7 +83,7 @@ impl Scale {
         }
     }
 
-    /// Where a value lies: 0 at the beginning, 1 at the end.
+    /// Place of a value: 0 at the beginning, 1 at the end.
     pub(super) fn part(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic {
             value.log10()
