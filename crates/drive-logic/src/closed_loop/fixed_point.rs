@@ -2,7 +2,6 @@
 
 use drive_link::{Estimates, Law, LoopSettings, NotAllowed, Why};
 use fixed::types::I16F16;
-use identifier_core::control::Setpoint;
 use identifier_core::control::{ControlSample, Setpoint};
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::fixed_point::{
