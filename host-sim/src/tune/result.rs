@@ -29,6 +29,9 @@ pub struct ResultError {
     fault: String,
 }
 
+/// An estimate of a result with its standard error, if the result has it.
+type Stated = Result<Option<[f64; 2]>, ResultError>;
+
 impl fmt::Display for ResultError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.key.is_empty() {
@@ -97,7 +100,7 @@ impl IdentifiedResult {
         reason: &str,
         sample_time: f64,
         residual: Option<f64>,
-        estimate: &dyn Fn(&str) -> Result<Option<[f64; 2]>, ResultError>,
+        estimate: &dyn Fn(&str) -> Stated,
     ) -> Result<Self, ResultError> {
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
