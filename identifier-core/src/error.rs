@@ -10,7 +10,7 @@ pub struct OutOfRange {
     pub parameter: &'static str,
     /// The value given, in the parameter's SI unit.
     pub value: f64,
-    /// What would have been accepted.
+    /// The values that are accepted.
     pub allowed: Allowed,
 }
 
@@ -42,7 +42,7 @@ impl Allowed {
     /// Relative deviation from a whole multiple that rounding explains.
     const ROUNDING: f64 = 1e-6;
 
-    /// Whether the range holds the value.
+    /// True if the range contains the value.
     #[must_use]
     pub fn holds(self, value: f64) -> bool {
         value.is_finite()

@@ -41,7 +41,7 @@ impl Interval {
         }
     }
 
-    /// Whether the interval holds a value.
+    /// True if the interval contains a value.
     #[must_use]
     pub fn holds(&self, value: f64) -> bool {
         value >= self.min && value <= self.max

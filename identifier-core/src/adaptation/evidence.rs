@@ -4,7 +4,7 @@ use crate::parameters::Terms;
 
 /// Which terms of a model have entered, and where the evidence for the others is gathered.
 ///
-/// A term is told apart from the parameters only by motion in both directions, and one term from
+/// A term is distinguished from the parameters only by motion in both directions, and one term from
 /// another only when it is estimated; so they enter one after the other.
 pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// No evidence yet.
@@ -22,7 +22,7 @@ pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// The next block does not follow the last.
     fn interrupt(&mut self) {}
 
-    /// Whether the estimates may still move because of the term that entered last.
+    /// True while the estimates may still move because of the term that entered last.
     fn is_settling(&self) -> bool;
 
     /// Takes in a block in which the model moved in `direction` (its sign): the mean error and its
@@ -39,8 +39,7 @@ pub trait Evidence<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// Independent blocks that were gathered.
     fn independent(&self) -> f64;
 
-    /// How the errors of the gathered blocks go on from one to the next: their correlation, from 0 to
-    /// 0.98.
+    /// The correlation of the errors of successive blocks, from 0 to 0.98.
     fn correlation(&self) -> f64 {
         0.0
     }
@@ -150,7 +149,7 @@ impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
 /// For models whose terms enter when there is evidence for them: how well each would explain the
 /// errors, what the unknowns that have entered explain set aside (a score test on the blocks).
 ///
-/// Errors that go on from block to block, as those of a load that wanders do, resemble any slow
+/// Errors that are correlated from block to block, as those of a drifting load, resemble any slow
 /// sensitivity; so errors and sensitivities are whitened alike, to first order, before they are
 /// compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,11 +157,11 @@ pub struct Gathered<N, const P: usize> {
     moved: OnDemand,
     equations: NormalEquations<N, P>,
     blocks: u32,
-    /// Whether there is a last block.
+    /// False before the first block and after a gap.
     follows: bool,
     error: N,
     sensitivity: [N; P],
-    /// How errors go on from block to block as they are, and as they are when whitened.
+    /// The correlation of successive errors, raw and whitened.
     raw: LagOne<N>,
     white: LagOne<N>,
 }
@@ -176,7 +175,7 @@ struct LagOne<N> {
 }
 
 impl<N: Number> LagOne<N> {
-    /// The largest that is told: a correlation of one would leave nothing.
+    /// The largest correlation returned: one of 1 would leave nothing.
     const MOST: f64 = 0.98;
 
     const NONE: Self = Self {

@@ -29,7 +29,7 @@ pub(crate) struct GradientWith<N, const P: usize, G> {
 /// The law with any Γ.
 pub(crate) type Gradient<N, const P: usize> = GradientWith<N, P, FullGain<N, P>>;
 
-/// What the law remembers: the estimates, machine units.
+/// State of the law: the estimates, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GradientState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
@@ -42,14 +42,14 @@ pub(crate) struct GradientStep<N, const P: usize> {
     direction: [N; P],
     /// ψᵀΓψ = φᵀΓφ.
     strength: N,
-    /// What the guard allows it to be.
+    /// The largest `strength` that the guard allows.
     strongest: N,
     /// y = μ ε + ε̇.
     output: N,
 }
 
 impl<N: Number, const P: usize> GradientStep<N, P> {
-    /// Whether the guard leaves the whole step; false for NaN.
+    /// True if the guard leaves the whole step; false for NaN.
     #[inline]
     #[must_use]
     pub(crate) fn is_gentle(&self) -> bool {
@@ -67,7 +67,7 @@ pub(crate) struct GradientConfig<const P: usize> {
     pub mu: f64,
     /// Smallest α T that the servo is known to have, (a_min + b_min k_d) T; zero if nothing is known.
     pub slowest_decay: f64,
-    /// What takes its place then: α T per machine unit of b̂.
+    /// Used where `slowest_decay` is zero: α T per machine unit of b̂.
     pub decay_per_gain: f64,
     /// Box of the estimates.
     pub bounds: [Interval; P],

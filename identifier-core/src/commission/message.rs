@@ -12,7 +12,7 @@ use crate::watch::KnownServo;
 pub struct RecordEvent<N>(pub(super) EventKind<N>);
 
 impl<N> RecordEvent<N> {
-    /// The blocks of the record with this event, after so many.
+    /// The number of blocks of the record with this event, from that before it.
     #[inline]
     #[must_use]
     pub fn recorded(&self, blocks: u16) -> u16 {
@@ -57,7 +57,7 @@ pub(super) enum DecisionKind<N: Number> {
     /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
     /// was suspected before is explained. Another answer follows.
     Suspects(Option<Reason>),
-    /// It cannot go on.
+    /// The commissioning cannot continue, for this reason.
     Failed(Reason),
 }
 

@@ -1,18 +1,17 @@
-//! Commissioning: a drive that comes to know its servo in a moment, tunes itself to a promise, proves the
-//! promise on the machine, and goes back to what worked when anything is wrong.
+//! Commissioning: a drive identifies its axis, tunes its PID to a specification, validates it on the axis, and
+//! restores the old gains when anything is wrong.
 //!
 //! ```text
-//! idle ─► released check ─► wiggle ─► fit ─► refine ─► verify ─► tune ─► trial ─► applied
-//!                │             │       │        │         │        │       │
-//!                └─────────────┴───────┴────────┴─────────┴────────┴───────┴─► aborted, rolled back
+//! idle ─► released check ─► probing ─► fit ─► refine ─► verify ─► tune ─► trial ─► applied
+//!                │             │        │        │         │        │       │
+//!                └─────────────┴────────┴────────┴─────────┴────────┴───────┴─► aborted, rolled back
 //! ```
 //!
 //! It has two halves, and data goes one way round. [`CommissionIsr`], in the sample interrupt, takes a count and
-//! gives a command; it moves the servo, watches over it and never
-//! waits. [`CommissionSolver`], in the background, fits, verifies and tunes in slices. What one tells the other is a
-//! [`RecordEvent`] or an [`Decision`]: plain values that a caller carries across, through a queue on the chip and by
-//! hand in a simulator. A commissioning whose study gets the same slices in the same samples is the same to
-//! the bit wherever it runs.
+//! gives a command; it moves the servo, monitors it and never waits. [`CommissionSolver`], in the background, fits,
+//! verifies and tunes in slices. They exchange [`RecordEvent`]s and [`Decision`]s: plain values that a caller carries
+//! across, through a queue on the chip and by hand in a simulator. A commissioning whose solver gets the same slices
+//! in the same samples is the same to the bit wherever it runs.
 //!
 //! Both halves in step, here with a motor without friction that an encoder with 10 000 counts watches:
 //!

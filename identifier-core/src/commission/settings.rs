@@ -30,8 +30,8 @@ pub struct CommissionSettings {
     pub resolution: f64,
     /// Limits of the axis.
     pub limits: Limits,
-    /// From the reading of the encoder to the change of the output, s, as far as it is known; what is
-    /// not known is identified.
+    /// The known part of the delay from the reading of the encoder to the change of the output, s; the
+    /// rest is identified.
     pub command_delay: f64,
     /// The largest b that the servo may have, rad/s² per command unit, if that is known: the motion
     /// before anything is known is then planned for it.

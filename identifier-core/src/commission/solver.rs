@@ -20,7 +20,7 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     refined: u32,
     /// The step that gains are looked for with, rad.
     step: f64,
-    /// The effect that the model lacks, as far as the motions show it.
+    /// The effect that the model lacks by the evidence of the motions.
     suspect: Option<Diagnosis>,
     work: Work<N>,
 }
@@ -29,7 +29,7 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "there is no heap here, and nobody has many studies"
+    reason = "there is no heap here, and a program holds one solver"
 )]
 enum Work<N: Number> {
     Nothing,
@@ -82,7 +82,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Minimum counts of a step that resolve an overshoot and a rise.
     const SEEN: f64 = 40.0;
 
-    /// How much larger the next step is where friction holds the servo through one.
+    /// The factor on the next step where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
     /// Unexplained position where the model lacks something, counts.
@@ -98,7 +98,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// side of it to the other, the loop overshoots by about this part of the step.
     const MOST_DEAD_BAND: f64 = 0.02;
 
-    /// How often the second motion is done before there is too little evidence.
+    /// Second motions after which there is too little evidence.
     const MOST_REFINED: u32 = 5;
 
     /// The standard error up to which b is known, a part of itself.
@@ -404,8 +404,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 fn is_refuted(prediction: &Prediction) -> bool {
     /// The part of the motion's range that a model may lack: what it is tuned for bears more.
     const SHARE: f64 = 0.005;
-    /// How many times the standard deviations of rounding and of what is not known the errors may be,
-    /// and the largest of them.
+    /// Largest root mean square of the errors, and largest error, in standard deviations of rounding and
+    /// of the parameters.
     const ERRORS: f64 = 3.0;
     const WORST: f64 = 6.0;
     let band = |times: f64, uncertain: f64| {

@@ -138,7 +138,7 @@ impl<N: Number> CommissionState<N> {
         self.reason
     }
 
-    /// The servo, as far as it is known.
+    /// The servo as identified so far.
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
         self.identified.as_ref().map(|known| &known.servo)
@@ -162,7 +162,7 @@ impl<N: Number> CommissionState<N> {
         self.tuning_error.as_ref()
     }
 
-    /// The measurements of the trial, as far as it went.
+    /// The measurements of the trial up to where it ended.
     #[must_use]
     pub fn trial(&self) -> Option<&TrialResult> {
         self.trial.as_ref()

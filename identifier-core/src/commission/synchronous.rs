@@ -90,7 +90,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         }
     }
 
-    /// How far it has come; none before the first sample.
+    /// Its progress; none before the first sample.
     #[must_use]
     pub fn state(&self) -> Option<&CommissionState<N>> {
         self.state.as_ref()

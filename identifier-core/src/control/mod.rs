@@ -40,8 +40,8 @@ pub struct Controller<N, V> {
     pub(crate) pid: Pid<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
-    /// What an increment weighs against an error in the check of what enters: an increment of
-    /// [`Number::REACH`] over this is the largest that is taken.
+    /// Weight of an increment against an error in the check of the inputs: an increment of
+    /// [`Number::REACH`] over this is the largest accepted.
     pub(crate) jump: N,
 }
 
@@ -69,7 +69,7 @@ impl<N: Number, V> Controller<N, V> {
     }
 }
 
-/// What the controller remembers between samples.
+/// State of the controller between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlState<N: Number, S> {
     integral: N::Sum,
@@ -117,8 +117,7 @@ pub struct ControlSample<N> {
 }
 
 impl<N: Number> Controller<N, LowPass<N>> {
-    /// The state with which it goes on, without a bump of the command, where another controller has held
-    /// the servo: `last` is that one's last sample.
+    /// The state for a bumpless transfer from another controller, whose last sample is `last`.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>> {
         let integral = self

@@ -18,7 +18,7 @@ pub(crate) struct Pid<N> {
     high: N,
 }
 
-/// A command, and whether the integral may go on.
+/// A command and the state of the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Command<N> {
     /// The limited command.
@@ -27,7 +27,7 @@ pub(crate) struct Command<N> {
     /// must then not be added to the integral (conditional integration; Åström and Hägglund, PID
     /// Controllers: Theory, Design and Tuning, 2nd ed., 1994, section 3.5).
     pub integrates: bool,
-    /// Whether the limit changed the command.
+    /// True if the limit changed the command.
     pub limited: bool,
 }
 
@@ -91,8 +91,8 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// The integral ∑e with which a controller that takes over goes on from a command without a bump:
-    /// (u − k_p e + k_d v)/k_i; zero without integral action. For the sample in which it takes over.
+    /// The integral ∑e for a bumpless transfer from a command: (u − k_p e + k_d v)/k_i; zero without
+    /// integral action. For the sample in which the controller takes over.
     pub(crate) fn integral_for(&self, command: N, error: N, velocity: N) -> N {
         self.per_integral * (command - self.linear(error, velocity))
     }

@@ -5,7 +5,7 @@ use crate::identifier::{Identify, ServoLoop, ServoLoopState};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
 
-/// Why a step was not taken. The servo was let go.
+/// Why a step was not taken. The servo was disabled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -5,7 +5,7 @@ mod control_step;
 
 pub use control_step::ControlStepError;
 
-/// What counts the position. embedded-hal has no trait for it: quadrature counters differ too much.
+/// A position counter. embedded-hal has no trait for it: quadrature counters differ too much.
 pub trait PositionSensor {
     /// Why a reading failed.
     type Error: core::fmt::Debug;
@@ -17,7 +17,7 @@ pub trait PositionSensor {
     fn count(&mut self) -> Result<i32, Self::Error>;
 }
 
-/// What the command moves.
+/// The output stage that the command drives.
 pub trait Actuator<N> {
     /// Why a command could not be given.
     type Error: core::fmt::Debug;
@@ -28,7 +28,7 @@ pub trait Actuator<N> {
     /// The actuator's own error.
     fn hold(&mut self, command: N) -> Result<(), Self::Error>;
 
-    /// Lets the servo go: no force.
+    /// Disables the output stage: no force, the servo coasts.
     ///
     /// # Errors
     /// The actuator's own error.

@@ -111,7 +111,7 @@ where
         self.fit = Some(fitter.begin(self.record.len(), prior, *self.record.before()));
     }
 
-    /// Goes on with the fit under way by at most `budget` blocks.
+    /// Continues the fit under way by at most `budget` blocks.
     pub(crate) fn go_on<S>(
         &mut self,
         fitter: &Fitter<N, S, P, Q>,

@@ -1,7 +1,7 @@
 //! Words, accumulators, sums and the products between them.
 //!
-//! What a Cortex-M4 does in one instruction decides the forms: a product of two words of 32 bits with
-//! the high half kept and rounded, and the same product added to 64 bits.
+//! Each form is one instruction of a Cortex-M4: a product of two words of 32 bits with the high half
+//! kept and rounded, and the same product added to 64 bits.
 
 use fixed::types::{I2F30, I4F60};
 
@@ -69,7 +69,7 @@ pub(super) fn limit_to_half(word: Word) -> Word {
     between(word, -HALF, HALF - Word::DELTA)
 }
 
-/// Whether the word is within −1 and [`FULL`]: whether its guard bit is free.
+/// True if the word is within −1 and [`FULL`], so that its guard bit is free.
 #[inline]
 pub(super) fn is_within(word: Word) -> bool {
     word.to_bits().wrapping_add(1 << WORD_BITS) >= 0
@@ -157,8 +157,8 @@ impl Fraction {
     }
 }
 
-/// A power of two that raises a word by as many places: one `MUL`, where a shift would have to be told
-/// that it is below 32.
+/// A power of two that shifts a word up: one `MUL`, where a shift would need a check that it is below
+/// 32.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Raise(i32);
 
@@ -206,7 +206,7 @@ impl Sum {
         libm::ldexpf(1.0, SUM_BITS - exponent)
     }
 
-    /// A sum of so many last bits, within its full scale.
+    /// A sum from a number of last bits, within its full scale.
     pub(super) fn of_bits(bits: f32) -> Self {
         const MOST: i64 = (1 << SUM_BITS) - 1;
         // A cast saturates, and makes zero of what is no number.
@@ -257,12 +257,12 @@ impl Sum {
     }
 }
 
-/// How many last bits of a [`Sum`] one last bit of a word of a finer scale is.
+/// Last bits of a [`Sum`] per last bit of a word of a finer scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Weight(i32);
 
 impl Weight {
-    /// How far apart the exponents may be.
+    /// Least and largest difference of the exponents.
     pub(super) const APART: (i32, i32) = (2, 32);
 
     /// From words of full scale 2^from to sums of full scale 2^to.
@@ -295,7 +295,7 @@ impl Coefficient {
         self.0.times(x)
     }
 
-    /// Whether a full-scale input still moves so many of the output's last bits.
+    /// True if a full-scale input moves the output by at least 2^`bits` last bits.
     pub(super) fn is_felt(self, bits: i32) -> bool {
         self.0.0.abs() >> (bits + 32 - WORD_BITS) > 0
     }

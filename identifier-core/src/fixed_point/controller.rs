@@ -26,7 +26,7 @@ pub struct FixedController<V> {
     integral_bits: f32,
 }
 
-/// What the controller remembers between samples.
+/// State of the controller between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedControlState<F> {
     integral: Sum,
@@ -60,8 +60,8 @@ impl Setpoint<I16F16> {
 
 impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     /// # Errors
-    /// What refuses [`Controller`](crate::control::Controller); and the range, bound or sample time
-    /// that does not fit words, with what would.
+    /// As for [`Controller`](crate::control::Controller); and a range, bound or sample time that does
+    /// not fit the fixed-point format, with the value that would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
@@ -89,9 +89,8 @@ impl<V: VelocityEstimate<Word>> FixedController<V> {
         }
     }
 
-    /// The state with which it goes on where another controller has held the servo: `last` is that one's
-    /// last sample, in counts, and its command goes on without a bump. The velocity estimate begins at
-    /// zero.
+    /// The state for a bumpless transfer from another controller, whose last sample is `last`, in
+    /// counts. The velocity estimate begins at zero.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<f32>) -> FixedControlState<V::State> {
         let integral = self.on_numbers.integral_for(last.command, last.error, 0.0);

@@ -22,18 +22,18 @@ pub(super) struct FixedGradient<const P: usize> {
     small: Word,
 }
 
-/// What concerns one parameter.
+/// Gain and bounds of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Entry {
     /// Γᵢᵢ.
     gamma: Coefficient,
-    /// How far y is raised to act on the estimate.
+    /// The shift of y before it acts on the estimate.
     up: Raise,
     /// Γᵢᵢ again, to a quarter of the common full scale of φᵀΓφ once more times φᵢ.
     strength: Coefficient,
     low: Sum,
     high: Sum,
-    /// What the halves of the two have between them, in last bits.
+    /// The distance of the high halves of the two bounds, in last bits.
     between: u32,
 }
 
@@ -45,7 +45,7 @@ impl Entry {
             .word()
             .to_bits()
             .wrapping_sub(self.low.word().to_bits());
-        // What the halves cannot tell apart is limited exactly.
+        // Values that the high halves do not distinguish are limited exactly.
         if above.wrapping_sub(1).cast_unsigned() >= self.between {
             *estimate = between(*estimate, self.low, self.high);
         }

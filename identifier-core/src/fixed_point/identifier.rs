@@ -41,7 +41,7 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
     set: PhantomData<S>,
 }
 
-/// What the identifier remembers between samples.
+/// State of the identifier between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedGradientState<F, const P: usize> {
     model: FixedModelState<F>,
@@ -96,10 +96,10 @@ where
     S: ParameterSet<P>,
 {
     /// # Errors
-    /// What refuses the floating-point identifier, see [`SettingsError`]; a bound that is not given
-    /// and that a full scale follows from, `bounds.b` (unless there is a box), `bounds.coulomb` or
-    /// `bounds.load`; a Γ that is not diagonal; and the range, bound, gain or sample time that does
-    /// not fit words, with what would.
+    /// As for the floating-point identifier, see [`SettingsError`]; a missing bound from which a full
+    /// scale follows, `bounds.b` (unless there is a box), `bounds.coulomb` or `bounds.load`; a Γ that is
+    /// not diagonal; and a range, bound, gain or sample time that does not fit the fixed-point format,
+    /// with the value that would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = V::with_cutoff(&settings.units()?, settings.cutoff)?;
         let filled = bounded::<S, P>(settings, &settings.units()?)?;
@@ -188,8 +188,8 @@ where
         value(seen.output_error, self.scales.position)
     }
 
-    /// Whether the estimates say that a command moves the servo, load and friction notwithstanding:
-    /// as the identifier on numbers decides it.
+    /// True if a command overcomes load and friction by the estimates; decided as in the floating-point
+    /// identifier.
     #[cold]
     fn should_move(&self, state: &FixedGradientState<V::State, P>, command: Word) -> bool {
         let parameters = FixedParameters::from_values::<S, P>(&state.estimates);

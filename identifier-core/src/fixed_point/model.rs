@@ -20,7 +20,7 @@ pub(super) struct FixedModelLoop<V> {
     weight: Weight,
 }
 
-/// What the model loop remembers.
+/// State of the model loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedModelState<F> {
     /// ε, of the position's full scale.
@@ -33,7 +33,7 @@ pub(super) struct FixedModelState<F> {
     regressor: RegressorFilter<F>,
 }
 
-/// What acted on the model over the sample just passed.
+/// The inputs of the model over the sample just passed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Acted {
     command: Word,
@@ -50,7 +50,7 @@ struct RegressorFilter<F> {
     moving: F,
 }
 
-/// What a sample shows.
+/// The observation of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedObserved<const P: usize> {
     /// ε, of the position's full scale.
@@ -206,7 +206,7 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
         self.restart_if_lost(state)
     }
 
-    /// Whether friction holds the model.
+    /// True if friction holds the model.
     #[inline]
     pub(super) fn is_stuck(&self, state: &FixedModelState<V::State>) -> bool {
         state.acted.moving == Word::ZERO

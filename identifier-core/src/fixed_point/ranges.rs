@@ -48,8 +48,8 @@ impl RangeSettings {
 /// By how much an estimate b̂ may exceed the box where no bound is given.
 const BEYOND_THE_BOX: f64 = 4.0;
 
-/// What an estimate is bounded by in fixed point: the bounds given, a value that is known, or, for b,
-/// what follows from the box.
+/// Bounds of an estimate in fixed point: those given, a known value, or for b a bound that follows
+/// from the box.
 pub(super) fn bounds(
     settings: &Settings,
     parameter: Parameter,
@@ -226,7 +226,7 @@ impl Scales {
         Ok(word(most, self.velocity))
     }
 
-    /// What an integral asks of the command per error summed up, machine units.
+    /// The integral part of the command per unit of the summed error, machine units.
     pub(super) fn per_error(units: &Units, gains: &Gains) -> f64 {
         gains.ki() * units.rate() / units.position()
     }

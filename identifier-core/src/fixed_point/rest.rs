@@ -15,7 +15,7 @@ pub(super) struct FixedRest {
     hidden: Word,
 }
 
-/// What it remembers.
+/// State of the standstill detection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FixedRestState {
     /// Distance of the servo from the place at which it may be at standstill: at most a slip and an

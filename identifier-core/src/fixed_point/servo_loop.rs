@@ -21,7 +21,7 @@ pub struct FixedServoLoop<V, S, const P: usize> {
     identifier: FixedGradientIdentifier<V, S, P>,
 }
 
-/// What the loop remembers between samples.
+/// State of the loop between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedServoLoopState<F, const P: usize> {
     count: i32,
@@ -55,7 +55,7 @@ impl<F, const P: usize> FixedServoLoopState<F, P> {
         self.count = count;
     }
 
-    /// What the identifier remembers.
+    /// State of the identifier.
     #[must_use]
     pub fn identification(&self) -> &FixedGradientState<F, P> {
         &self.identification
@@ -94,7 +94,7 @@ where
         }
     }
 
-    /// Goes on where another controller has held the servo until a count, as
+    /// Bumpless transfer from another controller that has held the servo until a count, as
     /// [`FixedController::take_over`] does. For a state that has run no sample yet, where there is no
     /// time to build a new one.
     pub fn take_over(
@@ -135,7 +135,7 @@ where
     ///
     /// # Errors
     /// [`StepError::CountJumped`] if the servo moved faster than `max_speed`; the state is untouched,
-    /// and the servo should be let go.
+    /// and the servo should be disabled.
     #[inline]
     pub fn control(
         &self,

@@ -27,7 +27,7 @@ impl FixedMotion {
         velocity: Accumulator::ZERO,
     };
 
-    /// Whether it is within the full scale.
+    /// True if it is within the full scale.
     #[inline]
     pub(super) fn is_within(&self) -> bool {
         // The velocity's high half, in quarters of a word.
@@ -37,7 +37,7 @@ impl FixedMotion {
     }
 }
 
-/// What friction did during a sample: the mean of sign(q̇) and the part in which the model moved.
+/// Friction during a sample: the mean of sign(q̇) and the part in which the model moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedPhase {
     pub(super) direction: Word,
@@ -51,7 +51,7 @@ impl FixedPhase {
     };
 }
 
-/// How an acceleration acts over a time: the double of the way, and the velocity, per acceleration.
+/// The response to an acceleration over a time: twice the displacement, and the velocity, per acceleration.
 #[derive(Debug, Clone, Copy)]
 struct Response {
     double_way: Word,

@@ -5,13 +5,13 @@ use crate::model::{Amplifier, AmplifierState};
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
-/// An identifier behind what is declared of the amplifier: the commands that it gets are those that act
+/// An identifier behind the declared amplifier: the commands that it gets are those that act
 /// on the servo behind dead band, delay and current loop, a ring of L commands long (a power of two; the
 /// delay may be L − 2 samples).
 ///
-/// What is declared and not estimated acts here, for every law. A declared delay or dead band that is
-/// also a term to be estimated is where the estimate begins, in the identifier: nothing counts twice,
-/// and a report gives the whole of it.
+/// Declared effects that are not estimated act here, for every law. A declared delay or dead band that is
+/// also a term to be estimated is the initial value of the estimate, in the identifier: nothing counts
+/// twice, and a report gives the whole of it.
 ///
 /// ```
 /// use identifier_core::Settings;
@@ -30,7 +30,7 @@ pub struct BehindAmplifier<N, I, const L: usize> {
     pub(crate) identifier: I,
 }
 
-/// What amplifier and identifier remember.
+/// State of amplifier and identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BehindAmplifierState<N, T, const L: usize> {
     amplifier: AmplifierState<N, L>,
@@ -38,7 +38,7 @@ pub struct BehindAmplifierState<N, T, const L: usize> {
 }
 
 impl<N, T, const L: usize> BehindAmplifierState<N, T, L> {
-    /// What the identifier remembers.
+    /// State of the identifier.
     #[must_use]
     pub fn identification(&self) -> &T {
         &self.identification

@@ -12,9 +12,9 @@ pub struct Combined<R, F> {
     pub(crate) fitter: F,
 }
 
-/// What both halves remember.
+/// State of both halves.
 ///
-/// What every sample needs comes first: a Cortex-M4F loads a float from within a kilobyte of a base
+/// The fields that every sample needs come first: a Cortex-M4F loads a float from within a kilobyte of a base
 /// in one instruction, and from beyond it in two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -142,7 +142,7 @@ where
         self.fitter.begin_anew(&mut state.fitter);
     }
 
-    /// Goes on with a fit by at most `budget` blocks. On a PC call it after every sample, on a chip in
+    /// Continues a fit by at most `budget` blocks. On a PC call it after every sample, on a chip in
     /// the background.
     fn work(&self, state: &mut Self::State, budget: u32) {
         if let Some(fitted) = self.fitter.work(&mut state.fitter, budget) {

@@ -44,7 +44,7 @@ pub type DiagonalGradientIdentifier<N, V, S, const P: usize> =
 
 type CorrectionState<N> = <CommandCorrection<N> as Correction<N>>::State;
 
-/// What the identifier remembers between samples.
+/// State of the identifier between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GradientIdentifierState<N: Number, F, const P: usize> {
     model: ModelState<N, F, CorrectionState<N>>,
@@ -118,7 +118,7 @@ where
         }
     }
 
-    /// Whether the estimates say that a command moves the servo, load and friction notwithstanding.
+    /// True if a command overcomes load and friction by the estimates.
     fn should_move(&self, state: &GradientIdentifierState<N, V::State, P>, command: N) -> bool {
         let ModelParameters {
             gain,
@@ -178,7 +178,7 @@ where
             regressor,
         } = observed;
         // At standstill nothing can be learnt: it must not be mistaken for a small b when the
-        // amplifier is off, and a slip within the friction's band tells nothing.
+        // amplifier is off, and a slip within the friction's band shows nothing.
         let stands = if S::HAS_COULOMB {
             self.standstill.stands(&mut state.rest, increment)
         } else {

@@ -92,7 +92,7 @@ pub trait FitBlocks<N: Copy> {
     /// Forgets the record, and the fit under way.
     fn begin_anew(&self, state: &mut Self::State);
 
-    /// Goes on with the fit under way by at most `budget` blocks, or begins one if it is time. Returns
+    /// Continues the fit under way by at most `budget` blocks, or begins one if it is time. Returns
     /// a fit result when there is one to be taken over.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted>;
 }

@@ -3,12 +3,12 @@ use crate::error::StepError;
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
-/// An identifier: it only listens. It gets two numbers a sample, the increment of the encoder since
+/// An identifier: it only listens. It gets two numbers per sample, the increment of the encoder since
 /// the last sample and the command that acts from now until the next.
 ///
 /// N is the number that it computes in: [`Number`](crate::number::Number), or a fixed-point word.
 pub trait Identify<N: Copy> {
-    /// What it remembers between samples.
+    /// The state between samples.
     type State: Clone + core::fmt::Debug;
 
     /// The estimates as it computes with them: a few words, which an interrupt copies and the
@@ -52,7 +52,7 @@ pub trait Identify<N: Copy> {
         Ok(self.update(state, increment, command))
     }
 
-    /// Whether increment and command are finite and in range.
+    /// Checks that increment and command are finite and in range.
     ///
     /// # Errors
     /// [`StepError::CountJumped`], [`StepError::CommandNotFinite`].
@@ -132,17 +132,17 @@ pub trait Identify<N: Copy> {
     fn resume_moving(&self, state: &mut Self::State, increment: N);
 }
 
-/// What the identifier observed in a sample.
+/// The observation of the identifier in a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Update<N> {
     /// Output error ε = q − q_e before the update, position units.
     pub output_error: N,
-    /// What happened besides learning.
+    /// The event besides learning.
     pub event: Event,
 }
 
-/// What happened in a sample besides learning.
+/// The events of a sample besides learning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -14,7 +14,7 @@ pub struct ServoLoop<N, V, I> {
     pub(crate) identifier: I,
 }
 
-/// What the loop remembers between samples.
+/// State of the loop between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoLoopState<N: Number, F, T> {
     count: i32,
@@ -27,7 +27,7 @@ pub struct ServoLoopState<N: Number, F, T> {
 pub struct LoopStep<N> {
     /// The controller's part.
     pub control: ControlSample<N>,
-    /// What the identifier saw.
+    /// The identifier's observation.
     pub seen: Update<N>,
 }
 
@@ -56,7 +56,7 @@ impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
         self.count = count;
     }
 
-    /// What the identifier remembers.
+    /// State of the identifier.
     #[must_use]
     pub fn identification(&self) -> &T {
         &self.identification
@@ -97,7 +97,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     /// The command to give to the servo is `control.command` of the answer.
     ///
     /// # Errors
-    /// [`StepError`]; the state is untouched, and the servo should be let go.
+    /// [`StepError`]; the state is untouched, and the servo should be disabled.
     #[inline]
     pub fn process(
         &self,
@@ -114,7 +114,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     /// The first half: measure and control.
     ///
     /// # Errors
-    /// [`StepError`]; the state is untouched, and the servo should be let go.
+    /// [`StepError`]; the state is untouched, and the servo should be disabled.
     #[inline]
     pub fn control(
         &self,
@@ -167,8 +167,8 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
 }
 
 impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
-    /// Goes on, without a bump of the command, where another controller has held the servo until a
-    /// count: `last` is that one's last sample. For a state that has run no sample yet, where there is no
+    /// Bumpless transfer from another controller that has held the servo until a count; `last` is its
+    /// last sample. For a state that has run no sample yet, where there is no
     /// time to build a new one.
     pub fn take_over(
         &self,

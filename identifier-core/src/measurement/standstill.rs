@@ -40,10 +40,10 @@ impl<N: Number> Rest<N> {
 }
 
 impl<N: Number> Standstill<N> {
-    /// How far a servo at standstill may slip, counts (position units).
+    /// Largest slip of a servo at standstill, counts (position units).
     pub(crate) const SLIP: f64 = 4.0;
 
-    /// How long it must have stayed within the slip, s.
+    /// Time within the slip that makes a standstill, s.
     pub(crate) const PATIENCE: f64 = 0.1;
 
     /// The part of that time after which a model that friction holds is set to the servo's position,
@@ -72,15 +72,15 @@ impl<N: Number> Standstill<N> {
         }
     }
 
-    /// Whether the servo has stayed within a slip for a [`Standstill::PAUSE`].
+    /// True if the servo has stayed within a slip for a [`Standstill::PAUSE`].
     #[inline]
     #[must_use]
     pub(crate) fn pauses(&self, rest: &Rest<N>) -> bool {
         rest.still >= self.pause
     }
 
-    /// Whether a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command
-    /// should move it; `should_move` is whether it should in this sample.
+    /// True if a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command
+    /// should move it; `should_move` says that it should in this sample.
     pub(crate) fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
         if !should_move {
             rest.pushed = N::ZERO;

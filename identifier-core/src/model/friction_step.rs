@@ -228,7 +228,7 @@ mod tests {
         ) {
             let (motion, _) = FrictionStep::<f64>::new().process(x, drive, 0.0, velocity);
             let plain = ZeroOrderHoldStep::<f64>::new().process(x, drive, velocity);
-            // What the series of the crossing leaves out, (x r)⁴/5.
+            // The remainder of the crossing's series, (x r)⁴/5.
             let left_out = x * x * x * x + 1e-9;
             prop_assert!((motion.increment - plain.increment).abs() < left_out);
             prop_assert!((motion.velocity - plain.velocity).abs() < left_out);

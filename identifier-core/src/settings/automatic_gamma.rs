@@ -120,7 +120,7 @@ impl Settings {
 ///   guard then sets the pace in the transients, where the information is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct AutomaticGain {
-    /// What is known of the loop, SI.
+    /// Sample time and resolution of the loop, SI.
     units: Units,
     /// The box of servos.
     plant_box: PlantBox,

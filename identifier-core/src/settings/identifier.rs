@@ -91,7 +91,7 @@ impl TermSettings {
         revolution: core::f64::consts::TAU,
     };
 
-    /// Whether an effect of the amplifier is declared.
+    /// True if an effect of the amplifier is declared.
     #[must_use]
     pub fn declares_amplifier(&self) -> bool {
         self.of_amplifier().next().is_some()
@@ -108,7 +108,7 @@ impl TermSettings {
         .filter_map(|(setting, value)| (value != 0.0).then_some(setting))
     }
 
-    /// Whether a term may be estimated.
+    /// True if a term may be estimated.
     #[must_use]
     pub fn may_enter(&self, term: Term) -> bool {
         self.demanded.or(self.allowed).has(term)

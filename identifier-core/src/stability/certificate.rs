@@ -59,7 +59,7 @@ pub enum CertificateError {
         mu: f64,
         /// The μ that asks the least of k_p, 1/s.
         best_mu: f64,
-        /// What it asks.
+        /// k_p must be above this at that μ.
         kp_above_at_best_mu: f64,
     },
 }

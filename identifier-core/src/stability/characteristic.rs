@@ -14,12 +14,12 @@ use crate::control::Gains;
 use crate::measurement::velocity::Transfer;
 use crate::units::Units;
 
-/// What of the polynomial does not depend on the servo.
+/// The part of the polynomial that does not depend on the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Controller {
-    /// What the servo's pole multiplies: z δ (z − p), with integral action times δ.
+    /// The factor of the servo's pole: z δ (z − p), with integral action times δ.
     poles: Part,
-    /// What the servo's zero multiplies: T² times the controller's numerator, and the 1 − w that makes
+    /// The factor of the servo's zero: T² times the controller's numerator, and the 1 − w that makes
     /// up for the servo's missing zero.
     zeros: Part,
     degree: usize,

@@ -28,7 +28,7 @@ pub(super) struct Polynomial {
 }
 
 impl Polynomial {
-    /// Whether all its roots lie in the left half plane.
+    /// True if all its roots lie in the left half plane.
     pub(super) fn is_hurwitz(&self) -> bool {
         let [p0, p1, p2, p3, p4, p5] = self.coefficients;
         let second = p4 * p3 - p5 * p2;
@@ -38,8 +38,8 @@ impl Polynomial {
             && second * (p2 * p1 - p3 * p0) > cross * cross
     }
 
-    /// Whether every mixture of this, which is Hurwitz, and of another of the same degree is proved to
-    /// be Hurwitz, the other included. False says nothing.
+    /// True if every convex combination of this polynomial, which is Hurwitz, with another of the same
+    /// degree is proved to be Hurwitz, the other included. False proves nothing.
     pub(super) fn stays_hurwitz_up_to(&self, other: &Self) -> bool {
         if !other.has_positive_coefficients() {
             return false;

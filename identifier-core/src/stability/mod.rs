@@ -1,4 +1,4 @@
-//! What can be certified before the first sample.
+//! Certificates of stability before the first sample.
 //!
 //! [`Certificate`] proves the continuous-time loop stable for a whole box of servos;
 //! [`SampledLoop`] checks what sampling, hold and velocity filter leave of it.

@@ -1,4 +1,4 @@
-//! What sampling takes away: the poles of the sampled loop over the box.
+//! The stability lost by sampling: the poles of the sampled loop over the box.
 //!
 //! The certificate is about continuous time. The loop that runs holds its command for a sample,
 //! filters its velocity and sums its integral; too long a sample or too slow a filter makes it
@@ -159,7 +159,7 @@ impl SampledLoop {
         })
     }
 
-    /// Whether the sampled loop around one servo (a in 1/s, b in rad/s² per command unit) is stable.
+    /// True if the sampled loop around one servo (a in 1/s, b in rad/s² per command unit) is stable.
     #[must_use]
     pub fn is_stable(&self, a: f64, b: f64) -> bool {
         self.controller.around(a).at(b).is_hurwitz()
@@ -197,8 +197,8 @@ fn grid(a: Interval) -> impl Iterator<Item = f64> {
     (0..GRID).map(step)
 }
 
-/// `value` times `ratio`, so many times: the powers are made in steps, so that a result does not depend
-/// on the way that it was searched.
+/// `value` · `ratio`^`steps`: the power is made in steps, so that a result does not depend on the way that
+/// it was searched.
 fn raised(value: f64, ratio: f64, steps: u32) -> f64 {
     (0..steps).fold(value, |value, _| value * ratio)
 }
@@ -223,7 +223,7 @@ impl Line {
         raised(self.first, self.ratio, index)
     }
 
-    /// How many points from the first on, at most so many, are stable before the first that is not.
+    /// The number of points, at most `most`, before the first that is not stable.
     fn stable_points(&self, family: &Family, most: u32) -> u32 {
         let mut b = self.first;
         let mut here = family.at(b);

@@ -231,9 +231,9 @@ impl Iterator for PredictedStep {
     }
 }
 
-/// How many samples are taken together. A loop that is slow against its sampling is computed at a multiple
-/// of the sample time, at which the hold still takes little more than 1 % of 1/ω: what happens does not change,
-/// and the time that it takes to compute is bounded.
+/// Samples that are computed as one. A loop that is slow against its sampling is computed at a multiple
+/// of the sample time, at which the hold still takes little more than 1 % of 1/ω: the response does not change,
+/// and the time to compute it is bounded.
 fn multiple(bandwidth: f64, servo: &PossibleServo, sample_time: f64) -> f64 {
     /// The longest sample, as a part of 1/ω.
     const LONGEST: f64 = 0.025;

@@ -66,8 +66,8 @@ impl Placement {
     /// The largest ω, per sample. No loop with a hold keeps its margins there.
     pub(super) const LARGEST_BANDWIDTH: f64 = 0.5;
 
-    /// How far below the lowest resonance the loop's gain must have come down to one: at the resonance
-    /// the gain of the rigid servo is then a quarter.
+    /// The least ratio of the lowest resonance to the gain crossover: at the resonance the gain of the
+    /// rigid servo is then a quarter.
     const RESONANCE_OVER_CROSSOVER: f64 = 4.0;
 
     pub(super) fn new(servos: &PossibleServos, settings: &TuningSettings) -> Self {
@@ -114,7 +114,7 @@ impl Placement {
         design
     }
 
-    /// The cap that forbids a design, as far as no frequency response is needed.
+    /// The cap that forbids a design, of those that need no frequency response.
     pub(super) fn forbids(&self, design: &Design) -> Option<Cap> {
         let TuningSettings {
             sample_time,

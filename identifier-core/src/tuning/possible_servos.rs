@@ -27,7 +27,7 @@ impl PossibleServos {
     /// The servo itself and two corners for each of three directions.
     pub(super) const COUNT: usize = 7;
 
-    /// How far the corners are.
+    /// Distance of the corners, standard errors.
     pub(super) const STANDARD_ERRORS: f64 = 3.0;
 
     /// The servos for a delay besides the identified one.

@@ -42,10 +42,10 @@ enum Stage {
     Corner(usize),
 }
 
-/// How long a turn is waited for, in 1/ω: twice as long as an ideal step takes to its highest.
+/// Time limit for a peak of the response, 1/ω: twice the peak time of an ideal step.
 const TURN: f64 = 10.0;
 
-/// How long it must have stayed in the band to have settled, in 1/ω.
+/// Time within the band after which it has settled, 1/ω.
 const SETTLED: f64 = 6.0;
 
 impl Scene {

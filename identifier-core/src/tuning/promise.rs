@@ -54,6 +54,6 @@ pub struct Promise {
 }
 
 impl Promise {
-    /// How long a step is followed, in 1/ω: the slow pole's part has then died down to a 200th.
+    /// Time for which a step is simulated, 1/ω: the slow pole's part has then died down to a 200th.
     pub const LONGEST: f64 = 25.0;
 }

@@ -83,7 +83,7 @@ impl ByTime {
 }
 
 impl Rise {
-    /// How long a rise is timed, in 1/ω: four times what it takes without friction.
+    /// Time limit of a rise, 1/ω: four times that without friction.
     const LONGEST: f64 = 8.0;
 
     fn begin(scene: &Scene, design: &Design) -> Result<Self, TuningError> {

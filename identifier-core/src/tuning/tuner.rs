@@ -25,7 +25,7 @@ pub struct TunerState(Task);
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
-    reason = "there is no heap here, and nobody has many tunings; it is large on 64 bits alone"
+    reason = "there is no heap here, and a program holds one tuning; it is large on 64 bits alone"
 )]
 enum Task {
     /// Nothing was done yet.

@@ -29,7 +29,7 @@ impl<N: Number> Readings<N> {
     const MAX_GAP: f64 = 1e-3;
     /// The fewest samples without a reading that are too many.
     const MIN_MISSING: f64 = 2.0;
-    /// How far beyond the speed that is allowed a reading must be to be none.
+    /// The factor on the allowed speed beyond which a reading is invalid.
     const SPEED_MARGIN: f64 = 2.0;
     /// Counts that rounding and noise may add.
     const ROUNDING: f64 = 4.0;
@@ -86,7 +86,7 @@ impl<N: Number> Readings<N> {
                 Ok(())
             };
         };
-        // What has gathered while there was no reading shows now.
+        // The motion since the last reading shows now.
         let farthest = self.farthest * N::from_count(state.missing.saturating_add(1));
         let last = state.last.unwrap_or(increment);
         state.missing = 0;

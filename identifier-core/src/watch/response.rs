@@ -80,7 +80,7 @@ impl<N: Number> Response<N> {
     const UNCLEAR_BLOCKS: i32 = 2;
     /// The same for a relay, during which no load steps, and for the level.
     const BLOCKS_OF_FAULT_UNDER_RELAY: i32 = 3;
-    /// Blocks within which a fault is found, if each is telling.
+    /// Blocks within which a fault is found, if each is informative.
     #[cfg(test)]
     pub(super) const BLOCKS: i32 = Self::BLOCKS_OF_FAULT + 3;
     /// Blocks without evidence after which older evidence is forgotten.

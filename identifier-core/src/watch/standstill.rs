@@ -67,7 +67,7 @@ impl<N: Number> StandstillWatch<N> {
     const MISSED_COUNTS: i32 = 7;
     /// Counts of a servo at standstill.
     const SLIP_COUNTS: i32 = 2;
-    /// How much faster a servo may brake than it was ever seen to change its speed.
+    /// Largest possible braking over the largest change of speed observed.
     const UNKNOWN_BRAKING: f64 = 4.0;
     /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
     /// without: Coulomb friction of 20 % to either side, with a tenth to spare.
@@ -75,7 +75,7 @@ impl<N: Number> StandstillWatch<N> {
     /// A setpoint that moves by this many counts commands a motion; the command's change is then no
     /// answer to a load.
     const SETPOINT_STEP: i32 = 20;
-    /// How much faster it brakes than is likely: a share of what it can.
+    /// Braking beyond which a stop is abrupt, over the largest possible.
     const LIKELY_BRAKING: f64 = 0.4;
     /// Friction's range that Stribeck's may add to Coulomb's.
     const LOW_SPEED: f64 = 1.5;
@@ -233,7 +233,7 @@ impl<N: Number> StandstillWatch<N> {
         }
         let (size, past) = (now.magnitude(), before.magnitude());
         let half = N::from_f64(0.5);
-        // The block in which the encoder fails tells only a part of it: it waits for the next.
+        // The block in which the encoder fails shows only a part of it: it waits for the next.
         if now == N::ZERO {
             Err(Reason::EncoderStuck)
         } else if size > past + missed + possible {
@@ -263,7 +263,7 @@ impl<N: Number> StandstillWatch<N> {
             state.abrupt = false;
             return Ok(());
         }
-        // What brakes it is not yet what it stands under.
+        // The command that brakes it is not yet the one under which it stands.
         if state.still < state.able.patience {
             state.still += 1;
             state.range = [state.command; 2];
@@ -325,7 +325,7 @@ impl<N: Number> StandstillWatchState<N> {
 /// The influence that a servo is under.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Under<N> {
-    /// Let go, or a command that need not move it.
+    /// Disabled, or a command that need not move it.
     Nothing,
     /// A command that must move it.
     Push,

@@ -29,10 +29,10 @@ use crate::number::{Number, RunningSum};
 /// | 6 | the estimates and the model move |
 /// | 7 | the present block ends: its ψᵀP ψ |
 ///
-/// What a block has gathered when the estimates move is moved to the new ones, so that nothing is
+/// The error of a block under way is corrected for the step when the estimates move, so that nothing is
 /// counted twice.
 ///
-/// What keeps it stable is part of the law:
+/// The law is kept stable by:
 ///
 /// - **Forgetting** starts with a memory of [`GaussNewton::FIRST_MEMORY`], because the first
 ///   gradients are taken far from the truth, and tends to none, or to the memory that was asked
@@ -86,7 +86,7 @@ pub(crate) struct GaussNewtonConfig<const P: usize> {
     pub high: [f64; P],
 }
 
-/// What the law remembers.
+/// State of the law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The sum of the output errors of the block that is being gathered.
@@ -102,12 +102,12 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     lost_memory: N,
     level: N,
     peak: N,
-    /// How many times P is still to be raised with the noise level.
+    /// The factor by which P is still to rise with the noise level.
     owed: N,
-    /// How many times P has lately been raised with the noise level; fades to one.
+    /// The factor by which P has lately risen with the noise level; fades to one.
     inflated: N,
     weighed: WeighedErrors<N>,
-    /// How many blocks its sums are of.
+    /// The number of blocks in its sums.
     blocks: u16,
     phase: u8,
     learning: bool,
@@ -122,8 +122,8 @@ struct WeighedErrors<N> {
 }
 
 impl<N: Number> WeighedErrors<N> {
-    /// When the sums are of so many blocks, they are halved: the past fades, and no sum grows so large
-    /// that a block is lost in rounding.
+    /// The number of blocks at which the sums are halved: the past fades, and no sum grows so large that
+    /// a block is lost in rounding.
     const FADING: u16 = 4000;
 
     const NONE: Self = Self {
@@ -149,7 +149,7 @@ impl<N: Number> WeighedErrors<N> {
     }
 }
 
-/// How far the law is with a block.
+/// The progress of the law with a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum GaussNewtonStep<N, const P: usize> {
     /// At work.
@@ -224,7 +224,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.whitening.begin();
     }
 
-    /// Whether the block that was gathered last is one to learn from.
+    /// True if the last complete block is to be learnt from.
     #[inline]
     #[must_use]
     pub(crate) fn is_learning(&self) -> bool {
@@ -247,8 +247,8 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.learning = false;
     }
 
-    /// What the variances of P are to be multiplied by: the mean square of the error over its noise,
-    /// times (1 + ρ)/(1 − ρ) for errors that go on from block to block as ρᵏ.
+    /// The factor on the variances of P: the mean square of the error over its noise, times
+    /// (1 + ρ)/(1 − ρ) for errors whose correlation over k blocks is ρᵏ.
     fn doubted(&self) -> f64 {
         /// The range of correlations that is used. The errors of a corrected model alternate: at the
         /// low frequencies of the sensitivities they are smaller than their mean square suggests.
@@ -271,13 +271,13 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         }
     }
 
-    /// Takes back the last rise of the noise level as far as P has not followed it yet: it was a step
-    /// of the load, and no noise.
+    /// Cancels the part of the last rise of the noise level that P has not followed yet: it was a step of
+    /// the load, and no noise.
     pub(crate) fn forgive(&mut self) {
         self.owed = N::ONE;
     }
 
-    /// How many times P has lately been raised with the noise level.
+    /// The factor by which P has lately risen with the noise level.
     #[inline]
     #[must_use]
     pub(crate) fn inflated(&self) -> N {
@@ -575,7 +575,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             change += state.sensitivity[i] * steps[i];
         }
         state.whitening.follow(&steps);
-        // What this block has gathered so far was predicted with the old estimates.
+        // The error of this block so far was predicted with the old estimates.
         state.error = state.error - self.moved * change;
         steps
     }

@@ -1,27 +1,27 @@
 use crate::number::Number;
 
-/// What becomes of the blocks' errors and sensitivities before a law learns from them.
+/// A filter on the blocks' errors and sensitivities before a law learns from them.
 pub trait Whitening<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// Nothing was seen yet; errors are taken as they are.
     const START: Self;
 
-    /// Whether errors that go on from block to block can be told apart from news.
+    /// True if it separates the correlated part of an error from the innovation.
     const WHITENS: bool;
 
     /// Begins to whiten.
     fn begin(&mut self);
 
-    /// Whether it has begun.
+    /// True if it has begun.
     fn has_begun(&self) -> bool;
 
-    /// Takes the mean error of a block and its sensitivity, and leaves of both what is news. `renewed`
+    /// Takes the mean error of a block and its sensitivity, and leaves the innovation of both. `renewed`
     /// is the part of the correlation that the block renews; zero where the model did not move.
     fn process(&mut self, sensitivity: &mut [N; P], error: N, renewed: N);
 
     /// The error of the last block as it is to be learnt from; `raw` is that error as it was.
     fn news(&self, raw: N) -> N;
 
-    /// The estimates moved by so much.
+    /// The estimates moved by these steps.
     fn follow(&mut self, steps: &[N; P]);
 
     /// The next block does not follow the last.
@@ -54,13 +54,13 @@ impl<N: Number, const P: usize> Whitening<N, P> for () {
     fn interrupt(&mut self) {}
 }
 
-/// Whitening of first order, for loads that wander: of an error that goes on from block to block as ρᵏ
-/// only ε_k − ρ ε_(k−1) is news, and the sensitivities are filtered alike (Ljung, System
+/// Whitening of first order, for drifting loads: of an error whose correlation over k blocks is ρᵏ
+/// only ε_k − ρ ε_(k−1) is innovation, and the sensitivities are filtered alike (Ljung, System
 /// Identification, 2nd edition 1999, section 7.1). ρ is learnt from the errors of a model in motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FirstOrder<N, const P: usize> {
     begun: bool,
-    /// Whether there is a last block.
+    /// False before the first block and after a gap.
     follows: bool,
     error: N,
     sensitivity: [N; P],

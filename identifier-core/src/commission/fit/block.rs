@@ -16,11 +16,11 @@ pub(crate) struct MotionBlock<N> {
 pub(crate) struct Piece<N> {
     /// Samples.
     pub(crate) samples: N,
-    /// How far the servo moved, counts.
+    /// The servo's increment, counts.
     pub(crate) travel: N,
     /// Mean command, command units.
     pub(crate) command: N,
-    /// How much further a unit of gain goes within the piece because the command came earlier than
+    /// The additional distance per unit of gain within the piece because the command came earlier than
     /// evenly spread, over the square of its time: ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples.
     pub(crate) lead: N,
 }

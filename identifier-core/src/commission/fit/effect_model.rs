@@ -73,8 +73,8 @@ impl<N: Number> EffectModel<N> {
         }
     }
 
-    /// How much less far than the rigid servo the encoder goes, over a time in which that went a way and
-    /// its velocity changed.
+    /// The displacement of the rigid servo less that of the encoder over a time, from the rigid servo's
+    /// displacement and its change of velocity.
     pub(super) fn hides(&self, memory: &mut Memory<N>, time: N, way: N, change: N) -> N {
         match self.effect {
             Effect::Backlash => {

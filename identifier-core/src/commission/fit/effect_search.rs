@@ -72,8 +72,8 @@ impl<N: Number> EffectSearch<N> {
     /// effect leaves, may be there too.
     const DEAD_BAND: f64 = 0.8;
     const ALIKE: f64 = 3.0;
-    /// How far from its place one that swings may be when a record begins, counts, and how fast, over the
-    /// mean speed.
+    /// Largest displacement by the effect at the beginning of a record, counts, and largest speed by it,
+    /// over the mean speed.
     const PLACE: f64 = 20.0;
     const SPEED: f64 = 0.3;
 
@@ -239,7 +239,7 @@ impl<N: Number> EffectSearch<N> {
                 }
             }
         }
-        // What explains all needs no rival.
+        // An effect that explains everything needs no rival.
         self.place = if explained {
             Effect::ALL.len()
         } else {

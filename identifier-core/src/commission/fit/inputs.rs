@@ -17,8 +17,8 @@ pub(super) struct Inputs<N> {
 pub(super) struct Acting<N> {
     /// Samples.
     pub(super) time: N,
-    /// Its mean, and how much further a unit of gain goes because it came earlier than evenly spread,
-    /// over the square of the time.
+    /// Its mean, and the additional distance per unit of gain because it came earlier than evenly
+    /// spread, over the square of the time; command units.
     pub(super) command: N,
     pub(super) lead: N,
     /// By how much it falls in a sample.

@@ -159,7 +159,7 @@ impl<N: Number> ServoFitter<N> {
         unknowns: &[N; UNKNOWNS],
         motion: &MotionRecord<N, W>,
     ) -> Pass<N> {
-        // A model that friction holds at first tells nothing of the velocity with which it began.
+        // A model that friction holds at first shows nothing of its initial velocity.
         let mut equations = NormalEquations::EMPTY;
         for (place, weight) in at_first(self.speed_at_first(motion, true)) {
             let weight = N::from_f64(weight);

@@ -17,7 +17,7 @@ pub(crate) struct FitSettings {
     pub resolution: f64,
     /// The largest magnitude of the command, command units.
     pub max_command: f64,
-    /// From the reading of the encoder to the change of the output, s, as far as it is known.
+    /// The known part of the delay from the reading of the encoder to the change of the output, s.
     pub command_delay: f64,
 }
 

@@ -176,7 +176,7 @@ impl<N: Number> Probing<N> {
             && let Some(estimate) = state.gathered.estimate()
             && estimate.is_like(state.guessed)
         {
-            // What many passes over a motion have told is better than what one tells on its way.
+            // A model fitted in many passes is better than the estimate of one.
             if !state.known_before {
                 state.observed.adopt(&servo, &estimate, acted);
                 state.servo = estimate;

@@ -8,7 +8,7 @@
 //! caught first: the command grows against the motion, the faster the sooner travel or speed would be used
 //! up; where it turns, w t + b ∫u = 0 and w t²/2 + b ∬u = q give b and w = d ∓ c.
 //!
-//! **Swings.** From then on friction and load are compensated as far as they are known, and the servo is
+//! **Swings.** From then on friction and load are compensated by their estimates, and the servo is
 //! accelerated and braked by ±A, whatever they are, A and amplitude being what command, speed and travel
 //! permit. It is braked as soon as it could not be stopped where it should with 85 % of A, reckoned from
 //! where it is when a command of now acts at the latest: a sample, the delay that is known and two samples

@@ -143,8 +143,8 @@ impl<N: Number> Probing<N> {
         N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
     }
 
-    /// True if enough samples have passed since the first count to tell when the servo began to move, or so
-    /// much travel that there is no waiting.
+    /// True if the samples since the first count suffice to determine when the servo began to move, or the
+    /// travel permits no more of them.
     fn is_timed(&self, state: &ProbingState<N>, moved: N) -> bool {
         /// Samples.
         const TIMED: u32 = 4;
@@ -208,8 +208,8 @@ impl<N: Number> Probing<N> {
         state.servo = servo;
         state.guessed = gain;
         state.guessed_limit = gain * plan.command[1];
-        // How far it can be trusted: half of b, half of a sample of delay, a tenth of what the command can do
-        // in one direction, and all of that in the difference to the other.
+        // Uncertainty: half of b, half a sample of delay, a tenth of the command's largest acceleration in one
+        // direction, and all of that in the difference to the other.
         let none = N::ZERO;
         let two = N::from_f64(2.0);
         let half = plan.off * two * servo.per_gain;

@@ -11,7 +11,7 @@ pub(crate) struct ProbingSettings {
     pub limits: Limits,
     /// The largest b that the servo may have, rad/s² per command unit, if that is known.
     pub max_gain: Option<f64>,
-    /// From the reading of the encoder to the change of the output, s, as far as it is known.
+    /// The known part of the delay from the reading of the encoder to the change of the output, s.
     pub command_delay: f64,
 }
 
@@ -49,7 +49,7 @@ impl ProbingSettings {
     }
 }
 
-/// How far and how fast a servo can get in the motion before anything is known of it, SI.
+/// The largest travel and speed of a servo in the first motion, while nothing is known of it, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestMotion {
     /// Lowest and highest position, rad from where the servo stands.

@@ -5,7 +5,7 @@ use super::plan::{COMMANDS, Plan};
 use crate::commission::Reason;
 use crate::number::Number;
 
-/// A wiggle under way. Counts and samples.
+/// A probing motion under way. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ProbingState<N> {
     pub(super) stage: Stage,
@@ -22,7 +22,7 @@ pub(crate) struct ProbingState<N> {
     pub(super) way: N,
     /// True if the encoder shows that it stands.
     pub(super) stands: bool,
-    /// How far the ramp is from where it began.
+    /// The ramp's distance from its beginning, command units.
     pub(super) ramp: N,
     /// Where it last stood.
     pub(super) origin: N,
@@ -182,7 +182,7 @@ impl<N: Number> ProbingState<N> {
         self.position
     }
 
-    /// The servo as far as it is known.
+    /// The model of the servo so far.
     #[must_use]
     pub(crate) fn servo(&self) -> &RoughModel<N> {
         &self.servo

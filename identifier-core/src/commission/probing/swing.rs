@@ -205,7 +205,7 @@ impl<N: Number> Probing<N> {
             return false;
         }
         if state.known_before && state.samples >= self.plan.later {
-            // True if it told enough is judged by the fit, or it is there to be predicted.
+            // The fit judges whether the motion was informative, or it is there to be predicted.
             return true;
         }
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);

@@ -107,7 +107,7 @@ where
                     };
                 }
                 Some(_) => {
-                    // What was learnt so far was weighed as if the model were complete.
+                    // So far blocks were weighted as if the model were complete.
                     state.recursion.lacking = true;
                     state.recursion.trusted_gain = self.values(&state.recursion).parameters.gain;
                     self.law.settle_anew(&mut state.recursion.law);

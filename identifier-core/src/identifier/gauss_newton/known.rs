@@ -25,7 +25,7 @@ where
     /// The factor on the covariance of a fit: its errors are not white.
     const COVARIANCE_FACTOR: f64 = 4.0;
 
-    /// Goes on from a servo that was identified, with its covariance, in place of a first fit. For the
+    /// Starts from a servo that was identified, with its covariance, in place of a first fit. For the
     /// background: it converts from SI.
     ///
     /// The model joins the servo with the first samples; what the servo is said to lack is learnt anew.

@@ -194,7 +194,7 @@ where
             }
             if state.omega < self.max_unexplained_omega && self.bandwidth.is_none() {
                 state.omega += state.omega * self.widening;
-                // What the model lacks shows as ω⁻² in errors and in sensitivities.
+                // An unmodelled effect shows as ω⁻² in errors and in sensitivities.
                 state.law.forget_peak(N::from_f64(4.0) * self.widening);
                 if state.correction_omega < state.omega {
                     state.correction_omega = state.omega;

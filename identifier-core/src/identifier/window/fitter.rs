@@ -27,7 +27,7 @@ pub struct WindowFitter<
     pub(crate) set: PhantomData<S>,
 }
 
-/// What the background's half remembers: the record, the fit under way and the last result.
+/// State of the background's half: the record, the fit under way and the last result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowFitterState<
     N,
@@ -56,13 +56,13 @@ where
     /// The largest relative standard error of b with which a fit counts.
     pub const UNCERTAIN: f64 = 0.2;
 
-    /// Whether a fit is under way.
+    /// True while a fit is under way.
     #[must_use]
     pub fn is_fitting(&self, state: &WindowFitterState<N, W, F::Inputs<N>, U, Q>) -> bool {
         state.fits.is_under_way()
     }
 
-    /// Whether a fit is due: enough is new, and the servo has moved meanwhile. While it stands the
+    /// True if a fit is due: there are enough new blocks, and the servo has moved meanwhile. While it stands the
     /// window loses the motion that it knew, and a fit would rest on the last of it.
     fn is_due(&self, fits: &Fits<N, W, F::Inputs<N>, U, Q>) -> bool {
         let blocks = fits.blocks();
@@ -86,7 +86,7 @@ where
         state.fits.begin(&self.fitter, prior);
     }
 
-    /// Whether a good result takes the place of the last, and if so, puts it there.
+    /// Replaces the last result by a good one that is as certain; true if it did.
     fn takes(&self, last: &mut Option<FitResult<N, U>>, result: &FitResult<N, U>) -> bool {
         let before = last.map_or(Terms::NONE, |last| last.entered::<F>());
         let same_model = result.entered::<F>() == before;
@@ -110,8 +110,8 @@ where
         true
     }
 
-    /// Whether a result has reason to have more terms than there were before: each is known better
-    /// than guessed and, if it was not demanded, differs from zero.
+    /// True if there is evidence for every new term of a result: each is known better than guessed and,
+    /// if it was not demanded, differs from zero.
     fn admits(&self, before: Terms, result: &FitResult<N, U>) -> bool {
         /// The least square of a size over its variance.
         const MIN_SCORE: f64 = 30.0;
@@ -197,7 +197,7 @@ where
             && ended.full
             && let Some(term) = result.suggests
         {
-            // What is refused without a term may be good with it.
+            // A result that is rejected without a term may be good with it.
             let prior = self.fitter.admitting(self.fitter.given(), &result, term);
             state.fits.begin(&self.fitter, prior);
             return None;

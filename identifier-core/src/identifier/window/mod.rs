@@ -39,7 +39,7 @@ pub type WindowIdentifier<
     const Q: usize = 6,
 > = Combined<WindowRecorder<N, S, P, W, F, U, Q>, WindowFitter<N, S, P, W, F, U, Q>>;
 
-/// What the identifier remembers.
+/// State of the identifier.
 pub(super) type WindowState<
     N,
     const W: usize = 256,
@@ -61,7 +61,7 @@ where
         self.recorder().fits(&state.recorder)
     }
 
-    /// Whether a fit is under way.
+    /// True while a fit is under way.
     #[must_use]
     pub fn is_fitting(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> bool {
         self.fitter().is_fitting(&state.fitter)

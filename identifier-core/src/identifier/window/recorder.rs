@@ -29,7 +29,7 @@ pub struct WindowRecorder<
     pub(crate) set: PhantomData<(S, F)>,
 }
 
-/// What the interrupt's half remembers.
+/// State of the interrupt's half.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowRecorderState<N, const U: usize = 4> {
     recorder: Recorder<N>,
