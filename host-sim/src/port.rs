@@ -154,7 +154,7 @@ impl Port {
                 Err(error) => return Err(self.fault(error)),
             }
             let [byte] = byte;
-            // What the line has spoilt is asked for again.
+            // A corrupted answer is requested again.
             if let Some(Ok(message)) = self.receiver.take::<A>(byte)
                 && fits(&message)
             {

@@ -113,7 +113,7 @@ pub struct Status {
     pub state: State,
     /// The record in the store.
     pub kept: Kept,
-    /// Whether the drive was configured for its servo, now or before the last save. Without that it
+    /// True if the drive was configured for its servo, now or before the last save. Without that it
     /// does not start.
     pub configured: bool,
     /// How the last run ended since the drive was switched on.

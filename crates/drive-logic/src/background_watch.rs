@@ -1,6 +1,6 @@
 //! The watch over the background, which must run now and then for the watchdog to be fed.
 
-/// How long the background may not run, while the servo is driven, before the watchdog is left to reset the chip, s.
+/// The longest pause of the background while the servo is driven, before the watchdog is left to reset the chip, s.
 pub(crate) const DRIVEN_PATIENCE: f64 = 0.1;
 
 /// The longest time without a turn of the background.

@@ -16,7 +16,7 @@ pub trait Chip {
     /// Encoder and output stage.
     fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output);
 
-    /// Whether the time of the next sample has come.
+    /// True if the time of the next sample has come.
     fn next_is_due(&self) -> bool;
 
     /// Keeps the watchdog from resetting the chip.

@@ -1,4 +1,4 @@
-//! The background's turns: stops first, then requests, then reports as far as the line has room, then work.
+//! The background's turns: stops first, then requests, then reports while the line has room, then work.
 
 use drive_link::{
     Command, LONGEST_FRAME, Line, Receiver, Refusal, Report, Request, StopListener, frame,

@@ -39,7 +39,7 @@ impl Rest {
         (self.at, self.still, self.left) = (count, 0, self.max_samples);
     }
 
-    /// Whether it rests after a sample at a count, or its time is over.
+    /// True if it rests after a sample at a count, or its time is over.
     pub(crate) fn is_over(&mut self, count: i32) -> bool {
         if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
             (self.at, self.still) = (count, 0);

@@ -76,7 +76,7 @@ struct StallWatch {
     at_rest: f32,
 }
 
-/// How far a target may be from where the servo started, rad.
+/// The largest distance of a target from where the servo started, rad.
 pub(crate) fn reach(settings: &Settings) -> f64 {
     settings.protection.travel - AMPLITUDES_OF_TRAVEL * settings.dither.amplitude
 }
@@ -303,7 +303,7 @@ impl StallWatch {
     }
 }
 
-/// Whether a distance is within a bound either way, counts: at most 2³¹ − 1.
+/// True if a distance is within a bound either way, counts: at most 2³¹ − 1.
 #[inline]
 fn is_within(counts: i32, max: u32) -> bool {
     counts.cast_unsigned().wrapping_add(max) <= max + max

@@ -187,7 +187,7 @@ impl Run {
         }
     }
 
-    /// Whether the loop was ever closed.
+    /// True if the loop was ever closed.
     pub(crate) fn has_run(&self) -> bool {
         self.sample > 0
     }

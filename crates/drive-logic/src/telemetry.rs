@@ -26,7 +26,7 @@ impl ReportTimer {
         }
     }
 
-    /// Whether this sample is to be reported.
+    /// True if this sample is to be reported.
     #[inline]
     pub(crate) fn is_due(&mut self) -> bool {
         self.left -= 1;
@@ -65,7 +65,7 @@ impl Counts {
         };
     }
 
-    /// Whether a sample has ended before the next is due, which is counted otherwise.
+    /// True if a sample has ended before the next is due; an overrun is counted.
     #[inline]
     pub(crate) fn end_sample<C: Chip>(&mut self, chip: &C) -> bool {
         let in_time = !chip.next_is_due();

@@ -50,7 +50,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         let asked = batch.and_then(|batch| batch.unknowns.iter().find(|of| of.unknown == unknown));
         UnknownEvidence {
             estimate,
-            // What cannot be looked at is not known.
+            // An unknown that the batch lacks has an infinite standard error.
             std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
             pull: asked.map(|asked| asked.pull),
             ..UnknownEvidence::at(batch.map_or(0.0, |batch| batch.scales.scale_of(unknown, b)))

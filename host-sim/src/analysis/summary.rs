@@ -134,7 +134,7 @@ impl Summariser {
     /// The estimates predicted a motion that they have not seen with this error, relative to the
     /// motion; the largest counts.
     pub fn predicted(&mut self, error: f64) {
-        // What is not a number is no small error.
+        // NaN is no small error.
         let worse = |known: f64| error.is_nan() || error > known;
         if self.prediction.is_none_or(worse) {
             self.prediction = Some(error);

@@ -13,7 +13,7 @@ use crate::result::LoopFigures;
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Closing, Scenario};
 
-/// A loop whose response can be told at every frequency.
+/// A loop whose response is known at every frequency.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Response {
     a: f64,

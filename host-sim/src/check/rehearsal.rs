@@ -31,7 +31,7 @@ struct Motion {
     sample_time: f64,
     limit: [f64; 2],
     last: Option<f64>,
-    /// The distance travelled, forth and back, and the least that tells anything, rad.
+    /// The distance travelled, forth and back, and the least that is informative, rad.
     travel: f64,
     least_travel: f64,
     velocity: f64,

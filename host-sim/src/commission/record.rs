@@ -57,7 +57,7 @@ pub struct Outcome {
     pub tuning: Option<Tuning>,
     /// The reason why no gains were found, with the value that would do.
     pub no_gains: Option<NoGains>,
-    /// Measurements of the trial, as far as it went.
+    /// Measurements of the trial up to where it ended.
     pub trial: Option<TrialResult>,
     /// Its phases, and how far the servo went.
     pub course: Course,
@@ -83,7 +83,7 @@ impl Outcome {
         self.end.is_some_and(|end| end.phase == Phase::Applied)
     }
 
-    /// The servo, as far as it is known.
+    /// The servo as identified so far.
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
         self.known.last().map(|known| &known.servo)

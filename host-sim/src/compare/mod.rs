@@ -27,7 +27,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         scenario.identifier.arithmetic = Arithmetic::F32;
     }
-    // What is stated of the servo stays, for the laws that need it; what a law is tuned with does not.
+    // The stated servo stays, for the laws that need it; the tuning of a law does not.
     let stated = &mut scenario.stated.identifier;
     let unstated = IdentifierSettings {
         max_speed: stated.max_speed,

@@ -26,7 +26,7 @@ pub struct Compared {
     pub signals: [Signals; 3],
 }
 
-/// Runs `samples` samples of a scenario in every format, the servo so many turns from where its
+/// Runs `samples` samples of a scenario in every format, the servo a number of turns from where its
 /// encoder counted zero, and shows each to `observe`. `reference` gives the reference of a sample,
 /// rad from where the servo is.
 ///
@@ -51,7 +51,7 @@ pub fn run(
         number += 1;
         wanted
     });
-    // What was seen until a sample that cannot be is what there is.
+    // An impossible sample ends the comparison; the samples before it count.
     rig.run(&mut formats, &mut |sample, formats| {
         observe(&Compared {
             time: sample.time,

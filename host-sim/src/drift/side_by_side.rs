@@ -94,7 +94,7 @@ impl SideBySide {
     /// The loops of a scenario, at rest at a count.
     pub(super) fn new(scenario: &Scenario, start: i32) -> Result<Self, Fault> {
         let mut scenario = scenario.clone();
-        // What fixed point has to be told, every format is told.
+        // The settings that fixed point needs are given to every format.
         scenario.identifier.arithmetic = Arithmetic::Fixed;
         let settings = scenario
             .settings()

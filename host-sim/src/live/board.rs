@@ -10,7 +10,7 @@ pub struct Update {
     pub change: Arc<str>,
 }
 
-/// Where the newest page is left for whoever shows it.
+/// The newest page, for the server to show.
 #[derive(Debug, Default)]
 pub(super) struct Board {
     /// The updates are counted from 1.

@@ -48,7 +48,7 @@ impl Clock {
 
     /// The next stamp, s. The clock stands still where it is back or too early.
     pub(super) fn tick(&mut self, stamp: f64) -> Tick {
-        // How many samples later it is, on the clock; no number of samples is no stamp.
+        // Samples since the last tick of the clock, not whole where the stamps jitter.
         let later = (stamp - self.even) / self.sample_time;
         if stamp <= self.last {
             return Tick::Back;

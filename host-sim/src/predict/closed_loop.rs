@@ -125,7 +125,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             samples: 0,
             state: servo.start(sample.position, 0.0, sample.command.unwrap_or(0.0)),
             runs: false,
-            // What it holds when a log begins without the command is taken to be nothing.
+            // Without a recorded command the integral at the beginning of the log is taken to be zero.
             knows_integral: !declared.has_integral() || sample.command.is_none(),
         };
         if sample.begins {

@@ -93,7 +93,7 @@ impl FrozenServo {
         // The model is where the servo is.
         (state.replay.error, state.replay.velocity) = (-state.moved, state.velocity);
         self.model.process(&mut state.replay, state.moved, command);
-        // What it is ahead of where it stood.
+        // The displacement from where it stood.
         state.moved = -state.replay.error;
         state.position += state.moved;
         state.velocity = state.replay.velocity;

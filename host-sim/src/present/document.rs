@@ -66,7 +66,7 @@ impl Page {
 /// State of the run that a live page shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// The run goes on, and the page follows it.
+    /// The run continues, and the page follows it.
     Underway,
     /// The run is over.
     Over,

@@ -111,7 +111,7 @@ pub(crate) fn per_cent(part: f64) -> String {
     }
 }
 
-/// So many digits behind the point, with the sign that people write.
+/// Fixed decimals, with a typographic minus sign.
 #[must_use]
 pub(crate) fn fixed(value: f64, places: usize) -> String {
     let scale = 10_f64.powi(places as i32);

@@ -107,8 +107,8 @@ impl Quantiles {
         ]
     }
 
-    /// Those of values in ascending order, at least one: the smallest value that so many per cent
-    /// do not exceed.
+    /// Percentiles of values in ascending order, at least one: the smallest value that this percentage
+    /// does not exceed.
     fn of(sorted: &[f64]) -> Self {
         let at = |part: f64| {
             let place = (part * sorted.len() as f64).ceil().max(1.0) as usize - 1;

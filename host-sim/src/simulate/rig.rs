@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(seen.len(), 1000);
         for (number, sample) in seen.iter().enumerate() {
             let time = number as f64 * SAMPLE_TIME;
-            // What is seen of a sample is seen before its command acts.
+            // A sample is observed before its command acts.
             let expected = FREE.b * command * time * time / 2.0;
             assert!((sample.time - time).abs() < 1e-12);
             assert!(

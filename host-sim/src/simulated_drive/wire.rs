@@ -19,7 +19,7 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// Somebody connects, and takes the place of whoever did before: a serial line has one other end.
+    /// A client connects and replaces the one before: a serial line has one other end.
     pub fn connect(&mut self, line: TcpStream) {
         let ready = line
             .set_nonblocking(true)

@@ -14,7 +14,7 @@ use crate::result::SweepRun;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
-/// Runs so many random servos on all cores, in the order of their numbers whatever the number of
+/// Runs a number of random servos on all cores, in the order of their numbers whatever the number of
 /// threads. Each that is done calls `done`; once `stop` is set no further one begins, and the result
 /// is what was done.
 ///

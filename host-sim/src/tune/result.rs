@@ -129,7 +129,7 @@ impl IdentifiedResult {
             (IdentifiedServo::DELAY, delay),
             (IdentifiedServo::LOAD, load),
         ] {
-            // One that is not known is told below.
+            // An unknown one is reported below.
             covariance[place][place] = if error.is_finite() {
                 error * error
             } else {

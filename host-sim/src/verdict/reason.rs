@@ -62,7 +62,7 @@ pub enum VerdictReason {
         cause: Option<Cause>,
         /// The part of the output error that it explains.
         share: f64,
-        /// The unknown that it would move most telling.
+        /// The unknown whose motion would be most informative.
         unknown: Unknown,
         /// The distance.
         shift: f64,

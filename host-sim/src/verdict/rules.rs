@@ -99,7 +99,7 @@ const CHANCE_STD_ERRORS: f64 = 3.0;
 /// An estimate that the data would move by no more than this multiple of the tolerance is near.
 const NEAR_FACTOR: f64 = 5.0;
 
-/// Samples without which there is no telling.
+/// Minimum samples for a verdict.
 const MIN_SAMPLES: u64 = 100;
 
 /// Encoder counts that must have been travelled, forth and back, before anything can be known.

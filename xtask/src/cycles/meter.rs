@@ -46,7 +46,7 @@ pub(crate) struct Taken {
 /// Follows every instruction that is executed.
 ///
 /// A handler begins with the instruction at its entry and ends with the return without a call of its own.
-/// Whether a branch was taken shows in the address of the next instruction.
+/// A taken branch shows in the address of the next instruction.
 #[derive(Debug)]
 pub(crate) struct Meter {
     watched: Watched,

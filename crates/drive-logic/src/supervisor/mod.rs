@@ -29,7 +29,7 @@ use crate::run::Run;
 use crate::store::Store;
 use crate::telemetry::Counts;
 
-/// How long the background may be busy while the servo is disabled, s: building a loop takes a hundredth of
+/// The longest that the background may be busy while the servo is disabled, s: building a loop takes a hundredth of
 /// that, and while the flash erases there are no samples that could miss it.
 const DISABLED_PATIENCE: f64 = 5.0;
 
@@ -155,17 +155,17 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    /// Whether the interrupt has a mode, by its last report.
+    /// True if the interrupt has a mode, by its last report.
     fn is_driven(&self) -> bool {
         self.run_slot.is_none() || self.is_commissioning()
     }
 
-    /// Whether it has a commissioning.
+    /// True if it has a commissioning.
     fn is_commissioning(&self) -> bool {
         self.commissioning_slot.is_none()
     }
 
-    /// Whether the interrupt has not reported yet that it has obeyed a stop.
+    /// True until the interrupt has reported that it has obeyed a stop.
     fn is_stopping(&self) -> bool {
         self.stops != self.channel.stops()
     }

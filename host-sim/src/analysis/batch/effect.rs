@@ -163,7 +163,7 @@ impl Effect {
             | Self::Later(_)
             | Self::CurrentLoop(_)
             | Self::Quadratic => size > 0.0,
-            // What is above a limit is lost, all of it or some.
+            // The part above a limit is lost.
             Self::Limit(_) => size > 0.2,
             Self::Play(_) => size > 0.0 && size < MAX_SWING_SHARE * swing,
             Self::EccentricSine | Self::EccentricCosine => size.abs() < MAX_SWING_SHARE * swing,

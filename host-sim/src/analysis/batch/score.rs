@@ -86,7 +86,7 @@ fn finding(
             *shift += part;
         }
     }
-    // What drifts is further from its mean at the end of the run.
+    // A drifting parameter is further from its mean at the end of the run.
     let drifting = match effects[0] {
         Effect::GainDrift => Some((Unknown::B, judged.servo.b * units.acceleration())),
         Effect::FrictionDrift => Some((Unknown::Coulomb, 1.0)),

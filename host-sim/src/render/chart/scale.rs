@@ -15,7 +15,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// At least from `low` to `high`, which are moved outwards to ticks; at most so many steps, nearly.
+    /// At least from `low` to `high`, which are moved outwards to ticks; about `steps` steps at most.
     pub(super) fn around(low: f64, high: f64, steps: u32) -> Self {
         let (low, high) = apart(low, high);
         let step = nice((high - low) / f64::from(steps));

@@ -1,4 +1,4 @@
-//! Colours of words on a terminal. Whoever writes them leaves them out where they are not shown.
+//! Colours of words on a terminal. The writer leaves them out where they are not shown.
 
 use anstyle::{AnsiColor, Style};
 
