@@ -64,7 +64,7 @@ pub struct ReplaySample {
 
 impl ReplayModel {
     /// The longest delay that it can represent, samples.
-    pub const LONGEST_DELAY: f64 = <Inputs as KnownInputs<f64>>::LONGEST_DELAY;
+    pub const MAX_DELAY: f64 = <Inputs as KnownInputs<f64>>::MAX_DELAY;
 
     /// The largest a T that the model's step is meant for.
     const LARGEST_RATE: f64 = 0.5;
@@ -100,7 +100,7 @@ impl ReplayModel {
         let mut values = ModelValues::from_values::<AllUnknowns, { Unknown::COUNT }>(&sizes);
         let delay = values.terms.delay;
         if delay.is_finite() {
-            values.terms.delay = delay.clamp(0.0, Self::LONGEST_DELAY);
+            values.terms.delay = delay.clamp(0.0, Self::MAX_DELAY);
         }
         if let Some(speed) = declared.low_speed_velocity {
             values.terms.per_low_speed_velocity = 1.0 / (speed * units.velocity());

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use drive_link::LONGEST_FRAME;
+use drive_link::MAX_FRAME_BYTES;
 use heapless::spsc::{Consumer, Producer, Queue};
 
 use crate::bus::Bus;
@@ -17,7 +17,7 @@ pub const BAUD: u32 = 1_000_000;
 /// Length of a queue, bytes: at least two whole frames, and a power of two, so that it masks where it
 /// would divide.
 const QUEUE_LENGTH: usize = 2048;
-const _: () = assert!(QUEUE_LENGTH > 2 * LONGEST_FRAME);
+const _: () = assert!(QUEUE_LENGTH > 2 * MAX_FRAME_BYTES);
 
 /// Bytes that were received, or are to be sent.
 pub type Bytes = Queue<u8, QUEUE_LENGTH>;

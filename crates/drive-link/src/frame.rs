@@ -9,10 +9,10 @@ use crate::message::{Command, Request};
 
 /// Bytes of the longest message before framing, its check included: settings with nothing left out
 /// take some 530.
-pub const LONGEST_MESSAGE: usize = 600;
+pub const MAX_MESSAGE_BYTES: usize = 600;
 
 /// Bytes of the longest frame: one more in 254 for COBS, and the zero at the end.
-pub const LONGEST_FRAME: usize = LONGEST_MESSAGE + LONGEST_MESSAGE / 254 + 2;
+pub const MAX_FRAME_BYTES: usize = MAX_MESSAGE_BYTES + MAX_MESSAGE_BYTES / 254 + 2;
 
 const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -51,9 +51,9 @@ impl core::error::Error for FrameError {}
 ///
 /// # Errors
 /// [`FrameError::TooLong`].
-pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, LONGEST_FRAME>, FrameError> {
-    let mut plain = [0; LONGEST_MESSAGE];
-    let room = LONGEST_MESSAGE - CHECK_BYTES;
+pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, MAX_FRAME_BYTES>, FrameError> {
+    let mut plain = [0; MAX_MESSAGE_BYTES];
+    let room = MAX_MESSAGE_BYTES - CHECK_BYTES;
     let used = plain
         .get_mut(..room)
         .and_then(|room| postcard::to_slice(message, room).ok())
@@ -64,7 +64,7 @@ pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, LONGEST_FRAME>, FrameE
     }
     let mut framed = Vec::new();
     framed
-        .resize(LONGEST_FRAME, 0)
+        .resize(MAX_FRAME_BYTES, 0)
         .map_err(|_| FrameError::TooLong)?;
     let mut encoder = cobs::CobsEncoder::new(&mut framed);
     let whole = plain
@@ -80,7 +80,7 @@ pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, LONGEST_FRAME>, FrameE
 /// Assembles messages from bytes as they are received, in any state.
 #[derive(Debug, Default)]
 pub struct Receiver {
-    bytes: Vec<u8, LONGEST_FRAME>,
+    bytes: Vec<u8, MAX_FRAME_BYTES>,
     overflowed: bool,
 }
 
@@ -158,7 +158,7 @@ impl StopListener {
 }
 
 fn unframed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FrameError> {
-    let mut plain = [0; LONGEST_FRAME];
+    let mut plain = [0; MAX_FRAME_BYTES];
     let mut decoder = cobs::CobsDecoder::new(&mut plain);
     for &byte in bytes {
         match decoder.feed(byte) {

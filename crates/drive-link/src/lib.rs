@@ -16,7 +16,7 @@ mod no_gains;
 mod settings;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
-pub use frame::{FrameError, LONGEST_FRAME, LONGEST_MESSAGE, Receiver, StopListener, frame};
+pub use frame::{FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Receiver, StopListener, frame};
 pub use line::Line;
 pub use message::{
     Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot,

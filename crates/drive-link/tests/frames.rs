@@ -1,8 +1,8 @@
 //! Frames over a line that loses, doubles and changes bytes.
 
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Format, FrameError, LONGEST_FRAME, Law,
-    LoopSettings, NoGains, Outcome, Protection, Receiver, Report, Request, Settings, Snapshot,
+    Command, Commissioning, Dither, Estimates, Format, FrameError, Law, LoopSettings,
+    MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, Settings, Snapshot,
     StopListener, frame,
 };
 use identifier_core::ControllerSettings;
@@ -106,7 +106,7 @@ fn settings_with_every_field_fit_a_message() {
     let settings = filled(&mut || f64::MIN, u32::MAX, u8::MAX);
     let command = Command::Configure(settings);
     let framed = frame(&Request { id: 255, command }).expect("it fits");
-    assert!(framed.len() <= LONGEST_FRAME, "{}", framed.len());
+    assert!(framed.len() <= MAX_FRAME_BYTES, "{}", framed.len());
     let report = Report::Settings { id: 255, settings };
     assert_eq!(frame(&report).expect("it fits").len(), framed.len());
 }
@@ -238,7 +238,7 @@ proptest! {
         let mut line = Vec::new();
         for request in &requests {
             let framed = frame(request).expect("it fits");
-            prop_assert!(framed.len() <= LONGEST_FRAME);
+            prop_assert!(framed.len() <= MAX_FRAME_BYTES);
             prop_assert_eq!(framed.iter().position(|&byte| byte == 0), Some(framed.len() - 1));
             line.extend_from_slice(&framed);
         }
@@ -248,7 +248,7 @@ proptest! {
 
     #[test]
     fn after_any_garbage_the_next_frame_but_one_is_received(
-        garbage in prop::collection::vec(any::<u8>(), 0..3 * LONGEST_FRAME),
+        garbage in prop::collection::vec(any::<u8>(), 0..3 * MAX_FRAME_BYTES),
         first in request(),
         second in request(),
     ) {
@@ -285,7 +285,7 @@ proptest! {
 
     #[test]
     fn a_stop_is_received_amid_any_bytes_and_no_other_bytes_are_a_stop(
-        before in prop::collection::vec(any::<u8>(), 0..3 * LONGEST_FRAME),
+        before in prop::collection::vec(any::<u8>(), 0..3 * MAX_FRAME_BYTES),
         other in request(),
         id: u8,
         place: prop::sample::Index,
@@ -340,7 +340,7 @@ proptest! {
 #[test]
 fn a_frame_without_end_is_refused_and_forgotten() {
     let mut receiver = Receiver::new();
-    for _ in 0..10 * LONGEST_FRAME {
+    for _ in 0..10 * MAX_FRAME_BYTES {
         assert_eq!(receiver.take::<Request>(7), None);
     }
     assert_eq!(receiver.take::<Request>(0), Some(Err(FrameError::TooLong)));

@@ -1,7 +1,7 @@
 //! The background's turns: stops first, then requests, then reports while the line has room, then work.
 
 use drive_link::{
-    Command, LONGEST_FRAME, Line, Receiver, Refusal, Report, Request, StopListener, frame,
+    Command, Line, MAX_FRAME_BYTES, Receiver, Refusal, Report, Request, StopListener, frame,
 };
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Deque;
@@ -27,7 +27,7 @@ pub struct Conversation {
 
 /// Bytes that may wait: two of the longest frames, and a power of two.
 const WAITING: usize = 2048;
-const _: () = assert!(WAITING > 2 * LONGEST_FRAME);
+const _: () = assert!(WAITING > 2 * MAX_FRAME_BYTES);
 
 /// Bytes that one turn decodes: those of 1.6 ms at 1 Mbaud.
 const BYTES_PER_TURN: usize = 160;
@@ -128,14 +128,14 @@ impl Conversation {
         supervisor: &mut Supervisor<'_, F>,
     ) -> bool {
         if let Some(report) = &self.pending
-            && send(line, report, LONGEST_FRAME)
+            && send(line, report, MAX_FRAME_BYTES)
         {
             self.pending = None;
         }
         let Some(report) = supervisor.next_report() else {
             return false;
         };
-        let sent = self.pending.is_none() && send(line, &report, LONGEST_FRAME);
+        let sent = self.pending.is_none() && send(line, &report, MAX_FRAME_BYTES);
         if !sent {
             match report {
                 Report::Snapshot(_) | Report::Progress(_) => supervisor.count_dropped(),

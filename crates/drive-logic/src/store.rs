@@ -39,7 +39,7 @@ const HEAD: usize = 16;
 
 /// Bytes of the longest contents.
 #[cfg(test)]
-pub(crate) const LONGEST_RECORD: usize = SLOT - HEAD;
+pub(crate) const MAX_RECORD_BYTES: usize = SLOT - HEAD;
 
 /// The areas.
 const AREAS: u32 = 2;

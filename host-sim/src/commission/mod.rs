@@ -29,7 +29,7 @@ pub const RECORD: usize = 256;
 const AFTERWARDS: f64 = 0.2;
 
 /// The longest that a commissioning may take, s: it is to end by itself long before.
-const LONGEST: f64 = 60.0;
+const MAX_TIME: f64 = 60.0;
 
 /// A commissioning of a scenario's servo, about to begin.
 #[derive(Debug, Clone)]
@@ -156,7 +156,7 @@ impl Commissioning {
             }
             course.add(&sample);
             observe(&sample);
-            let over = end.as_ref().map_or(LONGEST, |end| end.time + AFTERWARDS);
+            let over = end.as_ref().map_or(MAX_TIME, |end| end.time + AFTERWARDS);
             if time >= over {
                 let tuning_error = commissioner.state().and_then(CommissionState::tuning_error);
                 return Outcome {

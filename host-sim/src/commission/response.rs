@@ -32,7 +32,7 @@ impl StepResponse {
         let mut promised = scenario.clone();
         promised.plant = Some(servo.parameters);
         promised.effects = Effects {
-            delay: servo.delay.clamp(0.0, Effects::LONGEST_DELAY),
+            delay: servo.delay.clamp(0.0, Effects::MAX_DELAY),
             ..Effects::NONE
         };
         promised.sensor = SensorEffects::default();

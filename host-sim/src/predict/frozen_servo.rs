@@ -68,7 +68,7 @@ impl FrozenServo {
             moved: 0.0,
             replay: self.model.start(position, velocity),
         };
-        for _ in 0..=ReplayModel::LONGEST_DELAY as u32 {
+        for _ in 0..=ReplayModel::MAX_DELAY as u32 {
             self.record(&mut state, 0.0, command);
         }
         state

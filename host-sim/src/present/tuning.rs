@@ -203,7 +203,7 @@ fn promise(tuning: &Tuning) -> Table {
     } else {
         rise
     };
-    let longest = Promise::LONGEST / tuning.bandwidth;
+    let longest = Promise::MAX_TIME / tuning.bandwidth;
     let settling = if promise.settling_time < longest {
         figure(1e3 * promise.settling_time)
     } else {

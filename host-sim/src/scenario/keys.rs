@@ -349,7 +349,7 @@ keys! {
 }
 
 const FAULTS: Entries = Entries {
-    max: Faults::MOST,
+    max: Faults::MAX_FAULTS,
     begin: |s| {
         s.faults
             .push(InjectedFault::lasting(FaultKind::EncoderStuck, 0.0, 0.0));

@@ -31,7 +31,7 @@ impl Range {
     pub(super) fn fixed(self) -> Allowed {
         match self {
             Self::Fixed(allowed) => allowed,
-            Self::Delay => Allowed::Within(0.0, Effects::LONGEST_DELAY),
+            Self::Delay => Allowed::Within(0.0, Effects::MAX_DELAY),
             Self::FaultSize => Allowed::Finite,
             _ => Allowed::Above(0.0),
         }
@@ -63,7 +63,7 @@ impl fmt::Display for Range {
             Self::HalfRadian => f.write_str("a number above 0 and at most 0.5/sample_time"),
             Self::Duration => f.write_str("a time of 1 to 1e10 control samples"),
             Self::Delay => {
-                let (longest, max_samples) = (Effects::LONGEST_DELAY, Effects::MAX_DELAYED_SAMPLES);
+                let (longest, max_samples) = (Effects::MAX_DELAY, Effects::MAX_DELAYED_SAMPLES);
                 write!(
                     f,
                     "a number from 0 to {longest}, at most {max_samples} control samples"

@@ -108,7 +108,7 @@ impl Conditions {
         };
         let limit = limit.ok_or(ConditionError::Limit)?;
         let command = beyond_the_load(result, limit)?;
-        let step = Self::STEP.max(TuningSettings::LEAST_COUNTS * resolution);
+        let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
         let command_delay = self.command_delay.unwrap_or_else(|| {
             scenario.map_or(0.0, |scenario| declared_delay(scenario, result.has_delay))
         });

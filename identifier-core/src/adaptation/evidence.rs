@@ -176,7 +176,7 @@ struct LagOne<N> {
 
 impl<N: Number> LagOne<N> {
     /// The largest correlation returned: one of 1 would leave nothing.
-    const MOST: f64 = 0.98;
+    const MAX_CORRELATION: f64 = 0.98;
 
     const NONE: Self = Self {
         square: N::ZERO,
@@ -190,11 +190,11 @@ impl<N: Number> LagOne<N> {
         self.last = value;
     }
 
-    /// From 0 to [`LagOne::MOST`].
+    /// From 0 to [`LagOne::MAX_CORRELATION`].
     fn correlation(&self) -> f64 {
         let square = self.square.to_f64();
         if square > 0.0 {
-            (self.product.to_f64() / square).clamp(0.0, Self::MOST)
+            (self.product.to_f64() / square).clamp(0.0, Self::MAX_CORRELATION)
         } else {
             0.0
         }

@@ -117,11 +117,12 @@ impl CommissionSettings {
         /// ω times hold and delay that a servo without friction bears with Mₛ = 1.6, and the Mₛ that is
         /// left with none.
         const BORNE: f64 = 0.09;
-        const LEAST: f64 = 1.19;
+        const MIN_SENSITIVITY: f64 = 1.19;
         if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {
             return Ok(());
         }
-        let asked = (self.max_sensitivity - LEAST) / (TuningSettings::MAX_SENSITIVITY - LEAST);
+        let asked = (self.max_sensitivity - MIN_SENSITIVITY)
+            / (TuningSettings::MAX_SENSITIVITY - MIN_SENSITIVITY);
         let late = 0.5 * self.sample_time + self.command_delay;
         Err(CommissionError::TooFast {
             bandwidth,

@@ -67,7 +67,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const STEP: f64 = 0.25;
 
     /// The part that it takes where the encoder has few counts in that.
-    const MOST_STEP: f64 = 0.45;
+    const MAX_STEP: f64 = 0.45;
 
     /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
     /// fifth for the zero of the integral and the corners of what is known.
@@ -80,7 +80,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const OF_COMMAND: f64 = 0.5;
 
     /// Minimum counts of a step that resolve an overshoot and a rise.
-    const SEEN: f64 = 40.0;
+    const MIN_STEP_COUNTS: f64 = 40.0;
 
     /// The factor on the next step where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
@@ -96,10 +96,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// The largest dead band, over what the gains answer the step with: while the integral passes from one
     /// side of it to the other, the loop overshoots by about this part of the step.
-    const MOST_DEAD_BAND: f64 = 0.02;
+    const MAX_DEAD_BAND: f64 = 0.02;
 
     /// Second motions after which there is too little evidence.
-    const MOST_REFINED: u32 = 5;
+    const MAX_REFINEMENTS: u32 = 5;
 
     /// The standard error up to which b is known, a part of itself.
     const KNOWN_GAIN: f64 = 0.02;
@@ -277,7 +277,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Then::Again => {
                 self.refined += 1;
-                if self.refined >= Self::MOST_REFINED {
+                if self.refined >= Self::MAX_REFINEMENTS {
                     return self.fail(Reason::TooLittleEvidence);
                 }
                 self.tell(DecisionKind::Uncertain)
@@ -343,8 +343,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             return None;
         }
         self.work = Work::Nothing;
-        let dead =
-            |suspect: &Diagnosis| suspect.dead_band > Self::MOST_DEAD_BAND * tuning.kp * step;
+        let dead = |suspect: &Diagnosis| suspect.dead_band > Self::MAX_DEAD_BAND * tuning.kp * step;
         if let Some(suspect) = self.suspect.filter(dead) {
             return self.fail(suspect.reason);
         }
@@ -374,20 +373,20 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     fn least_step(&self) -> f64 {
-        Self::SEEN * self.settings.resolution
+        Self::MIN_STEP_COUNTS * self.settings.resolution
     }
 
     /// The largest step within the travel, rad.
     fn room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
         let farthest = high.max(-low);
-        (Self::STEP * farthest).max(self.least_step().min(Self::MOST_STEP * farthest))
+        (Self::STEP * farthest).max(self.least_step().min(Self::MAX_STEP * farthest))
     }
 
     /// The largest that there can be, where friction holds the servo through a smaller one, rad.
     fn most_room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
-        Self::MOST_STEP * high.max(-low)
+        Self::MAX_STEP * high.max(-low)
     }
 
     /// The command that is left when the load is held.

@@ -75,8 +75,8 @@ impl<N: Number> Trial<N> {
     const ROUNDING: f64 = 1.5;
 
     /// Settling times after which a transient is over, and by which the servo must be at rest.
-    const OVER: f64 = 1.5;
-    const MOST: f64 = 6.0;
+    const TRANSIENT_SETTLING_TIMES: f64 = 1.5;
+    const MAX_SETTLING_TIMES: f64 = 6.0;
 
     /// The time after which a transient has died down at the latest, 1/ω: that of a pole at −ω/5, to a
     /// fiftieth.
@@ -107,7 +107,7 @@ impl<N: Number> Trial<N> {
         let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
         let settling = samples(Self::settling(tuning));
-        let most = Self::MOST * settling + samples(Self::BESIDES);
+        let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
         Self {
             step: N::from_f64(counts),
             disturbance: N::from_f64(disturbance),
@@ -120,7 +120,7 @@ impl<N: Number> Trial<N> {
                 highest: N::from_f64(highest * libm::fabs(counts)),
                 excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
                 // Casts saturate.
-                over: (Self::OVER * settling) as u32,
+                over: (Self::TRANSIENT_SETTLING_TIMES * settling) as u32,
                 most: most as u32,
             },
             stage: Stage::Settling,

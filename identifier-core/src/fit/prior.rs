@@ -140,7 +140,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     /// The usual size of a term of this servo, machine units of a sample.
     pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> f64 {
         /// Friction is no less than this part of what the motion has of its kind.
-        const LEAST_FRICTION: f64 = 0.1;
+        const MIN_FRICTION_SHARE: f64 = 0.1;
         let of = |wanted: Unknown| {
             let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
             place.map_or(0.0, |i| self.parameters[i].to_f64())
@@ -148,9 +148,9 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         let acceleration = self.acceleration.to_f64();
         let bandwidth = self.bandwidth.to_f64().max(f64::MIN_POSITIVE);
         unknown.usual_size(|share: f64| UsualSizes {
-            coulomb: share * of(Unknown::Coulomb).max(LEAST_FRICTION * acceleration),
+            coulomb: share * of(Unknown::Coulomb).max(MIN_FRICTION_SHARE * acceleration),
             other: PerQuantity {
-                rate: share * of(Unknown::A).max(LEAST_FRICTION * bandwidth),
+                rate: share * of(Unknown::A).max(MIN_FRICTION_SHARE * bandwidth),
                 gain: share * of(Unknown::B),
                 acceleration: share * acceleration,
                 // Of the time in which the loop settles, at least a sample.

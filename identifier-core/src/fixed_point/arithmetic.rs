@@ -208,9 +208,9 @@ impl Sum {
 
     /// A sum from a number of last bits, within its full scale.
     pub(super) fn of_bits(bits: f32) -> Self {
-        const MOST: i64 = (1 << SUM_BITS) - 1;
+        const MAX_BITS: i64 = (1 << SUM_BITS) - 1;
         // A cast saturates, and makes zero of what is no number.
-        Self(between(bits as i64, -MOST, MOST))
+        Self(between(bits as i64, -MAX_BITS, MAX_BITS))
     }
 
     /// The sum as a value.
@@ -245,9 +245,9 @@ impl Sum {
 
     /// The same of a product times 2^`up`; one that would leave the sum's range is one.
     pub(super) fn add_product_raised(&mut self, x: Word, y: Word, up: Raise) {
-        const MOST: i64 = (1 << SUM_BITS) - 1;
+        const MAX_BITS: i64 = (1 << SUM_BITS) - 1;
         let product = wide_product(x, y);
-        self.0 += between(product.saturating_mul(i64::from(up.0)), -MOST, MOST);
+        self.0 += between(product.saturating_mul(i64::from(up.0)), -MAX_BITS, MAX_BITS);
     }
 
     /// The exponent of the one factor with which a product has the last bits of a sum of full scale

@@ -85,7 +85,7 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
 
     fn factor(&self, damping: N, free: &[bool; Q]) -> Factor<N, Q> {
         /// The least pivot of the matrix scaled to a unit diagonal.
-        const LEAST_PIVOT: f64 = 1e-6;
+        const MIN_PIVOT: f64 = 1e-6;
         let scale: [N; Q] = core::array::from_fn(|i| {
             let diagonal = self.matrix[i][i];
             if free[i] && diagonal > N::ZERO {
@@ -94,7 +94,7 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
                 N::ZERO
             }
         });
-        let least = N::from_f64(LEAST_PIVOT);
+        let least = N::from_f64(MIN_PIVOT);
         let mut lower = [[N::ZERO; Q]; Q];
         let mut inverse = [N::ZERO; Q];
         for i in 0..Q {

@@ -41,7 +41,7 @@ impl<N: Number, const L: usize> AmplifierState<N, L> {
     };
 
     /// The longest delay that it can represent, samples.
-    pub(crate) const LONGEST_DELAY: f64 = (L - 2) as f64;
+    pub(crate) const MAX_DELAY: f64 = (L - 2) as f64;
 
     /// The command of some samples ago.
     #[inline]

@@ -80,7 +80,7 @@ pub trait KnownInputs<N: Number>: Copy + Debug + PartialEq {
     const START: Self;
 
     /// The longest delay that it can represent, samples.
-    const LONGEST_DELAY: f64;
+    const MAX_DELAY: f64;
 
     /// Takes the increment of a sample and the command from this sample to the next, and returns what
     /// acts until then; the servo moves about `velocity` meanwhile.
@@ -100,7 +100,7 @@ pub trait KnownInputs<N: Number>: Copy + Debug + PartialEq {
 /// For models without terms: the command acts at once.
 impl<N: Number> KnownInputs<N> for () {
     const START: Self = ();
-    const LONGEST_DELAY: f64 = 0.0;
+    const MAX_DELAY: f64 = 0.0;
 
     #[inline]
     fn take(
@@ -149,7 +149,7 @@ impl<N: Number, const L: usize> KnownInputs<N> for DelayedInputs<N, L> {
             last: 0,
         }
     };
-    const LONGEST_DELAY: f64 = (L - 2) as f64;
+    const MAX_DELAY: f64 = (L - 2) as f64;
 
     #[inline]
     fn take(
@@ -209,7 +209,7 @@ impl<N: Number, const L: usize> KnownInputs<N> for AngledInputs<N, L> {
         delayed: DelayedInputs::START,
         position: N::ZERO,
     };
-    const LONGEST_DELAY: f64 = <DelayedInputs<N, L> as KnownInputs<N>>::LONGEST_DELAY;
+    const MAX_DELAY: f64 = <DelayedInputs<N, L> as KnownInputs<N>>::MAX_DELAY;
 
     #[inline]
     fn take(

@@ -10,7 +10,7 @@ impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifie
     /// # Errors
     /// `delay`, `current_loop` or `dead_band` out of range, or what the identifier refuses.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let declared = Declared::new(settings, AmplifierState::<N, L>::LONGEST_DELAY)?;
+        let declared = Declared::new(settings, AmplifierState::<N, L>::MAX_DELAY)?;
         Ok(Self {
             amplifier: Amplifier::new(declared.dead_band, declared.delay, declared.current_loop),
             identifier: declared.behind.build()?,

@@ -42,7 +42,7 @@ where
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const {
             assert!(
-                W >= Self::LEAST_BLOCKS,
+                W >= Self::MIN_BLOCKS,
                 "a window of fewer blocks tells too little"
             )
         };

@@ -108,12 +108,12 @@ impl SampledLoop {
         /// Ratio of successive factors.
         const STEP: f64 = 1.05;
         /// Factors that are tried: with the last it is twice the ample margin.
-        const MOST: u32 = 43;
+        const MAX_FACTORS: u32 = 43;
         let line = Line {
             first: STEP * plant_box.b().max(),
             ratio: STEP,
         };
-        let steps = grid(plant_box.a()).fold(MOST, |most, a| {
+        let steps = grid(plant_box.a()).fold(MAX_FACTORS, |most, a| {
             line.stable_points(&self.controller.around(a), most)
         });
         raised(1.0, STEP, steps)
@@ -127,13 +127,13 @@ impl SampledLoop {
         /// Ratio of successive values.
         const STEP: f64 = 1.1;
         /// Values that are tried: a range of 10⁸.
-        const MOST: u32 = 200;
+        const MAX_VALUES: u32 = 200;
         let line = Line {
             first: Self::AMPLE_GAIN_MARGIN * (nominal * STEP),
             ratio: STEP,
         };
         let undamped = self.controller.around(0.0);
-        raised(nominal, STEP, line.stable_points(&undamped, MOST))
+        raised(nominal, STEP, line.stable_points(&undamped, MAX_VALUES))
     }
 
     /// Checks the sampled correction in command form for the largest estimates b̂, from `from` to `to`.

@@ -236,8 +236,8 @@ impl Iterator for PredictedStep {
 /// and the time to compute it is bounded.
 fn multiple(bandwidth: f64, servo: &PossibleServo, sample_time: f64) -> f64 {
     /// The longest sample, as a part of 1/ω.
-    const LONGEST: f64 = 0.025;
-    let by_bandwidth = LONGEST / bandwidth;
+    const MAX_SAMPLE: f64 = 0.025;
+    let by_bandwidth = MAX_SAMPLE / bandwidth;
     let by_friction = 0.8 * ZeroOrderHoldStep::<f64>::LARGEST_RATE / servo.a;
     libm::floor(by_bandwidth.min(by_friction) / sample_time).max(1.0)
 }

@@ -25,12 +25,12 @@ pub(super) struct Margins {
 
 impl Margins {
     /// The largest gain margin that is looked for; one that is larger counts as this.
-    pub(super) const MOST_GAIN: f64 = 50.0;
+    pub(super) const MAX_GAIN: f64 = 50.0;
 
     /// Of a loop that bears everything.
     pub(super) const AMPLE: Self = Self {
         sensitivity: 1.0,
-        gain: [0.0, Self::MOST_GAIN],
+        gain: [0.0, Self::MAX_GAIN],
     };
 
     /// The margins that two loops both have.
@@ -150,7 +150,7 @@ impl Walk {
         if at < -1.0 {
             self.awaited += if from.im > 0.0 { -1 } else { 1 };
             self.margins.gain[0] = self.margins.gain[0].max(-1.0 / at);
-        } else if at * Margins::MOST_GAIN < -1.0 {
+        } else if at * Margins::MAX_GAIN < -1.0 {
             self.margins.gain[1] = self.margins.gain[1].min(-1.0 / at);
             self.falling = true;
         }
@@ -161,7 +161,7 @@ impl Walk {
         const SMALL: f64 = 0.1;
         let power = gain.power();
         let small = power < SMALL * SMALL && self.falling;
-        let negligible = power * Margins::MOST_GAIN * Margins::MOST_GAIN < 1.0;
+        let negligible = power * Margins::MAX_GAIN * Margins::MAX_GAIN < 1.0;
         if small || negligible {
             if self.awaited == 0 {
                 Progress::Keeps(self.margins)

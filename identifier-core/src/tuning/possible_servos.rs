@@ -91,11 +91,11 @@ impl PossibleServos {
 
 impl PossibleServo {
     /// The longest delay that is computed with, samples.
-    const LONGEST_DELAY: f64 = 1000.0;
+    const MAX_DELAY: f64 = 1000.0;
 
     fn is_tunable(&self, sample_time: f64) -> bool {
         let rates = 0.0..=ZeroOrderHoldStep::<f64>::LARGEST_RATE;
-        let delays = 0.0..=Self::LONGEST_DELAY;
+        let delays = 0.0..=Self::MAX_DELAY;
         rates.contains(&(self.a * sample_time))
             && delays.contains(&(self.delay / sample_time))
             && self.b > 0.0

@@ -178,12 +178,12 @@ impl Prediction {
         match self.stage {
             Stage::Step => {
                 let settled = self.measure.settled();
-                longer_than(Promise::LONGEST)
+                longer_than(Promise::MAX_TIME)
                     || settled.is_some_and(|since| {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
-            Stage::Opposed => longer_than(Promise::LONGEST) || self.measure.rise().is_some(),
+            Stage::Opposed => longer_than(Promise::MAX_TIME) || self.measure.rise().is_some(),
             Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             Stage::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;

@@ -32,13 +32,13 @@ pub struct Promise {
     /// step: friction does not hold the servo back then.
     pub quickest_rise_time: f64,
     /// The same after a motion against the direction of the step: the integral pushes the other way with
-    /// all that friction bears. Where it takes longer, [`Promise::LONGEST`].
+    /// all that friction bears. Where it takes longer, [`Promise::MAX_TIME`].
     pub slowest_rise_time: f64,
     /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
     /// the step, and a count more, since where within a count a servo stands is not known.
     pub overshoot: f64,
     /// Until the position stays within 2 % of the step, at least two counts, s; where friction
-    /// keeps it outside, for as long as it is looked for, [`Promise::LONGEST`].
+    /// keeps it outside, for as long as it is looked for, [`Promise::MAX_TIME`].
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,
@@ -55,5 +55,5 @@ pub struct Promise {
 
 impl Promise {
     /// Time for which a step is simulated, 1/ω: the slow pole's part has then died down to a 200th.
-    pub const LONGEST: f64 = 25.0;
+    pub const MAX_TIME: f64 = 25.0;
 }

@@ -30,7 +30,7 @@ struct Rise {
 
 impl ByTime {
     /// Steps that are tried at most.
-    const MOST: u32 = 12;
+    const MAX_STEPS: u32 = 12;
 
     /// How close a rise time comes to what was asked for.
     const CLOSE: f64 = 0.01;
@@ -50,7 +50,7 @@ impl ByTime {
             rise: Rise::begin(scene, &judge.design(bandwidth))?,
             slow: None,
             fast: None,
-            left: Self::MOST,
+            left: Self::MAX_STEPS,
         })
     }
 
@@ -84,7 +84,7 @@ impl ByTime {
 
 impl Rise {
     /// Time limit of a rise, 1/ω: four times that without friction.
-    const LONGEST: f64 = 8.0;
+    const MAX_RISE_TIME: f64 = 8.0;
 
     fn begin(scene: &Scene, design: &Design) -> Result<Self, TuningError> {
         let closed_loop = scene.step(design)?;
@@ -92,7 +92,7 @@ impl Rise {
             bandwidth: design.bandwidth,
             closed_loop,
             measure: scene.measure(),
-            longest: samples(Self::LONGEST, design, &closed_loop),
+            longest: samples(Self::MAX_RISE_TIME, design, &closed_loop),
         })
     }
 

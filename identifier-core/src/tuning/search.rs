@@ -150,7 +150,7 @@ impl Search {
     const FINE: f64 = 1.005;
 
     /// Bandwidths that are tried at most; a range of 10¹⁵ from the first.
-    const MOST: u32 = 50;
+    const MAX_BANDWIDTHS: u32 = 50;
 
     /// Begins at a bandwidth.
     pub(super) fn from(bandwidth: f64) -> Self {
@@ -189,7 +189,7 @@ impl Search {
             (Some((design, _)), None) => 2.0 * design.bandwidth,
             (None, _) => 0.5 * bandwidth,
         };
-        if self.tried >= Self::MOST {
+        if self.tried >= Self::MAX_BANDWIDTHS {
             return Some(None);
         }
         self.bandwidth = next;

@@ -39,7 +39,7 @@ impl TuningSettings {
     pub const MAX_NOISE: f64 = 0.03;
 
     /// The fewest counts that a step may have for its rise to be timed.
-    pub const LEAST_COUNTS: f64 = 10.0;
+    pub const MIN_STEP_COUNTS: f64 = 10.0;
 
     /// As stiff as the servo bears, with the usual margins, for a sample time (s), a position of a count
     /// (rad), a largest command and a step of the reference (rad).
@@ -82,7 +82,7 @@ impl TuningSettings {
         };
         SENSITIVITIES.check("max_sensitivity", self.max_sensitivity)?;
         Allowed::PositiveUpTo(1.0).check("max_noise", self.max_noise)?;
-        let least = Self::LEAST_COUNTS * self.resolution;
+        let least = Self::MIN_STEP_COUNTS * self.resolution;
         if least > 0.0 {
             Allowed::AtLeast(least).check("step", self.step)?;
         } else {

@@ -31,7 +31,7 @@ impl<N: Number> StepMeasure<N> {
     pub const BAND: f64 = 0.02;
 
     /// The least that the band is to each side, counts.
-    pub const LEAST_COUNTS: f64 = 2.0;
+    pub const MIN_BAND_COUNTS: f64 = 2.0;
 
     /// The levels between which the rise is timed, parts of the step.
     pub const LEVELS: [f64; 2] = [0.1, 0.9];
@@ -45,7 +45,7 @@ impl<N: Number> StepMeasure<N> {
             begin,
             end,
             step: N::from_f64(step),
-            band: N::from_f64((Self::BAND * step).max(Self::LEAST_COUNTS * count)),
+            band: N::from_f64((Self::BAND * step).max(Self::MIN_BAND_COUNTS * count)),
             passed: [None; 2],
             peak: N::ZERO,
             last: N::ZERO,

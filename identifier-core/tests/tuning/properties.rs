@@ -212,7 +212,7 @@ proptest! {
             let between = held.rise().map_or(f64::INFINITY, |rise| rise * settings.sample_time);
             let least = 0.85 * promise.quickest_rise_time.min(promise.rise_time);
             let most = 1.15 * promise.slowest_rise_time;
-            let is_told = most > Promise::LONGEST / tuning.bandwidth || between < most;
+            let is_told = most > Promise::MAX_TIME / tuning.bandwidth || between < most;
             prop_assert!(between > least && is_told, "{between} {promise:?}");
             // Friction holds the servo at any earlier value of the integral.
             let ServoParameters { b, coulomb, .. } = candidates[corner].0;

@@ -135,7 +135,7 @@ mod tests {
     use identifier_core::tuning::{Cap, Promise};
 
     use super::*;
-    use crate::store::LONGEST_RECORD;
+    use crate::store::MAX_RECORD_BYTES;
 
     const ANY: f64 = 1.0;
 
@@ -255,9 +255,9 @@ mod tests {
             commissioned: Some(Commissioned::new(&servo(), TUNING, Some(TRIAL))),
             under_way: true,
         };
-        let mut bytes = [0; LONGEST_RECORD];
+        let mut bytes = [0; MAX_RECORD_BYTES];
         let written = postcard::to_slice(&record, &mut bytes).expect("it fits");
-        assert!(written.len() > LONGEST_RECORD / 2, "{}", written.len());
+        assert!(written.len() > MAX_RECORD_BYTES / 2, "{}", written.len());
     }
 
     #[test]

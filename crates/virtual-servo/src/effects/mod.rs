@@ -15,7 +15,7 @@ use identifier_core::parameters::{ServoParameters, Unknown};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
     /// Time from a command to its acting, s: any fraction of a sample, up to
-    /// [`Effects::LONGEST_DELAY`] and [`Effects::MAX_DELAYED_SAMPLES`] samples.
+    /// [`Effects::MAX_DELAY`] and [`Effects::MAX_DELAYED_SAMPLES`] samples.
     pub delay: f64,
     /// Time constant of the first-order lag with which the acting command follows, s.
     pub current_loop: f64,
@@ -82,7 +82,7 @@ impl Effects {
     };
 
     /// The longest delay, s.
-    pub const LONGEST_DELAY: f64 = 0.1;
+    pub const MAX_DELAY: f64 = 0.1;
     /// The longest delay, samples.
     pub const MAX_DELAYED_SAMPLES: usize = 64;
     /// The longest time constant of a current loop, s.
@@ -112,7 +112,7 @@ impl Effects {
         );
         const DRIFT: Allowed = Allowed::Within(-Effects::FASTEST_DRIFT, Effects::FASTEST_DRIFT);
 
-        let longest = Self::LONGEST_DELAY.min(Self::MAX_DELAYED_SAMPLES as f64 * sample_time);
+        let longest = Self::MAX_DELAY.min(Self::MAX_DELAYED_SAMPLES as f64 * sample_time);
         Allowed::Within(0.0, longest).check("delay", self.delay)?;
         if self.current_loop != 0.0 {
             let fastest = sample_time / Self::FASTEST_DECAY;

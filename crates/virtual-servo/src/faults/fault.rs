@@ -84,13 +84,13 @@ impl FaultKind {
     #[must_use]
     pub fn sizes(self) -> Option<Allowed> {
         /// The largest jump: half the range of a counter of 32 bits.
-        const FARTHEST: f64 = (1_u32 << 30) as f64;
-        const MOST: f64 = Effects::LARGEST_ACCELERATION;
+        const MAX_JUMP: f64 = (1_u32 << 30) as f64;
+        const MAX_ACCELERATION: f64 = Effects::LARGEST_ACCELERATION;
         match self {
-            Self::EncoderJump => Some(Allowed::Within(-FARTHEST, FARTHEST)),
+            Self::EncoderJump => Some(Allowed::Within(-MAX_JUMP, MAX_JUMP)),
             Self::ActuatorWeak => Some(Allowed::Within(0.0, 1.0)),
-            Self::LoadStep => Some(Allowed::Within(-MOST, MOST)),
-            Self::FrictionRise => Some(Allowed::Within(0.0, MOST)),
+            Self::LoadStep => Some(Allowed::Within(-MAX_ACCELERATION, MAX_ACCELERATION)),
+            Self::FrictionRise => Some(Allowed::Within(0.0, MAX_ACCELERATION)),
             _ => None,
         }
     }

@@ -6,7 +6,7 @@ use crate::Servo;
 /// Faults as they come and go, from sample to sample.
 #[derive(Debug, Clone)]
 pub struct Faults {
-    faults: [Option<InjectedFault>; Self::MOST],
+    faults: [Option<InjectedFault>; Self::MAX_FAULTS],
     sample_time: f64,
     /// Position of a count, rad.
     resolution: f64,
@@ -67,20 +67,20 @@ impl Condition {
 
 impl Faults {
     /// The most that there can be.
-    pub const MOST: usize = 16;
+    pub const MAX_FAULTS: usize = 16;
 
     /// Those of a servo that is moved in steps of `sample_time` (s), with an encoder of which a count is
     /// `resolution` (rad).
     ///
     /// # Errors
-    /// The value that is not allowed; of more than [`Faults::MOST`] faults, their number.
+    /// The value that is not allowed; of more than [`Faults::MAX_FAULTS`] faults, their number.
     pub fn new(
         faults: &[InjectedFault],
         sample_time: f64,
         resolution: f64,
     ) -> Result<Self, OutOfRange> {
-        let mut kept = [None; Self::MOST];
-        Allowed::AtMost(Self::MOST as f64).check("faults", faults.len() as f64)?;
+        let mut kept = [None; Self::MAX_FAULTS];
+        Allowed::AtMost(Self::MAX_FAULTS as f64).check("faults", faults.len() as f64)?;
         for (place, fault) in kept.iter_mut().zip(faults) {
             fault.check()?;
             *place = Some(*fault);

@@ -192,7 +192,7 @@ fn impossible_faults_are_refused_by_name() {
         "duration"
     );
     assert_eq!(refused(InjectedFault { size: 1.5, ..sound }), "size");
-    let many = [sound; Faults::MOST + 1];
+    let many = [sound; Faults::MAX_FAULTS + 1];
     let refused = Faults::new(&many, SAMPLE_TIME, COUNT).expect_err("too many");
     assert_eq!(refused.parameter, "faults");
     Faults::new(&many[1..], SAMPLE_TIME, COUNT).expect("as many as there can be");

@@ -152,7 +152,7 @@ type Told<'a> = dyn Fn(&MethodErrors) -> Option<(String, f64)> + 'a;
 
 fn grid(caption: &str, result: &ComparisonResult, told: &Told<'_>) -> Table {
     /// The size of an error that is worth a shade.
-    const LEAST: f64 = 1e-4;
+    const MIN_ERROR: f64 = 1e-4;
     let columns = result.cases.iter().map(|case| Column::figures(case.case));
     let mut table = Table::new(
         caption,
@@ -172,7 +172,7 @@ fn grid(caption: &str, result: &ComparisonResult, told: &Told<'_>) -> Table {
                 (Some((text, _)), status) => format!("{text} {status}"),
                 (None, status) => status.to_owned(),
             };
-            let level = (size / LEAST).max(1.0).log10().ceil();
+            let level = (size / MIN_ERROR).max(1.0).log10().ceil();
             row.push(text);
             levels.push(level.min(f64::from(Table::WORST)) as u8);
         }

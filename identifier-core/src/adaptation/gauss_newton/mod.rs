@@ -310,7 +310,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     pub(crate) const LEVEL_MEMORY: f64 = 0.03;
 
     /// The shortest memory of any kind, blocks.
-    pub(crate) const LEAST_BLOCKS: f64 = 12.0;
+    pub(crate) const MIN_BLOCKS: f64 = 12.0;
 
     /// The largest factor by which P rises with the noise level in one block: a step of the load must
     /// be distinguished from a new noise level before the estimates follow it.
@@ -338,22 +338,22 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let least_lost = match config.memory {
             Some(memory) => {
                 let memory = Allowed::AtLeast(Self::FIRST_MEMORY).check("memory", memory)?;
-                1.0 / blocks(memory, Self::LEAST_BLOCKS)
+                1.0 / blocks(memory, Self::MIN_BLOCKS)
             }
             None => 0.0,
         };
         Ok(Self {
             noise: N::from_f64(config.noise / f64::from(Self::BLOCK)),
             dead_zone: N::from_f64(config.dead_zone),
-            settling: N::from_f64(1.0 - 1.0 / blocks(Self::SETTLING, Self::LEAST_BLOCKS)),
+            settling: N::from_f64(1.0 - 1.0 / blocks(Self::SETTLING, Self::MIN_BLOCKS)),
             least_lost: N::from_f64(least_lost),
-            first_lost: N::from_f64(1.0 / blocks(Self::FIRST_MEMORY, Self::LEAST_BLOCKS)),
+            first_lost: N::from_f64(1.0 / blocks(Self::FIRST_MEMORY, Self::MIN_BLOCKS)),
             short: N::from_f64(1.0 / blocks(Self::LEVEL_MEMORY, 4.0)),
             caution: N::from_f64(Self::CAUTION),
             ninth: N::from_f64(1.0 / 9.0),
             steepest: N::from_f64(Self::STEEPEST),
-            renewed: N::from_f64(1.0 / blocks(Self::CORRELATION_MEMORY, Self::LEAST_BLOCKS)),
-            calming: N::from_f64(1.0 / blocks(Self::CALMING, Self::LEAST_BLOCKS)),
+            renewed: N::from_f64(1.0 / blocks(Self::CORRELATION_MEMORY, Self::MIN_BLOCKS)),
+            calming: N::from_f64(1.0 / blocks(Self::CALMING, Self::MIN_BLOCKS)),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
             moved: N::from_f64(f64::from(Self::MOVES + 1)),
             back: N::from_f64(f64::from(Self::LOOKS + 1) - 0.5 * f64::from(Self::BLOCK - 1)),

@@ -72,7 +72,7 @@ pub struct FirstOrder<N, const P: usize> {
 
 impl<N: Number, const P: usize> FirstOrder<N, P> {
     /// The largest correlation that is taken out: a constant load has to stay visible.
-    const MOST: f64 = 0.99;
+    const MAX_CORRELATION: f64 = 0.99;
 }
 
 impl<N: Number, const P: usize> Whitening<N, P> for FirstOrder<N, P> {
@@ -109,7 +109,7 @@ impl<N: Number, const P: usize> Whitening<N, P> for FirstOrder<N, P> {
             self.lag_one += renewed * (error * last_error - self.lag_one);
             if self.square > N::ZERO && self.square.reciprocal().is_finite() {
                 self.correlation = (self.lag_one * self.square.reciprocal())
-                    .limited(N::ZERO, N::from_f64(Self::MOST));
+                    .limited(N::ZERO, N::from_f64(Self::MAX_CORRELATION));
             }
         }
         if self.begun {

@@ -41,14 +41,14 @@ impl<N: Number> Affected<N> {
         (index, position): (usize, N),
     ) {
         /// More commands than these cannot act in a piece; a bound for what is not a number.
-        const MOST: u32 = 64;
+        const MAX_COMMANDS: u32 = 64;
         let Some(piece) = motion.get(index) else {
             return;
         };
         let [a, gain] = [A, B].map(|i| unknowns[i]);
         let load = unknowns[LOAD] + effect.push(position, piece.travel);
         let mut left = piece.samples;
-        for _ in 0..MOST {
+        for _ in 0..MAX_COMMANDS {
             let acting = self.inputs.take(motion, left);
             let time = acting.time;
             if time > N::ZERO {

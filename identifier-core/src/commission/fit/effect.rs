@@ -103,10 +103,10 @@ impl Effect {
 
     /// By how much sizes are changed to see what that does.
     pub(super) fn changes(self, sizes: &Sizes, scales: &Scales) -> Sizes {
-        let force = Scales::LITTLE * scales.acceleration;
+        let force = Scales::SMALL_CHANGE * scales.acceleration;
         match self {
             Self::None => [0.0; SIZES],
-            Self::DeadBand => [Scales::LITTLE * scales.command, 0.0, 0.0],
+            Self::DeadBand => [Scales::SMALL_CHANGE * scales.command, 0.0, 0.0],
             Self::Gravity => [force, force, 0.0],
             Self::Backlash => [0.5, 0.5, 0.0],
             Self::LowSpeedFriction => [force, 0.1 * sizes[1], 0.0],

@@ -92,12 +92,12 @@ impl<N: Number> EffectModel<N> {
     /// being the ratio of the masses; in steps that are short beside it.
     fn swing(&self, [swing, rate]: &mut Memory<N>, time: N, change: N) -> N {
         /// The largest angle of a step, rad, and the most steps.
-        const ANGLE: f64 = 0.3;
-        const MOST: i32 = 16;
+        const MAX_ANGLE: f64 = 0.3;
+        const MAX_STEPS: i32 = 16;
         let before = *swing;
         let [ratio, omega, _] = self.sizes;
-        let steps = (omega * time * N::from_f64(1.0 / ANGLE))
-            .limited(N::ZERO, N::from_count(MOST - 1))
+        let steps = (omega * time * N::from_f64(1.0 / MAX_ANGLE))
+            .limited(N::ZERO, N::from_count(MAX_STEPS - 1))
             .whole()
             + 1;
         let part = N::from_count(steps).reciprocal();

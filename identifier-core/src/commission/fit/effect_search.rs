@@ -65,7 +65,7 @@ impl<N: Number> EffectSearch<N> {
     /// Levenberg's and Marquardt's damping at the start.
     const FIRST_DAMPING: f64 = 1e-3;
     /// A pass that changes the cost by less than this part is the last.
-    const ENOUGH: f64 = 1e-3;
+    const MIN_CHANGE: f64 = 1e-3;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
     /// A dead band that explains this part of the errors, and leaves no more than this many times what the best
@@ -205,7 +205,7 @@ impl<N: Number> EffectSearch<N> {
     fn is_last(&mut self, pass: &Comparison<N>) -> bool {
         let least = self.best.as_ref().map(|best| best.equations.cost());
         let cost = pass.equations.cost();
-        let judged = judge(cost, least, Self::ENOUGH, &mut self.damping);
+        let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
         if judged.helped {
             self.best = Some(Best {
                 unknowns: pass.unknowns,

@@ -47,12 +47,12 @@ impl<N: Number> Follower<N> {
         index: usize,
     ) {
         /// More commands than these cannot act in a piece; a bound for what is not a number.
-        const MOST: u32 = 64;
+        const MAX_COMMANDS: u32 = 64;
         let Some(piece) = motion.get(index) else {
             return;
         };
         let mut left = piece.samples;
-        for _ in 0..MOST {
+        for _ in 0..MAX_COMMANDS {
             let acting = self.inputs.take(motion, left);
             if acting.time > N::ZERO {
                 self.go(step, &acting);

@@ -68,7 +68,7 @@ impl<N: Number> Prior<N> {
 /// G⁻¹ of a covariance G Gᵀ, lower triangular. A value without variance gets no weight.
 fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
     /// The part of a variance below which it is explained by the others.
-    const LEAST: f64 = 1e-9;
+    const MIN_UNEXPLAINED_SHARE: f64 = 1e-9;
     let mut factor = [[0.0; 5]; 5];
     let mut inverse = [[0.0; 5]; 5];
     for i in 0..5 {
@@ -81,7 +81,7 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
                 sum -= factor[i][k] * factor[j][k];
             }
             if i == j {
-                factor[i][i] = libm::sqrt(sum.max(LEAST * covariance[i][i]));
+                factor[i][i] = libm::sqrt(sum.max(MIN_UNEXPLAINED_SHARE * covariance[i][i]));
             } else if factor[j][j] > 0.0 {
                 factor[i][j] = sum / factor[j][j];
             }

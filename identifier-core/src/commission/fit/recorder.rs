@@ -18,18 +18,18 @@ pub(crate) struct MotionRecorder<N> {
 
 impl<N: Number> MotionRecorder<N> {
     /// The longest block, s.
-    const LONGEST: f64 = 8e-4;
+    const MAX_BLOCK_TIME: f64 = 8e-4;
 
     /// Of the largest command: a change that ends a block.
-    const MUCH: f64 = 0.02;
+    const MAX_COMMAND_CHANGE: f64 = 0.02;
 
     /// For fits with these settings.
     #[must_use]
     pub(crate) fn new(settings: &FitSettings) -> Self {
-        let longest = libm::floor(Self::LONGEST / settings.sample_time).max(1.0);
+        let longest = libm::floor(Self::MAX_BLOCK_TIME / settings.sample_time).max(1.0);
         Self {
             longest: N::from_f64(longest),
-            much: N::from_f64(Self::MUCH * settings.max_command),
+            much: N::from_f64(Self::MAX_COMMAND_CHANGE * settings.max_command),
             open: Piece::NONE,
             began: N::ZERO,
             acting: None,

@@ -18,7 +18,7 @@ pub(super) struct Scales {
 
 impl Scales {
     /// A change that is small beside what moves.
-    pub(super) const LITTLE: f64 = 0.003;
+    pub(super) const SMALL_CHANGE: f64 = 0.003;
 
     /// Of a record of a servo with a gain.
     pub(super) fn of<N: Number, const W: usize>(motion: &MotionRecord<N, W>, gain: N) -> Self {
@@ -46,7 +46,7 @@ impl Scales {
 
     /// By how much the servo's own unknowns are changed to see what that does.
     pub(super) fn changes(&self) -> [f64; UNKNOWNS] {
-        let force = Self::LITTLE * self.acceleration;
+        let force = Self::SMALL_CHANGE * self.acceleration;
         let mut changes = [0.0; UNKNOWNS];
         changes[A] = force / self.speed;
         changes[B] = force / self.command;
@@ -54,7 +54,7 @@ impl Scales {
         changes[DELAY] = 0.1;
         changes[LOAD] = force;
         changes[POSITION] = 0.5;
-        changes[VELOCITY] = Self::LITTLE * self.speed;
+        changes[VELOCITY] = Self::SMALL_CHANGE * self.speed;
         changes
     }
 }

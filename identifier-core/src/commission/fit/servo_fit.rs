@@ -47,7 +47,7 @@ impl<N: Number> ServoFit<N> {
     /// Levenberg's and Marquardt's damping at the start.
     const FIRST_DAMPING: f64 = 1e-3;
     /// A pass that changes the cost by less than this part is the last.
-    const ENOUGH: f64 = 1e-4;
+    const MIN_CHANGE: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
     /// Factors on gain and friction of the linear estimate, and what is added to its delay (samples):
@@ -262,7 +262,7 @@ impl<N: Number> ServoFit<N> {
         };
         let least = self.this.as_ref().map(|best| best.equations.cost());
         let cost = pass.equations.cost();
-        let judged = judge(cost, least, Self::ENOUGH, &mut self.damping);
+        let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
         if judged.helped {
             self.this = Some(Best {
                 unknowns: pass.unknowns,

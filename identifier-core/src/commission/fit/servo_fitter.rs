@@ -38,7 +38,7 @@ impl<N: Number> ServoFitter<N> {
     const UNKNOWN_DELAY: f64 = 1e-4;
 
     /// The time of the pieces that are fitted first, s.
-    const FEW: f64 = 0.12;
+    const FIRST_TIME: f64 = 0.12;
 
     /// The speed of a servo that stands, counts per sample: a count in a hundred.
     const STOOD: f64 = 0.01;
@@ -51,7 +51,7 @@ impl<N: Number> ServoFitter<N> {
     pub(super) const FASTEST_AT_FIRST: f64 = 4.0;
 
     /// The longest delay, s.
-    const LONGEST_DELAY: f64 = 0.02;
+    const MAX_DELAY: f64 = 0.02;
 
     /// For records with these settings.
     #[must_use]
@@ -76,7 +76,7 @@ impl<N: Number> ServoFitter<N> {
         let speed = self.speed_at_first(motion, prior.is_some());
         let vague = Prior::vague([expected, deviation], speed);
         let bounds = self.bounds(motion, speed);
-        let few = motion.pieces_in(N::from_f64(Self::FEW / time));
+        let few = motion.pieces_in(N::from_f64(Self::FIRST_TIME / time));
         let fit = match prior {
             None => {
                 // Half of the time that friction, viscous and Coulomb, may need to show.
@@ -154,7 +154,7 @@ impl<N: Number> ServoFitter<N> {
             (A, [0.0, most_rate]),
             (B, [0.0, f64::from(f32::MAX)]),
             (COULOMB, [0.0, f64::from(f32::MAX)]),
-            (DELAY, [0.0, Self::LONGEST_DELAY / time]),
+            (DELAY, [0.0, Self::MAX_DELAY / time]),
             (POSITION, [-1.0, 1.0]),
             (VELOCITY, [-fastest, fastest]),
         ] {
@@ -182,7 +182,7 @@ impl<N: Number> ServoFitter<N> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
         /// The largest correlation from piece to piece that can be distinguished from one.
-        const MOST_CORRELATED: f64 = 0.95;
+        const MAX_CORRELATION: f64 = 0.95;
         let best = fit.best().ok_or(Reason::TooLittleEvidence)?;
         if fit.is_at_upper_bound(best) {
             return Err(Reason::EstimateAtBound);
@@ -192,7 +192,7 @@ impl<N: Number> ServoFitter<N> {
         let cost = best.equations.cost().to_f64();
         let variance = (cost / pieces).max(ROUNDING);
         let correlation =
-            (best.lag_one.to_f64() / cost.max(f64::MIN_POSITIVE)).clamp(0.0, MOST_CORRELATED);
+            (best.lag_one.to_f64() / cost.max(f64::MIN_POSITIVE)).clamp(0.0, MAX_CORRELATION);
         let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
         let inverse = best.equations.covariance();
         let per_scale = scale.map(|scale| 1.0 / scale);

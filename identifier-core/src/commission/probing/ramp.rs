@@ -5,7 +5,7 @@ use crate::commission::Reason;
 use crate::number::Number;
 
 /// The shortest informative fall, counts.
-const LEAST_FALL: f64 = 3.0;
+const MIN_FALL_COUNTS: f64 = 3.0;
 
 /// The first knowledge of a servo: b, and its acceleration without a command in one direction.
 struct Guess<N> {
@@ -80,7 +80,7 @@ impl<N: Number> Probing<N> {
                 return self.know(state, &guess);
             }
         } else if comes_back && furthest * state.direction < N::ZERO {
-            if furthest.magnitude() >= N::from_f64(LEAST_FALL) {
+            if furthest.magnitude() >= N::from_f64(MIN_FALL_COUNTS) {
                 let guess = Guess::caught(&state.fall.turning(), state.fall.base);
                 return self.know(state, &guess);
             }

@@ -20,7 +20,7 @@ impl ProbingSettings {
     pub(crate) const MIN_TRAVEL_COUNTS: [f64; 2] = [16.0, 100.0];
 
     /// The least speed, counts per second.
-    pub(crate) const LEAST_SPEED: f64 = 200.0;
+    pub(crate) const MIN_SPEED_COUNTS: f64 = 200.0;
 
     /// # Errors
     /// Limits that contradict themselves, or that are less than evidence needs with this encoder.
@@ -38,7 +38,7 @@ impl ProbingSettings {
         if travel < needed {
             return Err(CommissionError::TravelTooSmall { travel, needed });
         }
-        let needed = Self::LEAST_SPEED * self.resolution;
+        let needed = Self::MIN_SPEED_COUNTS * self.resolution;
         if limits.speed < needed {
             return Err(CommissionError::SpeedTooSmall {
                 speed: limits.speed,

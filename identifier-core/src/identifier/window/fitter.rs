@@ -51,7 +51,7 @@ where
     pub const TIME: f64 = 0.5;
 
     /// Blocks that the first fit needs.
-    pub const LEAST_BLOCKS: usize = 32;
+    pub const MIN_BLOCKS: usize = 32;
 
     /// The largest relative standard error of b with which a fit counts.
     pub const UNCERTAIN: f64 = 0.2;
@@ -66,7 +66,7 @@ where
     /// window loses the motion that it knew, and a fit would rest on the last of it.
     fn is_due(&self, fits: &Fits<N, W, F::Inputs<N>, U, Q>) -> bool {
         let blocks = fits.blocks();
-        blocks >= Self::LEAST_BLOCKS
+        blocks >= Self::MIN_BLOCKS
             && fits.fresh() >= (blocks / 32).max(2)
             && fits.fresh_path() >= N::from_f64(MIN_TRAVEL_COUNTS)
     }
