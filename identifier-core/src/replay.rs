@@ -80,7 +80,7 @@ impl ReplayModel {
     ) -> Self {
         let place = |wanted| Unknown::ALL.iter().position(|&one| one == wanted);
         let mut sizes = Unknown::ALL.map(|unknown| match unknown.parameter() {
-            Some(parameter) => parameter.of(servo),
+            Some(parameter) => parameter.value_in(servo),
             None if unknown == Unknown::Delay => declared.delay,
             // A declared dead band is the amplifier's.
             None => 0.0,

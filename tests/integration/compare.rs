@@ -53,7 +53,7 @@ fn assert_found(summary: &Summary, parameters: &[Parameter]) {
             .estimate(parameter)
             .expect("it is estimated")
             .tail_mean
-            - parameter.of(&truth);
+            - parameter.value_in(&truth);
         let tolerance = match parameter {
             Parameter::A => 0.1,
             Parameter::B => 0.02 * truth.b,

@@ -67,7 +67,7 @@ fn covered(summaries: &[Summary], parameter: Parameter) -> usize {
         .iter()
         .filter(|summary| {
             let estimate = summary.estimate(parameter).expect("estimated");
-            let error = estimate.last - parameter.of(&summary.truth.expect("known"));
+            let error = estimate.last - parameter.value_in(&summary.truth.expect("known"));
             error.abs() < 2.0 * estimate.std_error.expect("the law has one")
         })
         .count()
@@ -98,7 +98,7 @@ fn standard_errors_cover_the_truth() {
     ] {
         let square = summaries.iter().map(|summary| {
             let estimate = summary.estimate(parameter).expect("estimated");
-            let error = estimate.last - parameter.of(&summary.truth.expect("known"));
+            let error = estimate.last - parameter.value_in(&summary.truth.expect("known"));
             (error / estimate.std_error.expect("the law has one")).powi(2)
         });
         let size = (square.sum::<f64>() / RUNS as f64).sqrt();

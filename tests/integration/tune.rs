@@ -109,10 +109,10 @@ impl Axis {
         };
         let settings = conditions.settings(self.goal, result, None);
         let settings = settings.expect("all is known");
-        Tuned::of(result, &settings).unwrap_or_else(|refused| match refused {
+        Tuned::new(result, &settings).unwrap_or_else(|refused| match refused {
             NoGains::TooFast { most, .. } => {
                 let goal = Goal::Bandwidth(0.8 * most);
-                Tuned::of(result, &TuningSettings { goal, ..settings }).expect("within reach")
+                Tuned::new(result, &TuningSettings { goal, ..settings }).expect("within reach")
             }
             NoGains::Error(error) => panic!("{self:?}: {error}"),
         })

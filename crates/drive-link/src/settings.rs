@@ -163,16 +163,16 @@ fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Resu
         ("coulomb", Parameter::Coulomb),
         ("load", Parameter::Load),
     ] {
-        if let Some(initial) = given.initial.of(parameter) {
+        if let Some(initial) = given.initial.get(parameter) {
             write!(f, "\n{name} begins with {initial}")?;
         }
-        if let Some([min, max]) = given.bounds.of(parameter) {
+        if let Some([min, max]) = given.bounds.get(parameter) {
             write!(f, "\n{name} stays within {min} to {max}")?;
         }
-        if let Some(deviation) = given.uncertainty.of(parameter) {
+        if let Some(deviation) = given.uncertainty.get(parameter) {
             write!(f, "\n{name} is known to {deviation} (standard deviation)")?;
         }
-        if given.known.of(parameter) {
+        if given.known.get(parameter) {
             write!(f, "\n{name} is known, and stays")?;
         }
     }

@@ -98,8 +98,8 @@ impl Summariser {
             ((3.0 * passed) as usize).min(2)
         });
         for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
-            let at_bound = sample.at_bounds.of(parameter);
-            tracked.add(parameter.of(&sample.estimates), at_bound, third);
+            let at_bound = sample.at_bounds.get(parameter);
+            tracked.add(parameter.value_in(&sample.estimates), at_bound, third);
         }
         self.standard_errors = sample.standard_errors;
         self.stretch.add(sample);
@@ -181,7 +181,7 @@ impl Summariser {
             .flatten();
         let parameters: Vec<(Parameter, &Tracked, f64)> = (PARAMETERS.iter().zip(&self.tracked))
             .filter(|(parameter, _)| estimated.contains(parameter))
-            .map(|(parameter, tracked)| (*parameter, tracked, parameter.of(&judged)))
+            .map(|(parameter, tracked)| (*parameter, tracked, parameter.value_in(&judged)))
             .collect();
         let mut evidence = evidence::gather(&Known {
             motion: Motion {
@@ -206,7 +206,7 @@ impl Summariser {
             Estimate {
                 std_error: of.and_then(|(_, of)| of.uncertainty()),
                 unit: unknown.unit(),
-                value: parameter.of(&judged),
+                value: parameter.value_in(&judged),
                 is_estimated: estimated.contains(&parameter),
                 ..self.tracked[place(parameter)].estimate(|_| tolerance)
             }

@@ -28,7 +28,7 @@ pub(super) struct Response {
 
 impl Response {
     /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
-    pub(super) fn of(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
+    pub(super) fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
         let closing = scenario.identifier.law.closing();
         if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
             return None;
@@ -179,7 +179,7 @@ mod tests {
         );
         let scenario = Scenario::parse("s.toml", &text, Purpose::Run).expect("a scenario");
         let servo = scenario.plant.expect("a plant");
-        let response = Response::of(&scenario, &servo).expect("a PID");
+        let response = Response::new(&scenario, &servo).expect("a PID");
         (scenario, response)
     }
 

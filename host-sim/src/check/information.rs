@@ -24,7 +24,7 @@ pub(super) struct Information {
 }
 
 impl Information {
-    pub(super) fn of(
+    pub(super) fn new(
         parameters: &[Parameter],
         servo: &ServoParameters,
         omega: f64,
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn a_held_command_shows_b_as_the_closed_form_says() {
         // s rests at u/ω², so that N samples leave σ ω²/(u √N).
-        let mut known = Information::of(&[Parameter::B], &SERVO, 50.0, 1e-3, 1e-8);
+        let mut known = Information::new(&[Parameter::B], &SERVO, 50.0, 1e-3, 1e-8);
         for _ in 0..1_000_000 {
             known.add(0.0, 2.0);
         }
@@ -157,7 +157,7 @@ mod tests {
     fn what_does_not_move_apart_is_not_told_apart() {
         // A command that never changes is a load.
         let both = [Parameter::B, Parameter::Load];
-        let mut known = Information::of(&both, &SERVO, 50.0, 1e-3, 1e-8);
+        let mut known = Information::new(&both, &SERVO, 50.0, 1e-3, 1e-8);
         for _ in 0..1000 {
             known.add(0.0, 2.0);
         }
@@ -171,7 +171,7 @@ mod tests {
                 .iter()
                 .all(|error| error.is_finite())
         );
-        let mut nothing = Information::of(&[Parameter::A], &SERVO, 50.0, 1e-3, 1e-8);
+        let mut nothing = Information::new(&[Parameter::A], &SERVO, 50.0, 1e-3, 1e-8);
         nothing.add(0.0, 1.0);
         nothing.add(0.0, 1.0);
         assert_eq!(nothing.standard_errors(), [f64::INFINITY]);

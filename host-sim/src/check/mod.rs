@@ -25,12 +25,12 @@ pub fn check(scenario: &Scenario) -> Result<CheckResult, Fault> {
     let plant = scenario
         .plant
         .ok_or_else(|| Fault::new("plant", "a check needs a servo to look at"))?;
-    let response = Response::of(scenario, &plant);
+    let response = Response::new(scenario, &plant);
     let closed_loop = response.map(|response| response.figures(scenario));
     let omega = closed_loop
         .and_then(|found| found.crossover)
         .unwrap_or(PER_SAMPLE / scenario.sample_time());
-    let rehearsal = Rehearsal::of(scenario, omega)?;
+    let rehearsal = Rehearsal::run(scenario, omega)?;
     let resolution = scenario.stated.resolution;
     let [low, high] = scenario.controller().limit;
     let largest = high.min(-low);

@@ -46,7 +46,7 @@ struct Motion {
 
 impl Rehearsal {
     /// Moves the servo of a scenario, and looks at the motion with a correction of this bandwidth, rad/s.
-    pub(super) fn of(scenario: &Scenario, omega: f64) -> Result<Self, Fault> {
+    pub(super) fn run(scenario: &Scenario, omega: f64) -> Result<Self, Fault> {
         let parameters = scenario.estimated();
         let servo = scenario
             .plant
@@ -56,7 +56,7 @@ impl Rehearsal {
         let variance = resolution * resolution / 12.0 + noise * noise;
         let sample_time = scenario.sample_time();
         let mut motion = Motion {
-            information: Information::of(&parameters, &servo, omega, sample_time, variance),
+            information: Information::new(&parameters, &servo, omega, sample_time, variance),
             new: -(-scenario.stated.cutoff * sample_time).exp_m1(),
             sample_time,
             limit: scenario.controller().limit,

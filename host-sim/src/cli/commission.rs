@@ -39,7 +39,7 @@ pub(super) fn experiment(
     let file = Path::new(&text.file);
     let of_scenario = |fault| Fault::of_scenario(file, fault);
     let origin = Origin::new(Task::Commission, text, &scenario);
-    let machine = Commissioning::of(&scenario).map_err(of_scenario)?;
+    let machine = Commissioning::new(&scenario).map_err(of_scenario)?;
     let mut results = outputs.begin(&[input], origin, kept)?;
     let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));
     let mut mcap = results.messages(messages::begin);

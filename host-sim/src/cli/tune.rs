@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .conditions
         .settings(arguments.goal(), &result, loaded.as_ref())
         .map_err(|error| of_result(&error))?;
-    let tuned = Tuned::of(&result, &settings)
+    let tuned = Tuned::new(&result, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
     let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();

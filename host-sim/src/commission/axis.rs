@@ -28,7 +28,7 @@ impl Axis {
     ///
     /// # Errors
     /// The key that it cannot be built from.
-    pub fn of(scenario: &Scenario) -> Result<Self, Fault> {
+    pub fn new(scenario: &Scenario) -> Result<Self, Fault> {
         let units = scenario.checked_units()?;
         let (time, seed) = (units.sample_time(), scenario.noise_seed());
         let parameters = scenario.servo()?;

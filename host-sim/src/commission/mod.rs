@@ -46,7 +46,7 @@ impl Commissioning {
     ///
     /// # Errors
     /// The key that is missing, or that it cannot be done with; nothing has moved then.
-    pub fn of(scenario: &Scenario) -> Result<Self, Fault> {
+    pub fn new(scenario: &Scenario) -> Result<Self, Fault> {
         let settings = scenario.commission_settings()?;
         let before = scenario.gains_before()?;
         let refused = |error| scenario.fault_of_commission(&error);
@@ -59,7 +59,7 @@ impl Commissioning {
                 "a commissioning is computed in \"f32\", as on the chip, or in \"f64\"",
             ));
         }
-        let axis = Axis::of(scenario)?;
+        let axis = Axis::new(scenario)?;
         Ok(Self {
             axis: match before {
                 Some(_) => axis.held(),
@@ -93,7 +93,7 @@ impl Commissioning {
     /// Runs it and shows every sample to `observe`.
     ///
     /// # Errors
-    /// As [`Commissioning::of`].
+    /// As [`Commissioning::new`].
     pub fn run(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
         match self.arithmetic {
             Arithmetic::F64 => self.run_here::<f64>(observe),

@@ -70,7 +70,7 @@ impl StepResponse {
         // A servo that friction holds may never come as near as settling asks for.
         let settling = (tuning.promise.settling_time).min(SLOWEST / tuning.bandwidth);
         let (times, besides) = WATCHED;
-        Self::of(scenario, &gains, step, times * settling + besides).ok()
+        Self::new(scenario, &gains, step, times * settling + besides).ok()
     }
 
     /// Of a scenario's servo, encoder included, for a time (s): it stands, and the integral is on the load's
@@ -78,7 +78,7 @@ impl StepResponse {
     ///
     /// # Errors
     /// The key that it cannot be built from.
-    fn of(
+    fn new(
         scenario: &Scenario,
         gains: &HoldingGains,
         step: f64,
@@ -93,7 +93,7 @@ impl StepResponse {
         let controller = controller.map_err(|error| scenario.fault(&error))?;
         let units = scenario.checked_units()?;
         let sample_time = units.sample_time();
-        let mut axis = Axis::of(scenario)?.held();
+        let mut axis = Axis::new(scenario)?.held();
         let ki = gains.controller.ki;
         let integral = match ki > 0.0 {
             true => axis.balance() / (ki * sample_time) * units.position(),

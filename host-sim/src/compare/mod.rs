@@ -146,6 +146,6 @@ fn run(scenario: &Scenario, method: &Method) -> MethodErrors {
 fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
     let truth = summary.truth.as_ref()?;
     let estimate = summary.estimate(parameter)?;
-    let error = estimate.tail_mean - parameter.of(truth);
+    let error = estimate.tail_mean - parameter.value_in(truth);
     (summary.status() != Status::Aborted && error.is_finite()).then_some(error)
 }

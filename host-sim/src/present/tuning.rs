@@ -137,7 +137,7 @@ pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Bloc
         Ok(settings) => settings,
         Err(error) => return none(&error),
     };
-    match Tuned::of(result, &settings) {
+    match Tuned::new(result, &settings) {
         Ok(tuned) => {
             let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those \
                         that it may be as well.";

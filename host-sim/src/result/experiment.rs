@@ -159,7 +159,7 @@ impl Summary {
     /// One estimate; none if the law does not estimate the parameter.
     #[must_use]
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
-        let estimate = self.estimates.of(parameter);
+        let estimate = self.estimates.get(parameter);
         estimate.is_estimated.then_some(estimate)
     }
 }
@@ -167,7 +167,7 @@ impl Summary {
 impl Estimates {
     /// That of a parameter, constant if it is not estimated.
     #[must_use]
-    pub fn of(&self, parameter: Parameter) -> &Estimate {
+    pub fn get(&self, parameter: Parameter) -> &Estimate {
         match parameter {
             Parameter::A => &self.a,
             Parameter::B => &self.b,

@@ -40,7 +40,7 @@ impl SweepRun {
     /// Estimate less truth.
     #[must_use]
     pub fn error(&self, parameter: Parameter) -> f64 {
-        parameter.of(&self.found) - parameter.of(&self.truth)
+        parameter.value_in(&self.found) - parameter.value_in(&self.truth)
     }
 }
 
@@ -109,7 +109,7 @@ impl Quantiles {
 
     /// Percentiles of values in ascending order, at least one: the smallest value that this percentage
     /// does not exceed.
-    fn of(sorted: &[f64]) -> Self {
+    fn from_sorted(sorted: &[f64]) -> Self {
         let at = |part: f64| {
             let place = (part * sorted.len() as f64).ceil().max(1.0) as usize - 1;
             sorted[place.min(sorted.len() - 1)]
@@ -170,7 +170,7 @@ fn spread(
         name,
         unit,
         count: sorted.len(),
-        quantiles: Quantiles::of(&sorted),
+        quantiles: Quantiles::from_sorted(&sorted),
         sorted,
     })
 }
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn quantiles_are_values_that_occur() {
         let sorted: Vec<f64> = (1..=100).map(f64::from).collect();
-        let quantiles = Quantiles::of(&sorted);
+        let quantiles = Quantiles::from_sorted(&sorted);
         for (quantile, expected) in [
             (quantiles.q05, 5.0),
             (quantiles.q50, 50.0),
@@ -190,6 +190,6 @@ mod tests {
         ] {
             assert!((quantile - expected).abs() < 1e-12, "{quantile}");
         }
-        assert!((Quantiles::of(&[7.0]).q95 - 7.0).abs() < 1e-12);
+        assert!((Quantiles::from_sorted(&[7.0]).q95 - 7.0).abs() < 1e-12);
     }
 }

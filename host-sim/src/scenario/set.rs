@@ -42,7 +42,7 @@ impl Scenario {
     #[must_use]
     pub fn model_set(&self) -> ModelSet {
         let has = |parameter| {
-            let known = self.stated.identifier.initial.of(parameter);
+            let known = self.stated.identifier.initial.get(parameter);
             !self.identifier.is_known(parameter) || known.is_some_and(|value| value != 0.0)
         };
         match (has(Parameter::Coulomb), has(Parameter::Load)) {

@@ -42,5 +42,5 @@ fn build(scenario: &Scenario) -> Result<(), Fault> {
 }
 
 fn commissionable(scenario: &Scenario) -> Result<(), Fault> {
-    Commissioning::of(scenario).map(drop)
+    Commissioning::new(scenario).map(drop)
 }

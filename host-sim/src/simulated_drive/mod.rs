@@ -71,7 +71,7 @@ impl SimulatedDrive {
     /// # Errors
     /// If the scenario describes no such servo, or the port cannot be opened.
     pub fn new(scenario: &Scenario, address: SocketAddr) -> Result<Self, SimulatedDriveError> {
-        let axis = Axis::of(scenario)?;
+        let axis = Axis::new(scenario)?;
         let core = scenario
             .settings()
             .map_err(|error| scenario.fault(&error))?;

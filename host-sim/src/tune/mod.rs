@@ -50,7 +50,7 @@ impl Tuned {
     ///
     /// # Errors
     /// The reason why there are no gains.
-    pub fn of(result: &IdentifiedResult, settings: &TuningSettings) -> Result<Self, NoGains> {
+    pub fn new(result: &IdentifiedResult, settings: &TuningSettings) -> Result<Self, NoGains> {
         let tuning = settings.tune(&result.servo).map_err(|error| match error {
             TuningError::TooFast { most, cap, .. } => {
                 let goal = Goal::Bandwidth(most);

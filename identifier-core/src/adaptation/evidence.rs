@@ -203,7 +203,7 @@ impl<N: Number> LagOne<N> {
 
 impl<N: Number, const P: usize> Gathered<N, P> {
     /// Nothing was gathered yet.
-    const fn of(moved: OnDemand) -> Self {
+    const fn empty(moved: OnDemand) -> Self {
         Self {
             moved,
             equations: NormalEquations::EMPTY,
@@ -218,7 +218,7 @@ impl<N: Number, const P: usize> Gathered<N, P> {
 }
 
 impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
-    const NONE: Self = Self::of(<OnDemand as Evidence<N, P>>::NONE);
+    const NONE: Self = Self::empty(<OnDemand as Evidence<N, P>>::NONE);
 
     #[inline]
     fn entered(&self) -> Terms {
@@ -227,12 +227,12 @@ impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
 
     fn enter(&mut self, terms: Terms) {
         Evidence::<N, P>::enter(&mut self.moved, terms);
-        *self = Self::of(self.moved);
+        *self = Self::empty(self.moved);
     }
 
     fn begin_anew(&mut self) {
         Evidence::<N, P>::begin_anew(&mut self.moved);
-        *self = Self::of(self.moved);
+        *self = Self::empty(self.moved);
     }
 
     fn interrupt(&mut self) {

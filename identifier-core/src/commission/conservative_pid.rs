@@ -102,7 +102,7 @@ mod tests {
             coulomb: 10.0,
             load: 3.0,
         };
-        let servo = RoughModel::of(&parameters, time, resolution);
+        let servo = RoughModel::from_si(&parameters, time, resolution);
         let careful = ConservativePid::new(&units, &LIMITS);
         careful.around(&servo, delay).expect("it can be held")
     }

@@ -41,7 +41,7 @@ impl HoldingGains {
     pub(super) fn build<N: Number>(&self, units: &Units) -> Result<Loop<N>, OutOfRange> {
         let ControllerSettings { kp, kd, ki, limit } = self.controller;
         let gains = Gains::new(kp, kd, ki)?;
-        let limit = CommandLimit::of(limit)?;
+        let limit = CommandLimit::from_range(limit)?;
         Ok(Controller::new(
             units,
             &gains,

@@ -102,9 +102,9 @@ impl<N: Number> Identified<N> {
         } = *settings;
         Self {
             servo: *servo,
-            crude: RoughModel::of(&servo.parameters, sample_time, resolution),
+            crude: RoughModel::from_si(&servo.parameters, sample_time, resolution),
             delay: N::from_f64(servo.delay / sample_time),
-            known: KnownServo::of(&settings.watch(), servo),
+            known: KnownServo::from_identified(&settings.watch(), servo),
         }
     }
 }
@@ -154,7 +154,7 @@ impl<N: Number> Candidate<N> {
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
-            trial: Trial::of(tuning, &units, step, disturbance, &servo.parameters),
+            trial: Trial::new(tuning, &units, step, disturbance, &servo.parameters),
             rest: (0.5 * settling / settings.sample_time) as u32,
         })
     }

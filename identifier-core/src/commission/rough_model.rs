@@ -27,7 +27,7 @@ impl<N: Number> RoughModel<N> {
 
     /// From SI parameters, for a sample time (s) and a resolution (rad).
     #[must_use]
-    pub(crate) fn of(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
+    pub(crate) fn from_si(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
         let acceleration = time * time / resolution;
         let number = |value: f64| N::from_f64(value * acceleration);
         let gain = number(parameters.b.max(f64::MIN_POSITIVE));

@@ -86,7 +86,7 @@ impl<N: Number> Trial<N> {
     const BESIDES: f64 = 0.5;
 
     /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo.
-    pub(super) fn of(
+    pub(super) fn new(
         tuning: &Tuning,
         units: &Units,
         step: f64,
@@ -292,7 +292,7 @@ mod tests {
             coulomb: 0.0,
             load: 0.0,
         };
-        let mut trial = Trial::<f64>::of(&promised(), &units, step, 0.5, &servo);
+        let mut trial = Trial::<f64>::new(&promised(), &units, step, 0.5, &servo);
         for _ in 0..100_000 {
             let passed = f64::from(trial.passed) * 1e-3;
             let since_the_step = match trial.stage {

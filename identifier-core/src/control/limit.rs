@@ -41,7 +41,7 @@ impl CommandLimit {
     ///
     /// # Errors
     /// As [`CommandLimit::asymmetric`].
-    pub fn of([low, high]: [f64; 2]) -> Result<Self, OutOfRange> {
+    pub fn from_range([low, high]: [f64; 2]) -> Result<Self, OutOfRange> {
         if low == f64::NEG_INFINITY && high == f64::INFINITY {
             Ok(Self::NONE)
         } else {

@@ -105,7 +105,7 @@ where
             )
         };
         let m = f64::from(config.block.max(1));
-        let scale = S::UNKNOWNS.map(|unknown| PerQuantity::block(m).of(unknown));
+        let scale = S::UNKNOWNS.map(|unknown| PerQuantity::block(m).get(unknown));
         let of = |values: &[f64; P]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
         let mut high: [N; P] = of(&config.high);
         let most = N::from_f64(crate::model::ZeroOrderHoldStep::<N>::LARGEST_RATE);

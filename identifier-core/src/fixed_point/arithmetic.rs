@@ -139,7 +139,7 @@ pub(super) struct Fraction(i32);
 impl Fraction {
     pub(super) const ZERO: Self = Self(0);
 
-    fn of(value: f64) -> Self {
+    fn from_value(value: f64) -> Self {
         // A cast saturates.
         Self(libm::rint(libm::ldexp(value, 32)) as i32)
     }
@@ -197,7 +197,7 @@ impl Sum {
     pub(super) const ZERO: Self = Self(0);
 
     /// A value as a sum of full scale 2^exponent, saturated at twice that.
-    pub(super) fn of(value: f64, exponent: i32) -> Self {
+    pub(super) fn from_value(value: f64, exponent: i32) -> Self {
         Self(libm::rint(libm::ldexp(value, SUM_BITS - exponent)) as i64)
     }
 
@@ -207,7 +207,7 @@ impl Sum {
     }
 
     /// A sum from a number of last bits, within its full scale.
-    pub(super) fn of_bits(bits: f32) -> Self {
+    pub(super) fn from_bits(bits: f32) -> Self {
         const MAX_BITS: i64 = (1 << SUM_BITS) - 1;
         // A cast saturates, and makes zero of what is no number.
         Self(between(bits as i64, -MAX_BITS, MAX_BITS))
@@ -286,7 +286,7 @@ impl Coefficient {
     /// `factor` from a quantity of full scale 2^from to one of full scale 2^to, `to` being no less
     /// than [`Coefficient::least`].
     pub(super) fn new(factor: f64, from: i32, to: i32) -> Self {
-        Self(Fraction::of(libm::ldexp(factor, from - to)))
+        Self(Fraction::from_value(libm::ldexp(factor, from - to)))
     }
 
     /// factor · x, to the nearest.
@@ -371,7 +371,7 @@ mod tests {
             let (p, q) = (word(x, 0), word(y, 0));
             prop_assert!((product(p, q).to_num::<f64>() - x * y).abs() < 2e-9);
             prop_assert!((quarter_product(p, q).to_num::<f64>() - x * y / 4.0).abs() < 2e-9);
-            let half = Fraction::of(0.499 * x);
+            let half = Fraction::from_value(0.499 * x);
             prop_assert!((half.times(q).to_num::<f64>() - 0.499 * x * y).abs() < 2e-9);
             prop_assert!((half.part(q).times(FULL).to_num::<f64>() - 0.499 * x * y).abs() < 3e-9);
         }
@@ -398,7 +398,7 @@ mod tests {
             y in -1.0_f64..1.0,
             up in 0_i32..29,
         ) {
-            let mut sum = Sum::of(0.3, 0);
+            let mut sum = Sum::from_value(0.3, 0);
             sum.add_product_raised(word(x, 0), word(y, 0), Raise::by(up));
             let step = (x * y * power(up - 2)).clamp(-1.0, 1.0);
             let tolerance = 1e-15 + 2e-9 * power(up);
@@ -420,7 +420,7 @@ mod tests {
         #[test]
         fn no_step_leaves_a_sum(start in -1.0_f64..=1.0, x: i32, y: i32, up in 0_i32..29) {
             // Words with all of their guard bits used.
-            let mut sum = Sum::of(start, 0);
+            let mut sum = Sum::from_value(start, 0);
             sum.add_product_raised(Word::from_bits(x), Word::from_bits(y), Raise::by(up));
             prop_assert!(sum.value(0).abs() <= 2.0);
         }

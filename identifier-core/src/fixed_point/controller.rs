@@ -65,7 +65,7 @@ impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
-        let (scales, units) = (Scales::of(settings)?, settings.units()?);
+        let (scales, units) = (Scales::from_settings(settings)?, settings.units()?);
         Ok(Self {
             pid: FixedPid::new(&units, &gains, &limit, &scales),
             on_numbers: Pid::new(&units, &gains, &limit),
@@ -95,7 +95,7 @@ impl<V: VelocityEstimate<Word>> FixedController<V> {
     pub fn take_over(&self, last: &ControlSample<f32>) -> FixedControlState<V::State> {
         let integral = self.on_numbers.integral_for(last.command, last.error, 0.0);
         FixedControlState {
-            integral: Sum::of_bits(integral * self.integral_bits),
+            integral: Sum::from_bits(integral * self.integral_bits),
             filter: V::State::default(),
         }
     }
@@ -106,14 +106,14 @@ impl<V: VelocityEstimate<Word>> FixedController<V> {
     #[inline]
     #[must_use]
     pub fn error(&self, setpoint: i32, offset: I16F16, count: i32) -> Word {
-        self.error.of(setpoint, offset, count)
+        self.error.word(setpoint, offset, count)
     }
 
     /// Counts moved since the last sample as an increment; saturated.
     #[inline]
     #[must_use]
     pub fn increment(&self, moved: i32) -> Word {
-        self.increment.of(moved)
+        self.increment.word(moved)
     }
 
     /// One sample: position error and increment of the measured position to command. An error beyond
@@ -177,7 +177,7 @@ impl ErrorWord {
 
     /// Saturated.
     #[inline]
-    fn of(self, setpoint: i32, offset: I16F16, count: i32) -> Word {
+    fn word(self, setpoint: i32, offset: I16F16, count: i32) -> Word {
         const FRACTION: u32 = I16F16::FRAC_NBITS;
         let offset = offset.to_bits();
         let whole = setpoint
@@ -214,7 +214,7 @@ impl IncrementWord {
 
     /// Saturated.
     #[inline]
-    pub(super) fn of(self, counts: i32) -> Word {
+    pub(super) fn word(self, counts: i32) -> Word {
         self.up.whole(between(counts, -self.most, self.most))
     }
 }

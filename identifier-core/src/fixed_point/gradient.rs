@@ -143,7 +143,10 @@ impl<const P: usize> FixedGradient<P> {
                 let parameter = S::PARAMETERS[i];
                 let own = scales.estimate(parameter);
                 let bounds = plan.bounds[i].scaled(parameter.scale(units));
-                let (low, high) = (Sum::of(bounds.min(), own), Sum::of(bounds.max(), own));
+                let (low, high) = (
+                    Sum::from_value(bounds.min(), own),
+                    Sum::from_value(bounds.max(), own),
+                );
                 let apart = high.word().to_bits().wrapping_sub(low.word().to_bits());
                 Entry {
                     gamma: gamma[i],

@@ -112,7 +112,7 @@ where
                 Allowed::AtMost(most).check("initial.b", plan.initial[i])?;
             }
         }
-        let scales = Scales::of(settings)?;
+        let scales = Scales::from_settings(settings)?;
         let units = plan.units;
         Ok(Self {
             model: FixedModelLoop::new(velocity, &units, &plan.gains, &scales),
@@ -123,7 +123,7 @@ where
             initial: core::array::from_fn(|i| {
                 let parameter = S::PARAMETERS[i];
                 let machine = plan.initial[i] * parameter.scale(&units);
-                Sum::of(machine, scales.estimate(parameter))
+                Sum::from_value(machine, scales.estimate(parameter))
             }),
             bounds: plan.bounds,
             scales,
@@ -218,7 +218,7 @@ where
     /// A fraction of the velocity's full scale, saturated.
     #[inline]
     fn increment(&self, moved: i32) -> Word {
-        self.increment.of(moved)
+        self.increment.word(moved)
     }
 
     /// Any word is a command: one beyond its range saturates.

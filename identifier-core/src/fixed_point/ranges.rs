@@ -16,7 +16,7 @@ impl RangeSettings {
     /// # Errors
     /// [`SettingsError::NotGiven`] if there is no controller to follow from, or one without damping
     /// and no bound of b; a gain or a limit out of its range.
-    pub fn of(settings: &Settings) -> Result<Self, SettingsError> {
+    pub fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const NOT_GIVEN: SettingsError = SettingsError::NotGiven { setting: "ranges" };
         if let Some(given) = settings.identifier.ranges {
             return Ok(given);
@@ -55,11 +55,11 @@ pub(super) fn bounds(
     parameter: Parameter,
 ) -> Result<Option<[f64; 2]>, SettingsError> {
     let given = &settings.identifier;
-    if let Some(bounds) = given.bounds.of(parameter) {
+    if let Some(bounds) = given.bounds.get(parameter) {
         return Ok(Some(bounds));
     }
-    if given.known.of(parameter) {
-        let value = given.initial.of(parameter).unwrap_or(0.0);
+    if given.known.get(parameter) {
+        let value = given.initial.get(parameter).unwrap_or(0.0);
         return Ok(Some([value, value]));
     }
     Ok(match (parameter, plant_box(settings)?) {
@@ -102,9 +102,9 @@ impl Scales {
         power(RATE) / units.rate()
     }
 
-    pub(super) fn of(settings: &Settings) -> Result<Self, SettingsError> {
+    pub(super) fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let units = settings.units()?;
-        let ranges = RangeSettings::of(settings)?;
+        let ranges = RangeSettings::from_settings(settings)?;
         let limit = settings.largest_command();
         let own = match settings.controller {
             Some(controller) => Some(controller.gains()?),

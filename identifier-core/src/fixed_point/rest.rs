@@ -120,7 +120,7 @@ mod tests {
                 ..Settings::new(1e-3, 10_000.0)
             };
             let units = settings.units().expect("valid");
-            let scales = Scales::of(&settings).expect("it fits");
+            let scales = Scales::from_settings(&settings).expect("it fits");
             let words = FixedRest::new(&units, &scales);
             let numbers = Standstill::<f64>::new(&units);
             let (mut slipping, mut resting) = (words.at_rest(), words.at_rest());

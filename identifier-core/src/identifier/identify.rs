@@ -100,13 +100,13 @@ pub trait Identify<N: Copy> {
     /// that has not [entered](Identify::entered) it is its initial value.
     fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         let parameter = unknown.parameter()?;
-        Some(parameter.of(&self.estimates_in(shown)))
+        Some(parameter.value_in(&self.estimates_in(shown)))
     }
 
     /// Its standard error, SI, for laws that have it.
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
         let parameter = unknown.parameter()?;
-        Some(parameter.of(&self.standard_errors(state)?))
+        Some(parameter.value_in(&self.standard_errors(state)?))
     }
 
     /// The optional terms that are estimated by now.

@@ -62,7 +62,7 @@ impl Parameter {
 
     /// Its value in a servo.
     #[must_use]
-    pub fn of(self, servo: &ServoParameters) -> f64 {
+    pub fn value_in(self, servo: &ServoParameters) -> f64 {
         match self {
             Self::A => servo.a,
             Self::B => servo.b,

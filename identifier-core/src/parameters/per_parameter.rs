@@ -17,7 +17,7 @@ pub struct PerParameter<T> {
 impl<T: Copy> PerParameter<T> {
     /// The value for a parameter.
     #[must_use]
-    pub fn of(&self, parameter: Parameter) -> T {
+    pub fn get(&self, parameter: Parameter) -> T {
         match parameter {
             Parameter::A => self.a,
             Parameter::B => self.b,

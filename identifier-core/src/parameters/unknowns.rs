@@ -145,7 +145,7 @@ impl Unknown {
         let sizes = sizes(N::from_f64(share));
         match changed {
             Changed::CoulombFriction => sizes.coulomb,
-            _ => sizes.other.of(self),
+            _ => sizes.other.get(self),
         }
     }
 
@@ -176,7 +176,7 @@ impl Unknown {
     /// Machine units per SI unit.
     #[must_use]
     pub fn scale(self, units: &Units) -> f64 {
-        PerQuantity::machine(units).of(self)
+        PerQuantity::machine(units).get(self)
     }
 }
 
@@ -288,7 +288,7 @@ impl<T: Copy> PerQuantity<T> {
     /// The value for the kind of quantity that an unknown is.
     #[inline]
     #[must_use]
-    pub fn of(&self, unknown: Unknown) -> T {
+    pub fn get(&self, unknown: Unknown) -> T {
         match unknown.quantity() {
             Quantity::Rate => self.rate,
             Quantity::Gain => self.gain,

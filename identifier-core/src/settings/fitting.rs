@@ -74,16 +74,16 @@ impl<'a> Listening<'a> {
             let [low, high] = self.bounds(parameter)?;
             config.low[i] = low * scale;
             config.high[i] = high * scale;
-            if let Some(initial) = given.initial.of(parameter) {
+            if let Some(initial) = given.initial.get(parameter) {
                 let (_, _, name) = allowed(parameter, &self.units);
                 let initial = Allowed::Within(low, high).check(name, initial)?;
                 config.initial[i] = Some(initial * scale);
             }
-            if let Some(deviation) = given.uncertainty.of(parameter) {
+            if let Some(deviation) = given.uncertainty.get(parameter) {
                 let deviation = Allowed::PositiveUpTo(LARGEST).check("uncertainty", deviation)?;
                 config.deviation[i] = Some(deviation * scale);
             }
-            config.free[i] = !given.known.of(parameter);
+            config.free[i] = !given.known.get(parameter);
         }
         Ok(config)
     }
@@ -144,7 +144,7 @@ impl<'a> Listening<'a> {
             .settings
             .identifier
             .bounds
-            .of(parameter)
+            .get(parameter)
             .unwrap_or(widest);
         let low = allowed.check(name, low)?;
         allowed.check(name, high)?;

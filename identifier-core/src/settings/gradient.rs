@@ -131,11 +131,11 @@ impl<const P: usize> GradientPlan<P> {
                 Parameter::Coulomb => [0.0, LARGEST],
                 Parameter::Load => [-LARGEST, LARGEST],
             };
-            let [low, high] = given.bounds.of(parameter).unwrap_or_else(widest);
+            let [low, high] = given.bounds.get(parameter).unwrap_or_else(widest);
             allowed.check(bounds_name, low)?;
             allowed.check(bounds_name, high)?;
             bounds[i] = Interval::new(bounds_name, low, high)?;
-            let start = given.initial.of(parameter).unwrap_or(match parameter {
+            let start = given.initial.get(parameter).unwrap_or(match parameter {
                 Parameter::B => libm::sqrt(nominal.b().min() * nominal.b().max()),
                 _ => 0.0_f64.clamp(low, high),
             });
@@ -173,7 +173,7 @@ impl<const P: usize> GradientPlan<P> {
                 Some(plant_box) => Decay::Known(plant_box.slowest_decay(gains.kd())),
                 None => Decay::PerGain(gains.kd() / 2.0),
             },
-            frozen: S::PARAMETERS.map(|parameter| given.known.of(parameter)),
+            frozen: S::PARAMETERS.map(|parameter| given.known.get(parameter)),
             initial,
             bounds,
             largest_command: settings.largest_command(),

@@ -112,7 +112,7 @@ impl ControllerSettings {
     /// # Errors
     /// See [`CommandLimit::asymmetric`].
     pub fn command_limit(&self) -> Result<CommandLimit, OutOfRange> {
-        CommandLimit::of(self.limit)
+        CommandLimit::from_range(self.limit)
     }
 }
 

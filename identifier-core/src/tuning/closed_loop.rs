@@ -85,7 +85,7 @@ impl ClosedLoop {
             .min(Self::most_cutoff(multiple * sample_time, sample_time));
         let sample_time = multiple * sample_time;
         let units = Units::new(sample_time, 1.0)?;
-        let limit = CommandLimit::of([-trial.command, trial.command])?;
+        let limit = CommandLimit::from_range([-trial.command, trial.command])?;
         let gains = Gains::new(design.kp, design.kd, design.ki)?;
         let (whole_delay, part) = split(servo.delay / sample_time);
         let zero_order_hold = ZeroOrderHoldStep::new();

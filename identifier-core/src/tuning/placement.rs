@@ -32,7 +32,7 @@ pub(super) struct Design {
 
 impl Design {
     /// The gains that were found.
-    pub(super) fn of(tuning: &Tuning) -> Self {
+    pub(super) fn from_tuning(tuning: &Tuning) -> Self {
         Self {
             bandwidth: tuning.bandwidth,
             kp: tuning.kp,

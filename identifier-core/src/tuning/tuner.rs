@@ -143,7 +143,8 @@ impl Tuner {
     /// be. None from half of the sampling frequency on.
     #[must_use]
     pub fn sensitivity(&self, tuning: &Tuning, frequency: f64) -> Option<[f64; 2]> {
-        self.judge.sensitivity(&Design::of(tuning), frequency)
+        self.judge
+            .sensitivity(&Design::from_tuning(tuning), frequency)
     }
 
     /// The step that gains promise.
@@ -154,7 +155,7 @@ impl Tuner {
         &self,
         tuning: &Tuning,
     ) -> Result<impl Iterator<Item = PredictedSample> + Copy + use<>, TuningError> {
-        let closed_loop = self.scene.step(&Design::of(tuning))?;
+        let closed_loop = self.scene.step(&Design::from_tuning(tuning))?;
         Ok(PredictedStep::new(closed_loop))
     }
 

@@ -27,9 +27,12 @@ pub(super) const MAX_DELAY_SAMPLES: usize = 16;
 impl<N: Number> KnownServo<N> {
     /// Of an axis with these settings; none if they are not allowed, or the servo has no gain to speak of.
     #[must_use]
-    pub(crate) fn of(settings: &WatchSettings, servo: &IdentifiedServo) -> Option<Self> {
+    pub(crate) fn from_identified(
+        settings: &WatchSettings,
+        servo: &IdentifiedServo,
+    ) -> Option<Self> {
         let units = settings.check().ok()?;
-        let model = Model::of(servo, settings, &units, MAX_DELAY_SAMPLES - 2)?;
+        let model = Model::from_identified(servo, settings, &units, MAX_DELAY_SAMPLES - 2)?;
         Some(Self {
             change: Readings::change_of(&model),
             able: StandstillWatch::able(&model, settings, units.sample_time()),
@@ -71,7 +74,7 @@ pub(super) struct Model {
 
 impl Model {
     /// None if the servo has no gain to speak of.
-    pub(super) fn of(
+    pub(super) fn from_identified(
         servo: &IdentifiedServo,
         settings: &WatchSettings,
         units: &Units,

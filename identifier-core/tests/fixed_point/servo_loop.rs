@@ -316,7 +316,7 @@ fn refusal(change: impl FnOnce(&mut Settings)) -> String {
 
 /// The ranges as they follow from the settings, changed.
 fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
-    let mut ranges = RangeSettings::of(settings).expect("a controller");
+    let mut ranges = RangeSettings::from_settings(settings).expect("a controller");
     change(&mut ranges);
     settings.identifier.ranges = Some(ranges);
 }
@@ -443,7 +443,7 @@ where
         let seen = identifier.update(state.identification_mut(), control.increment, command);
         prop_assert!(seen.output_error.abs() <= Word::ONE);
         for parameter in S::PARAMETERS {
-            let found = parameter.of(&identifier.estimates(state.identification()));
+            let found = parameter.value_in(&identifier.estimates(state.identification()));
             let bounds = identifier.bounds(parameter).expect("one of the set");
             let room = 1e-6 * (bounds.max() - bounds.min());
             let within = found >= bounds.min() - room && found <= bounds.max() + room;

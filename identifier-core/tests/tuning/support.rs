@@ -184,7 +184,7 @@ impl Bench {
             command,
             ..
         } = *settings;
-        let limit = CommandLimit::of([-command, command]).expect("valid");
+        let limit = CommandLimit::from_range([-command, command]).expect("valid");
         let units = Units::new(sample_time, 1.0).expect("valid");
         let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
         let effects = Effects {

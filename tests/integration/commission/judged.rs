@@ -38,7 +38,7 @@ impl Kept {
 
 /// Commissions a scenario's servo.
 pub(super) fn commission(scenario: &Scenario) -> Judged {
-    let commissioning = Commissioning::of(scenario).expect("it was built when it was read");
+    let commissioning = Commissioning::new(scenario).expect("it was built when it was read");
     let limits = commissioning.settings().limits;
     let before = commissioning.gains_before().copied();
     let count = scenario.stated.resolution;

@@ -40,11 +40,11 @@ fn wrongness(summary: &Summary, kind: &Kind) -> f64 {
         } else {
             estimate.tail_mean
         };
-        Some((found - parameter.of(&truth)).abs())
+        Some((found - parameter.value_in(&truth)).abs())
     };
     let push = 0.01 * truth.b * kind.command;
     let force = |parameter: Parameter| {
-        let allowed = (0.2 * parameter.of(&truth).abs()).max(push);
+        let allowed = (0.2 * parameter.value_in(&truth).abs()).max(push);
         off(parameter).unwrap_or(0.0) / allowed
     };
     let b = off(Parameter::B).unwrap_or(0.0) / (0.05 * truth.b);
@@ -164,7 +164,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
             Parameter::Load,
         ] {
             let estimate = summary.estimate(parameter).expect("estimated");
-            let error = (estimate.last - parameter.of(&summary.truth.expect("known"))).abs();
+            let error = (estimate.last - parameter.value_in(&summary.truth.expect("known"))).abs();
             all += 1;
             let within = estimate
                 .std_error

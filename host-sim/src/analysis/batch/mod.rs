@@ -107,7 +107,7 @@ impl Scales {
             time: 1.0 / rate.max(f64::MIN_POSITIVE),
             command: self.command,
         };
-        scales.of(unknown)
+        scales.get(unknown)
     }
 }
 

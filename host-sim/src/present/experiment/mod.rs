@@ -106,7 +106,7 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
         row.value = is_known.then_some(estimate.value);
         row.is_at_bound = estimate.at_bound;
         row.wander = is_known.then_some(estimate.tail_std);
-        row.truth = summary.truth.map(|truth| parameter.of(&truth));
+        row.truth = summary.truth.map(|truth| parameter.value_in(&truth));
         row.settled = settled.filter(|_| summary.truth.is_some());
         Some(row)
     });

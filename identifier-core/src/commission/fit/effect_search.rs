@@ -84,7 +84,7 @@ impl<N: Number> EffectSearch<N> {
         resolution: f64,
         motion: &MotionRecord<N, W>,
     ) -> Self {
-        let scales = Scales::of(motion, own[B]);
+        let scales = Scales::from_record(motion, own[B]);
         Self {
             resolution: N::from_f64(resolution),
             own_bounds: *bounds,

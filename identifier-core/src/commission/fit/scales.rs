@@ -21,7 +21,10 @@ impl Scales {
     pub(super) const SMALL_CHANGE: f64 = 0.003;
 
     /// Of a record of a servo with a gain.
-    pub(super) fn of<N: Number, const W: usize>(motion: &MotionRecord<N, W>, gain: N) -> Self {
+    pub(super) fn from_record<N: Number, const W: usize>(
+        motion: &MotionRecord<N, W>,
+        gain: N,
+    ) -> Self {
         let (mut command, mut travel, mut time) = (N::ZERO, N::ZERO, N::ZERO);
         let mut index = 0;
         while let Some(piece) = motion.get(index) {

@@ -89,7 +89,7 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
     for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
         let Unknown { parameters, .. } = unknown;
         let resolution = std::f64::consts::TAU / unknown.counts;
-        let known = RoughModel::of(&parameters, unknown.sample_time, resolution);
+        let known = RoughModel::from_si(&parameters, unknown.sample_time, resolution);
         let held = Unknown {
             held: Some(-parameters.load / parameters.b),
             ..unknown

@@ -131,7 +131,7 @@ where
             command: N::REACH,
         };
         S::UNKNOWNS.map(|unknown| {
-            let deviation = most.of(unknown);
+            let deviation = most.get(unknown);
             deviation * deviation
         })
     }

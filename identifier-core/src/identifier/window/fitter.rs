@@ -135,7 +135,7 @@ where
 }
 
 impl<N: Number, const U: usize> Explained<N, U> {
-    fn of(result: &FitResult<N, U>, entered: Terms) -> Self {
+    fn from_result(result: &FitResult<N, U>, entered: Terms) -> Self {
         Self {
             parameters: result.parameters,
             deviations: core::array::from_fn(|i| {
@@ -208,7 +208,7 @@ where
         (explained && separated || ended.full).then(|| WindowFitted {
             last: ended.last,
             at_bound: result.at_bound,
-            explained: good.then(|| Explained::of(&result, result.entered::<F>())),
+            explained: good.then(|| Explained::from_result(&result, result.entered::<F>())),
         })
     }
 }

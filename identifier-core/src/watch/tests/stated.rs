@@ -21,7 +21,7 @@ fn settings(rate: f64) -> WatchSettings {
 }
 
 fn prepared<N: Number>(settings: &WatchSettings, servo: &IdentifiedServo) -> KnownServo<N> {
-    KnownServo::of(settings, servo).expect("it has a gain")
+    KnownServo::from_identified(settings, servo).expect("it has a gain")
 }
 
 /// A servo at rest at its setpoint.

@@ -146,7 +146,7 @@ impl<'f> Run<'f> {
         let mut state = watch.start();
         if let Knowledge::Model(factors) = self.knowledge {
             let servo = self.axis.identified(factors);
-            let known = KnownServo::of(&self.settings, &servo).expect("it has a gain");
+            let known = KnownServo::from_identified(&self.settings, &servo).expect("it has a gain");
             watch.know(&mut state, &known);
         }
         state
