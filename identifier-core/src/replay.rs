@@ -8,8 +8,8 @@ pub use crate::linalg::NormalEquations;
 
 use crate::adaptation::IdentifiableSet;
 use crate::model::{
-    Acting, Amplifier, AmplifierState, AngleSettings, FrictionStep, Innovation, KnownInputs,
-    ModelStep, ModelValues, ObserverModel, Phase, Response, SlidingStep,
+    Acting, Amplifier, AmplifierState, AngleSettings, FrictionPhase, FrictionStep, Innovation,
+    KnownInputs, ModelStep, ModelValues, ObserverModel, Response, SlidingStep,
 };
 use crate::parameters::{AllUnknowns, ServoParameters, Unknown};
 use crate::settings::TermSettings;
@@ -231,13 +231,13 @@ impl ReplayModel {
         output: f64,
     ) -> [f64; 2] {
         let kept = match sample.moved.phase {
-            Phase::Slid { .. } => 1.0,
-            Phase::Turned { slowing, .. } => slowing,
-            Phase::Stuck | Phase::Stopped { .. } => 0.0,
+            FrictionPhase::Slid { .. } => 1.0,
+            FrictionPhase::Turned { slowing, .. } => slowing,
+            FrictionPhase::Stuck | FrictionPhase::Stopped { .. } => 0.0,
         };
         let braked = 1.0 - self.values.parameters.x;
         let velocity = match sample.moved.phase {
-            Phase::Stuck => 0.0,
+            FrictionPhase::Stuck => 0.0,
             _ => braked * velocity - self.innovation.velocity * output + push,
         };
         let position = position + (velocity - self.innovation.position * output);

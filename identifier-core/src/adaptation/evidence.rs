@@ -153,7 +153,7 @@ impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
 /// sensitivity; so errors and sensitivities are whitened alike, to first order, before they are
 /// compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gathered<N, const P: usize> {
+pub struct ScoreTest<N, const P: usize> {
     moved: OnDemand,
     equations: NormalEquations<N, P>,
     blocks: u32,
@@ -201,7 +201,7 @@ impl<N: Number> LagOne<N> {
     }
 }
 
-impl<N: Number, const P: usize> Gathered<N, P> {
+impl<N: Number, const P: usize> ScoreTest<N, P> {
     /// Nothing was gathered yet.
     const fn empty(moved: OnDemand) -> Self {
         Self {
@@ -217,7 +217,7 @@ impl<N: Number, const P: usize> Gathered<N, P> {
     }
 }
 
-impl<N: Number, const P: usize> Evidence<N, P> for Gathered<N, P> {
+impl<N: Number, const P: usize> Evidence<N, P> for ScoreTest<N, P> {
     const NONE: Self = Self::empty(<OnDemand as Evidence<N, P>>::NONE);
 
     #[inline]

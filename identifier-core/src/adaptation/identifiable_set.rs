@@ -1,4 +1,4 @@
-use super::{Evidence, FirstOrder, Gathered, OnDemand, Whitening};
+use super::{Evidence, FirstOrder, OnDemand, ScoreTest, Whitening};
 use crate::linalg::Lower;
 use crate::model::{AngledInputs, DelayedInputs, KnownInputs};
 use crate::number::Number;
@@ -42,7 +42,7 @@ pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
     type Inputs<N: Number>: KnownInputs<N>;
 
     /// Where evidence for terms is gathered: `()` for models without terms, [`OnDemand`] where a term
-    /// enters when the settings demand it, `Gathered` where evidence decides.
+    /// enters when the settings demand it, `ScoreTest` where evidence decides.
     type Evidence<N: Number>: Evidence<N, P>;
 
     /// The treatment of a load that wanders: `()` for none, `FirstOrder` for whitening.
@@ -86,6 +86,6 @@ impl IdentifiableSet<5> for AbCoulombDelayLoad {
 impl IdentifiableSet<{ Unknown::COUNT }> for AllUnknowns {
     type Lower<N: Number> = [N; Unknown::COUNT * (Unknown::COUNT - 1) / 2];
     type Inputs<N: Number> = AngledInputs<N, 128>;
-    type Evidence<N: Number> = Gathered<N, { Unknown::COUNT }>;
+    type Evidence<N: Number> = ScoreTest<N, { Unknown::COUNT }>;
     type Whitening<N: Number> = FirstOrder<N, { Unknown::COUNT }>;
 }

@@ -9,7 +9,7 @@ mod identifiable_set;
 mod projection;
 
 pub use evidence::OnDemand;
-pub(crate) use evidence::{Evidence, Gathered};
+pub(crate) use evidence::{Evidence, ScoreTest};
 pub(crate) use gain::{DiagonalGain, FullGain, Gain};
 pub(crate) use gauss_newton::{FirstOrder, Whitening};
 pub(crate) use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};

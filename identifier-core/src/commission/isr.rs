@@ -22,7 +22,7 @@ use crate::watch::{Observation, ServoWatch};
 pub struct CommissionIsr<N: Number> {
     settings: CommissionSettings,
     units: Units,
-    pub(super) wiggle: Probing<N>,
+    pub(super) probing: Probing<N>,
     pub(super) watch: ServoWatch<N>,
     /// The velocity estimate for gains that take over.
     velocity: LowPass<N>,
@@ -111,7 +111,7 @@ impl<N: Number> CommissionIsr<N> {
         let (lead, fewest_of_lead) = Self::LEAD;
         Ok(Self {
             settings: *settings,
-            wiggle: Probing::new(&settings.wiggle())?,
+            probing: Probing::new(&settings.probing())?,
             watch: ServoWatch::new(&settings.watch())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
@@ -130,7 +130,7 @@ impl<N: Number> CommissionIsr<N> {
     /// The largest motion that there can be before anything is known of the servo.
     #[must_use]
     pub fn largest_motion(&self) -> LargestMotion {
-        self.wiggle.largest_motion()
+        self.probing.largest_motion()
     }
 
     /// The slices of work that the solver does in each sample.
@@ -266,17 +266,17 @@ impl<N: Number> CommissionIsr<N> {
                 }
                 Ok(None)
             }
-            Activity::Wiggling(mut wiggle) => {
-                let step = self.wiggle.process(&mut wiggle, increment);
-                state.activity = Activity::Wiggling(wiggle);
+            Activity::Probing(mut probing) => {
+                let step = self.probing.process(&mut probing, increment);
+                state.activity = Activity::Probing(probing);
                 match step.progress {
                     ProbingProgress::Going => {}
                     ProbingProgress::AtRest => {
                         state.end_record();
-                        let unknown = || (*wiggle.servo(), N::from_f64(Self::UNKNOWN_DELAY));
+                        let unknown = || (*probing.servo(), N::from_f64(Self::UNKNOWN_DELAY));
                         let known = state.identified.as_ref();
                         let (servo, delay) =
-                            known.map_or_else(unknown, |known| (known.crude, known.delay));
+                            known.map_or_else(unknown, |known| (known.rough, known.delay));
                         self.hold(state, &servo, delay, step.command)?;
                     }
                     ProbingProgress::Failed(reason) => return Err(reason),
@@ -357,7 +357,7 @@ impl<N: Number> CommissionIsr<N> {
     fn begin_wiggle(&self, state: &mut CommissionState<N>, held: Option<N>) -> Result<N, Reason> {
         state.phase = Phase::Probing;
         state.begin_record();
-        self.begin(state, self.wiggle.start(held))
+        self.begin(state, self.probing.start(held))
     }
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the
@@ -385,7 +385,7 @@ impl<N: Number> CommissionIsr<N> {
         let position = state.position;
         self.begin(
             state,
-            self.wiggle.start_from_known(&known.crude, position, part),
+            self.probing.start_from_known(&known.rough, position, part),
         )
     }
 
@@ -393,11 +393,11 @@ impl<N: Number> CommissionIsr<N> {
     fn begin(
         &self,
         state: &mut CommissionState<N>,
-        mut wiggle: ProbingState<N>,
+        mut probing: ProbingState<N>,
     ) -> Result<N, Reason> {
         state.passed = 0;
-        let step = self.wiggle.process(&mut wiggle, N::ZERO);
-        state.activity = Activity::Wiggling(wiggle);
+        let step = self.probing.process(&mut probing, N::ZERO);
+        state.activity = Activity::Probing(probing);
         match step.progress {
             ProbingProgress::Failed(reason) => Err(reason),
             _ => Ok(step.command),
@@ -412,7 +412,7 @@ impl<N: Number> CommissionIsr<N> {
         if let Some(known) = &known.known {
             self.watch.know(&mut state.watch, known);
         }
-        let (servo, delay) = (known.crude, known.delay);
+        let (servo, delay) = (known.rough, known.delay);
         self.hold(state, &servo, delay, command)
     }
 

@@ -86,7 +86,7 @@ impl<N: Number> Decision<N> {
 pub(super) struct Identified<N> {
     /// The servo, SI.
     pub(super) servo: IdentifiedServo,
-    pub(super) crude: RoughModel<N>,
+    pub(super) rough: RoughModel<N>,
     /// Samples from a command to its acceleration.
     pub(super) delay: N,
     /// For the watch over it.
@@ -102,7 +102,7 @@ impl<N: Number> Identified<N> {
         } = *settings;
         Self {
             servo: *servo,
-            crude: RoughModel::from_si(&servo.parameters, sample_time, resolution),
+            rough: RoughModel::from_si(&servo.parameters, sample_time, resolution),
             delay: N::from_f64(servo.delay / sample_time),
             known: KnownServo::from_identified(&settings.watch(), servo),
         }

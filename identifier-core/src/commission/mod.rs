@@ -82,8 +82,8 @@ pub(crate) use crate::parameters::IdentifiedServo;
 pub use crate::reason::Reason;
 pub use error::CommissionError;
 pub(crate) use fit::{
-    Diagnosis, EffectSearch, FitSettings, MotionBlock, MotionRecord, MotionRecorder, Prediction,
-    PredictionPass, ServoFit, ServoFitter,
+    Diagnosis, EffectSearch, FitSettings, MotionBlock, MotionRecord, MotionRecorder,
+    PredictionErrors, PredictionRun, ServoFit, ServoFitter,
 };
 pub use gains::HoldingGains;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};

@@ -17,7 +17,7 @@ pub(crate) struct Regression<N> {
 
 /// The filters' states and what was gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Gathered<N> {
+pub(crate) struct RegressionState<N> {
     error: N,
     error_velocity: N,
     position: [N; ROW],
@@ -37,7 +37,7 @@ const LATE: usize = 4;
 /// Unknowns of a row.
 pub(crate) const ROW: usize = 5;
 
-impl<N: Number> Gathered<N> {
+impl<N: Number> RegressionState<N> {
     pub(crate) const NOTHING: Self = Self {
         error: N::ZERO,
         error_velocity: N::ZERO,
@@ -129,7 +129,7 @@ impl<N: Number> Regression<N> {
     #[inline]
     pub(crate) fn observe(
         &self,
-        gathered: &mut Gathered<N>,
+        gathered: &mut RegressionState<N>,
         increment: N,
         direction: N,
         acted: N,
@@ -142,7 +142,7 @@ impl<N: Number> Regression<N> {
     pub(crate) fn observe_for(
         &self,
         time: N,
-        gathered: &mut Gathered<N>,
+        gathered: &mut RegressionState<N>,
         increment: N,
         direction: N,
         acted: N,

@@ -61,7 +61,7 @@ impl CommissionSettings {
     }
 
     /// Settings of the motions.
-    pub(super) fn wiggle(&self) -> ProbingSettings {
+    pub(super) fn probing(&self) -> ProbingSettings {
         ProbingSettings {
             sample_time: self.sample_time,
             resolution: self.resolution,

@@ -1,7 +1,8 @@
 use super::message::{Candidate, DecisionKind, EventKind, Identified};
 use super::{
     CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, IdentifiedServo,
-    MotionRecord, Phase, Prediction, PredictionPass, Reason, RecordEvent, ServoFit, ServoFitter,
+    MotionRecord, Phase, PredictionErrors, PredictionRun, Reason, RecordEvent, ServoFit,
+    ServoFitter,
 };
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
@@ -34,7 +35,7 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
 enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
-    PredictionPass(PredictionPass<N>),
+    Predicting(PredictionRun<N>),
     /// The search for the lacking effect, before the next step.
     EffectSearch(EffectSearch<N>, Then),
     Then(Then),
@@ -51,7 +52,7 @@ enum Work<N: Number> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Then {
     /// The servo is passed on.
-    Tell,
+    Publish,
     /// Its own motion is to be predicted, as it is not known well enough.
     Predict,
     /// The second motion is asked for once more.
@@ -148,7 +149,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => Work::Then(Then::Fail(Reason::TooLittleEvidence)),
                     (Phase::Verify, Some(servo)) => {
-                        Work::PredictionPass(self.fitter.begin_prediction(servo))
+                        Work::Predicting(self.fitter.begin_prediction(servo))
                     }
                     (_, servo) => Work::Fitting(self.fitter.begin(record, servo.as_ref())),
                 };
@@ -192,7 +193,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.suspect
                     .map(|found| DecisionKind::Suspects(Some(found.reason)))
             }
-            Work::PredictionPass(predicting) => {
+            Work::Predicting(predicting) => {
                 let prediction = self.fitter.predict(predicting, &self.record)?;
                 self.judge(&prediction)
             }
@@ -226,13 +227,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let then = match self.motion {
             Phase::Refine if !self.is_known(&servo) && unexplained => Then::Predict,
             Phase::Refine if !self.is_known(&servo) => Then::Again,
-            _ => Then::Tell,
+            _ => Then::Publish,
         };
         self.explain(servo.unexplained, then)
     }
 
     /// Judges how a motion that nothing was fitted to was predicted.
-    fn judge(&mut self, prediction: &Prediction) -> Option<DecisionKind<N>> {
+    fn judge(&mut self, prediction: &PredictionErrors) -> Option<DecisionKind<N>> {
         let then = match self.motion {
             _ if is_refuted(prediction) => Then::Fail(Reason::NotPredicted),
             Phase::Refine => Then::Again,
@@ -269,10 +270,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     fn go_on(&mut self, then: Then) -> Option<DecisionKind<N>> {
         match then {
-            Then::Tell => self.tell(DecisionKind::Identified),
+            Then::Publish => self.publish(DecisionKind::Identified),
             Then::Predict => {
                 let servo = self.servo.as_ref()?;
-                self.work = Work::PredictionPass(self.fitter.begin_prediction(servo));
+                self.work = Work::Predicting(self.fitter.begin_prediction(servo));
                 None
             }
             Then::Again => {
@@ -280,7 +281,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 if self.refined >= Self::MAX_REFINEMENTS {
                     return self.fail(Reason::TooLittleEvidence);
                 }
-                self.tell(DecisionKind::Uncertain)
+                self.publish(DecisionKind::Uncertain)
             }
             Then::Tune => {
                 self.tune(self.settings.goal, self.first_step(), false);
@@ -290,7 +291,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    fn tell(&self, answer: impl Fn(Identified<N>) -> DecisionKind<N>) -> Option<DecisionKind<N>> {
+    fn publish(
+        &self,
+        answer: impl Fn(Identified<N>) -> DecisionKind<N>,
+    ) -> Option<DecisionKind<N>> {
         let servo = self.servo.as_ref()?;
         Some(answer(Identified::new(servo, &self.settings)))
     }
@@ -400,7 +404,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 }
 
 /// True if a servo that was identified is not the one that moved.
-fn is_refuted(prediction: &Prediction) -> bool {
+fn is_refuted(prediction: &PredictionErrors) -> bool {
     /// The part of the motion's range that a model may lack: what it is tuned for bears more.
     const SHARE: f64 = 0.005;
     /// Largest root mean square of the errors, and largest error, in standard deviations of rounding and

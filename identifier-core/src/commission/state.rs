@@ -42,7 +42,7 @@ pub struct CommissionState<N: Number> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Activity<N: Number> {
     Free,
-    Wiggling(ProbingState<N>),
+    Probing(ProbingState<N>),
     Holding(Holding<N>),
     OnTrial(Holding<N>, Trial<N>),
 }
@@ -51,7 +51,7 @@ impl<N: Number> Activity<N> {
     /// Where a controller wants the servo; none where none acts.
     pub(super) fn setpoint(&self) -> Option<N> {
         match self {
-            Self::Free | Self::Wiggling(_) => None,
+            Self::Free | Self::Probing(_) => None,
             Self::Holding(holding) | Self::OnTrial(holding, _) => Some(holding.reference()),
         }
     }
@@ -60,7 +60,7 @@ impl<N: Number> Activity<N> {
 impl<N: Number> Activity<N> {
     /// True if the command that acts must move the servo.
     pub(super) fn must_move(&self) -> bool {
-        matches!(self, Self::Wiggling(wiggle) if wiggle.is_swinging())
+        matches!(self, Self::Probing(probing) if probing.is_swinging())
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) struct Trial<N> {
     /// The command that balances the load.
     balance: N,
     promised: Promised<N>,
-    stage: Stage,
+    stage: TrialStage,
     /// Samples since the stage began.
     passed: u32,
     /// Where the step began, and its direction.
@@ -38,7 +38,7 @@ struct Promised<N> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
+enum TrialStage {
     Settling,
     Stepping,
     Disturbed,
@@ -123,7 +123,7 @@ impl<N: Number> Trial<N> {
                 over: (Self::TRANSIENT_SETTLING_TIMES * settling) as u32,
                 most: most as u32,
             },
-            stage: Stage::Settling,
+            stage: TrialStage::Settling,
             passed: 0,
             from: N::ZERO,
             direction: if counts < 0.0 { -N::ONE } else { N::ONE },
@@ -155,7 +155,7 @@ impl<N: Number> Trial<N> {
             return Err(Reason::NeverAtRest);
         }
         match self.stage {
-            Stage::Settling => {
+            TrialStage::Settling => {
                 if settled {
                     self.from = holding.reference();
                     // The promise is for a step from there: what friction makes of the integral before
@@ -163,10 +163,10 @@ impl<N: Number> Trial<N> {
                     holding.balance(self.balance);
                     self.measure.take(self.direction * (position - self.from));
                     holding.step_to(self.from + self.step);
-                    self.begin(Stage::Stepping);
+                    self.begin(TrialStage::Stepping);
                 }
             }
-            Stage::Stepping => {
+            TrialStage::Stepping => {
                 self.measure.take(self.direction * (position - self.from));
                 if self.measure.is_beyond(self.promised.highest) {
                     return Err(Reason::OvershootExceeded);
@@ -174,10 +174,10 @@ impl<N: Number> Trial<N> {
                 if settled {
                     self.judge_rise()?;
                     holding.disturb(self.disturbance);
-                    self.begin(Stage::Disturbed);
+                    self.begin(TrialStage::Disturbed);
                 }
             }
-            Stage::Disturbed | Stage::Recovering => {
+            TrialStage::Disturbed | TrialStage::Recovering => {
                 let away = (position - holding.reference()).magnitude();
                 if away > self.excursion {
                     self.excursion = away;
@@ -185,19 +185,19 @@ impl<N: Number> Trial<N> {
                 if self.excursion > self.promised.excursion {
                     return Err(Reason::DisturbanceExceeded);
                 }
-                if settled && self.stage == Stage::Recovering {
+                if settled && self.stage == TrialStage::Recovering {
                     return Ok(true);
                 }
                 if settled {
                     holding.disturb(N::ZERO);
-                    self.begin(Stage::Recovering);
+                    self.begin(TrialStage::Recovering);
                 }
             }
         }
         Ok(false)
     }
 
-    fn begin(&mut self, stage: Stage) {
+    fn begin(&mut self, stage: TrialStage) {
         self.stage = stage;
         self.passed = 0;
     }
@@ -296,13 +296,13 @@ mod tests {
         for _ in 0..100_000 {
             let passed = f64::from(trial.passed) * 1e-3;
             let since_the_step = match trial.stage {
-                Stage::Settling | Stage::Stepping => passed,
-                Stage::Disturbed | Stage::Recovering => passed + 1.0,
+                TrialStage::Settling | TrialStage::Stepping => passed,
+                TrialStage::Disturbed | TrialStage::Recovering => passed + 1.0,
             };
             let at = position(
                 since_the_step,
                 holding.reference() * units.position_unit(),
-                trial.stage == Stage::Disturbed,
+                trial.stage == TrialStage::Disturbed,
             );
             let count = libm::floor(at * units.position());
             let done = trial.process(&mut holding, count);

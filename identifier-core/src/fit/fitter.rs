@@ -4,7 +4,7 @@ use super::block::Block;
 use super::pass::{Pass, direction};
 use super::record::Record;
 use super::survey::{MIN_TRAVEL_COUNTS, Survey};
-use super::trial::Best;
+use super::trial::BestFit;
 use super::{A, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
@@ -58,7 +58,7 @@ pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
     pub(super) inputs: I,
     pub(super) blocks: usize,
     pub(super) next: usize,
-    pub(super) stage: Stage,
+    pub(super) stage: FitStage,
     pub(super) survey: Survey<N>,
     pub(super) omega: N,
     pub(super) correction: Innovation<N>,
@@ -69,12 +69,12 @@ pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
     pub(super) trial: [N; Q],
     pub(super) damping: N,
     pub(super) passes: u32,
-    pub(super) this: Option<Best<N, I, Q>>,
-    pub(super) best: Option<Best<N, I, Q>>,
+    pub(super) this: Option<BestFit<N, I, Q>>,
+    pub(super) best: Option<BestFit<N, I, Q>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Stage {
+pub(super) enum FitStage {
     Survey,
     Linear,
     From(u32),
@@ -145,7 +145,7 @@ where
             inputs,
             blocks,
             next: 0,
-            stage: Stage::Survey,
+            stage: FitStage::Survey,
             survey: Survey::NONE,
             omega: N::ZERO,
             correction: Innovation::critically_damped(N::ZERO),
@@ -170,12 +170,12 @@ where
         if fit.next < fit.blocks {
             if let Some(block) = record.get(fit.next) {
                 match fit.stage {
-                    Stage::Survey => fit.survey.observe(block),
-                    Stage::Linear => {
+                    FitStage::Survey => fit.survey.observe(block),
+                    FitStage::Linear => {
                         let direction = direction(record, fit.next);
                         self.linear_block(fit, block, direction);
                     }
-                    Stage::From(_) | Stage::Weigh => self.model_block(fit, block),
+                    FitStage::From(_) | FitStage::Weigh => self.model_block(fit, block),
                 }
             }
             fit.next += 1;
@@ -183,7 +183,7 @@ where
         }
         fit.next = 0;
         match fit.stage {
-            Stage::Survey => {
+            FitStage::Survey => {
                 if fit.survey.path < N::from_f64(MIN_TRAVEL_COUNTS) {
                     return Some(None);
                 }
@@ -198,11 +198,11 @@ where
                     .min(most);
                 fit.omega = N::from_f64(omega);
                 fit.correction = Innovation::critically_damped(fit.omega);
-                fit.stage = Stage::Linear;
+                fit.stage = FitStage::Linear;
                 fit.pass = Pass::at(&[N::ZERO; Q], P, fit.inputs);
                 self.add_initial(fit);
             }
-            Stage::Linear => {
+            FitStage::Linear => {
                 let none = N::ZERO;
                 fit.standing_cost = fit.pass.equations.cost();
                 let mut free = self.free_unknowns(&fit.prior);
@@ -211,15 +211,15 @@ where
                     *free &= unknown != Unknown::Coulomb;
                 }
                 fit.linear[1] = fit.pass.equations.solve(none, &free);
-                fit.stage = Stage::From(0);
+                fit.stage = FitStage::From(0);
                 self.begin_start(fit, 0);
             }
-            Stage::From(start) => {
+            FitStage::From(start) => {
                 if !self.end_pass(fit) {
                     self.begin_pass(fit);
                     return None;
                 }
-                let better = |a: &Best<_, _, Q>, b: &Best<_, _, Q>| {
+                let better = |a: &BestFit<_, _, Q>, b: &BestFit<_, _, Q>| {
                     a.pass.equations.cost() < b.pass.equations.cost()
                 };
                 if let Some(this) = fit.this.take()
@@ -239,14 +239,14 @@ where
                         return Some(self.result(fit, None));
                     }
                     fit.trial = fit.best.as_ref()?.unknowns;
-                    fit.stage = Stage::Weigh;
+                    fit.stage = FitStage::Weigh;
                     self.begin_pass(fit);
                     return None;
                 }
-                fit.stage = Stage::From(next);
+                fit.stage = FitStage::From(next);
                 self.begin_start(fit, next);
             }
-            Stage::Weigh => return Some(self.result(fit, self.suggestion(fit))),
+            FitStage::Weigh => return Some(self.result(fit, self.suggestion(fit))),
         }
         None
     }
@@ -271,7 +271,7 @@ where
     #[inline]
     pub(super) fn measured_unknowns(&self, fit: &Fit<N, S::Inputs<N>, P, Q>) -> [bool; Q] {
         match fit.stage {
-            Stage::Weigh => core::array::from_fn(|i| self.free.get(i).is_none_or(|&free| free)),
+            FitStage::Weigh => core::array::from_fn(|i| self.free.get(i).is_none_or(|&free| free)),
             _ => self.free_unknowns(&fit.prior),
         }
     }

@@ -7,7 +7,7 @@ use crate::number::Number;
 
 /// The unknowns that explain the motion best so far, and the pass that showed it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Best<N, I, const Q: usize> {
+pub(super) struct BestFit<N, I, const Q: usize> {
     pub(super) unknowns: [N; Q],
     pub(super) pass: Pass<N, I, Q>,
 }
@@ -29,7 +29,7 @@ where
         let cost = fit.pass.equations.cost();
         let judged = judge(cost, least, Self::MIN_CHANGE, &mut fit.damping);
         if judged.helped {
-            fit.this = Some(Best {
+            fit.this = Some(BestFit {
                 unknowns: fit.trial,
                 pass: fit.pass,
             });

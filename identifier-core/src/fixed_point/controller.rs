@@ -2,7 +2,7 @@ use fixed::types::I16F16;
 
 use super::arithmetic::{Raise, Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
-use super::ranges::Scales;
+use super::ranges::FullScales;
 use crate::control::{ControlSample, Pid, Setpoint};
 use crate::error::StepError;
 use crate::measurement::velocity::VelocityEstimate;
@@ -20,7 +20,7 @@ pub struct FixedController<V> {
     increment: IncrementWord,
     /// The largest increment that is taken.
     most: Word,
-    scales: Scales,
+    scales: FullScales,
     /// The same PID on numbers, and last bits of the integral per count: for what takes over.
     on_numbers: Pid<f32>,
     integral_bits: f32,
@@ -65,7 +65,7 @@ impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
-        let (scales, units) = (Scales::from_settings(settings)?, settings.units()?);
+        let (scales, units) = (FullScales::from_settings(settings)?, settings.units()?);
         Ok(Self {
             pid: FixedPid::new(&units, &gains, &limit, &scales),
             on_numbers: Pid::new(&units, &gains, &limit),
@@ -166,7 +166,7 @@ struct ErrorWord {
 }
 
 impl ErrorWord {
-    fn new(scales: &Scales) -> Self {
+    fn new(scales: &FullScales) -> Self {
         let exponent = scales.position.clamp(0, WORD_BITS);
         Self {
             full: 1 << exponent,
@@ -204,7 +204,7 @@ pub(super) struct IncrementWord {
 }
 
 impl IncrementWord {
-    pub(super) fn new(scales: &Scales) -> Self {
+    pub(super) fn new(scales: &FullScales) -> Self {
         let exponent = scales.velocity.clamp(1, WORD_BITS);
         Self {
             most: (1 << exponent) - 1,

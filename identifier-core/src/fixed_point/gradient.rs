@@ -2,7 +2,7 @@ use super::arithmetic::{
     Coefficient, Raise, Sum, WORD_BITS, Word, between, limit, power, product, quarter_product,
     quotient, word,
 };
-use super::ranges::Scales;
+use super::ranges::FullScales;
 use crate::adaptation::Gradient;
 use crate::error::{Allowed, OutOfRange};
 use crate::parameters::{Parameter, ParameterSet};
@@ -67,7 +67,7 @@ impl<const P: usize> FixedGradient<P> {
 
     pub(super) fn new<S: ParameterSet<P>>(
         plan: &GradientPlan<P>,
-        scales: &Scales,
+        scales: &FullScales,
     ) -> Result<Self, OutOfRange> {
         let units = &plan.units;
         let given = plan.gamma.entries();

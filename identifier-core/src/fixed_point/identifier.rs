@@ -4,7 +4,7 @@ use super::arithmetic::{Sum, Word, limit, limit_to_half, value, word};
 use super::controller::IncrementWord;
 use super::gradient::FixedGradient;
 use super::model::{FixedModelLoop, FixedModelState, FixedObserved, FixedParameters};
-use super::ranges::{Scales, bounds};
+use super::ranges::{FullScales, bounds};
 use super::rest::{FixedRest, FixedRestState};
 use crate::adaptation::{DiagonalGain, Gain};
 use crate::error::{Allowed, StepError};
@@ -34,7 +34,7 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
     most: Word,
     initial: [Sum; P],
     bounds: [Interval; P],
-    scales: Scales,
+    scales: FullScales,
     units: Units,
     mu: f64,
     stability_check: Option<StabilityCheck>,
@@ -62,7 +62,7 @@ fn bounded<S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
     units: &Units,
 ) -> Result<Settings, SettingsError> {
-    let largest = Scales::largest_rate(units);
+    let largest = FullScales::largest_rate(units);
     let mut filled = *settings;
     for parameter in S::PARAMETERS {
         let found = bounds(settings, parameter)?;
@@ -112,7 +112,7 @@ where
                 Allowed::AtMost(most).check("initial.b", plan.initial[i])?;
             }
         }
-        let scales = Scales::from_settings(settings)?;
+        let scales = FullScales::from_settings(settings)?;
         let units = plan.units;
         Ok(Self {
             model: FixedModelLoop::new(velocity, &units, &plan.gains, &scales),

@@ -2,7 +2,7 @@ use super::arithmetic::{
     Fraction, Sum, Weight, Word, is_within, limit, limit_to_half, product, wide,
 };
 use super::pid::FixedCorrection;
-use super::ranges::Scales;
+use super::ranges::FullScales;
 use super::step::{FixedMotion, FixedStep};
 use crate::control::Gains;
 use crate::measurement::velocity::VelocityEstimate;
@@ -29,13 +29,13 @@ pub(super) struct FixedModelState<F> {
     integral_error: Sum,
     motion: FixedMotion,
     rate: F,
-    acted: Acted,
-    regressor: RegressorFilter<F>,
+    acted: FixedModelInputs,
+    regressor: FixedRegressorFilter<F>,
 }
 
 /// The inputs of the model over the sample just passed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Acted {
+struct FixedModelInputs {
     command: Word,
     direction: Word,
     moving: Word,
@@ -43,7 +43,7 @@ struct Acted {
 
 /// The velocity filters of the regressor's entries.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct RegressorFilter<F> {
+struct FixedRegressorFilter<F> {
     velocity: F,
     command: F,
     direction: F,
@@ -98,14 +98,14 @@ impl<F: Default> FixedModelState<F> {
             integral_error: Sum::ZERO,
             motion: FixedMotion::NONE,
             rate: F::default(),
-            acted: Acted::default(),
-            regressor: RegressorFilter::default(),
+            acted: FixedModelInputs::default(),
+            regressor: FixedRegressorFilter::default(),
         }
     }
 }
 
 impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
-    pub(super) fn new(velocity: V, units: &Units, gains: &Gains, scales: &Scales) -> Self {
+    pub(super) fn new(velocity: V, units: &Units, gains: &Gains, scales: &FullScales) -> Self {
         Self {
             velocity,
             correction: FixedCorrection::new(units, gains, scales),
@@ -194,7 +194,7 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
                 .step
                 .rub(parameters.x, drive, parameters.coulomb, velocity);
             state.motion = motion;
-            state.acted = Acted {
+            state.acted = FixedModelInputs {
                 command: product(command, phase.moving),
                 direction: phase.direction,
                 moving: phase.moving,

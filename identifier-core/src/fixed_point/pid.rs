@@ -1,5 +1,5 @@
 use super::arithmetic::{Coefficient, Raise, Sum, Weight, Word, between, is_within, limit, word};
-use super::ranges::Scales;
+use super::ranges::FullScales;
 use crate::control::{CommandLimit, Gains};
 use crate::units::Units;
 
@@ -8,7 +8,7 @@ use crate::units::Units;
 /// Proportional and derivative part have a full scale of their own, `wanted` (the command before the
 /// limit), of which each is at most half for any input.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Terms {
+struct PidTerms {
     proportional: Coefficient,
     derivative: Coefficient,
     weight: Weight,
@@ -20,10 +20,10 @@ struct Terms {
     up: Raise,
 }
 
-impl Terms {
+impl PidTerms {
     /// `rate` is the exponent of what the derivative acts on.
-    fn new(units: &Units, gains: &Gains, scales: &Scales, rate: i32) -> Self {
-        let Scales {
+    fn new(units: &Units, gains: &Gains, scales: &FullScales, rate: i32) -> Self {
+        let FullScales {
             position, command, ..
         } = *scales;
         let (kp, kd) = (gains.kp() / units.position(), gains.kd() / units.velocity());
@@ -35,7 +35,7 @@ impl Terms {
             proportional: Coefficient::new(kp, position, wanted),
             derivative: Coefficient::new(kd, rate, wanted),
             weight: Weight::new(position, sum),
-            per_error: Scales::per_error(units, gains),
+            per_error: FullScales::per_error(units, gains),
             sum,
             wanted,
             up: Raise::by(wanted - command),
@@ -73,8 +73,13 @@ pub(super) struct FixedPid {
 }
 
 impl FixedPid {
-    pub(super) fn new(units: &Units, gains: &Gains, limit: &CommandLimit, scales: &Scales) -> Self {
-        let terms = Terms::new(units, gains, scales, scales.velocity);
+    pub(super) fn new(
+        units: &Units,
+        gains: &Gains,
+        limit: &CommandLimit,
+        scales: &FullScales,
+    ) -> Self {
+        let terms = PidTerms::new(units, gains, scales, scales.velocity);
         // Where there is no limit the range is one.
         let most = scales.most_command();
         let limited = |limit: f64| word(limit.max(-most).min(most), terms.wanted);
@@ -126,8 +131,8 @@ pub(super) struct FixedCorrection {
 }
 
 impl FixedCorrection {
-    pub(super) fn new(units: &Units, gains: &Gains, scales: &Scales) -> Self {
-        let terms = Terms::new(units, gains, scales, scales.rate());
+    pub(super) fn new(units: &Units, gains: &Gains, scales: &FullScales) -> Self {
+        let terms = PidTerms::new(units, gains, scales, scales.rate());
         Self {
             proportional: terms.proportional,
             derivative: terms.derivative,

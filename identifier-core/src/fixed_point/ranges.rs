@@ -78,7 +78,7 @@ pub(super) fn bounds(
 /// have the same. They are chosen so that everything that is added up stays below one, and every
 /// product needs a shift in one direction only: see the table of the module.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scales {
+pub(super) struct FullScales {
     /// Position error and output error.
     pub(super) position: i32,
     /// Velocities, increments and, per sample, accelerations.
@@ -90,7 +90,7 @@ pub(super) struct Scales {
 /// The exponent of â T: its words are fractions of a quarter.
 const RATE: i32 = -2;
 
-impl Scales {
+impl FullScales {
     /// Rounds in which the full scales come to agree.
     const ROUNDS: usize = 4;
 

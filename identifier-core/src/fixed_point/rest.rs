@@ -1,5 +1,5 @@
 use super::arithmetic::{Word, word};
-use super::ranges::Scales;
+use super::ranges::FullScales;
 use crate::measurement::standstill::Standstill;
 use crate::units::Units;
 
@@ -28,7 +28,7 @@ pub(super) struct FixedRestState {
 }
 
 impl FixedRest {
-    pub(super) fn new(units: &Units, scales: &Scales) -> Self {
+    pub(super) fn new(units: &Units, scales: &FullScales) -> Self {
         let standstill = Standstill::<f64>::new(units);
         let slip = Standstill::<f64>::SLIP as i64;
         Self {
@@ -120,7 +120,7 @@ mod tests {
                 ..Settings::new(1e-3, 10_000.0)
             };
             let units = settings.units().expect("valid");
-            let scales = Scales::from_settings(&settings).expect("it fits");
+            let scales = FullScales::from_settings(&settings).expect("it fits");
             let words = FixedRest::new(&units, &scales);
             let numbers = Standstill::<f64>::new(&units);
             let (mut slipping, mut resting) = (words.at_rest(), words.at_rest());

@@ -53,7 +53,7 @@ impl FixedPhase {
 
 /// The response to an acceleration over a time: twice the displacement, and the velocity, per acceleration.
 #[derive(Debug, Clone, Copy)]
-struct Response {
+struct FixedResponse {
     double_way: Word,
     velocity: Word,
 }
@@ -175,24 +175,24 @@ impl FixedStep {
 
     /// h₂ = ½ − x/6 + x²/24 − … and h₁ = 1 − x h₂.
     #[inline]
-    fn response(&self, x: Fraction) -> Response {
+    fn response(&self, x: Fraction) -> FixedResponse {
         let [head @ .., last] = self.series;
         let double_way = head
             .iter()
             .rev()
             .fold(last, |sum, &coefficient| coefficient + x.times(sum));
-        Response {
+        FixedResponse {
             double_way,
             velocity: Word::ONE - (x.times(double_way) >> 1),
         }
     }
 
-    fn partial_response(&self, x: Fraction, part: Word) -> Response {
-        let Response {
+    fn partial_response(&self, x: Fraction, part: Word) -> FixedResponse {
+        let FixedResponse {
             double_way,
             velocity,
         } = self.response(x.part(part));
-        Response {
+        FixedResponse {
             double_way: product(product(double_way, part), part),
             velocity: product(velocity, part),
         }
@@ -201,7 +201,7 @@ impl FixedStep {
 
 /// The way that an acceleration adds.
 #[inline]
-fn way(response: Response, acceleration: Word) -> Word {
+fn way(response: FixedResponse, acceleration: Word) -> Word {
     quarter_product(response.double_way, acceleration) << 1
 }
 

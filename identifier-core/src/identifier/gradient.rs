@@ -8,7 +8,7 @@ use crate::error::StepError;
 use crate::interval::Interval;
 use crate::measurement::standstill::{Rest, Standstill};
 use crate::measurement::velocity::VelocityEstimate;
-use crate::model::{CommandCorrection, Correction, ModelLoop, ModelState, Observed, Phase};
+use crate::model::{CommandCorrection, Correction, FrictionPhase, ModelLoop, ModelState, Observed};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet, PerParameter, ServoParameters};
 use crate::stability::{Certificate, StabilityCheck};
@@ -200,7 +200,7 @@ where
         let phase = self
             .model
             .advance::<S, P>(&mut state.model, rate, command, &parameters);
-        if S::HAS_COULOMB && phase == Phase::Stuck && self.standstill.pauses(&state.rest) {
+        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.pauses(&state.rest) {
             self.model.hold_at_measurement(&mut state.model);
         }
         let event = match event {

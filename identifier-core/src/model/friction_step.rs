@@ -18,8 +18,8 @@ pub(crate) struct FrictionStep<N> {
 /// The phase of friction during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) enum Phase<N> {
-    /// ModelStep throughout, in one direction (±1).
+pub(crate) enum FrictionPhase<N> {
+    /// It moves throughout, in one direction (±1).
     Slid {
         /// The direction.
         direction: N,
@@ -44,7 +44,7 @@ pub(crate) enum Phase<N> {
     },
 }
 
-impl<N: Number> Phase<N> {
+impl<N: Number> FrictionPhase<N> {
     /// The mean of sign(q̇) over the sample.
     #[inline]
     pub(crate) fn mean_direction(&self) -> N {
@@ -82,7 +82,13 @@ impl<N: Number> FrictionStep<N> {
     /// Moves one sample from `velocity` under the held acceleration `drive` with x = a T and the
     /// friction `coulomb` ≥ 0.
     #[inline]
-    pub(crate) fn process(&self, x: N, drive: N, coulomb: N, velocity: N) -> (Motion<N>, Phase<N>) {
+    pub(crate) fn process(
+        &self,
+        x: N,
+        drive: N,
+        coulomb: N,
+        velocity: N,
+    ) -> (Motion<N>, FrictionPhase<N>) {
         self.process_with(&self.step.response(x), x, drive, coulomb, velocity)
     }
 
@@ -96,7 +102,7 @@ impl<N: Number> FrictionStep<N> {
         drive: N,
         coulomb: N,
         velocity: N,
-    ) -> (Motion<N>, Phase<N>) {
+    ) -> (Motion<N>, FrictionPhase<N>) {
         let direction = if velocity > N::ZERO {
             N::ONE
         } else if velocity < N::ZERO {
@@ -106,12 +112,12 @@ impl<N: Number> FrictionStep<N> {
         } else if drive < -coulomb {
             -N::ONE
         } else {
-            return (Motion::NONE, Phase::Stuck);
+            return (Motion::NONE, FrictionPhase::Stuck);
         };
         let pushed = drive - coulomb * direction;
         let motion = response.motion(x, pushed, velocity);
         if motion.velocity * direction >= N::ZERO {
-            (motion, Phase::Slid { direction })
+            (motion, FrictionPhase::Slid { direction })
         } else {
             self.through_zero(x, drive, coulomb, velocity, direction)
         }
@@ -129,7 +135,7 @@ impl<N: Number> FrictionStep<N> {
         coulomb: N,
         velocity: N,
         direction: N,
-    ) -> (Motion<N>, Phase<N>) {
+    ) -> (Motion<N>, FrictionPhase<N>) {
         let pushed = drive - coulomb * direction;
         let braking = (pushed - x * velocity).magnitude();
         let r = velocity.magnitude() * braking.reciprocal();
@@ -147,7 +153,7 @@ impl<N: Number> FrictionStep<N> {
                 increment: way,
                 velocity: N::ZERO,
             };
-            return (stopped, Phase::Stopped { direction, part });
+            return (stopped, FrictionPhase::Stopped { direction, part });
         }
         let after = self.step.partial_response(x, N::ONE - part);
         let turned = Motion {
@@ -157,7 +163,7 @@ impl<N: Number> FrictionStep<N> {
         let slowing = beyond.magnitude() * pushed.magnitude().reciprocal();
         (
             turned,
-            Phase::Turned {
+            FrictionPhase::Turned {
                 direction,
                 part,
                 slowing,
@@ -240,10 +246,10 @@ mod tests {
         let step = FrictionStep::<f32>::new();
         assert_eq!(
             step.process(0.01, 0.9, 1.0, 0.0),
-            (Motion::NONE, Phase::Stuck)
+            (Motion::NONE, FrictionPhase::Stuck)
         );
         let (motion, phase) = step.process(0.01, 1.1, 1.0, 0.0);
         assert!(motion.velocity > 0.0);
-        assert_eq!(phase, Phase::Slid { direction: 1.0 });
+        assert_eq!(phase, FrictionPhase::Slid { direction: 1.0 });
     }
 }

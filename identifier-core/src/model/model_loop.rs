@@ -1,4 +1,4 @@
-use super::{Corrected, Correction, FrictionStep, Motion, Phase};
+use super::{Corrected, Correction, FrictionPhase, FrictionStep, Motion};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
@@ -38,13 +38,13 @@ pub(crate) struct ModelState<N, F, C> {
     measured: F,
     rate: F,
     correction: C,
-    acted: Acted<N>,
+    acted: ModelInputs<N>,
     regressor: RegressorFilter<F>,
 }
 
 /// The inputs of the model over the sample just passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Acted<N> {
+struct ModelInputs<N> {
     command: N,
     direction: N,
     moving: N,
@@ -94,7 +94,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             measured: rest,
             rate: rest,
             correction: self.correction.start(),
-            acted: Acted {
+            acted: ModelInputs {
                 command: N::ZERO,
                 direction: N::ZERO,
                 moving: N::ZERO,
@@ -179,7 +179,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         rate: N,
         command: N,
         parameters: &ModelParameters<N>,
-    ) -> Phase<N> {
+    ) -> FrictionPhase<N> {
         let Corrected {
             command: correction,
             acceleration,
@@ -197,7 +197,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
                     .process(parameters.x, drive, parameters.coulomb, velocity);
             state.motion = motion;
             let moving = phase.moving_part();
-            state.acted = Acted {
+            state.acted = ModelInputs {
                 command: command * moving,
                 direction: phase.mean_direction(),
                 moving,
@@ -206,7 +206,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         } else {
             state.motion = self.step.step.process(parameters.x, drive, velocity);
             state.acted.command = command;
-            Phase::Slid { direction: N::ONE }
+            FrictionPhase::Slid { direction: N::ONE }
         }
     }
 

@@ -1,4 +1,4 @@
-use super::{Acting, FrictionStep, ModelValues, Motion, Phase, Response};
+use super::{Acting, FrictionPhase, FrictionStep, ModelValues, Motion, Response};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, UnknownSet};
 
@@ -81,7 +81,7 @@ impl<N: Number> ObserverModel<N> {
         } else {
             let direction = N::ZERO;
             let motion = response.motion(x, push.drive, self.velocity);
-            (motion, Phase::Slid { direction })
+            (motion, FrictionPhase::Slid { direction })
         };
         let lead = push.lead * phase.moving_part();
         self.go(motion, lead, innovation);
@@ -234,7 +234,7 @@ pub(crate) struct ModelStep<N> {
     /// The distance, counts.
     pub displacement: N,
     /// The phase of friction.
-    pub phase: Phase<N>,
+    pub phase: FrictionPhase<N>,
     /// As in [`SlidingStep`].
     pub bell: N,
 }

@@ -1,4 +1,4 @@
-use super::{Acting, Innovation, ModelStep, ModelValues, Phase, SlidingStep};
+use super::{Acting, FrictionPhase, Innovation, ModelStep, ModelValues, SlidingStep};
 use crate::number::Number;
 use crate::parameters::UnknownSet;
 
@@ -32,7 +32,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         moved: &ModelStep<N>,
     ) {
         let direction = match moved.phase {
-            Phase::Slid { direction } => direction,
+            FrictionPhase::Slid { direction } => direction,
             _ => return self.advance_through_rest::<S, P>(values, acting, innovation, moved),
         };
         let slid = SlidingStep {
@@ -85,10 +85,10 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         moved: &ModelStep<N>,
     ) {
         let kept = match moved.phase {
-            Phase::Turned { slowing, .. } => slowing,
+            FrictionPhase::Turned { slowing, .. } => slowing,
             _ => N::ZERO,
         };
-        if matches!(moved.phase, Phase::Stuck) {
+        if matches!(moved.phase, FrictionPhase::Stuck) {
             self.rest(innovation);
         } else {
             let slid = SlidingStep {

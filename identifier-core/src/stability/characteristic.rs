@@ -16,7 +16,7 @@ use crate::units::Units;
 
 /// The part of the polynomial that does not depend on the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Controller {
+pub(super) struct ControllerPolynomials {
     /// The factor of the servo's pole: z δ (z − p), with integral action times δ.
     poles: Part,
     /// The factor of the servo's zero: T² times the controller's numerator, and the 1 − w that makes
@@ -46,7 +46,7 @@ fn linear(constant: f64, slope: f64) -> Linear {
     [constant, 2.0 * slope - constant]
 }
 
-impl Controller {
+impl ControllerPolynomials {
     /// The controller of the loop; or the correction in command form, whose error obeys the same
     /// equation.
     pub(super) fn new(units: &Units, gains: &Gains, velocity: &Transfer) -> Self {

@@ -16,7 +16,7 @@
 use core::fmt;
 
 use super::PlantBox;
-use super::characteristic::{Controller, Family};
+use super::characteristic::{ControllerPolynomials, Family};
 use crate::control::Gains;
 use crate::interval::Interval;
 use crate::measurement::velocity::Transfer;
@@ -53,7 +53,7 @@ const GRID: u32 = 17;
 /// The sampled loop of a controller around any servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledLoop {
-    controller: Controller,
+    controller: ControllerPolynomials,
     sample_time: f64,
 }
 
@@ -65,7 +65,7 @@ impl SampledLoop {
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, velocity: &Transfer) -> Self {
         Self {
-            controller: Controller::new(units, gains, velocity),
+            controller: ControllerPolynomials::new(units, gains, velocity),
             sample_time: units.sample_time(),
         }
     }

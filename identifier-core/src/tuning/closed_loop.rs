@@ -14,7 +14,7 @@ use crate::units::Units;
 
 /// The test signal of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Trial {
+pub(super) struct TestSignal {
     /// The step of the reference in the first sample, rad.
     pub(super) step: f64,
     /// The step of the load in the first sample, rad/s².
@@ -35,11 +35,11 @@ pub(super) struct ClosedLoop {
     controller: Controller<f64, LowPass<f64>>,
     state: ControlState<f64, LowPassState<f64>>,
     sample_time: f64,
-    trial: Trial,
+    signal: TestSignal,
     gain: f64,
     step: FrictionStep<f64>,
     /// The two parts of a sample, before and after a command begins to act.
-    parts: [Part; 2],
+    parts: [SamplePart; 2],
     whole_delay: usize,
     commands: [f64; Self::COMMANDS],
     newest: usize,
@@ -50,7 +50,7 @@ pub(super) struct ClosedLoop {
 
 /// A part of a sample, as a sample of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Part {
+struct SamplePart {
     length: f64,
     x: f64,
     response: Response<f64>,
@@ -77,7 +77,7 @@ impl ClosedLoop {
         design: &Design,
         servo: &PossibleServo,
         sample_time: f64,
-        trial: &Trial,
+        signal: &TestSignal,
     ) -> Result<Self, OutOfRange> {
         let multiple = multiple(design.bandwidth, servo, sample_time);
         let cutoff = design
@@ -85,12 +85,12 @@ impl ClosedLoop {
             .min(Self::most_cutoff(multiple * sample_time, sample_time));
         let sample_time = multiple * sample_time;
         let units = Units::new(sample_time, 1.0)?;
-        let limit = CommandLimit::from_range([-trial.command, trial.command])?;
+        let limit = CommandLimit::from_range([-signal.command, signal.command])?;
         let gains = Gains::new(design.kp, design.kd, design.ki)?;
         let (whole_delay, part) = split(servo.delay / sample_time);
         let zero_order_hold = ZeroOrderHoldStep::new();
         let x = servo.a * sample_time;
-        let balancing = trial.balanced / servo.b;
+        let balancing = signal.balanced / servo.b;
         let integral = if design.ki > 0.0 {
             balancing / (design.ki * sample_time)
         } else {
@@ -101,10 +101,10 @@ impl ClosedLoop {
             controller: Controller::new(&units, &gains, &limit, LowPass::new(&units, cutoff)?),
             state,
             sample_time,
-            trial: *trial,
+            signal: *signal,
             gain: servo.b,
             step: FrictionStep::new(),
-            parts: [part, 1.0 - part].map(|length| Part {
+            parts: [part, 1.0 - part].map(|length| SamplePart {
                 length,
                 x: x * length,
                 response: zero_order_hold.response(x * length),
@@ -112,7 +112,7 @@ impl ClosedLoop {
             whole_delay: (whole_delay as usize).min(Self::COMMANDS - 2),
             commands: [balancing; Self::COMMANDS],
             newest: 0,
-            position: 0.5 * trial.resolution,
+            position: 0.5 * signal.resolution,
             velocity: 0.0,
             measured: 0.0,
         })
@@ -138,7 +138,7 @@ impl ClosedLoop {
         let measured = self.reading();
         let increment = measured - self.measured;
         self.measured = measured;
-        let error = self.trial.step - measured;
+        let error = self.signal.step - measured;
         let sample = self
             .controller
             .process(&mut self.state, error, increment)
@@ -163,7 +163,7 @@ impl ClosedLoop {
     }
 
     fn reading(&self) -> f64 {
-        let resolution = self.trial.resolution;
+        let resolution = self.signal.resolution;
         if resolution > 0.0 {
             resolution * libm::floor(self.position / resolution)
         } else {
@@ -176,11 +176,11 @@ impl ClosedLoop {
         self.commands.get(place).copied().unwrap_or(0.0)
     }
 
-    fn move_for(&mut self, part: &Part, command: f64) {
+    fn move_for(&mut self, part: &SamplePart, command: f64) {
         let time = part.length * self.sample_time;
         let squared = time * time;
-        let drive = (self.gain * command + self.trial.load) * squared;
-        let coulomb = self.trial.coulomb * squared;
+        let drive = (self.gain * command + self.signal.load) * squared;
+        let coulomb = self.signal.coulomb * squared;
         let velocity = self.velocity * part.length;
         let (motion, _) =
             (self.step).process_with(&part.response, part.x, drive, coulomb, velocity);

@@ -1,7 +1,7 @@
 //! Behaviour of a design: its step with the identified servo, how far a load moves it, and how far the
 //! servos that it may be as well overshoot.
 
-use super::closed_loop::{ClosedLoop, Trial};
+use super::closed_loop::{ClosedLoop, TestSignal};
 use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
@@ -17,9 +17,9 @@ pub(super) struct Scene {
 
 /// A promise under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Prediction {
+pub(super) struct PromisePrediction {
     design: Design,
-    stage: Stage,
+    stage: PredictedQuantity,
     closed_loop: ClosedLoop,
     measure: StepMeasure<f64>,
     /// The farthest from where it was, rad.
@@ -31,7 +31,7 @@ pub(super) struct Prediction {
 
 /// The predicted quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
+enum PredictedQuantity {
     /// The step of the identified servo.
     Step,
     /// Its rise where the integral pushes the other way.
@@ -54,8 +54,8 @@ impl Scene {
         self.closed_loop(design, 0, &self.neutral_step())
     }
 
-    fn neutral_step(&self) -> Trial {
-        Trial {
+    fn neutral_step(&self) -> TestSignal {
+        TestSignal {
             step: self.settings.step,
             load: 0.0,
             coulomb: self.coulomb,
@@ -68,16 +68,16 @@ impl Scene {
     /// A step by a servo whose friction the integral balances from a motion before, in the direction of the
     /// step for a share of one: friction does not hold the servo back then, which is when it overshoots
     /// most.
-    fn balanced_step(&self, share: f64) -> Trial {
-        Trial {
+    fn balanced_step(&self, share: f64) -> TestSignal {
+        TestSignal {
             balanced: share * self.coulomb,
             ..self.neutral_step()
         }
     }
 
     /// One rad/s² of load, which the loop answers without friction, limit or counts.
-    fn unit_load(&self) -> Trial {
-        Trial {
+    fn unit_load(&self) -> TestSignal {
+        TestSignal {
             step: 0.0,
             load: 1.0,
             coulomb: 0.0,
@@ -95,7 +95,7 @@ impl Scene {
         &self,
         design: &Design,
         place: usize,
-        trial: &Trial,
+        trial: &TestSignal,
     ) -> Result<ClosedLoop, TuningError> {
         let servo = self.servos.get(place).ok_or(TuningError::NotKnown)?;
         Ok(ClosedLoop::new(
@@ -117,7 +117,7 @@ pub(super) fn samples(time: f64, design: &Design, closed_loop: &ClosedLoop) -> u
     (time / (design.bandwidth * closed_loop.sample_time())) as u32 + 1
 }
 
-impl Prediction {
+impl PromisePrediction {
     pub(super) fn begin(
         scene: &Scene,
         design: &Design,
@@ -125,7 +125,7 @@ impl Prediction {
     ) -> Result<Self, TuningError> {
         Ok(Self {
             design: *design,
-            stage: Stage::Step,
+            stage: PredictedQuantity::Step,
             closed_loop: scene.step(design)?,
             measure: scene.measure(),
             farthest: 0.0,
@@ -161,7 +161,7 @@ impl Prediction {
         };
         self.measure.take(seen.position);
         self.farthest = self.farthest.max(libm::fabs(seen.position));
-        if self.stage == Stage::Step {
+        if self.stage == PredictedQuantity::Step {
             let share = libm::fabs(seen.command) / scene.settings.command;
             self.promise.command_share = self.promise.command_share.max(share);
         }
@@ -176,16 +176,18 @@ impl Prediction {
         let taken = self.measure.samples();
         let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);
         match self.stage {
-            Stage::Step => {
+            PredictedQuantity::Step => {
                 let settled = self.measure.settled();
                 longer_than(Promise::MAX_TIME)
                     || settled.is_some_and(|since| {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
-            Stage::Opposed => longer_than(Promise::MAX_TIME) || self.measure.rise().is_some(),
-            Stage::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
-            Stage::Corner(_) => {
+            PredictedQuantity::Opposed => {
+                longer_than(Promise::MAX_TIME) || self.measure.rise().is_some()
+            }
+            PredictedQuantity::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
+            PredictedQuantity::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;
                 longer_than(TURN) || beyond > 0.0 && self.farthest - position > BACK * beyond
             }
@@ -197,40 +199,43 @@ impl Prediction {
         let sample_time = self.closed_loop.sample_time();
         let taken = self.measure.samples();
         let (stage, trial) = match self.stage {
-            Stage::Step => {
+            PredictedQuantity::Step => {
                 let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
                 self.promise.rise_time = rise * sample_time;
                 self.promise.quickest_rise_time = self.promise.rise_time;
                 self.promise.overshoot = self.measure.overshoot();
                 let settled = self.measure.settled();
                 self.promise.settling_time = sample_time * f64::from(settled.unwrap_or(taken));
-                (Stage::Opposed, scene.balanced_step(-1.0))
+                (PredictedQuantity::Opposed, scene.balanced_step(-1.0))
             }
-            Stage::Opposed => {
+            PredictedQuantity::Opposed => {
                 let rise = self.measure.rise();
                 self.promise.slowest_rise_time = sample_time * rise.unwrap_or(f64::from(taken));
-                (Stage::Load, scene.unit_load())
+                (PredictedQuantity::Load, scene.unit_load())
             }
-            Stage::Load => {
+            PredictedQuantity::Load => {
                 self.promise.compliance = self.farthest;
-                (Stage::Corner(0), scene.balanced_step(1.0))
+                (PredictedQuantity::Corner(0), scene.balanced_step(1.0))
             }
-            Stage::Corner(place) => {
+            PredictedQuantity::Corner(place) => {
                 if let (0, Some(rise)) = (place, self.measure.rise()) {
                     self.promise.quickest_rise_time = rise * sample_time;
                 }
                 self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
-                (Stage::Corner(place + 1), scene.balanced_step(1.0))
+                (
+                    PredictedQuantity::Corner(place + 1),
+                    scene.balanced_step(1.0),
+                )
             }
         };
         let place = match stage {
-            Stage::Corner(PossibleServos::COUNT) => {
+            PredictedQuantity::Corner(PossibleServos::COUNT) => {
                 // Where within a count the servo stood is not known.
                 self.promise.overshoot += scene.settings.resolution / self.promise.step;
                 return Ok(false);
             }
-            Stage::Corner(place) => place,
-            Stage::Step | Stage::Opposed | Stage::Load => 0,
+            PredictedQuantity::Corner(place) => place,
+            PredictedQuantity::Step | PredictedQuantity::Opposed | PredictedQuantity::Load => 0,
         };
         self.closed_loop = scene.closed_loop(&self.design, place, &trial)?;
         self.measure = scene.measure();

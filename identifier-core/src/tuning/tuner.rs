@@ -2,7 +2,7 @@ use super::closed_loop::{PredictedSample, PredictedStep};
 use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
-use super::prediction::{Prediction, Scene};
+use super::prediction::{PromisePrediction, Scene};
 use super::response_time::ByTime;
 use super::search::{Case, Judge, Largest, Search, Verdict};
 use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
@@ -38,7 +38,7 @@ enum Task {
     Search(Search, Option<f64>),
     /// These gains keep everything.
     Found(Found),
-    Predict(Found, Prediction),
+    Predict(Found, PromisePrediction),
     End(Result<Tuning, TuningError>),
 }
 
@@ -166,7 +166,7 @@ impl Tuner {
     }
 
     fn predict(&self, found: Found) -> Task {
-        match Prediction::begin(&self.scene, &found.design, &found.margins) {
+        match PromisePrediction::begin(&self.scene, &found.design, &found.margins) {
             Ok(prediction) => Task::Predict(found, prediction),
             Err(error) => Task::End(Err(error)),
         }

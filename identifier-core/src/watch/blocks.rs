@@ -19,12 +19,12 @@ pub(super) struct PartsState<N> {
     samples: i32,
     /// Samples running without a count.
     quiet: i32,
-    part: Part<N>,
+    part: BlockPart<N>,
 }
 
 /// Sums over a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Part<N> {
+pub(super) struct BlockPart<N> {
     pub(super) counts: N,
     /// The sum of the commands, and the sum of its partial sums.
     pub(super) sum: N,
@@ -37,7 +37,7 @@ pub(super) struct Part<N> {
     pub(super) longest: i32,
 }
 
-impl<N: Number> Part<N> {
+impl<N: Number> BlockPart<N> {
     const EMPTY: Self = Self {
         counts: N::ZERO,
         sum: N::ZERO,
@@ -53,7 +53,7 @@ impl<N: Number> PartsState<N> {
     pub(super) const START: Self = Self {
         samples: 0,
         quiet: 0,
-        part: Part::EMPTY,
+        part: BlockPart::EMPTY,
     };
 }
 
@@ -69,7 +69,7 @@ impl Parts {
         state: &mut PartsState<N>,
         increment: N,
         command: N,
-    ) -> Option<Part<N>> {
+    ) -> Option<BlockPart<N>> {
         let part = &mut state.part;
         part.largest = larger(part.largest, command.magnitude());
         if increment == N::ZERO {
@@ -87,7 +87,7 @@ impl Parts {
             return None;
         }
         state.samples = 0;
-        Some(core::mem::replace(&mut state.part, Part::EMPTY))
+        Some(core::mem::replace(&mut state.part, BlockPart::EMPTY))
     }
 }
 
@@ -132,7 +132,7 @@ pub(super) struct BlocksState<N> {
 
 /// Figures of a block that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Block<N> {
+pub(super) struct WatchBlock<N> {
     /// Counts of this block, the one before, and the one before that.
     pub(super) counts: [N; 3],
     /// A, counts.
@@ -196,7 +196,11 @@ impl<N: Number> Blocks<N> {
 
     /// A part; from the third block on, what has been seen at the end of each.
     #[inline]
-    pub(super) fn take(&self, state: &mut BlocksState<N>, part: &Part<N>) -> Option<Block<N>> {
+    pub(super) fn take(
+        &self,
+        state: &mut BlocksState<N>,
+        part: &BlockPart<N>,
+    ) -> Option<WatchBlock<N>> {
         let [largest, _] = &mut state.largest;
         *largest = larger(*largest, part.largest);
         state.turned |= part.turned || part.counts * state.counts < N::ZERO;
@@ -213,7 +217,7 @@ impl<N: Number> Blocks<N> {
         (state.blocks == Self::BLOCKS).then_some(block)
     }
 
-    fn end(&self, state: &mut BlocksState<N>) -> Block<N> {
+    fn end(&self, state: &mut BlocksState<N>) -> WatchBlock<N> {
         let [before, first] = state.before;
         let [largest, largest_before] = state.largest;
         let counts = state.counts;
@@ -226,7 +230,7 @@ impl<N: Number> Blocks<N> {
         } else {
             1
         };
-        let block = Block {
+        let block = WatchBlock {
             counts: [counts, before, first],
             moved,
             acceleration: moved * self.per_area,

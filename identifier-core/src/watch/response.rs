@@ -1,6 +1,6 @@
 //! Comparison of the motion with the command's effect.
 //!
-//! Two questions are put to each [`Block`] in which the servo moves one way.
+//! Two questions are put to each [`WatchBlock`] in which the servo moves one way.
 //!
 //! *The change.* A − A⁻ is free of load and friction, and b (W − W⁻), less the viscous brake, is what it
 //! must be. The ratio of the two is the share of the command that acts: one for a sound servo, less for a
@@ -16,15 +16,15 @@
 //! A loop that runs away may leave its limits before that is certain. The level of the last block alone
 //! then names the reason.
 
-use super::blocks::Part;
-use super::blocks::{Block, Blocks, BlocksState, larger};
+use super::blocks::BlockPart;
+use super::blocks::{Blocks, BlocksState, WatchBlock, larger};
 use super::known_servo::{MODEL_ERROR, Model};
 use crate::number::Number;
 use crate::reason::Reason;
 
 /// The comparison over blocks of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Response<N> {
+pub(super) struct ResponseCheck<N> {
     blocks: Blocks<N>,
     /// The change of W that is informative, and the W that no load explains.
     least: N,
@@ -34,7 +34,7 @@ pub(super) struct Response<N> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ResponseState<N> {
+pub(super) struct ResponseCheckState<N> {
     blocks: BlocksState<N>,
     /// The change: blocks of evidence, those of them against the command, and sums over them in counts
     /// squared, of the measured change by the command's and of the latter by itself.
@@ -74,7 +74,7 @@ impl<N: Number> Known<N> {
     }
 }
 
-impl<N: Number> Response<N> {
+impl<N: Number> ResponseCheck<N> {
     /// Blocks against the command that are a fault, and those at their beginning that do not show which.
     const BLOCKS_OF_FAULT: i32 = 5;
     const UNCLEAR_BLOCKS: i32 = 2;
@@ -122,8 +122,8 @@ impl<N: Number> Response<N> {
     }
 
     /// Nothing has been seen yet.
-    pub(super) fn start() -> ResponseState<N> {
-        ResponseState {
+    pub(super) fn start() -> ResponseCheckState<N> {
+        ResponseCheckState {
             blocks: Blocks::start(),
             evidence: 0,
             against: 0,
@@ -138,11 +138,11 @@ impl<N: Number> Response<N> {
     /// `relay` says that a relay gives the command. Returns a block that has ended.
     pub(super) fn take(
         &self,
-        state: &mut ResponseState<N>,
-        part: &Part<N>,
+        state: &mut ResponseCheckState<N>,
+        part: &BlockPart<N>,
         known: Option<&Known<N>>,
         relay: bool,
-    ) -> Result<Option<Block<N>>, Reason> {
+    ) -> Result<Option<WatchBlock<N>>, Reason> {
         let Some(block) = self.blocks.take(&mut state.blocks, part) else {
             return Ok(None);
         };
@@ -155,8 +155,8 @@ impl<N: Number> Response<N> {
 
     fn judge(
         &self,
-        state: &mut ResponseState<N>,
-        block: &Block<N>,
+        state: &mut ResponseCheckState<N>,
+        block: &WatchBlock<N>,
         known: &Known<N>,
         relay: bool,
     ) -> Result<(), Reason> {
@@ -190,7 +190,7 @@ impl<N: Number> Response<N> {
     }
 
     /// True if the servo gains speed against a command.
-    fn gains_against(&self, block: &Block<N>, least: N) -> Option<Reason> {
+    fn gains_against(&self, block: &WatchBlock<N>, least: N) -> Option<Reason> {
         let [counts, ..] = block.counts;
         let direction = sign_of(counts);
         let gains = block.moved * direction >= N::from_count(Self::MIN_CHANGE);
@@ -198,7 +198,11 @@ impl<N: Number> Response<N> {
         (gains && against).then_some(Reason::Reversed)
     }
 
-    fn judge_signs(&self, state: &mut ResponseState<N>, block: &Block<N>) -> Result<(), Reason> {
+    fn judge_signs(
+        &self,
+        state: &mut ResponseCheckState<N>,
+        block: &WatchBlock<N>,
+    ) -> Result<(), Reason> {
         state.suspicion = self.gains_against(block, self.held);
         if !block.one_way {
             return Ok(());
@@ -211,53 +215,55 @@ impl<N: Number> Response<N> {
     }
 }
 
-impl<N: Number> ResponseState<N> {
+impl<N: Number> ResponseCheckState<N> {
     /// The change that was measured with that which the command must make, counts.
     fn compare(&mut self, change: N, cause: N, least: N, enough: i32) -> Result<(), Reason> {
         let size = cause.magnitude();
-        if size < N::from_count(Response::<N>::MIN_EFFECT) || size < least {
+        if size < N::from_count(ResponseCheck::<N>::MIN_EFFECT) || size < least {
             self.idle += 1;
-            if self.idle >= Response::<N>::MAX_IDLE_BLOCKS {
+            if self.idle >= ResponseCheck::<N>::MAX_IDLE_BLOCKS {
                 self.acquit();
             }
             return Ok(());
         }
         self.idle = 0;
-        let credit = N::from_f64(Response::<N>::MAX_WEIGHT) * size;
+        let credit = N::from_f64(ResponseCheck::<N>::MAX_WEIGHT) * size;
         let product = change.limited(-credit, credit) * cause;
         let square = cause * cause;
         self.evidence += 1;
-        if product >= N::from_f64(Response::<N>::MIN_SHARE) * square {
+        if product >= N::from_f64(ResponseCheck::<N>::MIN_SHARE) * square {
             let most = 4 * self.against >= 3 * self.evidence;
-            if size >= N::from_count(Response::<N>::CERTAIN_EFFECT) || !most {
+            if size >= N::from_count(ResponseCheck::<N>::CERTAIN_EFFECT) || !most {
                 self.acquit();
             }
             return Ok(());
         }
         self.against += 1;
-        if self.against > Response::<N>::UNCLEAR_BLOCKS
-            || enough <= Response::<N>::BLOCKS_OF_FAULT_UNDER_RELAY
+        if self.against > ResponseCheck::<N>::UNCLEAR_BLOCKS
+            || enough <= ResponseCheck::<N>::BLOCKS_OF_FAULT_UNDER_RELAY
         {
             self.product += product;
             self.square += square;
         }
-        let weighty = self.square >= N::from_count(Response::<N>::MIN_EVIDENCE);
+        let weighty = self.square >= N::from_count(ResponseCheck::<N>::MIN_EVIDENCE);
         if self.against < enough || !weighty {
             return Ok(());
         }
         let share = |share: f64| N::from_f64(share) * self.square;
-        Err(if self.product < share(Response::<N>::MAX_REVERSED_SHARE) {
-            Reason::Reversed
-        } else if self.product < share(Response::<N>::MAX_DEAD_SHARE) {
-            Reason::ActuatorDead
-        } else {
-            Reason::ActuatorWeak
-        })
+        Err(
+            if self.product < share(ResponseCheck::<N>::MAX_REVERSED_SHARE) {
+                Reason::Reversed
+            } else if self.product < share(ResponseCheck::<N>::MAX_DEAD_SHARE) {
+                Reason::ActuatorDead
+            } else {
+                Reason::ActuatorWeak
+            },
+        )
     }
 
     /// The same for a servo that is not known: only the sign is.
     fn compare_signs(&mut self, change: N, cause: N, least: N) -> Result<(), Reason> {
-        let visible = N::from_count(Response::<N>::MIN_CHANGE);
+        let visible = N::from_count(ResponseCheck::<N>::MIN_CHANGE);
         if cause.magnitude() < least || change.magnitude() < visible {
             return Ok(());
         }
@@ -266,7 +272,7 @@ impl<N: Number> ResponseState<N> {
             return Ok(());
         }
         self.against += 1;
-        if self.against < Response::<N>::BLOCKS_OF_FAULT {
+        if self.against < ResponseCheck::<N>::BLOCKS_OF_FAULT {
             return Ok(());
         }
         Err(Reason::Reversed)
@@ -279,7 +285,7 @@ impl<N: Number> ResponseState<N> {
             return Ok(());
         };
         self.level += 1;
-        if self.level < Response::<N>::BLOCKS_OF_FAULT_UNDER_RELAY {
+        if self.level < ResponseCheck::<N>::BLOCKS_OF_FAULT_UNDER_RELAY {
             return Ok(());
         }
         Err(reason)
@@ -305,8 +311,8 @@ fn contradiction<N: Number>(acts: N, force: N, favour: N) -> Option<Reason> {
     let size = force.magnitude();
     let along = acts * sign_of(force);
     let share = |share: f64| N::from_f64(share) * size;
-    (along + favour < share(Response::<N>::MIN_SHARE)).then(|| {
-        if along < share(Response::<N>::MAX_REVERSED_SHARE) {
+    (along + favour < share(ResponseCheck::<N>::MIN_SHARE)).then(|| {
+        if along < share(ResponseCheck::<N>::MAX_REVERSED_SHARE) {
             Reason::Reversed
         } else {
             Reason::ActuatorDead

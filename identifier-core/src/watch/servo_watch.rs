@@ -1,11 +1,11 @@
 #[cfg(test)]
 use super::DetectionTimes;
-use super::blocks::{Part, Parts, PartsState};
+use super::blocks::{BlockPart, Parts, PartsState};
 use super::bounds::{Bounds, BoundsState};
 use super::known_servo::{KnownServo, MAX_DELAY_SAMPLES};
 use super::oscillation::{Oscillation, OscillationState};
 use super::readings::{Readings, ReadingsState};
-use super::response::{Known, Response, ResponseState};
+use super::response::{Known, ResponseCheck, ResponseCheckState};
 use super::standstill::{StandstillWatch, StandstillWatchState, Under};
 use super::{Observation, WatchSettings};
 use crate::error::OutOfRange;
@@ -23,7 +23,7 @@ pub(crate) struct ServoWatch<N> {
     /// Samples of the longer blocks.
     longer: i32,
     /// Over shorter and over longer blocks.
-    response: [Response<N>; 2],
+    response: [ResponseCheck<N>; 2],
 }
 
 /// State of the watch.
@@ -35,8 +35,8 @@ pub(crate) struct ServoWatchState<N> {
     oscillation: OscillationState<N>,
     parts: PartsState<N>,
     /// A part that the longer blocks take in the next sample, for no sample to end both.
-    part: Option<Part<N>>,
-    response: [ResponseState<N>; 2],
+    part: Option<BlockPart<N>>,
+    response: [ResponseCheckState<N>; 2],
     known: Option<Known<N>>,
     /// The last commands; the place of the newest, and how far back the one is that acts.
     commands: [N; MAX_DELAY_SAMPLES],
@@ -76,7 +76,7 @@ impl<N: Number> ServoWatch<N> {
             parts: Parts::new(shorter),
             longer: Self::LONG_BLOCK_FACTOR * shorter,
             response: [1, Self::LONG_BLOCK_FACTOR]
-                .map(|parts| Response::new(parts, shorter, settings.limit())),
+                .map(|parts| ResponseCheck::new(parts, shorter, settings.limit())),
         })
     }
 
@@ -90,7 +90,7 @@ impl<N: Number> ServoWatch<N> {
             oscillation: self.oscillation.start(),
             parts: PartsState::START,
             part: None,
-            response: [Response::<N>::start(); 2],
+            response: [ResponseCheck::<N>::start(); 2],
             known: None,
             commands: [N::ZERO; MAX_DELAY_SAMPLES],
             newest: 0,
@@ -163,7 +163,7 @@ impl<N: Number> ServoWatch<N> {
         &self,
         state: &mut ServoWatchState<N>,
         of: usize,
-        part: &Part<N>,
+        part: &BlockPart<N>,
         relay: bool,
     ) -> Result<(), Reason> {
         let (Some(response), Some(past)) = (self.response.get(of), state.response.get_mut(of))
@@ -191,7 +191,7 @@ impl<N: Number> ServoWatch<N> {
             smallest_jump: self.readings.smallest_jump(&state.readings),
             speed: libm::ceil(self.bounds.samples_until_too_fast()) as u32,
             standing: state.motion.patience() as u32,
-            response: (Response::<N>::BLOCKS * self.longer) as u32 + state.delay as u32,
+            response: (ResponseCheck::<N>::BLOCKS * self.longer) as u32 + state.delay as u32,
             swings: Oscillation::<N>::SWINGS,
             longest_swing: self.oscillation.longest as u32,
         }
@@ -202,12 +202,12 @@ impl<N: Number> ServoWatchState<N> {
     fn restart_comparison(&mut self) {
         self.parts = PartsState::START;
         self.part = None;
-        self.response = [Response::<N>::start(); 2];
+        self.response = [ResponseCheck::<N>::start(); 2];
     }
 
     /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
     fn suspicion(&self) -> Option<Reason> {
-        let [shorter, longer] = self.response.each_ref().map(ResponseState::suspicion);
+        let [shorter, longer] = self.response.each_ref().map(ResponseCheckState::suspicion);
         match (shorter, longer) {
             (reversed @ Some(Reason::Reversed), _) | (_, reversed @ Some(Reason::Reversed)) => {
                 reversed

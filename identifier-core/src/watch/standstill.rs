@@ -1,7 +1,7 @@
 //! Detection of a standstill that is none: a stuck encoder, a dead actuator.
 
 use super::WatchSettings;
-use super::blocks::Block;
+use super::blocks::WatchBlock;
 use super::known_servo::{MODEL_ERROR, Model};
 use crate::number::Number;
 use crate::reason::Reason;
@@ -220,7 +220,7 @@ impl<N: Number> StandstillWatch<N> {
     /// soon at all.
     pub(super) fn jolts(
         state: &mut StandstillWatchState<N>,
-        block: &Block<N>,
+        block: &WatchBlock<N>,
     ) -> Result<(), Reason> {
         let [now, _, before] = block.counts;
         let possible = N::from_f64(2.0) * block.area * state.braking(block.largest);

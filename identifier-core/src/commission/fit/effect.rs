@@ -1,5 +1,5 @@
 use super::super::Reason;
-use super::scales::Scales;
+use super::scales::RecordScales;
 use core::f64::consts::TAU;
 
 /// An effect of a servo beside a, b, c, d and a delay. Its sizes are fitted, in counts, samples and
@@ -73,7 +73,7 @@ impl Effect {
     }
 
     /// The first sizes from a start.
-    pub(super) fn first(self, start: u32, scales: &Scales) -> Sizes {
+    pub(super) fn first(self, start: u32, scales: &RecordScales) -> Sizes {
         /// Widths of play, counts.
         const PLAYS: [f64; 2] = [3.0, 200.0];
         /// Speeds below which friction is another, over the mean.
@@ -102,11 +102,11 @@ impl Effect {
     }
 
     /// By how much sizes are changed to see what that does.
-    pub(super) fn changes(self, sizes: &Sizes, scales: &Scales) -> Sizes {
-        let force = Scales::SMALL_CHANGE * scales.acceleration;
+    pub(super) fn changes(self, sizes: &Sizes, scales: &RecordScales) -> Sizes {
+        let force = RecordScales::SMALL_CHANGE * scales.acceleration;
         match self {
             Self::None => [0.0; SIZES],
-            Self::DeadBand => [Scales::SMALL_CHANGE * scales.command, 0.0, 0.0],
+            Self::DeadBand => [RecordScales::SMALL_CHANGE * scales.command, 0.0, 0.0],
             Self::Gravity => [force, force, 0.0],
             Self::Backlash => [0.5, 0.5, 0.0],
             Self::LowSpeedFriction => [force, 0.1 * sizes[1], 0.0],
@@ -133,7 +133,7 @@ impl Effect {
     }
 
     /// The least and the largest sizes, about the first ones.
-    pub(super) fn bounds(self, first: &Sizes, scales: &Scales) -> [Sizes; 2] {
+    pub(super) fn bounds(self, first: &Sizes, scales: &RecordScales) -> [Sizes; 2] {
         /// The largest ratio of the masses.
         const RATIO: f64 = 20.0;
         let force = scales.acceleration;

@@ -3,7 +3,7 @@ use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
 use super::motion::MotionRecord;
 use super::pass::next_trial;
-use super::scales::Scales;
+use super::scales::RecordScales;
 use super::servo_fit::ServoFit;
 use super::servo_fitter::ServoFitter;
 use super::{ALL, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
@@ -31,7 +31,7 @@ pub(crate) struct Diagnosis {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EffectSearch<N> {
     resolution: N,
-    scales: Scales,
+    scales: RecordScales,
     own_bounds: [[N; UNKNOWNS]; 2],
     /// These with the bounds of the sizes of the present effect.
     bounds: [[N; ALL]; 2],
@@ -43,7 +43,7 @@ pub(crate) struct EffectSearch<N> {
     /// The most promising so far, and what it leaves.
     promising: Option<(u32, f64)>,
     comparison: Option<Comparison<N>>,
-    best: Option<Best<N>>,
+    best: Option<BestEffect<N>>,
     damping: N,
     passes: u32,
     /// The squared errors that are left without an effect.
@@ -54,7 +54,7 @@ pub(crate) struct EffectSearch<N> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Best<N> {
+struct BestEffect<N> {
     unknowns: [N; ALL],
     equations: NormalEquations<N, ALL>,
 }
@@ -84,7 +84,7 @@ impl<N: Number> EffectSearch<N> {
         resolution: f64,
         motion: &MotionRecord<N, W>,
     ) -> Self {
-        let scales = Scales::from_record(motion, own[B]);
+        let scales = RecordScales::from_record(motion, own[B]);
         Self {
             resolution: N::from_f64(resolution),
             own_bounds: *bounds,
@@ -207,7 +207,7 @@ impl<N: Number> EffectSearch<N> {
         let cost = pass.equations.cost();
         let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
         if judged.helped {
-            self.best = Some(Best {
+            self.best = Some(BestEffect {
                 unknowns: pass.unknowns,
                 equations: pass.equations,
             });

@@ -1,7 +1,7 @@
-use super::inputs::{Acting, Inputs};
+use super::inputs::{HeldCommand, Inputs};
 use super::motion::MotionRecord;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
-use crate::model::{FrictionStep, Phase, Response};
+use crate::model::{FrictionPhase, FrictionStep, Response};
 use crate::number::Number;
 
 /// A model that starts beside the servo and goes where the recorded command drives it, with its tangents:
@@ -68,7 +68,7 @@ impl<N: Number> Follower<N> {
         self.error += piece.travel;
     }
 
-    fn go(&mut self, step: &FrictionStep<N>, acting: &Acting<N>) {
+    fn go(&mut self, step: &FrictionStep<N>, acting: &HeldCommand<N>) {
         let [a, gain, coulomb] = [A, B, COULOMB].map(|i| self.unknowns[i]);
         let time = acting.time;
         let square = time * time;
@@ -85,15 +85,15 @@ impl<N: Number> Follower<N> {
         let after = self.velocity;
         let half = N::from_f64(0.5);
         match phase {
-            Phase::Stuck => {}
-            Phase::Slid { direction } => {
+            FrictionPhase::Stuck => {}
+            FrictionPhase::Slid { direction } => {
                 self.slide(step, time, half * (before + after), direction, acting);
             }
-            Phase::Stopped { direction, part } => {
+            FrictionPhase::Stopped { direction, part } => {
                 self.slide(step, part * time, half * before, direction, acting);
                 self.velocities = [N::ZERO; UNKNOWNS];
             }
-            Phase::Turned {
+            FrictionPhase::Turned {
                 direction,
                 part,
                 slowing,
@@ -116,7 +116,7 @@ impl<N: Number> Follower<N> {
         time: N,
         mean: N,
         direction: N,
-        acting: &Acting<N>,
+        acting: &HeldCommand<N>,
     ) {
         let gain = self.unknowns[B];
         let a = self.unknowns[A];

@@ -14,7 +14,7 @@ pub(super) struct Inputs<N> {
 
 /// A command that acts for a while.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Acting<N> {
+pub(super) struct HeldCommand<N> {
     /// Samples.
     pub(super) time: N,
     /// Its mean, and the additional distance per unit of gain because it came earlier than evenly
@@ -48,12 +48,12 @@ impl<N: Number> Inputs<N> {
         &mut self,
         motion: &MotionRecord<N, W>,
         most: N,
-    ) -> Acting<N> {
+    ) -> HeldCommand<N> {
         let (half, twelve) = (N::from_f64(0.5), N::from_f64(12.0));
         let piece = self.piece;
         if self.left <= N::ZERO || piece.samples <= N::ZERO {
             let step = self.follow(motion);
-            return Acting {
+            return HeldCommand {
                 time: N::ZERO,
                 command: piece.command,
                 lead: N::ZERO,
@@ -71,7 +71,7 @@ impl<N: Number> Inputs<N> {
         let lead = piece.lead * time * per_sample;
         self.left = self.left - time;
         let step = if ends { self.follow(motion) } else { N::ZERO };
-        Acting {
+        HeldCommand {
             time,
             command,
             lead,

@@ -26,7 +26,7 @@ mod servo_fitter;
 pub(crate) use block::MotionBlock;
 pub(crate) use effect_search::{Diagnosis, EffectSearch};
 pub(crate) use motion::MotionRecord;
-pub(crate) use prediction::{Prediction, PredictionPass};
+pub(crate) use prediction::{PredictionErrors, PredictionRun};
 pub(crate) use recorder::MotionRecorder;
 pub(crate) use servo_fit::ServoFit;
 pub(crate) use servo_fitter::{FitSettings, ServoFitter};

@@ -1,6 +1,6 @@
 use super::follower::Follower;
 use super::motion::MotionRecord;
-use super::prior::Prior;
+use super::prior::ServoPrior;
 use super::{B, UNKNOWNS};
 use crate::fit::levenberg_marquardt::{bounded_step, moved};
 use crate::linalg::NormalEquations;
@@ -9,7 +9,7 @@ use crate::number::Number;
 
 /// A pass over the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pass<N> {
+pub(super) struct ServoFitPass<N> {
     pub(super) unknowns: [N; UNKNOWNS],
     follower: Follower<N>,
     pub(super) equations: NormalEquations<N, UNKNOWNS>,
@@ -19,17 +19,17 @@ pub(super) struct Pass<N> {
 
 /// The unknowns that explain the motion best so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Best<N> {
+pub(super) struct BestServoFit<N> {
     pub(super) unknowns: [N; UNKNOWNS],
     pub(super) equations: NormalEquations<N, UNKNOWNS>,
     pub(super) lag_one: N,
 }
 
-impl<N: Number> Pass<N> {
+impl<N: Number> ServoFitPass<N> {
     /// With these unknowns, and what is known before.
     pub(super) fn at<const W: usize>(
         unknowns: &[N; UNKNOWNS],
-        prior: &Prior<N>,
+        prior: &ServoPrior<N>,
         motion: &MotionRecord<N, W>,
     ) -> Self {
         let mut equations = NormalEquations::EMPTY;

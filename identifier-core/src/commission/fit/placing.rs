@@ -1,5 +1,5 @@
 use super::ROUNDING;
-use super::prediction::Pass;
+use super::prediction::PredictionPass;
 use crate::number::Number;
 
 /// Finds position and velocity with which a record begins, for a servo that is known, from pass to pass.
@@ -51,7 +51,12 @@ impl<N: Number> Placing<N> {
     }
 
     /// Judges a pass with this position and velocity over a number of pieces; returns those of the next.
-    pub(super) fn next(&mut self, pass: &Pass<N>, pieces: usize, place: [N; 2]) -> [N; 2] {
+    pub(super) fn next(
+        &mut self,
+        pass: &PredictionPass<N>,
+        pieces: usize,
+        place: [N; 2],
+    ) -> [N; 2] {
         let [position, velocity] = place;
         let left = pass.left_by_position();
         let here = Placed {

@@ -11,7 +11,7 @@ use crate::number::Number;
 /// How well a known servo predicts a motion, only position and velocity at its beginning being fitted;
 /// rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Prediction {
+pub(crate) struct PredictionErrors {
     /// Root mean square and largest magnitude of the prediction's errors.
     pub rms: f64,
     /// See above.
@@ -29,19 +29,19 @@ pub(crate) struct Prediction {
 
 /// A prediction under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PredictionPass<N> {
+pub(crate) struct PredictionRun<N> {
     pub(super) unknowns: [N; UNKNOWNS],
     /// Covariance of the servo's parameters, machine units.
     pub(super) covariance: [[N; 5]; 5],
     pub(super) next: usize,
-    pub(super) pass: Option<Pass<N>>,
+    pub(super) pass: Option<PredictionPass<N>>,
     /// Position and velocity at the beginning, which are fitted first; none before the first pass.
     pub(super) placing: Option<Placing<N>>,
 }
 
 /// A pass over the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pass<N> {
+pub(super) struct PredictionPass<N> {
     pub(super) follower: Follower<N>,
     pub(super) equations: NormalEquations<N, UNKNOWNS>,
     pub(super) worst: N,
@@ -51,7 +51,7 @@ pub(super) struct Pass<N> {
     pub(super) range: [N; 2],
 }
 
-impl<N: Number> Pass<N> {
+impl<N: Number> PredictionPass<N> {
     /// Takes a piece that the follower has passed.
     pub(super) fn measure(&mut self, covariance: &[[N; 5]; 5], travel: N) {
         let error = self.follower.error;
@@ -109,9 +109,9 @@ impl<N: Number> Pass<N> {
 impl<N: Number> ServoFitter<N> {
     /// Begins the prediction of a motion by a servo that is known.
     #[must_use]
-    pub(crate) fn begin_prediction(&self, servo: &IdentifiedServo) -> PredictionPass<N> {
+    pub(crate) fn begin_prediction(&self, servo: &IdentifiedServo) -> PredictionRun<N> {
         let scale = self.scale();
-        PredictionPass {
+        PredictionRun {
             unknowns: self.unknowns(servo),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
@@ -125,9 +125,9 @@ impl<N: Number> ServoFitter<N> {
     /// Continues by a piece of the record. Returns once it has ended.
     pub(crate) fn predict<const W: usize>(
         &self,
-        predicting: &mut PredictionPass<N>,
+        predicting: &mut PredictionRun<N>,
         motion: &MotionRecord<N, W>,
-    ) -> Option<Prediction> {
+    ) -> Option<PredictionErrors> {
         let pass = match &mut predicting.pass {
             Some(pass) => pass,
             empty => empty.insert(self.begin_pass(&predicting.unknowns, motion)),
@@ -158,7 +158,7 @@ impl<N: Number> ServoFitter<N> {
         &self,
         unknowns: &[N; UNKNOWNS],
         motion: &MotionRecord<N, W>,
-    ) -> Pass<N> {
+    ) -> PredictionPass<N> {
         // A model that friction holds at first shows nothing of its initial velocity.
         let mut equations = NormalEquations::EMPTY;
         for (place, weight) in at_first(self.speed_at_first(motion, true)) {
@@ -167,7 +167,7 @@ impl<N: Number> ServoFitter<N> {
             row[place] = weight;
             equations.add(&row, -(weight * unknowns[place]));
         }
-        Pass {
+        PredictionPass {
             follower: Follower::new(unknowns, motion),
             equations,
             worst: N::ZERO,
@@ -178,11 +178,11 @@ impl<N: Number> ServoFitter<N> {
         }
     }
 
-    fn prediction(&self, pass: &Pass<N>, pieces: usize) -> Prediction {
+    fn prediction(&self, pass: &PredictionPass<N>, pieces: usize) -> PredictionErrors {
         let resolution = self.resolution();
         let mean_root = |sum: N| libm::sqrt(sum.to_f64() / pieces.max(1) as f64);
         let [low, high] = pass.range;
-        Prediction {
+        PredictionErrors {
             rms: mean_root(pass.equations.cost()) * resolution,
             worst: pass.worst.to_f64() * resolution,
             rounding: libm::sqrt(ROUNDING) * resolution,

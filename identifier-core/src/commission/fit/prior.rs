@@ -11,12 +11,12 @@ pub(super) fn at_first(velocity: f64) -> [(usize, f64); 2] {
 
 /// Knowledge before a fit: rows of equations for errors of the encoder's rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Prior<N> {
+pub(super) struct ServoPrior<N> {
     rows: [[N; UNKNOWNS]; UNKNOWNS],
     expected: [N; UNKNOWNS],
 }
 
-impl<N: Number> Prior<N> {
+impl<N: Number> ServoPrior<N> {
     /// A delay (expected, standard deviation; samples), and a servo that is where its count begins, with a
     /// velocity of that standard deviation (counts per sample).
     pub(super) fn vague(delay: [f64; 2], velocity: f64) -> Self {

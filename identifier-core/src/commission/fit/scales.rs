@@ -5,7 +5,7 @@ use crate::number::Number;
 /// Typical magnitudes of a record: sizes and small changes are chosen by them. Counts, samples and command
 /// units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scales {
+pub(super) struct RecordScales {
     /// The largest command, and what it does.
     pub(super) command: f64,
     pub(super) acceleration: f64,
@@ -16,7 +16,7 @@ pub(super) struct Scales {
     pub(super) longest: f64,
 }
 
-impl Scales {
+impl RecordScales {
     /// A change that is small beside what moves.
     pub(super) const SMALL_CHANGE: f64 = 0.003;
 

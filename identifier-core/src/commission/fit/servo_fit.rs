@@ -1,7 +1,7 @@
-use super::super::regression::{Gathered, Regression};
+use super::super::regression::{Regression, RegressionState};
 use super::motion::MotionRecord;
-use super::pass::{Best, Pass, next_trial};
-use super::prior::Prior;
+use super::pass::{BestServoFit, ServoFitPass, next_trial};
+use super::prior::ServoPrior;
 use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
 use crate::fit::levenberg_marquardt::judge;
 use crate::measurement::direction::direction as direction_of;
@@ -11,32 +11,32 @@ use crate::number::Number;
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ServoFit<N> {
-    prior: Prior<N>,
+    prior: ServoPrior<N>,
     bounds: [[N; UNKNOWNS]; 2],
-    stage: Stage<N>,
+    stage: ServoFitStage<N>,
     /// The piece that comes next.
     next: usize,
     /// The pieces that a pass takes: first a few, then twice as many, then all of them, as a model that
     /// is not near is far away after many turns.
     few: usize,
     taken: usize,
-    pass: Option<Pass<N>>,
-    best: Option<Best<N>>,
+    pass: Option<ServoFitPass<N>>,
+    best: Option<BestServoFit<N>>,
     damping: N,
     passes: u32,
     /// Starts that were tried, and from where the next ones are taken.
     starts: u32,
     first: [N; UNKNOWNS],
-    this: Option<Best<N>>,
+    this: Option<BestServoFit<N>>,
     /// True if the servo has moved in the linear pass.
     moved: bool,
     over: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Stage<N> {
+enum ServoFitStage<N> {
     /// The linear estimate is gathered.
-    Linear(Regression<N>, Gathered<N>, N),
+    Linear(Regression<N>, RegressionState<N>, N),
     /// The model is fitted.
     Model,
 }
@@ -65,12 +65,12 @@ impl<N: Number> ServoFit<N> {
     ];
 
     pub(super) fn from_nothing(
-        prior: Prior<N>,
+        prior: ServoPrior<N>,
         bounds: [[N; UNKNOWNS]; 2],
         regression: Regression<N>,
         delay: f64,
     ) -> Self {
-        let stage = Stage::Linear(regression, Gathered::NOTHING, N::from_f64(delay));
+        let stage = ServoFitStage::Linear(regression, RegressionState::NOTHING, N::from_f64(delay));
         Self::at(prior, bounds, stage, [N::ZERO; UNKNOWNS])
     }
 
@@ -78,24 +78,24 @@ impl<N: Number> ServoFit<N> {
     pub(super) fn few_first(mut self, pieces: usize) -> Self {
         self.few = pieces;
         self.taken = match self.stage {
-            Stage::Linear(..) => usize::MAX,
-            Stage::Model => pieces,
+            ServoFitStage::Linear(..) => usize::MAX,
+            ServoFitStage::Model => pieces,
         };
         self
     }
 
     pub(super) fn from_known(
-        prior: Prior<N>,
+        prior: ServoPrior<N>,
         bounds: [[N; UNKNOWNS]; 2],
         first: [N; UNKNOWNS],
     ) -> Self {
-        Self::at(prior, bounds, Stage::Model, first)
+        Self::at(prior, bounds, ServoFitStage::Model, first)
     }
 
     fn at(
-        prior: Prior<N>,
+        prior: ServoPrior<N>,
         bounds: [[N; UNKNOWNS]; 2],
-        stage: Stage<N>,
+        stage: ServoFitStage<N>,
         first: [N; UNKNOWNS],
     ) -> Self {
         Self {
@@ -118,7 +118,7 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// The unknowns that explain the motion best; none if none was tried.
-    pub(super) fn best(&self) -> Option<&Best<N>> {
+    pub(super) fn best(&self) -> Option<&BestServoFit<N>> {
         self.best.as_ref()
     }
 
@@ -142,7 +142,7 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// True if one of the unknowns that explain the motion best is as large as it may be.
-    pub(super) fn is_at_upper_bound(&self, best: &Best<N>) -> bool {
+    pub(super) fn is_at_upper_bound(&self, best: &BestServoFit<N>) -> bool {
         let [_, high] = &self.bounds;
         [A, DELAY].into_iter().any(|i| best.unknowns[i] >= high[i])
     }
@@ -157,7 +157,7 @@ impl<N: Number> ServoFit<N> {
             && let Some(piece) = motion.get(self.next)
         {
             match (&mut self.stage, &mut self.pass) {
-                (Stage::Linear(regression, gathered, _), _) => {
+                (ServoFitStage::Linear(regression, gathered, _), _) => {
                     let direction = direction(motion, self.next);
                     if direction != N::ZERO && !self.moved {
                         self.moved = true;
@@ -175,8 +175,8 @@ impl<N: Number> ServoFit<N> {
                         piece.command,
                     );
                 }
-                (Stage::Model, Some(pass)) => pass.take(step, motion, self.next),
-                (Stage::Model, None) => {
+                (ServoFitStage::Model, Some(pass)) => pass.take(step, motion, self.next),
+                (ServoFitStage::Model, None) => {
                     self.begin_pass(motion, self.first);
                     return false;
                 }
@@ -185,7 +185,7 @@ impl<N: Number> ServoFit<N> {
             return false;
         }
         self.next = 0;
-        if let Stage::Linear(_, gathered, delay) = self.stage {
+        if let ServoFitStage::Linear(_, gathered, delay) = self.stage {
             let Some(servo) = gathered.estimate() else {
                 return true;
             };
@@ -194,7 +194,7 @@ impl<N: Number> ServoFit<N> {
             self.first[COULOMB] = servo.coulomb();
             self.first[DELAY] = delay;
             self.first[LOAD] = servo.load();
-            self.stage = Stage::Model;
+            self.stage = ServoFitStage::Model;
             self.begin_start(motion);
             return false;
         }
@@ -251,7 +251,7 @@ impl<N: Number> ServoFit<N> {
     fn begin_pass<const W: usize>(&mut self, motion: &MotionRecord<N, W>, unknowns: [N; UNKNOWNS]) {
         let [low, high] = &self.bounds;
         let trial = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
-        self.pass = Some(Pass::at(&trial, &self.prior, motion));
+        self.pass = Some(ServoFitPass::at(&trial, &self.prior, motion));
         self.next = 0;
     }
 
@@ -264,7 +264,7 @@ impl<N: Number> ServoFit<N> {
         let cost = pass.equations.cost();
         let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
         if judged.helped {
-            self.this = Some(Best {
+            self.this = Some(BestServoFit {
                 unknowns: pass.unknowns,
                 equations: pass.equations,
                 lag_one: pass.lag_one,

@@ -1,7 +1,7 @@
 use super::super::regression::Regression;
 use super::super::{IdentifiedServo, Reason};
 use super::motion::MotionRecord;
-use super::prior::Prior;
+use super::prior::ServoPrior;
 use super::servo_fit::ServoFit;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::model::{FrictionStep, ZeroOrderHoldStep};
@@ -74,7 +74,7 @@ impl<N: Number> ServoFitter<N> {
         let deviation = Self::UNKNOWN_DELAY.max(time) / time;
         let longest = motion.longest().to_f64();
         let speed = self.speed_at_first(motion, prior.is_some());
-        let vague = Prior::vague([expected, deviation], speed);
+        let vague = ServoPrior::vague([expected, deviation], speed);
         let bounds = self.bounds(motion, speed);
         let few = motion.pieces_in(N::from_f64(Self::FIRST_TIME / time));
         let fit = match prior {

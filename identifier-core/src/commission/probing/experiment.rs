@@ -3,7 +3,7 @@ use super::super::rough_model::RoughModel;
 use super::super::{CommissionError, Reason};
 use super::observer::Observer;
 use super::plan::{COMMANDS, Plan};
-use super::state::{ProbingState, Stage};
+use super::state::{ProbingStage, ProbingState};
 use super::{LargestMotion, ProbingSettings};
 use crate::number::Number;
 
@@ -101,7 +101,7 @@ impl<N: Number> Probing<N> {
         state.part = N::from_f64(part);
         state.commands = [state.servo.holding(); COMMANDS];
         self.choose_swing(&mut state);
-        state.enter(Stage::Push);
+        state.enter(ProbingStage::Push);
         state
     }
 
@@ -125,16 +125,16 @@ impl<N: Number> Probing<N> {
         self.learn(state, increment, acted);
         if let Some(reason) = self.left(state) {
             state.ending = Some(Err(reason));
-            if !matches!(state.stage, Stage::Stop | Stage::Hold) {
-                state.enter(Stage::Stop);
+            if !matches!(state.stage, ProbingStage::Stop | ProbingStage::Hold) {
+                state.enter(ProbingStage::Stop);
             }
         }
         let wanted = match state.stage {
-            Stage::Seek => self.seek(state),
-            Stage::Push => self.push(state),
-            Stage::Brake => self.brake(state),
-            Stage::Stop => self.stop(state),
-            Stage::Hold => self.hold(state),
+            ProbingStage::Seek => self.seek(state),
+            ProbingStage::Push => self.push(state),
+            ProbingStage::Brake => self.brake(state),
+            ProbingStage::Stop => self.stop(state),
+            ProbingStage::Hold => self.hold(state),
         };
         let [least, most] = plan.command;
         let command = if wanted.is_finite() {
@@ -212,7 +212,7 @@ impl<N: Number> Probing<N> {
     }
 
     fn progress(&self, state: &ProbingState<N>) -> ProbingProgress {
-        let quiet = state.stage == Stage::Hold && state.still >= self.plan.quiet;
+        let quiet = state.stage == ProbingStage::Hold && state.still >= self.plan.quiet;
         match state.ending {
             Some(Err(reason @ Reason::TravelLeft)) => ProbingProgress::Failed(reason),
             Some(Ok(())) if quiet => ProbingProgress::AtRest,

@@ -3,7 +3,7 @@ use crate::number::Number;
 
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.
 ///
-/// It predicts with the crude servo's acceleration and a rest, and corrects position, velocity and rest by
+/// It predicts with the rough model's acceleration and a rest, and corrects position, velocity and rest by
 /// the error of the prediction so that all three errors decay as pᵏ. While nothing is known of the servo,
 /// the rest is its whole acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +13,7 @@ pub(super) struct Observer<N> {
 
 /// State of the observer, counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Observed<N> {
+pub(super) struct ObserverState<N> {
     error: N,
     /// Velocity at the sample.
     pub(super) velocity: N,
@@ -22,7 +22,7 @@ pub(super) struct Observed<N> {
     pub(super) acceleration: N,
 }
 
-impl<N: Number> Observed<N> {
+impl<N: Number> ObserverState<N> {
     pub(super) const AT_REST: Self = Self {
         error: N::ZERO,
         velocity: N::ZERO,
@@ -40,7 +40,7 @@ impl<N: Number> Observed<N> {
         self.velocity = N::ZERO;
     }
 
-    /// The crude servo has changed: the acceleration is what it was.
+    /// The rough model has changed: the acceleration is what it was.
     pub(super) fn adopt(&mut self, before: &RoughModel<N>, after: &RoughModel<N>, command: N) {
         let velocity = self.velocity;
         self.rest += before.acceleration(command, velocity) - after.acceleration(command, velocity);
@@ -66,7 +66,7 @@ impl<N: Number> Observer<N> {
     #[inline]
     pub(super) fn observe(
         &self,
-        observed: &mut Observed<N>,
+        observed: &mut ObserverState<N>,
         servo: &RoughModel<N>,
         increment: N,
         acted: N,

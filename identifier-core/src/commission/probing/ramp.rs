@@ -1,6 +1,6 @@
 use super::super::rough_model::RoughModel;
 use super::experiment::Probing;
-use super::state::{Fall, FirstCount, ProbingState, Stage};
+use super::state::{Fall, FirstCount, ProbingStage, ProbingState};
 use crate::commission::Reason;
 use crate::number::Number;
 
@@ -95,7 +95,7 @@ impl<N: Number> Probing<N> {
             if state.still > 4 * plan.standing && state.ending.is_none() {
                 state.ending = Some(Err(Reason::DoesNotMove));
                 state.held_at = state.position;
-                state.enter(Stage::Hold);
+                state.enter(ProbingStage::Hold);
             }
             return command;
         }
@@ -232,10 +232,10 @@ impl<N: Number> Probing<N> {
         self.choose_swing(state);
         if plan.one_way.is_some_and(|way| way != state.way) {
             state.ending = Some(Err(Reason::DoesNotStand));
-            state.enter(Stage::Stop);
+            state.enter(ProbingStage::Stop);
             return self.stop(state);
         }
-        state.enter(Stage::Brake);
+        state.enter(ProbingStage::Brake);
         self.brake(state)
     }
 }

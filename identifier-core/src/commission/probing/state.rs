@@ -1,6 +1,6 @@
-use super::super::regression::Gathered;
+use super::super::regression::RegressionState;
 use super::super::rough_model::RoughModel;
-use super::observer::Observed;
+use super::observer::ObserverState;
 use super::plan::{COMMANDS, Plan};
 use crate::commission::Reason;
 use crate::number::Number;
@@ -8,7 +8,7 @@ use crate::number::Number;
 /// A probing motion under way. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ProbingState<N> {
-    pub(super) stage: Stage,
+    pub(super) stage: ProbingStage,
     pub(super) ending: Option<Result<(), Reason>>,
     pub(super) samples: u32,
     pub(super) position: N,
@@ -35,8 +35,8 @@ pub(crate) struct ProbingState<N> {
     pub(super) guessed: N,
     /// The acceleration that the command limit gives with it.
     pub(super) guessed_limit: N,
-    pub(super) observed: Observed<N>,
-    pub(super) gathered: Gathered<N>,
+    pub(super) observed: ObserverState<N>,
+    pub(super) gathered: RegressionState<N>,
     pub(super) commands: [N; COMMANDS],
     pub(super) newest: usize,
     /// Samples since the encoder last moved.
@@ -63,7 +63,7 @@ pub(crate) struct ProbingState<N> {
 
 /// Stages of the probing motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stage {
+pub(super) enum ProbingStage {
     /// The command grows until the servo moves.
     Seek,
     /// It is accelerated in the direction of the push.
@@ -140,7 +140,7 @@ impl<N: Number> ProbingState<N> {
     pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
         let held = held.unwrap_or(N::ZERO);
         Self {
-            stage: Stage::Seek,
+            stage: ProbingStage::Seek,
             ending: None,
             samples: 0,
             position: N::ZERO,
@@ -156,8 +156,8 @@ impl<N: Number> ProbingState<N> {
             servo: RoughModel::UNKNOWN,
             guessed: N::ZERO,
             guessed_limit: N::ZERO,
-            observed: Observed::AT_REST,
-            gathered: Gathered::NOTHING,
+            observed: ObserverState::AT_REST,
+            gathered: RegressionState::NOTHING,
             commands: [held; COMMANDS],
             newest: 0,
             still: 0,
@@ -197,7 +197,7 @@ impl<N: Number> ProbingState<N> {
 
     /// True if it accelerates or brakes a servo whose friction is known.
     pub(in crate::commission) fn is_swinging(&self) -> bool {
-        self.servo.is_known() && matches!(self.stage, Stage::Push | Stage::Brake)
+        self.servo.is_known() && matches!(self.stage, ProbingStage::Push | ProbingStage::Brake)
     }
 
     /// Aims in a direction from here on.
@@ -216,7 +216,7 @@ impl<N: Number> ProbingState<N> {
         self.stands || self.direction * (self.position - self.extreme) < N::ZERO
     }
 
-    pub(super) fn enter(&mut self, stage: Stage) {
+    pub(super) fn enter(&mut self, stage: ProbingStage) {
         self.stage = stage;
         self.stage_since = self.samples;
     }

@@ -1,5 +1,5 @@
 use super::experiment::Probing;
-use super::state::{ProbingState, Stage};
+use super::state::{ProbingStage, ProbingState};
 use crate::commission::Reason;
 use crate::number::Number;
 
@@ -76,7 +76,7 @@ impl<N: Number> Probing<N> {
                 || velocity >= plan.usable_speed);
         if must {
             state.extra = N::ZERO;
-            state.enter(Stage::Brake);
+            state.enter(ProbingStage::Brake);
             return self.braking(state, direction);
         }
         // One that does not begin to move needs more.
@@ -111,7 +111,7 @@ impl<N: Number> Probing<N> {
             Reason::DoesNotMove
         }));
         state.held_at = state.position;
-        state.enter(Stage::Hold);
+        state.enter(ProbingStage::Hold);
         self.hold(state)
     }
 
@@ -165,7 +165,7 @@ impl<N: Number> Probing<N> {
                 state.ending = Some(Ok(()));
             }
             if state.ending.is_some() {
-                state.enter(Stage::Stop);
+                state.enter(ProbingStage::Stop);
                 return self.stop(state);
             }
         } else {
@@ -175,14 +175,14 @@ impl<N: Number> Probing<N> {
                 state.aim(-state.direction);
                 state.ending = Some(Ok(()));
                 state.held_at = state.position;
-                state.enter(Stage::Hold);
+                state.enter(ProbingStage::Hold);
                 return self.hold(state);
             }
             self.swing_back(state);
             return self.push(state);
         }
         self.choose_swing(state);
-        state.enter(Stage::Push);
+        state.enter(ProbingStage::Push);
         self.push(state)
     }
 
@@ -191,7 +191,7 @@ impl<N: Number> Probing<N> {
         state.extra = N::ZERO;
         state.aim(-state.direction);
         self.choose_swing(state);
-        state.enter(Stage::Push);
+        state.enter(ProbingStage::Push);
     }
 
     /// True if the servo is known well enough: it has turned twice at either end, and the acceleration of a
@@ -231,7 +231,7 @@ impl<N: Number> Probing<N> {
         }
         if state.has_turned() {
             state.held_at = state.position;
-            state.enter(Stage::Hold);
+            state.enter(ProbingStage::Hold);
             return self.hold(state);
         }
         self.braking(state, state.direction)

@@ -2,8 +2,8 @@ use std::vec::Vec;
 
 use super::unknown_servos::{Unknown, unknown_servos};
 use crate::commission::{
-    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, Prediction, Reason,
-    ServoFitter,
+    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, PredictionErrors,
+    Reason, ServoFitter,
 };
 use crate::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
@@ -46,7 +46,7 @@ fn predicted<const W: usize>(
     unknown: &Unknown,
     motion: &MotionRecord<f32, W>,
     servo: &IdentifiedServo,
-) -> Prediction {
+) -> PredictionErrors {
     let fitter = ServoFitter::new(&settings(unknown));
     let mut predicting = fitter.begin_prediction(servo);
     loop {
@@ -111,7 +111,7 @@ impl Missed {
     fn by(servos: impl Iterator<Item = Unknown>, time: Option<f64>) -> Self {
         let mut missed = Self::default();
         for unknown in servos {
-            let moved = unknown.wiggle();
+            let moved = unknown.probe();
             let time = time.or(moved.evidence).unwrap_or(f64::INFINITY);
             let end = ((time / unknown.sample_time) as usize).min(moved.samples.len());
             let motion = recorded::<512>(&unknown, &moved.samples[..end]);
@@ -176,7 +176,7 @@ fn ordinary(effects: Effects) -> Unknown {
 fn errors_agree_with_the_standard_errors() {
     let mut off = Vec::new();
     for unknown in unknown_servos().filter(|u| u.counts >= FINE && u.counts <= 20_000.0) {
-        let moved = unknown.wiggle();
+        let moved = unknown.probe();
         let motion = recorded::<256>(&unknown, &moved.samples);
         let servo = fitted(&unknown, &motion, None).expect("a servo");
         let error = servo.parameters.b - unknown.parameters.b;
@@ -232,7 +232,7 @@ fn an_estimate_at_its_bound_is_refused() {
 #[test]
 fn a_long_motion_fits_into_a_short_record() {
     let unknown = ordinary(Effects::NONE);
-    let moved = unknown.wiggle();
+    let moved = unknown.probe();
     let motion = recorded::<64>(&unknown, &moved.samples);
     let servo = fitted(&unknown, &motion, None).expect("a servo");
     let off = servo.parameters.b / unknown.parameters.b - 1.0;
@@ -242,7 +242,7 @@ fn a_long_motion_fits_into_a_short_record() {
 #[test]
 fn prior_knowledge_reduces_the_standard_errors_of_a_second_fit() {
     let unknown = ordinary(Effects::NONE);
-    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    let motion = recorded::<256>(&unknown, &unknown.probe().samples);
     let first = fitted(&unknown, &motion, None).expect("a servo");
     let second = fitted(&unknown, &motion, Some(&first)).expect("a servo");
     for place in 0..5 {
@@ -258,7 +258,7 @@ fn a_missing_block_is_noticed() {
     let mut recorder = MotionRecorder::new(&settings(&unknown));
     let mut motion = MotionRecord::<f32, 64>::EMPTY;
     let mut blocks = unknown
-        .wiggle()
+        .probe()
         .samples
         .into_iter()
         .filter_map(|[increment, command]| recorder.push(increment, command))
@@ -271,7 +271,7 @@ fn a_missing_block_is_noticed() {
 #[test]
 fn a_servo_predicts_its_own_motion_and_no_other_servo_s() {
     let unknown = ordinary(Effects::NONE);
-    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    let motion = recorded::<256>(&unknown, &unknown.probe().samples);
     let servo = fitted(&unknown, &motion, None).expect("a servo");
     let own = predicted(&unknown, &motion, &servo);
     assert!(own.rms < 1.5 * own.rounding, "{own:?}");
@@ -326,7 +326,7 @@ fn an_unmodelled_effect_is_named() {
         ),
     ] {
         let unknown = ordinary(effects);
-        let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+        let motion = recorded::<256>(&unknown, &unknown.probe().samples);
         let diagnosis = diagnosed(&unknown, &motion);
         let diagnosis = diagnosis.unwrap_or_else(|| panic!("{reason:?}: nothing is found"));
         assert_eq!(diagnosis.reason, reason, "{diagnosis:?}");
@@ -341,6 +341,6 @@ fn an_unmodelled_effect_is_named() {
 #[test]
 fn no_effect_is_named_where_the_model_is_complete() {
     let unknown = ordinary(Effects::NONE);
-    let motion = recorded::<256>(&unknown, &unknown.wiggle().samples);
+    let motion = recorded::<256>(&unknown, &unknown.probe().samples);
     assert_eq!(diagnosed(&unknown, &motion), None);
 }

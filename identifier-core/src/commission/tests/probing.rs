@@ -1,6 +1,6 @@
 use std::vec::Vec;
 
-use super::unknown_servos::{Unknown, Wiggled, unknown_servos};
+use super::unknown_servos::{Probed, Unknown, unknown_servos};
 use crate::commission::{CommissionError, Probing, ProbingProgress, Reason, RoughModel};
 use crate::parameters::ServoParameters;
 
@@ -8,13 +8,13 @@ use crate::parameters::ServoParameters;
 fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {
     let (mut servos, mut at_rest) = (0, 0);
     for unknown in unknown_servos() {
-        let Wiggled {
+        let Probed {
             progress,
             travel,
             speed,
             evidence,
             ..
-        } = unknown.wiggle();
+        } = unknown.probe();
         assert!(travel < 1.0, "travel {travel:.3}: {unknown:?}");
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
         servos += 1;
@@ -39,7 +39,7 @@ fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
     for (sample_time, allowed) in [(1e-3, 0.16), (2.5e-4, 0.15), (1e-4, 0.15)] {
         let mut times: Vec<f64> = unknown_servos()
             .filter(|unknown| unknown.counts >= 4096.0 && unknown.is_sampled_every(sample_time))
-            .map(|unknown| unknown.wiggle().evidence.unwrap_or(f64::INFINITY))
+            .map(|unknown| unknown.probe().evidence.unwrap_or(f64::INFINITY))
             .collect();
         times.sort_by(f64::total_cmp);
         let [median, most] = [0.5, 0.9].map(|part| times[(part * times.len() as f64) as usize]);
@@ -57,9 +57,9 @@ fn a_speed_limit_far_below_the_servo_s_own_is_kept() {
         // A load that is held does not gain speed before it is known.
         unknown.held = Some(-unknown.parameters.load / unknown.parameters.b);
         unknown.limits.speed *= 0.4;
-        let Wiggled {
+        let Probed {
             progress, speed, ..
-        } = unknown.wiggle();
+        } = unknown.probe();
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
         assert_eq!(progress, ProbingProgress::AtRest, "{unknown:?}");
         fastest = fastest.max(speed);
@@ -77,7 +77,7 @@ fn a_coarse_encoder_extends_the_experiment_until_the_evidence_suffices() {
                 ..coarse
             };
             let [coarse, fine] =
-                [coarse, fine].map(|unknown| unknown.wiggle().evidence.unwrap_or(1.0));
+                [coarse, fine].map(|unknown| unknown.probe().evidence.unwrap_or(1.0));
             coarse / fine
         })
         .fold(0.0, f64::max);
@@ -94,9 +94,9 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
             held: Some(-parameters.load / parameters.b),
             ..unknown
         };
-        let wiggle = Probing::new(&held.settings()).expect("allowed");
+        let probing = Probing::new(&held.settings()).expect("allowed");
         let sizes = [1.0, 0.6].map(|part| {
-            let moved = held.moved_by(&wiggle, wiggle.start_from_known(&known, 0.0, part));
+            let moved = held.moved_by(&probing, probing.start_from_known(&known, 0.0, part));
             assert_eq!(moved.progress, ProbingProgress::AtRest, "{unknown:?}");
             assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
             moved.travel
@@ -114,7 +114,7 @@ fn an_axis_that_may_only_move_one_way_does_not_come_back() {
         unknown.counts >= 10_000.0 && coulomb > 0.06 * b * Unknown::COMMAND
     };
     for unknown in unknown_servos().filter(ordinary).map(Unknown::one_way) {
-        let moved = unknown.wiggle();
+        let moved = unknown.probe();
         servos += 1;
         at_rest += u32::from(moved.progress == ProbingProgress::AtRest);
         assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
@@ -132,7 +132,7 @@ fn a_servo_that_does_not_move_is_reported() {
     jammed.held = None;
     jammed.parameters.load = 0.0;
     jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
-    let moved = jammed.wiggle();
+    let moved = jammed.probe();
     assert_eq!(moved.progress, ProbingProgress::Failed(Reason::DoesNotMove));
 }
 
@@ -143,14 +143,14 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
         held: None,
         ..Unknown::from_seed(2)
     };
-    let wiggle = Probing::<f32>::new(&unknown.settings()).expect("allowed");
+    let probing = Probing::<f32>::new(&unknown.settings()).expect("allowed");
     let (b, time) = (unknown.parameters.b, unknown.sample_time);
     let coulomb = 0.1 * b * Unknown::COMMAND;
-    let mut state = wiggle.start(None);
+    let mut state = probing.start(None);
     let (mut position, mut velocity, mut last) = (0.0_f64, 0.0_f64, 0.0);
     (0..3000).find_map(|_| {
         let count = (position / unknown.resolution()).floor();
-        let step = wiggle.process(&mut state, (count - last) as f32);
+        let step = probing.process(&mut state, (count - last) as f32);
         last = count;
         let push = b * f64::from(step.command);
         let way = if velocity == 0.0 { push } else { velocity }.signum();

@@ -112,14 +112,14 @@ impl Unknown {
     }
 
     /// Its first motion.
-    pub(crate) fn wiggle(&self) -> Wiggled {
-        let wiggle = Probing::new(&self.settings()).expect("these limits are allowed");
+    pub(crate) fn probe(&self) -> Probed {
+        let probing = Probing::new(&self.settings()).expect("these limits are allowed");
         let held = self.held.map(|held| held as f32);
-        self.moved_by(&wiggle, wiggle.start(held))
+        self.moved_by(&probing, probing.start(held))
     }
 
     /// A motion from a state.
-    pub(crate) fn moved_by(&self, wiggle: &Probing<f32>, mut state: ProbingState<f32>) -> Wiggled {
+    pub(crate) fn moved_by(&self, probing: &Probing<f32>, mut state: ProbingState<f32>) -> Probed {
         let time = self.sample_time;
         // The command that holds it is taken for none, and its load for what is left: so it has stood
         // under it for ever.
@@ -133,13 +133,13 @@ impl Unknown {
         let encoder = Encoder::new(self.counts);
         let start = f64::from(state.position()) * self.resolution();
         let mut last = 0;
-        let mut result = Wiggled::NOTHING;
+        let mut result = Probed::NOTHING;
         while result.progress == ProbingProgress::Going {
             let between = self.between_edges * self.resolution();
             let count = encoder.read(servo.position() + between);
             let increment = (count - last) as f32;
             last = count;
-            let step = wiggle.process(&mut state, increment);
+            let step = probing.process(&mut state, increment);
             assert!(step.command.is_finite());
             result.samples.push([increment, step.command]);
             result.progress = step.progress;
@@ -157,7 +157,7 @@ impl Unknown {
 
 /// Outcome of a motion.
 #[derive(Debug, Clone)]
-pub(crate) struct Wiggled {
+pub(crate) struct Probed {
     pub(crate) progress: ProbingProgress,
     /// After which time there was evidence, s.
     pub(crate) evidence: Option<f64>,
@@ -172,7 +172,7 @@ pub(crate) struct Wiggled {
     pub(crate) samples: Vec<[f32; 2]>,
 }
 
-impl Wiggled {
+impl Probed {
     const NOTHING: Self = Self {
         progress: ProbingProgress::Going,
         evidence: None,

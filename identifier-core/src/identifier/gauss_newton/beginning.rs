@@ -13,12 +13,12 @@ pub struct GaussNewtonFitted<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The number of the last block that it used.
     pub(super) last: u32,
     /// None where the motion could not be explained.
-    pub(super) explained: Option<Explained<N, S, P>>,
+    pub(super) explained: Option<FirstFitSolution<N, S, P>>,
 }
 
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Explained<N: Number, S: IdentifiableSet<P>, const P: usize> {
+pub(super) struct FirstFitSolution<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) estimates: [N; P],
     pub(super) covariance: Factors<N, S::Lower<N>, P>,
     /// Variance of the fit's errors, counts².
@@ -39,7 +39,7 @@ where
     /// The recursion that starts from a fit result, and keeps the terms that have entered `before`.
     pub(super) fn recursion(
         &self,
-        result: &Explained<N, S, P>,
+        result: &FirstFitSolution<N, S, P>,
         before: &Recursion<N, S, P>,
         velocity: N,
     ) -> Recursion<N, S, P> {
@@ -73,7 +73,7 @@ where
         }
     }
 
-    fn bandwidth_of(&self, result: &Explained<N, S, P>) -> N {
+    fn bandwidth_of(&self, result: &FirstFitSolution<N, S, P>) -> N {
         self.bandwidth.unwrap_or_else(|| {
             (N::from_f64(Self::BANDWIDTH) * result.bandwidth)
                 .limited(self.min_omega, self.max_omega)
@@ -136,7 +136,7 @@ where
     fn is_due(
         &self,
         state: &GaussNewtonRecursionState<N, S, P>,
-        result: &Explained<N, S, P>,
+        result: &FirstFitSolution<N, S, P>,
     ) -> bool {
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
@@ -147,7 +147,7 @@ where
     fn corrects(
         &self,
         state: &GaussNewtonRecursionState<N, S, P>,
-        result: &Explained<N, S, P>,
+        result: &FirstFitSolution<N, S, P>,
     ) -> bool {
         /// The relative difference from which b counts as different.
         const MIN_GAIN_DIFFERENCE: f64 = 0.2;

@@ -1,7 +1,7 @@
 use core::marker::PhantomData;
 
 use super::super::halves::FitBlocks;
-use super::beginning::{Explained, GaussNewtonFitted};
+use super::beginning::{FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
 use crate::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock, place_of};
 use crate::linalg::Factors;
@@ -68,7 +68,7 @@ where
     }
 
     /// A fit result with its covariance in factors.
-    fn explained(&self, result: &FitResult<N>) -> Explained<N, S, P> {
+    fn explained(&self, result: &FitResult<N>) -> FirstFitSolution<N, S, P> {
         /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
         /// errors are not white.
         const COVARIANCE_FACTOR: f64 = 4.0;
@@ -102,7 +102,7 @@ where
         if one_way {
             self.take_all_for_friction(&mut estimates, result.only_direction);
         }
-        Explained {
+        FirstFitSolution {
             estimates,
             covariance: Factors::from_matrix(&covariance),
             unexplained: result.unexplained,

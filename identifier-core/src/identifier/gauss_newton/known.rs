@@ -1,5 +1,5 @@
 use super::GaussNewtonRecursion;
-use super::beginning::Explained;
+use super::beginning::FirstFitSolution;
 use super::interrupt::GaussNewtonRecursionState;
 use crate::adaptation::IdentifiableSet;
 use crate::identifier::Identify;
@@ -54,7 +54,7 @@ where
         });
         let unexplained = servo.unexplained * units.position();
         let acceleration = servo.parameters.b * motion.command * units.acceleration();
-        let known = Explained {
+        let known = FirstFitSolution {
             estimates,
             covariance: Factors::from_matrix(&covariance),
             unexplained: N::from_f64(unexplained * unexplained),

@@ -2,7 +2,9 @@ use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::{GaussNewtonStep, IdentifiableSet};
-use crate::model::{Acting, Innovation, KnownInputs, ModelValues, ObserverModel, Phase, Tangents};
+use crate::model::{
+    Acting, FrictionPhase, Innovation, KnownInputs, ModelValues, ObserverModel, Tangents,
+};
 use crate::number::Number;
 use crate::parameters::PerQuantity;
 
@@ -143,7 +145,7 @@ where
         state: &mut Recursion<N, S, P>,
         acting: &Acting<N>,
         correction: &Innovation<N>,
-    ) -> Phase<N> {
+    ) -> FrictionPhase<N> {
         let values = self.values(state);
         let moved =
             state

@@ -2,7 +2,7 @@ use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
 use crate::adaptation::IdentifiableSet;
-use crate::model::{Acting, Innovation, ObserverModel, Phase, Tangents};
+use crate::model::{Acting, FrictionPhase, Innovation, ObserverModel, Tangents};
 use crate::number::Number;
 use crate::parameters::Unknown;
 
@@ -33,8 +33,8 @@ where
         }
         state.clear_hold();
         match self.advance(state, acting, &correction) {
-            Phase::Slid { .. } | Phase::Stuck => None,
-            Phase::Stopped { .. } | Phase::Turned { .. } => {
+            FrictionPhase::Slid { .. } | FrictionPhase::Stuck => None,
+            FrictionPhase::Stopped { .. } | FrictionPhase::Turned { .. } => {
                 state.blocks_in_motion = 0;
                 state.samples_at_rest = 0;
                 Some(Event::None)

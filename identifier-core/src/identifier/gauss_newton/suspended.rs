@@ -2,7 +2,7 @@ use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::IdentifiableSet;
-use crate::model::{Acting, Innovation, ObserverModel, Phase, Tangents};
+use crate::model::{Acting, FrictionPhase, Innovation, ObserverModel, Tangents};
 use crate::number::Number;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
@@ -35,8 +35,8 @@ where
             _ => self.approach(state),
         };
         match self.advance(state, acting, &correction) {
-            Phase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
-            Phase::Stuck => {}
+            FrictionPhase::Stuck if self.stand(state, increment) => event = Event::FrictionLowered,
+            FrictionPhase::Stuck => {}
             _ => state.clear_hold(),
         }
         match self.keep_in_reach(state) {

@@ -1,7 +1,7 @@
 use core::marker::PhantomData;
 
 use super::super::halves::FitBlocks;
-use super::recorder::{Explained, WindowFitted};
+use super::recorder::{WindowFitted, WindowSolution};
 use crate::adaptation::IdentifiableSet;
 use crate::fit::{FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
 use crate::number::Number;
@@ -134,7 +134,7 @@ where
     }
 }
 
-impl<N: Number, const U: usize> Explained<N, U> {
+impl<N: Number, const U: usize> WindowSolution<N, U> {
     fn from_result(result: &FitResult<N, U>, entered: Terms) -> Self {
         Self {
             parameters: result.parameters,
@@ -208,7 +208,7 @@ where
         (explained && separated || ended.full).then(|| WindowFitted {
             last: ended.last,
             at_bound: result.at_bound,
-            explained: good.then(|| Explained::from_result(&result, result.entered::<F>())),
+            explained: good.then(|| WindowSolution::from_result(&result, result.entered::<F>())),
         })
     }
 }

@@ -33,7 +33,7 @@ pub struct WindowRecorder<
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowRecorderState<N, const U: usize = 4> {
     recorder: Recorder<N>,
-    explained: Option<Explained<N, U>>,
+    explained: Option<WindowSolution<N, U>>,
     /// Of the last fit.
     at_bound: [bool; U],
     event: Event,
@@ -47,12 +47,12 @@ pub struct WindowFitted<N, const U: usize = 4> {
     pub(super) last: u32,
     pub(super) at_bound: [bool; U],
     /// None where the motion could not be explained, or only at a bound.
-    pub(super) explained: Option<Explained<N, U>>,
+    pub(super) explained: Option<WindowSolution<N, U>>,
 }
 
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Explained<N, const U: usize> {
+pub(super) struct WindowSolution<N, const U: usize> {
     /// The unknowns of the fit.
     pub(super) parameters: [N; U],
     pub(super) deviations: [N; U],
