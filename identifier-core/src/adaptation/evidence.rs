@@ -254,10 +254,10 @@ impl<N: Number, const P: usize> Evidence<N, P> for ScoreTest<N, P> {
         }
         self.raw.observe(error);
         let kept = N::from_f64(self.raw.correlation());
-        let news = error - kept * last_error;
+        let innovation = error - kept * last_error;
         let row = core::array::from_fn(|i| sensitivity[i] - kept * last_sensitivity[i]);
-        self.white.observe(news);
-        self.equations.add(&row, news);
+        self.white.observe(innovation);
+        self.equations.add(&row, innovation);
         self.blocks = self.blocks.saturating_add(1);
     }
 

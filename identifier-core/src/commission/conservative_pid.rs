@@ -15,20 +15,20 @@ pub(super) struct ConservativePid<N> {
     /// Lowest and highest command.
     limit: [N; 2],
     /// The change of the command that a count of the encoder may make, over (k_p + k_d ω_c)/(ω²/b).
-    of_a_count: N,
+    quantisation_gain: N,
     /// The largest ω T.
-    brisk: N,
+    max_bandwidth: N,
 }
 
 impl<N: Number> ConservativePid<N> {
     /// The largest ω T: unknown delays of some samples cost little phase.
-    const SLOW: f64 = 0.08;
+    const MAX_BANDWIDTH_PER_SAMPLE: f64 = 0.08;
 
     /// The largest ω, rad/s: a servo at rest asks for no more.
-    const BRISK: f64 = 250.0;
+    const MAX_BANDWIDTH: f64 = 250.0;
 
     /// The part of the command that a count of the encoder may change.
-    const OF_A_COUNT: f64 = 0.1;
+    const MAX_QUANTISATION_SHARE: f64 = 0.1;
 
     /// The cut-off of the velocity estimate over ω.
     const CUTOFF: f64 = 6.0;
@@ -43,18 +43,21 @@ impl<N: Number> ConservativePid<N> {
         let through_the_filter = proportional + derivative * Self::CUTOFF;
         Self {
             limit: limits.command.map(N::from_f64),
-            of_a_count: N::from_f64(Self::OF_A_COUNT * high.min(-low) / through_the_filter),
-            brisk: N::from_f64(Self::BRISK * units.rate()),
+            quantisation_gain: N::from_f64(
+                Self::MAX_QUANTISATION_SHARE * high.min(-low) / through_the_filter,
+            ),
+            max_bandwidth: N::from_f64(Self::MAX_BANDWIDTH * units.rate()),
         }
     }
 
     /// The loop for a servo whose commands act after a delay, samples; none where no loop holds it.
     pub(super) fn around(&self, servo: &RoughModel<N>, delay: N) -> Option<Loop<N>> {
         let quarter = N::from_f64(0.25);
-        let sampled = N::from_f64(Self::SLOW) * (N::ONE + quarter * delay).reciprocal();
-        let noise = servo.gain * self.of_a_count;
+        let sampled =
+            N::from_f64(Self::MAX_BANDWIDTH_PER_SAMPLE) * (N::ONE + quarter * delay).reciprocal();
+        let noise = servo.gain * self.quantisation_gain;
         let quiet = noise * noise.reciprocal_root();
-        let omega = smaller(smaller(sampled, quiet), self.brisk);
+        let omega = smaller(smaller(sampled, quiet), self.max_bandwidth);
         let [proportional, derivative, integral] = Self::PLACED.map(N::from_f64);
         let damping = derivative * omega - servo.viscous;
         let gains = [
@@ -103,15 +106,15 @@ mod tests {
             load: 3.0,
         };
         let servo = RoughModel::from_si(&parameters, time, resolution);
-        let careful = ConservativePid::new(&units, &LIMITS);
-        careful.around(&servo, delay).expect("it can be held")
+        let conservative = ConservativePid::new(&units, &LIMITS);
+        conservative.around(&servo, delay).expect("it can be held")
     }
 
     #[test]
     fn the_poles_are_placed_in_si_as_they_are_in_machine_units() {
         // Slow enough for the largest ω to bind: 0.08/(1e-4 (1 + 2/4)) = 533 rad/s.
         let (time, counts, b) = (1e-4, 1e6, 200.0);
-        let omega = ConservativePid::<f64>::BRISK;
+        let omega = ConservativePid::<f64>::MAX_BANDWIDTH;
         let expected = HoldingGains {
             controller: ControllerSettings {
                 kp: 1.4 * omega * omega / b,
@@ -136,13 +139,17 @@ mod tests {
 
     #[test]
     fn a_count_of_a_coarse_encoder_changes_little_of_the_command() {
-        let of_a_count = |counts: f64| {
+        let quantisation_gain = |counts: f64| {
             let controller = loop_for(5000.0, 1e-3, counts, 0.0);
             let velocity = 1.0 - controller.velocity.transfer().pole;
             controller.pid.linear(1.0, -velocity)
         };
-        assert!(of_a_count(1000.0) < 0.1 * 8.0, "{}", of_a_count(1000.0));
-        assert!(of_a_count(1e5) < 0.1 * of_a_count(1000.0));
+        assert!(
+            quantisation_gain(1000.0) < 0.1 * 8.0,
+            "{}",
+            quantisation_gain(1000.0)
+        );
+        assert!(quantisation_gain(1e5) < 0.1 * quantisation_gain(1000.0));
     }
 
     #[test]
@@ -154,7 +161,7 @@ mod tests {
     #[test]
     fn what_cannot_be_held_gets_no_gains() {
         let units = Units::new(1e-3, 1e-3).expect("valid");
-        let careful = ConservativePid::<f32>::new(&units, &LIMITS);
-        assert_eq!(careful.around(&RoughModel::UNKNOWN, 2.0), None);
+        let conservative = ConservativePid::<f32>::new(&units, &LIMITS);
+        assert_eq!(conservative.around(&RoughModel::UNKNOWN, 2.0), None);
     }
 }

@@ -27,7 +27,7 @@ pub struct CommissionIsr<N: Number> {
     /// The velocity estimate for gains that take over.
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
-    careful: ConservativePid<N>,
+    conservative: ConservativePid<N>,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
@@ -115,7 +115,7 @@ impl<N: Number> CommissionIsr<N> {
             watch: ServoWatch::new(&settings.watch())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
-            careful: ConservativePid::new(&units, limits),
+            conservative: ConservativePid::new(&units, limits),
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
             // Casts saturate.
@@ -293,7 +293,7 @@ impl<N: Number> CommissionIsr<N> {
                 if state.passed > self.patience {
                     return Err(Reason::NeverAtRest);
                 }
-                self.go_on(state, &holding, command).map(Some)
+                self.proceed(state, &holding, command).map(Some)
             }
             Activity::OnTrial(mut holding, mut trial) => {
                 let done = trial.process(&mut holding, position);
@@ -310,7 +310,7 @@ impl<N: Number> CommissionIsr<N> {
     }
 
     /// Continues after a rest: the next motion once the solver has decided, or the trial.
-    fn go_on(
+    fn proceed(
         &self,
         state: &mut CommissionState<N>,
         holding: &Holding<N>,
@@ -416,7 +416,7 @@ impl<N: Number> CommissionIsr<N> {
         self.hold(state, &servo, delay, command)
     }
 
-    /// Holds the servo with careful gains, and brings it back to where it began.
+    /// Holds the servo with conservative gains, and brings it back to where it began.
     fn hold(
         &self,
         state: &mut CommissionState<N>,
@@ -428,7 +428,7 @@ impl<N: Number> CommissionIsr<N> {
             state.phase = Phase::Fit;
         }
         state.passed = 0;
-        let controller = self.careful.around(servo, delay);
+        let controller = self.conservative.around(servo, delay);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
         if !self.settings.limits.one_way {

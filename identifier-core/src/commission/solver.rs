@@ -174,7 +174,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Work::Then(then) => {
                 let then = *then;
                 self.work = Work::Nothing;
-                self.go_on(then)
+                self.proceed(then)
             }
             Work::Fitting(fit) => {
                 let fitted = self.fitter.work(fit, &self.record)?;
@@ -263,12 +263,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             None => {
                 self.work = Work::Nothing;
-                self.go_on(then)
+                self.proceed(then)
             }
         }
     }
 
-    fn go_on(&mut self, then: Then) -> Option<DecisionKind<N>> {
+    fn proceed(&mut self, then: Then) -> Option<DecisionKind<N>> {
         match then {
             Then::Publish => self.publish(DecisionKind::Identified),
             Then::Predict => {

@@ -112,7 +112,7 @@ where
     }
 
     /// Continues the fit under way by at most `budget` blocks.
-    pub(crate) fn go_on<S>(
+    pub(crate) fn advance<S>(
         &mut self,
         fitter: &Fitter<N, S, P, Q>,
         budget: u32,

@@ -190,9 +190,9 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
         let drive = product(parameters.gain, command) + parameters.load;
         let velocity = state.motion.velocity;
         if S::HAS_COULOMB {
-            let (motion, phase) = self
-                .step
-                .rub(parameters.x, drive, parameters.coulomb, velocity);
+            let (motion, phase) =
+                self.step
+                    .step_with_friction(parameters.x, drive, parameters.coulomb, velocity);
             state.motion = motion;
             state.acted = FixedModelInputs {
                 command: product(command, phase.moving),
@@ -200,7 +200,7 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
                 moving: phase.moving,
             };
         } else {
-            state.motion = self.step.slide(parameters.x, drive, velocity);
+            state.motion = self.step.step_frictionless(parameters.x, drive, velocity);
             state.acted.command = command;
         }
         self.restart_if_lost(state)

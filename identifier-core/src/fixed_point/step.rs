@@ -75,7 +75,12 @@ impl FixedStep {
 
     /// Moves one sample under the held acceleration `drive` without friction, with x = a T.
     #[inline]
-    pub(super) fn slide(&self, x: Fraction, drive: Word, velocity: Accumulator) -> FixedMotion {
+    pub(super) fn step_frictionless(
+        &self,
+        x: Fraction,
+        drive: Word,
+        velocity: Accumulator,
+    ) -> FixedMotion {
         let response = self.response(x);
         let now = narrow(velocity);
         let acceleration = drive - x.times(now);
@@ -87,7 +92,7 @@ impl FixedStep {
 
     /// Moves one sample under the held acceleration `drive` with friction `coulomb` ≥ 0.
     #[inline]
-    pub(super) fn rub(
+    pub(super) fn step_with_friction(
         &self,
         x: Fraction,
         drive: Word,
@@ -105,7 +110,7 @@ impl FixedStep {
         };
         let friction = if forward { coulomb } else { -coulomb };
         let pushed = drive - friction;
-        let motion = self.slide(x, pushed, velocity);
+        let motion = self.step_frictionless(x, pushed, velocity);
         let goes_on = if forward {
             motion.velocity >= Accumulator::ZERO
         } else {

@@ -84,7 +84,7 @@ impl<N: Number> ObserverModel<N> {
             (motion, FrictionPhase::Slid { direction })
         };
         let lead = push.lead * phase.moving_part();
-        self.go(motion, lead, innovation);
+        self.move_by(motion, lead, innovation);
         ModelStep {
             displacement: motion.increment,
             phase,
@@ -114,7 +114,7 @@ impl<N: Number> ObserverModel<N> {
         let motion = response.motion(x, drive, self.velocity);
         let onward = !S::HAS_COULOMB || motion.velocity * self.velocity > N::ZERO;
         onward.then(|| {
-            self.go(motion, push.lead, innovation);
+            self.move_by(motion, push.lead, innovation);
             SlidingStep {
                 displacement: motion.increment,
                 direction,
@@ -143,7 +143,7 @@ impl<N: Number> ObserverModel<N> {
         let drive = drive::<N, S, P>(values, acting) + innovation.velocity * self.error;
         let rests = drive.magnitude() <= holding;
         if rests {
-            self.go(Motion::NONE, N::ZERO, innovation);
+            self.move_by(Motion::NONE, N::ZERO, innovation);
         }
         rests
     }
@@ -200,7 +200,7 @@ impl<N: Number> ObserverModel<N> {
     }
 
     #[inline]
-    fn go(&mut self, motion: Motion<N>, lead: N, innovation: &Innovation<N>) {
+    fn move_by(&mut self, motion: Motion<N>, lead: N, innovation: &Innovation<N>) {
         let moved = motion.increment + lead;
         self.error = self.error - innovation.position * self.error - moved;
         self.velocity = motion.velocity;

@@ -58,7 +58,7 @@ struct SamplePart {
 
 /// A sample of the predicted loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct LoopSample {
     /// As the encoder shows it, rad.
     pub(super) position: f64,
     /// Command units.
@@ -134,7 +134,7 @@ impl ClosedLoop {
     }
 
     /// One sample; none if the loop leaves every range.
-    pub(super) fn advance(&mut self) -> Option<Seen> {
+    pub(super) fn advance(&mut self) -> Option<LoopSample> {
         let measured = self.reading();
         let increment = measured - self.measured;
         self.measured = measured;
@@ -156,7 +156,7 @@ impl ClosedLoop {
                 self.move_for(&part, self.delayed(delay));
             }
         }
-        Some(Seen {
+        Some(LoopSample {
             position: measured,
             command: sample.command,
         })
@@ -221,7 +221,7 @@ impl Iterator for PredictedStep {
 
     fn next(&mut self) -> Option<PredictedSample> {
         let time = f64::from(self.samples) * self.closed_loop.sample_time();
-        let Seen { position, command } = self.closed_loop.advance()?;
+        let LoopSample { position, command } = self.closed_loop.advance()?;
         self.samples = self.samples.checked_add(1)?;
         Some(PredictedSample {
             time,

@@ -54,17 +54,17 @@ pub(crate) struct GaussNewton<N, const P: usize> {
     noise: N,
     dead_zone: N,
     settling: N,
-    least_lost: N,
-    first_lost: N,
-    short: N,
+    min_forgetting: N,
+    initial_forgetting: N,
+    level_gain: N,
     caution: N,
-    ninth: N,
-    steepest: N,
-    calming: N,
-    renewed: N,
+    outlier_threshold_inv_sq: N,
+    max_inflation: N,
+    inflation_decay: N,
+    correlation_gain: N,
     per_block: N,
-    moved: N,
-    back: N,
+    moved_samples: N,
+    mean_offset: N,
     low: [N; P],
     high: [N; P],
 }
@@ -99,13 +99,13 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     /// The block before, being worked on.
     measurement: Measurement<N, P>,
     mean_error: N,
-    lost_memory: N,
+    forgetting: N,
     level: N,
     peak: N,
     /// The factor by which P is still to rise with the noise level.
-    owed: N,
+    pending_inflation: N,
     /// The factor by which P has lately risen with the noise level; fades to one.
-    inflated: N,
+    inflation: N,
     weighed: WeighedErrors<N>,
     /// The number of blocks in its sums.
     blocks: u16,
@@ -204,7 +204,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
     }
 
     /// Makes every estimate less certain by a factor of the variance, up to the variances `most`.
-    pub(crate) fn doubt(&mut self, factor: N, most: &[N; P]) {
+    pub(crate) fn inflate_covariance(&mut self, factor: N, most: &[N; P]) {
         self.factors.grow(factor, most);
     }
 
@@ -215,11 +215,11 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
 
     /// The error of the block that is being worked on, as it is learnt from.
     #[inline]
-    fn news(&self) -> N {
-        self.whitening.news(self.mean_error)
+    fn innovation(&self) -> N {
+        self.whitening.innovation(self.mean_error)
     }
 
-    /// From now on only what is new in the errors is learnt from, for a load that wanders.
+    /// From now on only what is new in the errors is learnt from, for a drifting load.
     pub(crate) fn begin_whitening(&mut self) {
         self.whitening.begin();
     }
@@ -249,7 +249,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
 
     /// The factor on the variances of P: the mean square of the error over its noise, times
     /// (1 + ρ)/(1 − ρ) for errors whose correlation over k blocks is ρᵏ.
-    fn doubted(&self) -> f64 {
+    fn covariance_scale(&self) -> f64 {
         /// The range of correlations that is used. The errors of a corrected model alternate: at the
         /// low frequencies of the sensitivities they are smaller than their mean square suggests.
         const CORRELATED: (f64, f64) = (-0.5, 0.98);
@@ -273,15 +273,15 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
 
     /// Cancels the part of the last rise of the noise level that P has not followed yet: it was a step of
     /// the load, and no noise.
-    pub(crate) fn forgive(&mut self) {
-        self.owed = N::ONE;
+    pub(crate) fn cancel_inflation(&mut self) {
+        self.pending_inflation = N::ONE;
     }
 
     /// The factor by which P has lately risen with the noise level.
     #[inline]
     #[must_use]
-    pub(crate) fn inflated(&self) -> N {
-        self.inflated
+    pub(crate) fn inflation(&self) -> N {
+        self.inflation
     }
 }
 
@@ -314,10 +314,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The largest factor by which P rises with the noise level in one block: a step of the load must
     /// be distinguished from a new noise level before the estimates follow it.
-    pub(crate) const STEEPEST: f64 = 1.2;
+    pub(crate) const MAX_INFLATION: f64 = 1.2;
 
     /// The time constant with which the memory of a risen noise level fades, s.
-    pub(crate) const CALMING: f64 = 0.5;
+    pub(crate) const INFLATION_TIME: f64 = 0.5;
 
     /// The memory of the correlation of the errors from block to block that whitening takes out, s.
     pub(crate) const CORRELATION_MEMORY: f64 = 4.0;
@@ -335,7 +335,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         Allowed::AtLeast(0.0).check("dead_zone", config.dead_zone)?;
         let block = config.sample_time * f64::from(Self::BLOCK);
         let blocks = |time: f64, least: f64| (time / block).max(least);
-        let least_lost = match config.memory {
+        let min_forgetting = match config.memory {
             Some(memory) => {
                 let memory = Allowed::AtLeast(Self::FIRST_MEMORY).check("memory", memory)?;
                 1.0 / blocks(memory, Self::MIN_BLOCKS)
@@ -346,17 +346,17 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             noise: N::from_f64(config.noise / f64::from(Self::BLOCK)),
             dead_zone: N::from_f64(config.dead_zone),
             settling: N::from_f64(1.0 - 1.0 / blocks(Self::SETTLING, Self::MIN_BLOCKS)),
-            least_lost: N::from_f64(least_lost),
-            first_lost: N::from_f64(1.0 / blocks(Self::FIRST_MEMORY, Self::MIN_BLOCKS)),
-            short: N::from_f64(1.0 / blocks(Self::LEVEL_MEMORY, 4.0)),
+            min_forgetting: N::from_f64(min_forgetting),
+            initial_forgetting: N::from_f64(1.0 / blocks(Self::FIRST_MEMORY, Self::MIN_BLOCKS)),
+            level_gain: N::from_f64(1.0 / blocks(Self::LEVEL_MEMORY, 4.0)),
             caution: N::from_f64(Self::CAUTION),
-            ninth: N::from_f64(1.0 / 9.0),
-            steepest: N::from_f64(Self::STEEPEST),
-            renewed: N::from_f64(1.0 / blocks(Self::CORRELATION_MEMORY, Self::MIN_BLOCKS)),
-            calming: N::from_f64(1.0 / blocks(Self::CALMING, Self::MIN_BLOCKS)),
+            outlier_threshold_inv_sq: N::from_f64(1.0 / 9.0),
+            max_inflation: N::from_f64(Self::MAX_INFLATION),
+            correlation_gain: N::from_f64(1.0 / blocks(Self::CORRELATION_MEMORY, Self::MIN_BLOCKS)),
+            inflation_decay: N::from_f64(1.0 / blocks(Self::INFLATION_TIME, Self::MIN_BLOCKS)),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
-            moved: N::from_f64(f64::from(Self::MOVES + 1)),
-            back: N::from_f64(f64::from(Self::LOOKS + 1) - 0.5 * f64::from(Self::BLOCK - 1)),
+            moved_samples: N::from_f64(f64::from(Self::MOVES + 1)),
+            mean_offset: N::from_f64(f64::from(Self::LOOKS + 1) - 0.5 * f64::from(Self::BLOCK - 1)),
             low: config.low.map(N::from_f64),
             high: config.high.map(N::from_f64),
         })
@@ -388,11 +388,11 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             whitening: S::Whitening::<N>::START,
             measurement: Measurement::NONE,
             mean_error: N::ZERO,
-            lost_memory: self.first_lost,
+            forgetting: self.initial_forgetting,
             level: self.noise,
             peak: self.noise,
-            owed: N::ONE,
-            inflated: N::ONE,
+            pending_inflation: N::ONE,
+            inflation: N::ONE,
             weighed: WeighedErrors::NONE,
             blocks: 0,
             phase: 0,
@@ -450,7 +450,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                         .update(&mut state.measurement, 0, Self::FIRST_COLUMNS);
                 }
                 for i in 0..P {
-                    state.sensitivity[i] = position[i] - self.back * velocity[i];
+                    state.sensitivity[i] = position[i] - self.mean_offset * velocity[i];
                 }
             }
             5 => {
@@ -475,10 +475,14 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.error = N::ZERO;
         let moves = speed.magnitude() >= self.dead_zone;
         let mut sensitivity = state.sensitivity;
-        let renewed = if moves { self.renewed } else { N::ZERO };
+        let gain = if moves {
+            self.correlation_gain
+        } else {
+            N::ZERO
+        };
         state
             .whitening
-            .process(&mut sensitivity, state.mean_error, renewed);
+            .process(&mut sensitivity, state.mean_error, gain);
         state.measurement = state.factors.project(&sensitivity);
         // A sensitivity beyond the range of numbers is not used.
         state.learning = moves && state.measurement.variance <= N::REACH * N::REACH;
@@ -491,24 +495,24 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state: &mut GaussNewtonState<N, S, P>,
         most: impl Fn(&[N; P]) -> [N; P],
     ) {
-        let lost = state.lost_memory;
-        let error = state.news();
-        state.level += self.short * (error * error - state.level);
-        let faded = larger(state.peak - state.peak * lost, self.noise);
+        let forgetting = state.forgetting;
+        let error = state.innovation();
+        state.level += self.level_gain * (error * error - state.level);
+        let faded = larger(state.peak - state.peak * forgetting, self.noise);
         // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
-        let mut growth = N::ONE + lost * (N::ONE + lost);
-        state.lost_memory = larger(lost * self.settling, self.least_lost);
-        state.inflated += self.calming * (N::ONE - state.inflated);
+        let mut growth = N::ONE + forgetting * (N::ONE + forgetting);
+        state.forgetting = larger(forgetting * self.settling, self.min_forgetting);
+        state.inflation += self.inflation_decay * (N::ONE - state.inflation);
         state.peak = faded;
         if state.level > faded {
-            state.owed = state.owed * state.level * faded.reciprocal();
+            state.pending_inflation = state.pending_inflation * state.level * faded.reciprocal();
             state.peak = state.level;
         }
-        if state.owed > N::ONE {
-            let rise = smaller(state.owed, self.steepest);
+        if state.pending_inflation > N::ONE {
+            let rise = smaller(state.pending_inflation, self.max_inflation);
             growth = growth * rise;
-            state.owed = state.owed * rise.reciprocal();
-            state.inflated = state.inflated * rise;
+            state.pending_inflation = state.pending_inflation * rise.reciprocal();
+            state.inflation = state.inflation * rise;
         }
         state.factors.grow(growth, &most(&state.estimates()));
         state.measurement.variance = state.measurement.variance * growth;
@@ -516,10 +520,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     #[inline]
     fn weigh<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
-        let error = state.news();
+        let error = state.innovation();
         let predicted = state.measurement.variance;
-        let floor = state.peak - state.peak * state.lost_memory;
-        let surprise = error * error * self.ninth - predicted;
+        let floor = state.peak - state.peak * state.forgetting;
+        let surprise = error * error * self.outlier_threshold_inv_sq - predicted;
         let noise = larger(floor, larger(surprise, self.caution * predicted));
         state.measurement.weigh(noise);
         state.weighed.observe(error, state.measurement.precision);
@@ -536,7 +540,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
     fn limit_steps<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
-        let scaled = state.measurement.precision * state.news();
+        let scaled = state.measurement.precision * state.innovation();
         let mut inside = true;
         for i in 0..P {
             let step = state.measurement.gain[i] * scaled;
@@ -576,7 +580,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         }
         state.whitening.follow(&steps);
         // The error of this block so far was predicted with the old estimates.
-        state.error = state.error - self.moved * change;
+        state.error = state.error - self.moved_samples * change;
         steps
     }
 
@@ -618,7 +622,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// Forgets again as at the start: the gradients were taken far from the truth.
     pub(crate) fn settle_anew<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
-        state.lost_memory = self.first_lost;
+        state.forgetting = self.initial_forgetting;
     }
 
     /// The standard errors of the estimates, machine units, for a report.
@@ -627,7 +631,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         &self,
         state: &GaussNewtonState<N, S, P>,
     ) -> [f64; P] {
-        let factor = state.doubted();
+        let factor = state.covariance_scale();
         core::array::from_fn(|i| libm::sqrt(factor * state.factors.variance(i).to_f64()))
     }
 }

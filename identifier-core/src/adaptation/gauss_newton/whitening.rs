@@ -14,12 +14,12 @@ pub trait Whitening<N, const P: usize>: Copy + core::fmt::Debug + PartialEq {
     /// True if it has begun.
     fn has_begun(&self) -> bool;
 
-    /// Takes the mean error of a block and its sensitivity, and leaves the innovation of both. `renewed`
-    /// is the part of the correlation that the block renews; zero where the model did not move.
-    fn process(&mut self, sensitivity: &mut [N; P], error: N, renewed: N);
+    /// Takes the mean error of a block and its sensitivity, and leaves the innovation of both. `gain`
+    /// is the gain of the correlation's estimate for this block; zero where the model did not move.
+    fn process(&mut self, sensitivity: &mut [N; P], error: N, gain: N);
 
     /// The error of the last block as it is to be learnt from; `raw` is that error as it was.
-    fn news(&self, raw: N) -> N;
+    fn innovation(&self, raw: N) -> N;
 
     /// The estimates moved by these steps.
     fn follow(&mut self, steps: &[N; P]);
@@ -43,7 +43,7 @@ impl<N: Number, const P: usize> Whitening<N, P> for () {
     fn process(&mut self, _: &mut [N; P], _: N, _: N) {}
 
     #[inline]
-    fn news(&self, raw: N) -> N {
+    fn innovation(&self, raw: N) -> N {
         raw
     }
 
@@ -64,7 +64,7 @@ pub struct FirstOrder<N, const P: usize> {
     follows: bool,
     error: N,
     sensitivity: [N; P],
-    news: N,
+    innovation: N,
     square: N,
     lag_one: N,
     correlation: N,
@@ -81,7 +81,7 @@ impl<N: Number, const P: usize> Whitening<N, P> for FirstOrder<N, P> {
         follows: false,
         error: N::ZERO,
         sensitivity: [N::ZERO; P],
-        news: N::ZERO,
+        innovation: N::ZERO,
         square: N::ZERO,
         lag_one: N::ZERO,
         correlation: N::ZERO,
@@ -96,32 +96,32 @@ impl<N: Number, const P: usize> Whitening<N, P> for FirstOrder<N, P> {
         self.begun
     }
 
-    fn process(&mut self, sensitivity: &mut [N; P], error: N, renewed: N) {
+    fn process(&mut self, sensitivity: &mut [N; P], error: N, gain: N) {
         let (last_error, last_sensitivity) = (self.error, self.sensitivity);
         self.error = error;
         self.sensitivity = *sensitivity;
-        self.news = error;
+        self.innovation = error;
         if !core::mem::replace(&mut self.follows, true) {
             return;
         }
-        if renewed > N::ZERO {
-            self.square += renewed * (error * error - self.square);
-            self.lag_one += renewed * (error * last_error - self.lag_one);
+        if gain > N::ZERO {
+            self.square += gain * (error * error - self.square);
+            self.lag_one += gain * (error * last_error - self.lag_one);
             if self.square > N::ZERO && self.square.reciprocal().is_finite() {
                 self.correlation = (self.lag_one * self.square.reciprocal())
                     .limited(N::ZERO, N::from_f64(Self::MAX_CORRELATION));
             }
         }
         if self.begun {
-            self.news = error - self.correlation * last_error;
+            self.innovation = error - self.correlation * last_error;
             for (value, last) in sensitivity.iter_mut().zip(last_sensitivity) {
                 *value = *value - self.correlation * last;
             }
         }
     }
 
-    fn news(&self, _: N) -> N {
-        self.news
+    fn innovation(&self, _: N) -> N {
+        self.innovation
     }
 
     fn follow(&mut self, steps: &[N; P]) {
@@ -140,11 +140,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_errors_that_go_on_only_what_is_new_is_left() {
+    fn whitening_leaves_the_innovation_of_correlated_errors() {
         const RENEWED: f64 = 1.0 / 500.0;
         let mut whitening = FirstOrder::<f64, 1>::START;
         whitening.begin();
-        let (mut error, mut news, mut plain) = (0.0, 0.0, 0.0);
+        let (mut error, mut innovation, mut plain) = (0.0, 0.0, 0.0);
         let mut state = 12_345_u32;
         for k in 0..20_000 {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -153,12 +153,16 @@ mod tests {
             let mut sensitivity = [1.0];
             whitening.process(&mut sensitivity, error, RENEWED);
             if k > 5000 {
-                news += whitening.news(error).powi(2);
+                innovation += whitening.innovation(error).powi(2);
                 plain += white.powi(2);
                 assert!((sensitivity[0] - 0.1).abs() < 0.1, "{sensitivity:?}");
             }
         }
-        assert!((news / plain - 1.0).abs() < 0.02, "{}", news / plain);
+        assert!(
+            (innovation / plain - 1.0).abs() < 0.02,
+            "{}",
+            innovation / plain
+        );
     }
 
     #[test]
@@ -171,6 +175,6 @@ mod tests {
         whitening.interrupt();
         let mut sensitivity = [1.0];
         whitening.process(&mut sensitivity, 5.0, 0.01);
-        assert_eq!((whitening.news(5.0), sensitivity), (5.0, [1.0]));
+        assert_eq!((whitening.innovation(5.0), sensitivity), (5.0, [1.0]));
     }
 }

@@ -55,7 +55,7 @@ impl<N: Number> Follower<N> {
         for _ in 0..MAX_COMMANDS {
             let acting = self.inputs.take(motion, left);
             if acting.time > N::ZERO {
-                self.go(step, &acting);
+                self.advance_under(step, &acting);
                 left = left - acting.time;
             }
             if self.velocity != N::ZERO {
@@ -68,7 +68,7 @@ impl<N: Number> Follower<N> {
         self.error += piece.travel;
     }
 
-    fn go(&mut self, step: &FrictionStep<N>, acting: &HeldCommand<N>) {
+    fn advance_under(&mut self, step: &FrictionStep<N>, acting: &HeldCommand<N>) {
         let [a, gain, coulomb] = [A, B, COULOMB].map(|i| self.unknowns[i]);
         let time = acting.time;
         let square = time * time;

@@ -133,7 +133,7 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// Continues by a piece.
-    pub(super) fn go_on<const W: usize>(
+    pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
         motion: &MotionRecord<N, W>,

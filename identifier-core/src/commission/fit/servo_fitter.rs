@@ -101,7 +101,7 @@ impl<N: Number> ServoFitter<N> {
         motion: &MotionRecord<N, W>,
     ) -> Option<Result<IdentifiedServo, Reason>> {
         if !fit.is_over() {
-            fit.go_on(&self.step, motion);
+            fit.advance(&self.step, motion);
             return None;
         }
         Some(self.result(fit, motion))

@@ -92,14 +92,14 @@ impl<N: Number> Probing<N> {
         let [least, most] = plan.command;
         let all = command > most || command < least;
         if all && state.still > 4 * plan.standing && plan.one_way.is_none() {
-            return self.meet_stop(state, command);
+            return self.hit_end_stop(state, command);
         }
         command
     }
 
     /// All of the command does not move the servo in a direction: it is tried the other way. If it moves
     /// there, and again does not come back, it may move one way only; if not, nothing moves it.
-    fn meet_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
+    fn hit_end_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
         let direction = state.direction;
         let Some(blocked) = state.blocked.replace(direction) else {
             self.swing_back(state);

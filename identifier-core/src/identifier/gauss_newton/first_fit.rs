@@ -150,7 +150,7 @@ where
             }
             state.fits.begin(&self.fitter, self.fitter.given());
         }
-        let Ended { result, last, full } = state.fits.go_on(&self.fitter, budget)?;
+        let Ended { result, last, full } = state.fits.advance(&self.fitter, budget)?;
         if let Some(result) = result.filter(|result| Self::is_good(result, full)) {
             self.begin_anew(state);
             return Some(GaussNewtonFitted {

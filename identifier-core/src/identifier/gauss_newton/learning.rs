@@ -101,11 +101,11 @@ where
                 return self.keep_in_reach(state);
             }
             GaussNewtonStep::Gathered { mean, predicted } => {
-                let inflated = state.law.inflated();
+                let inflation = state.law.inflation();
                 if self.has_load
                     && self
                         .load_step
-                        .suspects(&mut state.suspicion, mean, predicted, inflated)
+                        .suspects(&mut state.suspicion, mean, predicted, inflation)
                 {
                     return self.search(state);
                 }

@@ -66,7 +66,7 @@ impl<N: Number> LoadStepTest<N> {
     }
 
     /// Takes the mean output error of a block; true if neither noise nor the uncertainty of the
-    /// estimates explains it. That gives it the variance `predicted`/`inflated`: the recent rise of P
+    /// estimates explains it. That gives it the variance `predicted`/`inflation`: the recent rise of P
     /// with the noise level is left out, since a step of the load causes it.
     #[inline]
     pub(super) fn suspects(
@@ -74,7 +74,7 @@ impl<N: Number> LoadStepTest<N> {
         state: &mut Suspicion<N>,
         error: N,
         predicted: N,
-        inflated: N,
+        inflation: N,
     ) -> bool {
         state.mean += self.weight * (error - state.mean);
         let square = state.mean * state.mean;
@@ -84,7 +84,7 @@ impl<N: Number> LoadStepTest<N> {
             self.floor
         };
         if square > self.least
-            && square * inflated > self.threshold * (variance * inflated + predicted)
+            && square * inflation > self.threshold * (variance * inflation + predicted)
         {
             // After a false alarm the threshold adapts, so that it is not repeated.
             state.variance = variance + N::from_f64(0.1) * (square - variance);

@@ -78,7 +78,7 @@ where
             }
         }
         let most = self.most(state.measured, state.scale, &state.law.estimates());
-        state.law.doubt(N::from_f64(4.0), &most);
+        state.law.inflate_covariance(N::from_f64(4.0), &most);
         state.model = ObserverModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
         state.tangents = Tangents::NONE;
         true

@@ -64,7 +64,7 @@ where
         state.correction_omega = self.joining_omega;
         state.suspicion.sought_from = last(&state.law.estimates());
         state.law.drop_block();
-        state.law.forgive();
+        state.law.cancel_inflation();
         Event::LoadStep
     }
 

@@ -107,7 +107,7 @@ where
         }
         let estimates = law.estimates();
         self.law.settle_anew(law);
-        law.doubt(
+        law.inflate_covariance(
             N::from_f64(VARIANCE_FACTOR),
             &self.most(omega, scale, &estimates),
         );

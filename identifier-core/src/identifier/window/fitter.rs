@@ -186,7 +186,7 @@ where
             }
             self.begin(state);
         }
-        let ended = state.fits.go_on(&self.fitter, budget)?;
+        let ended = state.fits.advance(&self.fitter, budget)?;
         let result = ended.result?;
         let explained = result.is_good(Self::UNCERTAIN);
         // A motion both ways separates friction from load. What is known from an earlier one lasts.
