@@ -34,7 +34,7 @@ pub trait Form<const P: usize> {
     fn parameters(unknowns: [f64; P], units: &Units) -> Option<ServoParameters>;
 }
 
-/// Recursive least squares on filtered motion and command, by a [`Form`] of the servo's equation.
+/// Recursive least squares on filtered motion and command, by a `Form` of the servo's equation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilteredRegression<F, N, const P: usize> {
     filter: StateVariableFilter<N>,

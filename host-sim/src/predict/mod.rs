@@ -1,7 +1,7 @@
 //! Prediction of a recorded motion by a servo with frozen parameters.
 //!
-//! [`open_loop`] is driven by the recorded command and nothing corrects it: the hardest test, as an
-//! error of the acceleration adds up twice. [`closed_loop`] follows the recorded reference under the
+//! `open_loop` is driven by the recorded command and nothing corrects it: the hardest test, as an
+//! error of the acceleration adds up twice. `closed_loop` follows the recorded reference under the
 //! declared controller: the view of a user of the loop. Both run in double precision with the core's
 //! own exact step ([`FrozenServo`]), and both see the samples as often as they need them, one at a time.
 
