@@ -194,7 +194,7 @@ mod tests {
     use super::Allowed;
 
     #[test]
-    fn what_is_no_multiple_is_shown_its_neighbours() {
+    fn a_value_between_multiples_is_shown_its_neighbours() {
         let every = Allowed::MultipleOf(0.001);
         for whole in [0.001, 0.1, 0.3, 7.0] {
             assert!(every.holds(whole), "{whole}");

@@ -1,4 +1,4 @@
-//! The one catalogue of what makes a drive or a commissioning stop: number, name, cause and remedy of each
+//! The one catalogue of reasons why a drive or a commissioning stops: number, name, cause and remedy of each
 //! reason, the same in core, drive, results and documentation.
 
 use core::fmt;

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_held_gets_no_gains() {
+    fn a_servo_that_no_loop_holds_gets_no_gains() {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let conservative = ConservativePid::<f32>::new(&units, &LIMITS);
         assert_eq!(conservative.around(&RoughModel::UNKNOWN, 2.0), None);

@@ -36,7 +36,7 @@ impl<N: Number> Holding<N> {
     /// Counts within which a servo is at rest: an edge of the encoder to either side.
     const AT_REST: f64 = 2.0;
 
-    /// Takes over where the servo is after the last sample of what held or moved it, without a bump of
+    /// Takes over where the servo is after the last sample of its predecessor, without a bump of
     /// the command. `rest` is the number of samples for which it must be still to be at rest.
     pub(super) fn take_over(
         controller: Loop<N>,
@@ -101,7 +101,7 @@ impl<N: Number> Holding<N> {
         self.reference
     }
 
-    /// A sample: the command. None if the position is beyond what the loop can count.
+    /// A sample: the command. None if the position is beyond the loop's counter.
     pub(super) fn process(&mut self, position: N, increment: N) -> Option<N> {
         let left = self.target - self.reference;
         self.reference += left.limited(-self.pace, self.pace);

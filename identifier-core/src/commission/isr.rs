@@ -261,7 +261,7 @@ impl<N: Number> CommissionIsr<N> {
                 if state.phase == Phase::ReleasedCheck {
                     let moved = position.magnitude() > N::from_f64(Self::STANDS_WITHIN);
                     if moved || state.passed >= self.released {
-                        return self.begin_wiggle(state, None).map(Some);
+                        return self.begin_probing(state, None).map(Some);
                     }
                 }
                 Ok(None)
@@ -318,7 +318,7 @@ impl<N: Number> CommissionIsr<N> {
     ) -> Result<N, Reason> {
         if state.phase == Phase::ReleasedCheck {
             if holding.is_at_rest() {
-                return self.begin_wiggle(state, Some(command));
+                return self.begin_probing(state, Some(command));
             }
             return Ok(command);
         }
@@ -354,7 +354,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(command)
     }
 
-    fn begin_wiggle(&self, state: &mut CommissionState<N>, held: Option<N>) -> Result<N, Reason> {
+    fn begin_probing(&self, state: &mut CommissionState<N>, held: Option<N>) -> Result<N, Reason> {
         state.phase = Phase::Probing;
         state.begin_record();
         self.begin(state, self.probing.start(held))

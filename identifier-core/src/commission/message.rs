@@ -50,9 +50,9 @@ pub(super) enum DecisionKind<N: Number> {
     Uncertain(Identified<N>),
     /// The third motion was predicted; gains are looked for next.
     Verified,
-    /// Gains and what they promise.
+    /// Gains and their predicted performance.
     Tuned(Candidate<N>),
-    /// No gains keep what was asked for; which would do is in the error.
+    /// No gains meet the goal; the error names a goal that some would.
     NoGains(TuningError),
     /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
     /// was suspected before is explained. Another answer follows.
@@ -121,7 +121,7 @@ pub(super) struct Candidate<N: Number> {
 }
 
 impl<N: Number> Candidate<N> {
-    /// The part of what is left of the travel that a disturbance may move the servo.
+    /// The part of the remaining travel that a disturbance may move the servo.
     const MAX_ROOM_SHARE: f64 = 0.2;
 
     /// The part of the command that disturbs the servo in the trial.

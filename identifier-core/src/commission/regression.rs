@@ -5,7 +5,7 @@ use crate::number::Number;
 /// A linear least-squares estimate of the servo while it moves, without a first guess.
 ///
 /// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ], δ
-/// being what the delay is longer than thought,, and its error is
+/// being the delay beyond the assumed one, and its error is
 /// the encoder's rounding: white, in counts (equation error; Young, Recursive Estimation and Time-Series
 /// Analysis, 2nd edition 2011, chapter 8).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub(crate) struct Regression<N> {
     stride: u32,
 }
 
-/// The filters' states and what was gathered.
+/// The filters' states and the normal equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RegressionState<N> {
     error: N,

@@ -71,7 +71,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const MAX_STEP: f64 = 0.45;
 
     /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
-    /// fifth for the zero of the integral and the corners of what is known.
+    /// fifth for the zero of the integral and the corners of the uncertainty.
     const SPEED_OF_STEP: f64 = 0.45;
 
     /// The part of the largest speed that the trial's step may reach.
@@ -92,10 +92,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Unexplained position where the model lacks nothing, counts: twice the encoder's rounding.
     const EXPLAINED: f64 = 0.6;
 
-    /// The part of what is unexplained that an effect explains which is named for it.
+    /// The least part of the unexplained motion that an effect must explain to be named.
     const NAMED: f64 = 0.8;
 
-    /// The largest dead band, over what the gains answer the step with: while the integral passes from one
+    /// The largest dead band, over the gains' command for the step: while the integral passes from one
     /// side of it to the other, the loop overshoots by about this part of the step.
     const MAX_DEAD_BAND: f64 = 0.02;
 
@@ -127,7 +127,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         })
     }
 
-    /// Takes what the interrupt has found.
+    /// Takes an event of the interrupt.
     pub fn take(&mut self, finding: &RecordEvent<N>) {
         match &finding.0 {
             EventKind::Begins(phase) => {

@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_slower_or_faster_than_promised_is_refused() {
+    fn a_slower_or_faster_rise_than_promised_is_refused() {
         for factor in [1.3, 0.75] {
             let (done, _) = tried(STEP, first_order(factor * TIME_CONSTANT));
             assert_eq!(done, Err(Reason::ResponseTimeMissed));
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn what_overshoots_or_gives_way_or_never_rests_is_refused() {
+    fn overshoot_compliance_and_unrest_are_refused() {
         let plain = first_order(TIME_CONSTANT);
         let (overshoots, _) = tried(STEP, |time, reference, disturbed| {
             plain(time, reference, disturbed) * (1.0 + 6.0 * time * libm::exp(-time / 0.05))

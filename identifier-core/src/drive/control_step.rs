@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_lets_the_servo_go_and_leaves_the_state() {
+    fn every_fault_disables_the_servo_and_leaves_the_state() {
         let servo_loop = servo_loop();
         let mut state = servo_loop.start(0);
         let before = state;

@@ -1,6 +1,6 @@
 use crate::number::Number;
 
-/// A few successive samples condensed to what moves a model over all of them at once.
+/// A few successive samples condensed to the inputs of one model step over all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Block<N> {
     /// The servo's increment, counts.

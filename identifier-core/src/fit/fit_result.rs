@@ -9,7 +9,7 @@ use crate::parameters::Term;
 pub(crate) struct FitResult<N, const P: usize = 4> {
     /// The unknowns of the set; without terms a, b, c, d.
     pub(crate) parameters: [N; P],
-    /// Zero for what was not fitted.
+    /// Zero for unknowns that were not fitted.
     pub(crate) covariance: [[N; P]; P],
     /// Variance of the fit's errors, counts²; at least the encoder's.
     pub(crate) unexplained: N,

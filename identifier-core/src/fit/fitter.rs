@@ -78,7 +78,7 @@ pub(super) enum FitStage {
     Survey,
     Linear,
     From(u32),
-    /// Which term explains what is left.
+    /// The term that explains the rest best is chosen.
     Weigh,
 }
 

@@ -122,7 +122,7 @@ mod tests {
         assert!(!judge(0.99, Some(1.0), 1e-3, &mut 1.0).was_little);
     }
 
-    /// Two unknowns that look much alike to what is measured: held at its bound, one leaves the other its
+    /// Two unknowns with nearly the same effect on the measurement: held at its bound, one leaves the other its
     /// own best value, which the unbounded solution is far from.
     #[test]
     fn one_at_its_bound_is_not_compensated_for() {
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_not_be_finite_stays() {
+    fn a_step_that_is_not_finite_moves_nothing() {
         let [stays, moves] = moved(&[1.0, 2.0], &[f64::INFINITY, 0.5]);
         assert!((stays - 1.0_f64).abs() < 1e-12 && (moves - 2.5).abs() < 1e-12);
     }

@@ -9,7 +9,7 @@ use crate::model::{KnownInputs, ObserverModel, Tangents};
 use crate::number::Number;
 use crate::parameters::Unknown;
 
-/// A pass over the record: the model, its tangents and what they add up to.
+/// A pass over the record: the model, its tangents and their sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pass<N, I, const Q: usize> {
     /// The known inputs besides the blocks.

@@ -139,7 +139,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
 
     /// The usual size of a term of this servo, machine units of a sample.
     pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> f64 {
-        /// Friction is no less than this part of what the motion has of its kind.
+        /// Friction is at least this part of the motion's acceleration or bandwidth.
         const MIN_FRICTION_SHARE: f64 = 0.1;
         let of = |wanted: Unknown| {
             let place = S::UNKNOWNS.iter().position(|&own| own == wanted);

@@ -2,7 +2,7 @@ use super::block::Block;
 use crate::model::{AngleSettings, KnownInputs, TermValues};
 use crate::number::Number;
 
-/// The last blocks of samples, at most W: 12 W bytes in `f32`, and what was known before the first.
+/// The last blocks of samples, at most W: 12 W bytes in `f32`, and the state before the first.
 ///
 /// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
 /// full record takes no more; it then begins anew with the first block after the fit.
@@ -100,7 +100,7 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         }
     }
 
-    /// Takes a block into what was known before.
+    /// Takes a block into the state before the record.
     fn pass(&mut self, angle: &AngleSettings<N>, index: usize) {
         if let Some(&Block {
             travel, command, ..

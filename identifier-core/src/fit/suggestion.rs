@@ -4,7 +4,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::Term;
 
-/// The least part of the errors that a term must explain, what the estimates explain set aside.
+/// The least part of the errors that a term must explain, beyond the part explained by the estimates.
 const MIN_SHARE: f64 = 0.01;
 
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>

@@ -24,7 +24,7 @@ pub(super) const WORD_BITS: i32 = 30;
 pub(super) const ACCUMULATOR_BITS: i32 = 60;
 
 /// The exponent of the smallest power of two that is above a magnitude; the magnitude must be
-/// finite. That of zero, and of what is below any normal number, is the lowest of all.
+/// finite. That of zero and of subnormal numbers is the lowest of all.
 pub(super) fn exponent_above(magnitude: f64) -> i32 {
     /// Fraction bits of a double, and the exponent that stands for one to two.
     const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
@@ -43,7 +43,7 @@ pub(super) fn power(exponent: i32) -> f64 {
 
 /// A value as a word of full scale 2^exponent, saturated there.
 pub(super) fn word(value: f64, exponent: i32) -> Word {
-    // A cast saturates, and makes zero of what is no number.
+    // A cast saturates, and makes zero of NaN.
     limit(Word::from_bits(
         libm::rint(libm::ldexp(value, WORD_BITS - exponent)) as i32,
     ))
@@ -209,7 +209,7 @@ impl Sum {
     /// A sum from a number of last bits, within its full scale.
     pub(super) fn from_bits(bits: f32) -> Self {
         const MAX_BITS: i64 = (1 << SUM_BITS) - 1;
-        // A cast saturates, and makes zero of what is no number.
+        // A cast saturates, and makes zero of NaN.
         Self(between(bits as i64, -MAX_BITS, MAX_BITS))
     }
 

@@ -21,7 +21,7 @@ pub struct FixedController<V> {
     /// The largest increment that is taken.
     most: Word,
     scales: FullScales,
-    /// The same PID on numbers, and last bits of the integral per count: for what takes over.
+    /// The same PID on numbers, and last bits of the integral per count: for a transfer.
     on_numbers: Pid<f32>,
     integral_bits: f32,
 }
@@ -190,7 +190,7 @@ impl ErrorWord {
         } else {
             (whole, offset.cast_unsigned())
         };
-        // Less than a count, so less than what is shifted out of the whole ones.
+        // Less than a count, so less than the bits shifted out of the whole ones.
         let part = (part & ((1 << FRACTION) - 1)) << (WORD_BITS.unsigned_abs() - FRACTION);
         self.up.whole(whole) + Word::from_bits((part >> self.down).cast_signed())
     }

@@ -232,7 +232,7 @@ where
     }
 
     /// Increment and command are fractions of their full scales, and so is the output error that it
-    /// answers with. What is beyond saturates.
+    /// answers with. Values beyond saturate.
     #[inline]
     fn update(&self, state: &mut Self::State, increment: Word, command: Word) -> Update<Word> {
         let increment = limit(increment);

@@ -51,7 +51,7 @@
 //! sum one `SMLAL`, and reading a sum is reading its high half. A limit to ±1 is one `SSAT`. What is
 //! shifted by distances that only the configuration knows is 32 bits wide, and shifted up by `MUL`.
 //!
-//! **What is refused when it is built**, with the number that would do: an error range that leaves
+//! **Refused settings**, with the number that would do: an error range that leaves
 //! less than a sixteenth of a count; bounds of a beyond a quarter of the sample rate; a velocity range
 //! so far below the error's that ε would not fit 64 bits; a command range below the limit; a sample time
 //! at which an error adds nothing to an integral; a Γ that moves an estimate by more than all that its

@@ -12,7 +12,7 @@ struct PidTerms {
     proportional: Coefficient,
     derivative: Coefficient,
     weight: Weight,
-    /// Per error summed up, of what full scales.
+    /// Integral part per unit of the summed error, machine units.
     per_error: f64,
     sum: i32,
     wanted: i32,
@@ -21,7 +21,7 @@ struct PidTerms {
 }
 
 impl PidTerms {
-    /// `rate` is the exponent of what the derivative acts on.
+    /// `rate` is the exponent of the derivative's input.
     fn new(units: &Units, gains: &Gains, scales: &FullScales, rate: i32) -> Self {
         let FullScales {
             position, command, ..

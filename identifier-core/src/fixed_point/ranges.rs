@@ -6,12 +6,12 @@ use crate::settings::{RangeSettings, SMALLEST_GAIN, Settings, SettingsError, pla
 use crate::units::Units;
 
 impl RangeSettings {
-    /// Margin of the ranges over what follows from the command limit.
+    /// Margin of the ranges over those that follow from the command limit.
     const ROOM: f64 = 4.0;
 
     /// The ranges that fixed point takes: those stated, or what follows from the controller, four
     /// times its limit and the error and the velocity at which the PID alone would command the limit.
-    /// The command counts as no larger than what an error of one turn commands.
+    /// The command is taken to be at most that of an error of one turn.
     ///
     /// # Errors
     /// [`SettingsError::NotGiven`] if there is no controller to follow from, or one without damping
@@ -134,7 +134,7 @@ impl FullScales {
             largest(Parameter::Coulomb)?,
             largest(Parameter::Load)?,
         ];
-        // A count more, so that what is faster never saturates to what is not.
+        // A count more, so that a larger increment never saturates to an allowed one.
         let fastest = match settings.identifier.max_speed {
             Some(speed) => Allowed::Above(0.0).check("max_speed", speed)? * units.velocity() + 1.0,
             None => 0.0,
@@ -242,7 +242,7 @@ impl FullScales {
         }
     }
 
-    /// Half of the command's full scale: what a command that acts may be, command units.
+    /// Half of the command's full scale: the largest command that may act, command units.
     pub(super) fn most_command(&self) -> f64 {
         power(self.command - 1)
     }
@@ -266,7 +266,7 @@ impl FullScales {
         }
     }
 
-    /// The exponent of what the regressor (9) has for a parameter.
+    /// The exponent of a parameter's entry of the regressor (9).
     pub(super) fn regressor(&self, parameter: Parameter) -> i32 {
         match parameter {
             Parameter::A => self.velocity,

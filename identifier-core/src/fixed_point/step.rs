@@ -111,12 +111,12 @@ impl FixedStep {
         let friction = if forward { coulomb } else { -coulomb };
         let pushed = drive - friction;
         let motion = self.step_frictionless(x, pushed, velocity);
-        let goes_on = if forward {
+        let keeps_direction = if forward {
             motion.velocity >= Accumulator::ZERO
         } else {
             motion.velocity <= Accumulator::ZERO
         };
-        if goes_on {
+        if keeps_direction {
             let phase = FixedPhase {
                 direction: directed(FULL, forward),
                 moving: FULL,

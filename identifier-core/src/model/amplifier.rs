@@ -77,7 +77,7 @@ impl<N: Number> Amplifier<N> {
         }
     }
 
-    /// Takes the command from this sample to the next, and returns the mean of what acts until then.
+    /// Takes the command from this sample to the next, and returns the mean command that acts until then.
     #[inline]
     pub(crate) fn process<const L: usize>(
         &self,

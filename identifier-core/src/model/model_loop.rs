@@ -15,7 +15,7 @@ use crate::parameters::{ModelParameters, Parameter, ParameterSet};
 /// as a *measurement*: limited, with feed-forward, dither or injection, of any controller. Reference,
 /// structure, limit and anti-windup of the controller do not enter.
 ///
-/// **What becomes of the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ
+/// **Consequence for the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ
 /// with φ = [q̇_e, −(u + u_ε)]ᵀ: this is (8) with φ of (9) for any u, and (10) to (14) follow
 /// unchanged. The paper's Proposition 1 needs the servo's signals bounded; its PID without a limit
 /// ensures that; here any controller has to ensure it. So the identifier's convergence no longer ends
@@ -187,7 +187,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             .correction
             .process(&mut state.correction, state.output_error, rate);
         let command = command + correction;
-        // Written so that what is known to be zero costs nothing.
+        // Written so that known zeros cost nothing.
         let drive =
             parameters.gain * command - (N::ZERO - parameters.load) - (N::ZERO - acceleration);
         let velocity = state.motion.velocity;
@@ -238,7 +238,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     #[inline]
     #[must_use]
     pub(crate) fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
-        // One comparison for both; it fails for what is no number.
+        // One comparison for both; it fails for NaN.
         let in_reach =
             state.output_error.magnitude() + state.motion.velocity.magnitude() <= N::REACH;
         if !in_reach {

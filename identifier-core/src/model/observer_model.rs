@@ -63,8 +63,8 @@ impl<N: Number> ObserverModel<N> {
         self.error += increment;
     }
 
-    /// Moves the model one sample under what acts; `response` is that of the step for the values' x.
-    /// Returns what happened to the model itself, without the correction of its position.
+    /// Moves the model one sample under its inputs; `response` is that of the step for the values' x.
+    /// Returns the step of the model itself, without the correction of its position.
     #[inline]
     pub(crate) fn advance<S: UnknownSet<P>, const P: usize>(
         &mut self,

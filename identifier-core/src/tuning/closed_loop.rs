@@ -1,7 +1,7 @@
 //! The loop of a design, sample by sample: the controller that will run, the exact servo with friction and
 //! delay, the encoder.
 //!
-//! The holding command is left out on both sides: a command stands for what goes beyond it.
+//! The holding command is left out on both sides: a command is the excess over it.
 
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
@@ -203,7 +203,7 @@ pub struct PredictedSample {
     pub time: f64,
     /// As the encoder shows it from where the servo stood, rad.
     pub position: f64,
-    /// Beyond what holds the load, command units.
+    /// Beyond the command that holds the load, command units.
     pub command: f64,
 }
 

@@ -8,7 +8,7 @@
 //! not at all otherwise, crossings the other way subtracted.
 //!
 //! No root is overlooked between two points: they are so close that L moves by less than three quarters of
-//! its distance from −1. The walk begins where D has not moved by half of what it is at z = 1, and ends
+//! its distance from −1. The walk begins where D has not moved by half of its value at z = 1, and ends
 //! where |L| is so small that it encircles nothing any more.
 
 use super::sampled_response::SampledResponse;

@@ -1,4 +1,4 @@
-//! Gains from what was identified, and what they promise.
+//! Gains from an identified servo, and their predicted performance.
 //!
 //! A bandwidth gives the gains by pole placement. They are allowed or refused by noise and
 //! largest command in closed form, and by the exact frequency response of the sampled loop with all its delay,

@@ -45,7 +45,7 @@ impl Design {
     }
 }
 
-/// How gains follow from a bandwidth.
+/// The gains for a bandwidth by pole placement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Placement {
     a: f64,

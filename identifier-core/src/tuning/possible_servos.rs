@@ -16,7 +16,7 @@ pub(super) struct PossibleServo {
 /// The identified servo, first, and the corners of the ellipsoid of its a, b and τ.
 ///
 /// The corners lie at [`STANDARD_ERRORS`](Self::STANDARD_ERRORS) to both sides along the columns of the
-/// covariance's Cholesky factor: in each direction what is already fixed by the columns before is kept, so
+/// covariance's Cholesky factor: in each direction the unknowns fixed by the columns before are kept, so
 /// that a and b that are only known together move together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PossibleServos {
@@ -103,7 +103,7 @@ impl PossibleServo {
     }
 }
 
-/// The lower Cholesky factor of the covariance of [a, b, τ]; what is known without error has zeros. None if
+/// The lower Cholesky factor of the covariance of [a, b, τ]; unknowns without error have zeros. None if
 /// it is no covariance.
 fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
     /// Rounding error of a variance that is zero, relative to its sum.
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_has_no_corners_and_what_is_not_is_refused() {
+    fn known_parameters_have_no_corners_and_unknown_ones_are_refused() {
         let known = PossibleServos::new(&servo([[0.0; 5]; 5]), 5e-4, 1e-3).expect("known");
         for place in 0..PossibleServos::COUNT {
             assert_eq!(known.get(place), Some(&known.identified()));

@@ -146,7 +146,7 @@ impl PromisePrediction {
         })
     }
 
-    /// One sample of one servo, or what comes between two of them.
+    /// One sample of one servo, or the transition between two of them.
     pub(super) fn work(&mut self, scene: &Scene) -> Option<Result<Promise, TuningError>> {
         if self.seen {
             self.seen = false;
@@ -194,7 +194,7 @@ impl PromisePrediction {
         }
     }
 
-    /// Takes in what was seen, and begins what comes next; false if there is nothing more.
+    /// Evaluates the finished quantity, and begins the next; false if there is none.
     fn next(&mut self, scene: &Scene) -> Result<bool, TuningError> {
         let sample_time = self.closed_loop.sample_time();
         let taken = self.measure.samples();

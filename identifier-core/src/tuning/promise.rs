@@ -1,6 +1,6 @@
 use super::Cap;
 
-/// Gains and what they promise, SI.
+/// Gains and their predicted performance, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tuning {
@@ -45,7 +45,7 @@ pub struct Promise {
     /// The factors by which the loop's gain may fall (zero for any) and rise (up to 50 is looked for), at
     /// the worst corner.
     pub gain_margins: [f64; 2],
-    /// The largest command of the step, as a part of what there is.
+    /// The largest command of the step, as a part of the available command.
     pub command_share: f64,
     /// Standard deviation of the command from the encoder's rounding, command units.
     pub noise: f64,

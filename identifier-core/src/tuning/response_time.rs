@@ -32,7 +32,7 @@ impl ByTime {
     /// Steps that are tried at most.
     const MAX_STEPS: u32 = 12;
 
-    /// How close a rise time comes to what was asked for.
+    /// Relative tolerance of a rise time to the requested one.
     const CLOSE: f64 = 0.01;
 
     /// Begins with a bandwidth for a rise time, s.

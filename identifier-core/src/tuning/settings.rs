@@ -13,9 +13,9 @@ pub struct TuningSettings {
     pub resolution: f64,
     /// Cut-off of the low-pass velocity estimate, rad/s; none: chosen with the gains.
     pub cutoff: Option<f64>,
-    /// The largest command, command units, beyond what holds the load; infinite for none.
+    /// The largest command, command units, beyond the command that holds the load; infinite for none.
     pub command: f64,
-    /// From the reading of the encoder to the change of the output, s, beyond what was identified.
+    /// From the reading of the encoder to the change of the output, s, beyond the identified delay.
     pub command_delay: f64,
     /// The goal.
     pub goal: Goal,

@@ -32,7 +32,7 @@ enum Task {
     Begin,
     /// Looks for the bandwidth of a response time.
     Time(ByTime),
-    /// Judges what was asked for.
+    /// Judges the requested gains.
     Ask(Case),
     /// Looks for the largest bandwidth: for one that was asked for in vain, or for its own sake.
     Search(Search, Option<f64>),
@@ -159,7 +159,7 @@ impl Tuner {
         Ok(PredictedStep::new(closed_loop))
     }
 
-    /// A tenth of what delay and hold would leave to an ideal loop.
+    /// A tenth of the bandwidth that delay and hold would leave to an ideal loop.
     fn first_guess(&self) -> f64 {
         let TuningSettings { sample_time, .. } = self.scene.settings;
         0.1 / (sample_time + self.scene.servos.identified().delay)
@@ -177,7 +177,7 @@ impl TuningSettings {
     /// Gains for an identified servo, all at once.
     ///
     /// # Errors
-    /// As [`Tuner::new`]; [`TuningError::TooFast`] with what would do, or [`TuningError::DoesNotArrive`].
+    /// As [`Tuner::new`]; [`TuningError::TooFast`] with a bandwidth that would do, or [`TuningError::DoesNotArrive`].
     pub fn tune(&self, servo: &IdentifiedServo) -> Result<Tuning, TuningError> {
         let tuner = Tuner::new(self, servo)?;
         let mut state = tuner.start();

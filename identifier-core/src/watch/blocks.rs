@@ -62,7 +62,7 @@ impl Parts {
         Self { length }
     }
 
-    /// A sample; at the end of a part, what has been seen in it.
+    /// A sample; at the end of a part, its sums.
     #[inline]
     pub(super) fn process<N: Number>(
         &self,
@@ -106,7 +106,7 @@ pub(super) struct Blocks<N> {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BlocksState<N> {
-    /// Parts of this block so far, and what has been seen in them: counts, the sum of the commands and the
+    /// Parts of this block so far, and their sums: counts, the sum of the commands and the
     /// sum of its partial sums.
     parts: i32,
     counts: N,
@@ -114,7 +114,7 @@ pub(super) struct BlocksState<N> {
     double_sum: N,
     /// The largest command of this block and of the one before, to either side.
     largest: [N; 2],
-    /// Of the block before: what its commands add to W.
+    /// The contribution of the previous block's commands to W.
     carried: N,
     /// Counts of the block before and the one before that.
     before: [N; 2],
@@ -194,7 +194,7 @@ impl<N: Number> Blocks<N> {
         }
     }
 
-    /// A part; from the third block on, what has been seen at the end of each.
+    /// A part; from the third block on, the figures of each at its end.
     #[inline]
     pub(super) fn take(
         &self,

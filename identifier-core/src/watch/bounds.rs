@@ -57,7 +57,7 @@ impl<N: Number> Bounds<N> {
         }
     }
 
-    /// Samples until a speed of 1.25 of what is allowed, and three counts in the time of the mean beyond
+    /// Samples until a speed of 1.25 of the allowed one, and three counts in the time of the mean beyond
     /// that, is seen.
     #[cfg(test)]
     pub(super) fn samples_until_too_fast(&self) -> f64 {

@@ -1,6 +1,6 @@
 //! The watch over a servo: fault detection from the encoder's counts and the command alone.
 //!
-//! [`ServoWatch::process`] is called once a sample, in the interrupt, with what was measured and what
+//! [`ServoWatch::process`] is called once a sample, in the interrupt, with the measurement and the command that
 //! acted. It names a [`Reason`](crate::reason::Reason) within a stated number of samples after a fault has begun to show,
 //! `ServoWatch::detection_times`, which its tests hold it to. It has no gains and gives no command; the reaction is its caller's.
 //!

@@ -91,7 +91,7 @@ impl<N: Number> Readings<N> {
         let last = state.last.unwrap_or(increment);
         state.missing = 0;
         state.last = Some(increment);
-        // Not "beyond", so that what is no number is none.
+        // Not "beyond", so that NaN is no reading.
         let near = |other: N| (increment - other).magnitude() <= state.change;
         let mirrored = (increment + last).magnitude() <= N::from_f64(0.5) * state.change;
         let possible = increment.magnitude() <= farthest;

@@ -75,7 +75,7 @@ pub(crate) struct DetectionTimes {
     pub encoder_lost: u32,
     /// Counts from which on a jump is found in the sample in which it happens.
     pub smallest_jump: f64,
-    /// Samples with a speed of 1.25 times what is allowed, and three counts in the time that a speed is
+    /// Samples with a speed of 1.25 times the allowed one, and three counts in the time that a speed is
     /// the mean of.
     pub speed: u32,
     /// Samples at standstill under a command that must move the servo.

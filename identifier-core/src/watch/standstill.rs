@@ -48,7 +48,7 @@ pub(super) struct StandstillWatchState<N> {
 /// Capabilities of a servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Able<N> {
-    /// How fast it may become slower, counts a sample squared: by friction and load,
+    /// Largest deceleration, counts per sample squared: by friction and load,
     braking: N,
     /// and for a unit of command; zero while it is not known.
     gain: N,
@@ -142,7 +142,7 @@ impl<N: Number> StandstillWatch<N> {
     pub(super) fn able(model: &Model, settings: &WatchSettings, sample_time: f64) -> Able<N> {
         /// The share of the command's limit beyond breakaway that a command which must move the servo has.
         const PUSH: f64 = 0.05;
-        // To either side of what holds it, and a step of the load.
+        // To either side of the holding command, and a step of the load.
         let load_step = MODEL_ERROR * model.load_step / model.gain;
         let friction = 2.0 * Self::LOW_SPEED * model.breakaway + PUSH * settings.limit();
         let reach = Self::LOW_SPEED * model.breakaway + load_step + PUSH * settings.limit();
@@ -315,7 +315,7 @@ impl<N: Number> StandstillWatchState<N> {
         self.able.patience
     }
 
-    /// How fast the servo may become slower, counts a sample squared.
+    /// Largest deceleration of the servo, counts per sample squared.
     #[inline]
     fn braking(&self, command: N) -> N {
         self.able.braking + self.able.gain * command.magnitude()

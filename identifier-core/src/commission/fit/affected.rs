@@ -40,7 +40,7 @@ impl<N: Number> Affected<N> {
         motion: &MotionRecord<N, W>,
         (index, position): (usize, N),
     ) {
-        /// More commands than these cannot act in a piece; a bound for what is not a number.
+        /// More commands than these cannot act in a piece; a bound in case of NaN.
         const MAX_COMMANDS: u32 = 64;
         let Some(piece) = motion.get(index) else {
             return;

@@ -1,6 +1,6 @@
 use crate::number::Number;
 
-/// Successive samples condensed to what moves a model over all of them at once, on their way from the
+/// Successive samples condensed to the inputs of one model step over all of them, on their way from the
 /// interrupt that recorded them to the background that fits to them.
 ///
 /// A block ends where the command changes by much, so that within it the command is nearly constant.

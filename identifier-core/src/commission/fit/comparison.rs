@@ -23,7 +23,7 @@ pub(super) struct Comparison<N> {
 }
 
 impl<N: Number> Comparison<N> {
-    /// Before the first piece. An unknown whose change is zero stays what it is.
+    /// Before the first piece. An unknown whose change is zero stays.
     pub(super) fn new<const W: usize>(
         effect: Effect,
         resolution: N,
@@ -49,7 +49,7 @@ impl<N: Number> Comparison<N> {
     }
 
     /// Continues by a piece; true if there is none left.
-    pub(super) fn goes_on<const W: usize>(
+    pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
         motion: &MotionRecord<N, W>,

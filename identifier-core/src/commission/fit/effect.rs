@@ -36,7 +36,7 @@ const ORDERS: [f64; 2] = [2.0, 48.0];
 const ANY: f64 = f32::MAX as f64;
 
 impl Effect {
-    /// All, in the order in which they are tried: what takes longest last.
+    /// All, in the order in which they are tried: the slowest last.
     pub(super) const ALL: [Self; 7] = [
         Self::None,
         Self::DeadBand,
@@ -101,7 +101,7 @@ impl Effect {
         }
     }
 
-    /// By how much sizes are changed to see what that does.
+    /// Steps of the sizes for difference quotients.
     pub(super) fn changes(self, sizes: &Sizes, scales: &RecordScales) -> Sizes {
         let force = RecordScales::SMALL_CHANGE * scales.acceleration;
         match self {

@@ -12,7 +12,7 @@ use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
 
-/// The effect that explains best what a model leaves of a motion.
+/// The search for the effect that best explains the rest of a motion beyond the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Diagnosis {
     /// The reason that names it.
@@ -40,7 +40,7 @@ pub(crate) struct EffectSearch<N> {
     /// The place among the effects, and the first size that is tried.
     place: usize,
     start: u32,
-    /// The most promising so far, and what it leaves.
+    /// The most promising so far, and its remaining cost.
     promising: Option<(u32, f64)>,
     comparison: Option<Comparison<N>>,
     best: Option<BestEffect<N>>,
@@ -48,7 +48,7 @@ pub(crate) struct EffectSearch<N> {
     passes: u32,
     /// The squared errors that are left without an effect.
     without: f64,
-    /// The reason that names the best effect, and what it leaves; the same of a dead band.
+    /// The reason that names the best effect, and its remaining cost; the same of a dead band.
     found: Option<(Reason, f64)>,
     dead_band: (f64, f64),
 }
@@ -106,7 +106,7 @@ impl<N: Number> EffectSearch<N> {
 
     /// Continues by a piece of the record, or by the work between two passes. Returns once there is no more
     /// to do; with nothing if no effect explains anything.
-    pub(super) fn goes_on<const W: usize>(
+    pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
         motion: &MotionRecord<N, W>,
@@ -117,7 +117,7 @@ impl<N: Number> EffectSearch<N> {
         match &mut self.comparison {
             None => self.begin(effect, motion),
             Some(comparison) => {
-                if comparison.goes_on(step, motion) {
+                if comparison.advance(step, motion) {
                     self.end_pass(effect, motion);
                 }
             }
@@ -274,7 +274,7 @@ fn joined<N: Number>(own: &[N; UNKNOWNS], sizes: &Sizes) -> [N; ALL] {
 }
 
 impl<N: Number> ServoFitter<N> {
-    /// Begins to look for what the model of a servo lacks of a motion.
+    /// Begins the search for an unmodelled effect of a servo in a motion.
     #[must_use]
     pub(crate) fn begin_diagnosis<const W: usize>(
         &self,
@@ -303,7 +303,7 @@ impl<N: Number> ServoFitter<N> {
         diagnosing: &mut EffectSearch<N>,
         motion: &MotionRecord<N, W>,
     ) -> Option<Option<Diagnosis>> {
-        diagnosing.goes_on(&self.step, motion)
+        diagnosing.advance(&self.step, motion)
     }
 
     fn diagnosing<const W: usize>(

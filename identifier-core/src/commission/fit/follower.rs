@@ -46,7 +46,7 @@ impl<N: Number> Follower<N> {
         motion: &MotionRecord<N, W>,
         index: usize,
     ) {
-        /// More commands than these cannot act in a piece; a bound for what is not a number.
+        /// More commands than these cannot act in a piece; a bound in case of NaN.
         const MAX_COMMANDS: u32 = 64;
         let Some(piece) = motion.get(index) else {
             return;

@@ -26,7 +26,7 @@ pub(super) struct BestServoFit<N> {
 }
 
 impl<N: Number> ServoFitPass<N> {
-    /// With these unknowns, and what is known before.
+    /// With these unknowns and prior knowledge.
     pub(super) fn at<const W: usize>(
         unknowns: &[N; UNKNOWNS],
         prior: &ServoPrior<N>,

@@ -18,7 +18,7 @@ pub(super) struct Placing<N> {
     best: Option<Placed<N>>,
 }
 
-/// Counts and counts per sample, and what is left of the squared errors.
+/// Counts and counts per sample, and the remaining sum of squared errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Placed<N> {
     place: [N; 2],

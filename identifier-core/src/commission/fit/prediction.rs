@@ -8,7 +8,7 @@ use super::{POSITION, ROUNDING, UNKNOWNS, VELOCITY};
 use crate::linalg::NormalEquations;
 use crate::number::Number;
 
-/// How well a known servo predicts a motion, only position and velocity at its beginning being fitted;
+/// The errors of a known servo's prediction of a motion, only position and velocity at its beginning being fitted;
 /// rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PredictionErrors {

@@ -6,7 +6,7 @@ use crate::number::Number;
 /// units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RecordScales {
-    /// The largest command, and what it does.
+    /// The largest command, and the acceleration by it.
     pub(super) command: f64,
     pub(super) acceleration: f64,
     /// The mean speed.
@@ -17,7 +17,7 @@ pub(super) struct RecordScales {
 }
 
 impl RecordScales {
-    /// A change that is small beside what moves.
+    /// A change that is small against the motion.
     pub(super) const SMALL_CHANGE: f64 = 0.003;
 
     /// Of a record of a servo with a gain.
@@ -47,7 +47,7 @@ impl RecordScales {
         }
     }
 
-    /// By how much the servo's own unknowns are changed to see what that does.
+    /// Steps of the servo's own unknowns for difference quotients.
     pub(super) fn changes(&self) -> [f64; UNKNOWNS] {
         let force = Self::SMALL_CHANGE * self.acceleration;
         let mut changes = [0.0; UNKNOWNS];

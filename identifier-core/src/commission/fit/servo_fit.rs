@@ -50,7 +50,7 @@ impl<N: Number> ServoFit<N> {
     const MIN_CHANGE: f64 = 1e-4;
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
-    /// Factors on gain and friction of the linear estimate, and what is added to its delay (samples):
+    /// Factors on gain and friction of the linear estimate, and additions to its delay (samples):
     /// further starts where the motion is not explained.
     const LADDER: [[f64; 3]; 9] = [
         [1.0, 1.0, 0.0],
@@ -122,7 +122,7 @@ impl<N: Number> ServoFit<N> {
         self.best.as_ref()
     }
 
-    /// The linear estimate, or what was known before.
+    /// The linear estimate, or the prior one.
     pub(super) fn first(&self) -> &[N; UNKNOWNS] {
         &self.first
     }

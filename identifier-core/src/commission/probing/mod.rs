@@ -9,7 +9,7 @@
 //! up; where it turns, w t + b ∫u = 0 and w t²/2 + b ∬u = q give b and w = d ∓ c.
 //!
 //! **Swings.** From then on friction and load are compensated by their estimates, and the servo is
-//! accelerated and braked by ±A, whatever they are, A and amplitude being what command, speed and travel
+//! accelerated and braked by ±A, A and amplitude being the largest that command, speed and travel
 //! permit. It is braked as soon as it could not be stopped where it should with 85 % of A, reckoned from
 //! where it is when a command of now acts at the latest: a sample, the delay that is known and two samples
 //! more. While it is braked, what is needed to stop within the travel is reckoned anew in every sample. A

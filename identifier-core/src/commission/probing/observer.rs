@@ -40,7 +40,7 @@ impl<N: Number> ObserverState<N> {
         self.velocity = N::ZERO;
     }
 
-    /// The rough model has changed: the acceleration is what it was.
+    /// The rough model has changed: the acceleration stays.
     pub(super) fn adopt(&mut self, before: &RoughModel<N>, after: &RoughModel<N>, command: N) {
         let velocity = self.velocity;
         self.rest += before.acceleration(command, velocity) - after.acceleration(command, velocity);

@@ -4,7 +4,7 @@ use crate::commission::Reason;
 use crate::number::Number;
 
 impl<N: Number> Probing<N> {
-    /// Acceleration and amplitude of the next swing: what command, travel and speed permit.
+    /// Acceleration and amplitude of the next swing: the largest that command, travel and speed permit.
     pub(super) fn choose_swing(&self, state: &mut ProbingState<N>) {
         let plan = &self.plan;
         let servo = &state.servo;
@@ -244,7 +244,7 @@ impl<N: Number> Probing<N> {
         let off = state.position - state.held_at;
         let back = stiffness * off + damping * state.observed.velocity;
         let rest = match self.plan.one_way {
-            // Just below what moves it; how much friction there is is not known.
+            // Just below the command that moves it; friction is unknown.
             Some(way) => servo.command(-(way * state.gentle()), way),
             None => servo.holding(),
         };

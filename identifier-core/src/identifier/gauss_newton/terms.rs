@@ -121,7 +121,7 @@ where
 
     /// The standard deviation with which the size of a term enters: its usual size.
     fn prior(unknown: Unknown, omega: N, scale: N, estimates: &[N; P]) -> N {
-        /// Friction is no less than this part of what the motion has of its kind.
+        /// Friction is at least this part of the motion's acceleration or bandwidth.
         const MIN_FRICTION_SHARE: f64 = 0.1;
         let fine = N::from_f64(MIN_FRICTION_SHARE);
         let parameters = ModelValues::from_values::<S, P>(estimates).parameters;
