@@ -137,7 +137,7 @@ impl fmt::Display for OutOfRange {
     }
 }
 
-/// A multiple without what rounding has left in its last digits.
+/// A multiple without the rounding error of its last digits.
 struct Nearest(f64);
 
 impl fmt::Display for Nearest {
@@ -164,7 +164,7 @@ pub enum StepError {
     /// The increment since the last sample is NaN, larger than the number format counts exactly, or
     /// faster than `max_speed`.
     CountJumped,
-    /// The command that acted is NaN, infinite, or beyond what the number format computes with.
+    /// The command that acted is NaN, infinite, or beyond the range of the number format.
     CommandNotFinite,
 }
 

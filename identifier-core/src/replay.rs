@@ -134,7 +134,7 @@ impl ReplayModel {
     }
 
     /// A servo that the model can move as: its gain is positive, no friction is negative, and its viscous
-    /// friction is within what the step of the model is meant for.
+    /// friction is within the range of the model's step.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let parameters = &self.values.parameters;

@@ -147,7 +147,7 @@ impl<N: Number, const P: usize> Evidence<N, P> for OnDemand {
 }
 
 /// For models whose terms enter when there is evidence for them: how well each would explain the
-/// errors, what the unknowns that have entered explain set aside (a score test on the blocks).
+/// errors beyond the part explained by the unknowns that have entered (a score test on the blocks).
 ///
 /// Errors that are correlated from block to block, as those of a drifting load, resemble any slow
 /// sensitivity; so errors and sensitivities are whitened alike, to first order, before they are

@@ -5,7 +5,7 @@ use crate::number::Number;
 
 /// Γ in the hot path, as a type, so that a diagonal one costs P multiplications and not P².
 pub trait Gain<N: Number, const P: usize>: Copy + Debug + PartialEq {
-    /// Of a matrix in machine units; what belongs to a frozen parameter is zero.
+    /// Of a matrix in machine units; the entries of a frozen parameter are zero.
     ///
     /// # Errors
     /// If the matrix is not of this form.

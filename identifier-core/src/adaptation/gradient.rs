@@ -100,7 +100,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// The law from its Γ in the form for the hot path and its configuration.
     ///
     /// # Errors
-    /// `mu` and the smallest α, or what takes its place, must be positive.
+    /// `mu` and the smallest α, or `decay_per_gain` in its place, must be positive.
     pub(crate) fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         let per_gain = config.decay_per_gain;
@@ -155,7 +155,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
         self.projection.apply(&mut state.estimates);
     }
 
-    /// Takes an update beyond the guard, shortened to what the guard allows: Γ is too large for the
+    /// Takes an update beyond the guard, shortened to the guard's bound: Γ is too large for the
     /// sample time. One that is not finite is not taken at all.
     pub(crate) fn shorten(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
         if (update.strength + update.output).is_finite() {

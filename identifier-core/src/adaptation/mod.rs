@@ -1,5 +1,5 @@
 //! From output error and regressor (9) to parameters: the Γ-gradient law (11), recursive Gauss–Newton,
-//! and what keeps both within their bounds.
+//! and the projections that keep both within their bounds.
 
 mod evidence;
 mod gain;

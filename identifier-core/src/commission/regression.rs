@@ -32,7 +32,7 @@ const GAIN: usize = 0;
 const FORWARD: usize = 1;
 const BACKWARD: usize = 2;
 const VISCOUS: usize = 3;
-/// b times what the delay is longer than thought.
+/// b times the delay beyond the assumed one.
 const LATE: usize = 4;
 /// Unknowns of a row.
 pub(crate) const ROW: usize = 5;
@@ -53,7 +53,7 @@ impl<N: Number> RegressionState<N> {
         self.equations.add(row, value);
     }
 
-    /// Forgets what was gathered; what the filters remember of the motion stays.
+    /// Clears the normal equations; the filters' states stay.
     pub(crate) fn forget(&mut self) {
         self.equations = NormalEquations::EMPTY;
     }
@@ -137,7 +137,7 @@ impl<N: Number> Regression<N> {
         self.observe_for(N::ONE, gathered, increment, direction, acted)
     }
 
-    /// The same for what happened over a time, samples.
+    /// The same over a time, samples.
     #[inline]
     pub(crate) fn observe_for(
         &self,

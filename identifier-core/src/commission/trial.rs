@@ -5,7 +5,7 @@ use crate::parameters::ServoParameters;
 use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 
-/// A step and a disturbance under new gains, measured against what they promise.
+/// A step and a disturbance under new gains, measured against their prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<N> {
     /// The step, counts, with its sign.
@@ -139,7 +139,7 @@ impl<N: Number> Trial<N> {
         tuning.promise.settling_time.min(dies_down)
     }
 
-    /// Takes in the position of a sample (counts), and has the servo do what comes next. True once all
+    /// Takes in the position of a sample (counts), and starts the next part when one is over. True once all
     /// was done and kept.
     ///
     /// # Errors

@@ -87,7 +87,7 @@ impl<N: Number, S: Default> Default for ControlState<N, S> {
 }
 
 impl<N: Number, S> ControlState<N, S> {
-    /// With what a velocity estimate remembers.
+    /// With the state of a velocity estimate.
     pub(crate) fn with_filter(self, filter: S) -> Self {
         Self { filter, ..self }
     }
@@ -142,7 +142,7 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
         error: N,
         increment: N,
     ) -> Result<ControlSample<N>, StepError> {
-        // One comparison for both; it fails for what is no number.
+        // One comparison for both; it fails for NaN.
         let within = error.magnitude() + self.jump * increment.magnitude() <= N::REACH;
         if !within {
             return Err(self.refusal(error, increment));

@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_is_not_finite_moves_nothing() {
+    fn an_unknown_with_an_infinite_step_stays() {
         let [stays, moves] = moved(&[1.0, 2.0], &[f64::INFINITY, 0.5]);
         assert!((stays - 1.0_f64).abs() < 1e-12 && (moves - 2.5).abs() < 1e-12);
     }

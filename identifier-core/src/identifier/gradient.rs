@@ -163,7 +163,7 @@ where
         }
     }
 
-    /// The rest of a sample, from what was observed in it.
+    /// The rest of a sample, from its observation.
     #[inline]
     fn learn_from(
         &self,

@@ -22,7 +22,7 @@ pub struct ServoLoopState<N: Number, F, T> {
     identification: T,
 }
 
-/// The step result: what a sample of the loop did.
+/// The result of one sample of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopStep<N> {
     /// The controller's part.

@@ -43,7 +43,7 @@ pub enum MatrixError {
     NotPositiveDefinite {
         /// Row of the pivot, from 0.
         row: usize,
-        /// The pivot: what is left of the diagonal entry once the rows before are eliminated.
+        /// The pivot: the rest of the diagonal entry once the rows before are eliminated.
         pivot: f64,
     },
 }

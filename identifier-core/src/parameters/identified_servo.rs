@@ -1,6 +1,6 @@
 use super::ServoParameters;
 
-/// A servo as it was identified, with what is not known of it, SI.
+/// An identified servo with its uncertainty, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifiedServo {
@@ -8,9 +8,9 @@ pub struct IdentifiedServo {
     pub parameters: ServoParameters,
     /// The delay from a command to its acceleration besides the hold's, s.
     pub delay: f64,
-    /// Covariance of [a, b, c, τ, d] in this order, SI; zero for what is known.
+    /// Covariance of [a, b, c, τ, d] in this order, SI; zero for known parameters.
     pub covariance: [[f64; 5]; 5],
-    /// Standard deviation of what the model leaves unexplained of the position, rad; at least the
+    /// Standard deviation of the position that the model leaves unexplained, rad; at least the
     /// encoder's.
     pub unexplained: f64,
 }

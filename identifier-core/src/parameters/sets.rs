@@ -114,7 +114,7 @@ const fn has_terms(unknowns: &[Unknown]) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AbCoulombDelayLoad;
 
-/// Every unknown, for a PC or a large chip: what is not wanted is left out at run time.
+/// Every unknown, for a PC or a large chip: the unwanted ones are left out at run time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AllUnknowns;
 

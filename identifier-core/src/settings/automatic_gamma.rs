@@ -215,7 +215,7 @@ impl AutomaticGain {
             let wanted = excitation.process(&mut reference);
             let error = wanted - position;
             let Ok(sample) = controller.process(&mut control, error, increment) else {
-                // Beyond what the format counts: no number is large enough for it.
+                // Beyond the format's range: no number is large enough for it.
                 sum.command = f64::INFINITY;
                 break;
             };

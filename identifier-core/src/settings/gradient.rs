@@ -79,7 +79,7 @@ pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, SettingsError
     )?)
 }
 
-/// The range of what an estimate may be, and the names of bounds and initial value.
+/// The range of an estimate, and the names of bounds and initial value.
 pub(crate) fn allowed(
     parameter: Parameter,
     units: &Units,

@@ -46,7 +46,7 @@ pub struct IdentifierSettings {
     pub ranges: Option<RangeSettings>,
 }
 
-/// Which optional terms a model has, and what is declared of them, SI.
+/// The optional terms of a model and their declared values, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TermSettings {

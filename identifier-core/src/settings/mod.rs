@@ -31,7 +31,7 @@ use crate::units::Units;
 /// The settings of a loop and its identifier, SI. For a linear axis read m for rad.
 ///
 /// Optional settings have a default that is stated with them. [`Settings::new`] fills all of them in,
-/// so that a configuration names only what differs.
+/// so that a configuration names only the differences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
@@ -74,7 +74,7 @@ pub trait FromSettings: Sized {
     /// Builds it.
     ///
     /// # Errors
-    /// The setting that is not allowed, by name, and what is.
+    /// The setting that is not allowed, by name, and the allowed range.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError>;
 }
 
@@ -137,7 +137,7 @@ impl Settings {
     /// Builds a part: a controller, an identifier, or a loop of both.
     ///
     /// # Errors
-    /// The setting that is not allowed, by name, and what is.
+    /// The setting that is not allowed, by name, and the allowed range.
     pub fn build<T: FromSettings>(&self) -> Result<T, SettingsError> {
         T::from_settings(self)
     }

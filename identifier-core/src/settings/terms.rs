@@ -43,7 +43,7 @@ impl TermConfig {
         }
         /// The highest order of ripple that an encoder shows, as a part of its counts.
         const MAX_RIPPLE_ORDER_PER_COUNT: f64 = 0.25;
-        // The estimate needs room above what is declared.
+        // The estimate needs room above the declared delay.
         let longest_delay = S::Inputs::<N>::MAX_DELAY;
         let longest = longest_delay * units.sample_time();
         let delay = Allowed::Within(0.0, longest).check("delay", given.delay)?;

@@ -13,7 +13,7 @@
 //! the certificate holds with any controller that keeps the servo bounded, whether it saturates or
 //! not.
 //!
-//! It is a statement about continuous time. What sampling takes from it is checked by
+//! It is a statement about continuous time. The loss by sampling is checked by
 //! [`SampledLoop`](super::SampledLoop), and of the guard in
 //! `Gradient`.
 
@@ -29,7 +29,7 @@ pub struct Certificate {
     plant_box: PlantBox,
 }
 
-/// The inequality that fails, and what would satisfy it.
+/// The inequality that fails, and values that would satisfy it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CertificateError {

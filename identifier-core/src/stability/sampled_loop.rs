@@ -247,7 +247,7 @@ impl Line {
             } else if stride > 1 {
                 stride /= 2;
             } else {
-                // Two neighbours of the grid, with no proof for what lies between them.
+                // Two neighbours of the grid, with no proof for the values between them.
                 stable += 1;
                 (b, here) = (further, there);
             }

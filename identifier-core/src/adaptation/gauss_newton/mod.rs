@@ -219,7 +219,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.whitening.innovation(self.mean_error)
     }
 
-    /// From now on only what is new in the errors is learnt from, for a drifting load.
+    /// From now on only the innovation of the errors is learnt from, for a drifting load.
     pub(crate) fn begin_whitening(&mut self) {
         self.whitening.begin();
     }

@@ -10,7 +10,7 @@ use crate::model::{KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 
-/// The state of the interrupt's half between samples; what every sample needs comes first.
+/// The state of the interrupt's half between samples; the fields that every sample needs come first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: usize> {

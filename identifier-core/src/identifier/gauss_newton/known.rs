@@ -28,7 +28,7 @@ where
     /// Starts from a servo that was identified, with its covariance, in place of a first fit. For the
     /// background: it converts from SI.
     ///
-    /// The model joins the servo with the first samples; what the servo is said to lack is learnt anew.
+    /// The model joins the servo with the first samples; effects that its model lacks are identified anew.
     #[must_use]
     pub fn start_from_known(
         &self,

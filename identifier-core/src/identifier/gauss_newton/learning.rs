@@ -121,7 +121,7 @@ where
     }
 
     /// The largest variances that forgetting may lead to: of a from the bandwidth, of b from a factor,
-    /// of friction, load and what else is an acceleration from that which the command gives.
+    /// of friction, load and other accelerations from that by the command.
     #[inline]
     pub(super) fn most(&self, omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
         let model = ModelValues::from_values::<S, P>(estimates).parameters;

@@ -27,7 +27,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) suspicion: Suspicion<N>,
     /// Mean square of the blocks' output error over a second.
     pub(super) mean_square: N,
-    /// b of the last fit, or what a new fit confirmed.
+    /// b of the last fit, or the b that a new fit confirmed.
     pub(super) trusted_gain: N,
     /// The load before the steps of the present alarm.
     pub(super) trusted_load: N,

@@ -5,7 +5,7 @@ use crate::model::ModelValues;
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
-/// The least part of the errors that a term must explain, what the estimates explain set aside, and
+/// The least part of the errors that a term must explain beyond the estimates, and
 /// the least square of the score over its variance.
 const MIN_SHARE: f64 = 0.01;
 const MIN_SCORE: f64 = 30.0;
@@ -13,7 +13,7 @@ const MIN_SCORE: f64 = 30.0;
 /// The correlation of the errors from block to block above which a load wanders.
 const MIN_CORRELATION: f64 = 0.8;
 
-/// The factor on the variances of the estimates when a term enters: they contain what it explains.
+/// The factor on the variances of the estimates when a term enters: they contain its effect.
 const VARIANCE_FACTOR: f64 = 100.0;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>

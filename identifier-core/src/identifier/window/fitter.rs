@@ -189,7 +189,7 @@ where
         let ended = state.fits.advance(&self.fitter, budget)?;
         let result = ended.result?;
         let explained = result.is_good(Self::UNCERTAIN);
-        // A motion both ways separates friction from load. What is known from an earlier one lasts.
+        // A motion both ways separates friction from load. Estimates from an earlier one last.
         let separated = result.only_direction == N::ZERO || ended.full || state.result.is_some();
         let good = explained && separated && !result.is_at_bound();
         if F::HAS_TERMS
