@@ -85,21 +85,27 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
 
 /// The lack of the model: the finding that stands out, or else that something does.
 fn lack(batch: &Batch) -> Option<Lack> {
-    let found = batch.findings.iter().find(|finding| is_telling(finding))?;
+    let found = batch
+        .findings
+        .iter()
+        .find(|finding| is_significant(finding))?;
     let cause = cause(batch).map(|named| named.cause);
     Some(Lack::new(cause, found.share, &found.shifts))
 }
 
-fn is_telling(finding: &Finding) -> bool {
+fn is_significant(finding: &Finding) -> bool {
     finding.share >= MIN_SHARE && finding.significance >= MIN_SIGNIFICANCE
 }
 
 /// The finding that stands out, if one does.
 pub(super) fn cause(batch: &Batch) -> Option<&Finding> {
-    let mut telling = batch.findings.iter().filter(|finding| is_telling(finding));
-    let best = telling.next()?;
+    let mut significant = batch
+        .findings
+        .iter()
+        .filter(|finding| is_significant(finding));
+    let best = significant.next()?;
     let left = |finding: &Finding| 1.0 - finding.share;
-    let stands_out = telling
+    let stands_out = significant
         .next()
         .is_none_or(|next| left(best) < MAX_REST_RATIO * left(next));
     stands_out.then_some(best)

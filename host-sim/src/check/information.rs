@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_move_apart_is_not_told_apart() {
+    fn a_constant_command_is_not_distinguished_from_a_load() {
         // A command that never changes is a load.
         let both = [Parameter::B, Parameter::Load];
         let mut known = Information::new(&both, &SERVO, 50.0, 1e-3, 1e-8);

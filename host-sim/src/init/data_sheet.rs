@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_motor_has_is_refused_by_name() {
+    fn a_figure_that_no_motor_has_is_refused_by_name() {
         let wrong = |sheet: DataSheet| sheet.servo().expect_err("refused").name;
         let of = |resistance| DataSheet {
             drive: Drive::Voltage {

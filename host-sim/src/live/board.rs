@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_late_gets_the_newest_alone() {
+    fn a_late_reader_gets_the_newest_alone() {
         let board = Board::default();
         let wait = Duration::from_millis(1);
         assert!(board.after(0, wait).is_none());

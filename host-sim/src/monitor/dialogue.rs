@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_the_servo_is_confirmed() {
+    fn an_action_that_moves_the_servo_is_confirmed() {
         for (keys, motion) in [("sy", Motion::Start), ("cy", Motion::Commission)] {
             assert_eq!(typed(keys, false).1, [Action::Move(motion)]);
         }

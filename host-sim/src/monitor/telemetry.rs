@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_before_somebody_looked_on_is_not_lost() {
+    fn samples_before_a_resynchronisation_are_not_lost() {
         let mut telemetry = Telemetry::every(1);
         telemetry.take(&running(1_000));
         telemetry.resynchronise();

@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_servo_shows_in_the_command() {
+    fn a_wrong_servo_shows_in_the_command() {
         let samples = recorded();
         let right = simulated(&SERVO, &samples).expect("a loop").command;
         for wrong in [

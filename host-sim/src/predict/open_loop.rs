@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_true_servo_predicts_itself_from_a_start_that_nobody_told() {
+    fn the_true_servo_predicts_itself_from_an_unknown_start() {
         let found = predicted(&SERVO, &recorded(1e9)).expect("a prediction");
         assert_eq!(found.samples, 4800);
         assert!(found.rms < 1e-6 && found.largest < 1e-5, "{found:?}");
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_servo_shows() {
+    fn a_wrong_servo_shows_in_the_prediction() {
         let exact = recorded(1e9);
         for wrong in [
             ServoParameters { a: 2.1, ..SERVO },

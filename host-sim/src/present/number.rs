@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_value_is_known_to_is_two_standard_errors() {
+    fn the_uncertainty_of_a_value_is_two_standard_errors() {
         assert_eq!(known_to(200.0, Some(1.0)), "1.0 %");
         assert_eq!(known_to(0.5, Some(0.3)), "may be zero");
         assert_eq!(known_to(0.5, None), "–");

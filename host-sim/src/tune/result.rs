@@ -227,7 +227,7 @@ mod tests {
     }"#;
 
     #[test]
-    fn what_a_result_holds_is_taken() {
+    fn the_values_of_a_result_are_taken() {
         let result = IdentifiedResult::read(RESULT).expect("a result");
         let servo = result.servo;
         assert_eq!(
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn what_speaks_against_it_is_told() {
+    fn objections_to_a_result_are_reported() {
         for (from, to, part) in [
             (
                 r#""converged""#,
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_result_is_refused_by_key() {
+    fn a_document_that_is_no_result_is_refused_by_key() {
         for (from, to, key) in [
             ("{", "{,", "this is no JSON (line 1)"),
             (r#""status": "converged","#, "", "status: "),

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_it_is_fitted_to_becomes_white() {
+    fn the_series_it_was_fitted_to_becomes_white() {
         let mut source = NormalSource::new(1);
         let (mut last, mut before) = (0.0, 0.0);
         let coloured: Vec<f64> = (0..20_000)
