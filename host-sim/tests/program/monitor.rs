@@ -167,8 +167,22 @@ fn a_drive_is_operated_from_the_keyboard() {
     let bench = Bench::new("monitor_keyboard");
     let mut monitor = bench.monitor("--scenario servo.toml");
     monitor.shows(" RELEASED ");
+    // A commissioning is a log, too.
     monitor.types("r");
     monitor.shows("recording recording.csv, 0 rows");
+    monitor.types("c");
+    monitor.shows("at most from -1.5");
+    monitor.types("n");
+    monitor.types("c");
+    monitor.shows("y commissions");
+    monitor.types("y");
+    monitor.shows(" COMMISSIONING ");
+    monitor.shows("rows: servo-id replay recording.csv");
+    monitor.shows("commissioning: applied");
+
+    // Nothing is replaced.
+    monitor.types("r");
+    monitor.shows("recording recording-2.csv");
     starts(&mut monitor);
     // Estimates with their standard errors, while it moves.
     monitor.shows("b 257");
@@ -180,22 +194,9 @@ fn a_drive_is_operated_from_the_keyboard() {
     monitor.shows("reference      +0.5");
     std::thread::sleep(Duration::from_secs(2));
     monitor.types(" ");
-    let text = monitor.shows("servo-id replay recording.csv --scenario recording.toml");
+    let text = monitor.shows("servo-id replay recording-2.csv --scenario recording-2.toml");
     assert!(text.contains(" RELEASED "), "{text}");
     assert!(text.contains("none lost"), "{text}");
-
-    // Nothing is replaced, and a commissioning is a log, too.
-    monitor.types("r");
-    monitor.shows("recording recording-2.csv");
-    monitor.types("c");
-    monitor.shows("at most from -1.5");
-    monitor.types("n");
-    monitor.types("c");
-    monitor.shows("y commissions");
-    monitor.types("y");
-    monitor.shows(" COMMISSIONING ");
-    monitor.shows("rows: servo-id replay recording-2.csv");
-    monitor.shows("commissioning: applied");
     monitor.types("q");
     let (status, text) = monitor.ends();
     assert_eq!(status, 0, "{text}");
