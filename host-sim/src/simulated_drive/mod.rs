@@ -218,8 +218,11 @@ impl Board<'_> {
                 while conversation.turn(&mut wire, &mut supervisor) {}
                 wire.flush();
             }
-            // Requests are answered between samples, too.
-            while conversation.turn(&mut wire, &mut supervisor) {}
+            // As on the chip, bytes wake the background between samples, and nothing else: a commissioning gets its
+            // slices of work with the samples.
+            if wire.has_received() {
+                while conversation.turn(&mut wire, &mut supervisor) {}
+            }
             wire.flush();
             thread::sleep(clock.left().min(MAX_SLEEP));
         }

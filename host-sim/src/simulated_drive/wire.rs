@@ -46,6 +46,14 @@ impl Wire {
         }
     }
 
+    /// True if bytes wait to be read.
+    pub fn has_received(&mut self) -> bool {
+        if self.incoming.is_empty() {
+            self.listen();
+        }
+        !self.incoming.is_empty()
+    }
+
     fn listen(&mut self) {
         let mut gulp = [0; GULP];
         let Some(line) = &mut self.line else { return };
@@ -60,9 +68,7 @@ impl Wire {
 
 impl Line for Wire {
     fn receive(&mut self) -> Option<u8> {
-        if self.incoming.is_empty() {
-            self.listen();
-        }
+        self.has_received();
         self.incoming.pop_front()
     }
 
