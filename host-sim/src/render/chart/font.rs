@@ -116,14 +116,26 @@ mod tests {
         assert!(width("command", 8) > width("limit", 8));
     }
 
+    /// Corners of a text's outlines.
+    fn corners(place: (f64, f64), text: &str, scale: f64) -> impl Iterator<Item = Point> {
+        let outline = outlines(place, text, 8, scale).into_iter();
+        outline.filter_map(|command| match command {
+            Command::MoveTo(point) | Command::LineTo(point) => Some(point),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn letters_stand_one_behind_the_other() {
+        let right = |text| corners((0.0, 0.0), text, 1.0).fold(0.0, |x: f32, point| x.max(point.x));
+        let further = f64::from(right("II") - right("I"));
+        assert!((further - width("I", 8)).abs() < 1e-3, "{further}");
+    }
+
     #[test]
     fn a_letter_stands_on_its_base_line() {
-        let outline = outlines((10.0, 20.0), "I", 8, 3.0);
-        let ends = outline.iter().filter_map(|command| match command {
-            Command::MoveTo(point) | Command::LineTo(point) => Some(*point),
-            _ => None,
-        });
-        let (lowest, highest) = ends.fold((0.0_f32, 999.0_f32), |(low, high), point| {
+        let corners = corners((10.0, 20.0), "I", 3.0);
+        let (lowest, highest) = corners.fold((0.0_f32, 999.0_f32), |(low, high), point| {
             assert!((30.0..40.0).contains(&point.x), "{point:?}");
             (low.max(point.y), high.min(point.y))
         });
