@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-/// What a package that was made from a repository says of it.
+/// The file of a package that names the commit it was made from.
 const PACKAGED: &str = ".cargo_vcs_info.json";
 
 /// Where the sources are that the program is built from, from here.
@@ -11,7 +11,7 @@ const SOURCES: [&str; 3] = ["src", "../identifier-core/src", "../crates"];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    // Whoever develops builds after every commit, and not everything anew.
+    // A development build after every commit builds nothing anew for its name.
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let mut version = env!("CARGO_PKG_VERSION").to_owned();
     if let Some(commit) = is_release.then(commit).flatten() {
@@ -48,7 +48,7 @@ fn commit() -> Option<String> {
     })
 }
 
-/// What git says; nothing where there is none, or where it fails.
+/// The output of git; none where it is missing or fails.
 fn git(arguments: &[&str]) -> Option<String> {
     let told = Command::new("git").args(arguments).output().ok()?;
     let text = String::from_utf8(told.stdout).ok()?;

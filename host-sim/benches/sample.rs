@@ -19,7 +19,7 @@ fn scenario() -> Scenario {
     paper::scenario(Method::Proposed, Case::Unbalanced)
 }
 
-/// What an identifier is shown in a run of the paper's experiment: counts moved, and commands.
+/// Inputs of an identifier in a run of the paper's experiment: increments in counts, and commands.
 fn recording<N: Number>(scenario: &Scenario) -> Vec<(i32, N)> {
     let mut scenario = scenario.clone();
     scenario.duration = RECORDED;

@@ -1,7 +1,6 @@
 use core::fmt;
 
-use identifier_core::commission::CommissionSettings;
-use identifier_core::commission::Reason;
+use identifier_core::commission::{CommissionSettings, Reason};
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use serde::{Deserialize, Serialize};
 

@@ -59,7 +59,7 @@ fn run() -> Option<f64> {
         let command = cascade.command(wanted, moved);
         servo.advance(command);
         identifier.process(&mut learnt, moved, command).ok()?;
-        // What is left of the time until the next sample.
+        // The rest of the time until the next sample.
         identifier.work(&mut learnt, 8);
     }
     Some(identifier.estimates(&learnt).b)

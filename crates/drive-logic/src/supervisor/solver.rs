@@ -4,8 +4,7 @@
 use drive_link::{Law, LoopSettings, NotAllowed};
 use identifier_core::commission::{CommissionSettings, CommissionSolver};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
-use identifier_core::parameters::AbCoulombLoad;
-use identifier_core::parameters::IdentifiedServo;
+use identifier_core::parameters::{AbCoulombLoad, IdentifiedServo};
 use identifier_core::tuning::Tuning;
 
 use crate::channel::{BackgroundEnd, Recorded, Solution};
