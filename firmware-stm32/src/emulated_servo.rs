@@ -75,9 +75,5 @@ fn command(outputs: &Outputs) -> f64 {
         return 0.0;
     };
     let size = STAGE.full_scale * f64::from(duty) / f64::from(outputs.steps.max(1));
-    if emulated::is_high(BOARD.direction) {
-        size
-    } else {
-        -size
-    }
+    if outputs.is_positive { size } else { -size }
 }

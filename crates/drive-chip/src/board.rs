@@ -61,7 +61,7 @@ pub struct Board {
     pub encoder: [Pin; 2],
     /// PWM: channel 1 of TIM1.
     pub pwm: Pin,
-    /// Direction, high is positive.
+    /// Direction, high is positive: the complementary output of channel 2 of TIM1.
     pub direction: Pin,
     /// Enable, high is on.
     pub enable: Pin,

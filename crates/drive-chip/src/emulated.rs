@@ -15,15 +15,13 @@ use crate::registers::{flash, gpio, rcc};
 /// Words of each peripheral.
 const WORDS: usize = 36;
 
-/// The peripherals, by the addresses of their first registers: RCC, FLASH, the ports A to C, TIM1,
-/// TIM3 and IWDG.
-const PERIPHERALS: [u32; 8] = [
+/// The peripherals, by the addresses of their first registers: RCC, FLASH, the ports A to C, TIM3 and IWDG.
+const PERIPHERALS: [u32; 7] = [
     0x4002_3800,
     0x4002_3c00,
     0x4002_0000,
     0x4002_0400,
     0x4002_0800,
-    0x4001_0000,
     0x4000_0400,
     0x4000_3000,
 ];
@@ -34,6 +32,8 @@ const RECORD_WORDS: usize = 2 * SECTOR as usize / 4;
 
 static REGISTERS: [AtomicU32; PERIPHERALS.len() * WORDS] =
     [const { AtomicU32::new(0) }; PERIPHERALS.len() * WORDS];
+/// TIM1. A meter of the emulator watches its words by this name.
+static TIM1_REGISTERS: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
 static SECTORS: [AtomicU32; RECORD_WORDS] = [const { AtomicU32::new(u32::MAX) }; RECORD_WORDS];
 
 /// The memory of a word; of a constant address a constant.
@@ -46,6 +46,10 @@ fn kept(register: Register) -> Option<&'static AtomicU32> {
             return REGISTERS.get(number * WORDS + word as usize);
         }
         number += 1;
+    }
+    let word = register.address().wrapping_sub(TIM1.at(0).address()) / 4;
+    if (word as usize) < WORDS {
+        return TIM1_REGISTERS.get(word as usize);
     }
     recorded(register)
 }
@@ -125,6 +129,8 @@ pub fn set_count(count: u16) {
 pub struct Outputs {
     /// Steps of a PWM period that the output is high for; none while it is switched off.
     pub duty: Option<u16>,
+    /// True if its direction is positive.
+    pub is_positive: bool,
     /// Steps of a PWM period.
     pub steps: u16,
 }
@@ -135,6 +141,7 @@ pub fn outputs() -> Outputs {
     let on = get(TIM1.at(timer::BDTR)) & timer::BDTR_MOE != 0;
     Outputs {
         duty: on.then(|| get(TIM1.at(timer::CCR1)) as u16),
+        is_positive: get(TIM1.at(timer::CCR2)) != 0,
         steps: get(TIM1.at(timer::ARR)).wrapping_add(1) as u16,
     }
 }

@@ -1,7 +1,9 @@
-//! The first channel of TIM1 as a PWM whose output a fault line disables in hardware.
+//! TIM1 as an output of magnitude and sign that a fault line disables in hardware: the first channel is a PWM, and the
+//! second one its direction, a level that changes with a period as the duty does.
 
 use core::convert::Infallible;
 
+use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 
 use crate::bus::Bus;
@@ -26,21 +28,61 @@ pub struct Pwm<B> {
     steps: u16,
 }
 
-impl<B: Bus> Pwm<B> {
-    /// Off, from a timer in its reset state. It counts once the sample timer is started.
-    pub(crate) fn new(bus: B, clocks: &Clocks) -> Self {
-        let steps = (clocks.high_timers / FREQUENCY) as u16;
-        bus.write(TIM1.at(timer::ARR), u32::from(steps.saturating_sub(1)));
-        // PWM mode 1 with preload (RM0090, 17.3.9): a duty takes effect with the next period.
-        bus.write(
-            TIM1.at(timer::CCMR1),
-            timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1,
-        );
-        bus.write(TIM1.at(timer::CCER), timer::CCER_CC1E);
-        bus.write(TIM1.at(timer::BDTR), OFF);
-        bus.write(TIM1.at(timer::EGR), timer::EGR_UG);
-        Self { bus, steps }
+/// TIM1, complementary output of channel 2: high for all of a period, or low. Low while the PWM is switched off.
+///
+/// A level waits for the duty that is set after it, and both take effect with the same period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Direction<B> {
+    bus: B,
+    steps: u16,
+}
+
+/// Magnitude, off, and sign, from a timer in its reset state. They count once the sample timer is started.
+pub(crate) fn signed<B: Bus>(bus: B, clocks: &Clocks) -> (Pwm<B>, Direction<B>) {
+    let steps = (clocks.high_timers / FREQUENCY) as u16;
+    bus.write(TIM1.at(timer::ARR), u32::from(steps.saturating_sub(1)));
+    // PWM mode 1 with preload (RM0090, 17.3.9): what is set takes effect with the next period.
+    bus.write(
+        TIM1.at(timer::CCMR1),
+        timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1 | timer::CCMR1_OC2PE | timer::CCMR1_OC2M_PWM_1,
+    );
+    bus.write(TIM1.at(timer::CCER), timer::CCER_CC1E | timer::CCER_CC2NE);
+    bus.write(TIM1.at(timer::BDTR), OFF);
+    bus.write(TIM1.at(timer::EGR), timer::EGR_UG);
+    (Pwm { bus, steps }, Direction { bus, steps })
+}
+
+impl<B> digital::ErrorType for Direction<B> {
+    type Error = Infallible;
+}
+
+impl<B: Bus> Direction<B> {
+    #[inline]
+    fn set_high_for(&self, steps: u16) {
+        // No period may begin with the new direction and the old duty (UDIS; RM0090, 17.4.1).
+        self.bus.modify(TIM1.at(timer::CR1), 0, timer::CR1_UDIS);
+        self.bus.write(TIM1.at(timer::CCR2), u32::from(steps));
     }
+}
+
+impl<B: Bus> OutputPin for Direction<B> {
+    #[inline]
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.set_high_for(0);
+        Ok(())
+    }
+
+    #[inline]
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.set_high_for(self.steps);
+        Ok(())
+    }
+}
+
+/// Has the next period begin with what was set.
+#[inline]
+fn take_effect(bus: impl Bus) {
+    bus.modify(TIM1.at(timer::CR1), timer::CR1_UDIS, 0);
 }
 
 impl<B> ErrorType for Pwm<B> {
@@ -57,6 +99,7 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
         self.bus
             .write(TIM1.at(timer::CCR1), u32::from(duty.min(self.steps)));
+        take_effect(self.bus);
         self.bus.write(TIM1.at(timer::BDTR), OFF | timer::BDTR_MOE);
         Ok(())
     }
@@ -65,13 +108,14 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
     fn set_duty_cycle_fully_off(&mut self) -> Result<(), Infallible> {
         off(self.bus);
         self.bus.write(TIM1.at(timer::CCR1), 0);
+        take_effect(self.bus);
         // Acknowledged: the next break shows again. Ones leave the other flags.
         self.bus.write(TIM1.at(timer::SR), !timer::SR_BIF);
         Ok(())
     }
 }
 
-/// Drives the output low, whatever the timer's state.
+/// Drives both outputs low, whatever the timer's state.
 #[inline]
 pub(crate) fn off(bus: impl Bus) {
     bus.write(TIM1.at(timer::BDTR), OFF);

@@ -126,9 +126,11 @@ pub(crate) mod timer {
     pub(crate) const CNT: u32 = 0x24;
     pub(crate) const ARR: u32 = 0x2c;
     pub(crate) const CCR1: u32 = 0x34;
+    pub(crate) const CCR2: u32 = 0x38;
     pub(crate) const BDTR: u32 = 0x44;
 
     pub(crate) const CR1_CEN: u32 = 1;
+    pub(crate) const CR1_UDIS: u32 = 1 << 1;
     pub(crate) const CR1_URS: u32 = 1 << 2;
     pub(crate) const CR2_MMS_ENABLE: u32 = 0b001 << 4;
     pub(crate) const SMCR_ENCODER_3: u32 = 0b011;
@@ -140,11 +142,14 @@ pub(crate) mod timer {
     pub(crate) const EGR_UG: u32 = 1;
     pub(crate) const CCMR1_OC1PE: u32 = 1 << 3;
     pub(crate) const CCMR1_OC1M_PWM_1: u32 = 0b110 << 4;
+    pub(crate) const CCMR1_OC2PE: u32 = 1 << 11;
+    pub(crate) const CCMR1_OC2M_PWM_1: u32 = 0b110 << 12;
     pub(crate) const CCMR1_CC1S_TI1: u32 = 0b01;
     pub(crate) const CCMR1_IC1F: u32 = 4;
     pub(crate) const CCMR1_CC2S_TI2: u32 = 0b01 << 8;
     pub(crate) const CCMR1_IC2F: u32 = 12;
     pub(crate) const CCER_CC1E: u32 = 1;
+    pub(crate) const CCER_CC2NE: u32 = 1 << 6;
     pub(crate) const BDTR_OSSI: u32 = 1 << 10;
     pub(crate) const BDTR_OSSR: u32 = 1 << 11;
     pub(crate) const BDTR_BKE: u32 = 1 << 12;

@@ -8,7 +8,7 @@ use crate::clock;
 use crate::flash::RecordFlash;
 use crate::inputs::Inputs;
 use crate::pins::{Output, Pull};
-use crate::pwm::{self, Pwm};
+use crate::pwm::{self, Direction, Pwm};
 use crate::quadrature::Quadrature;
 use crate::registers::rcc;
 use crate::sample_timer::SampleTimer;
@@ -29,7 +29,7 @@ pub struct Wired<'a, B> {
     /// Magnitude of the output.
     pub pwm: Pwm<B>,
     /// Sign of the output, high for positive.
-    pub direction: Output<B>,
+    pub direction: Direction<B>,
     /// Enables the amplifier, high is on.
     pub enable: Output<B>,
     /// The amplifier's fault line and the limit switches.
@@ -65,10 +65,11 @@ pub fn wire<'a, B: Bus>(
     let (clocks, clock) = clock::start(bus, board.oscillator);
     power_peripherals(bus);
 
-    let pwm = Pwm::new(bus, &clocks);
+    let (pwm, direction) = pwm::signed(bus, &clocks);
     for (pin, function, pull) in [
-        // The timer drives it low already.
+        // The timer drives both low already.
         (board.pwm, TIM1_FUNCTION, Pull::None),
+        (board.direction, TIM1_FUNCTION, Pull::None),
         (board.fault, TIM1_FUNCTION, Pull::Up),
         (board.encoder[0], TIM3_FUNCTION, Pull::Up),
         (board.encoder[1], TIM3_FUNCTION, Pull::Up),
@@ -87,7 +88,7 @@ pub fn wire<'a, B: Bus>(
     Wired {
         encoder: Quadrature::new(bus),
         pwm,
-        direction: Output::new(bus, board.direction),
+        direction,
         enable: Output::new(bus, board.enable),
         inputs: Inputs::new(bus, board),
         timer: SampleTimer::new(bus, &clocks),
@@ -122,7 +123,7 @@ fn power_peripherals(bus: impl Bus) {
 }
 
 /// Disables the output whatever the state of the drivers, for a program that cannot continue: the
-/// amplifier is off, and the PWM's pin is driven low in place of floating.
+/// amplifier is off, and the PWM's pins are driven low in place of floating.
 pub fn disable_outputs(bus: impl Bus, board: &Board) {
     board.enable.set_low(bus);
     pwm::off(bus);

@@ -49,7 +49,7 @@ pub type Encoder = drive_chip::quadrature::Quadrature<Mmio>;
 pub type Output = Gate<Stage, pins::Output<Mmio>>;
 
 #[cfg(not(feature = "dac"))]
-type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, pins::Output<Mmio>>;
+type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, drive_chip::pwm::Direction<Mmio>>;
 #[cfg(feature = "dac")]
 type Stage = analogue::Analogue;
 

@@ -5,7 +5,7 @@
 //! |---|---|---|---|
 //! | PC6, PC7 | CN10 4, CN10 19 | encoder A and B (TIM3), pulled up | encoder |
 //! | PA8 | CN10 23, D7 | PWM, 20 kHz (TIM1 channel 1) | amplifier |
-//! | PB14 | CN10 28 | direction, high is positive | amplifier |
+//! | PB14 | CN10 28 | direction, high is positive (TIM1 channel 2, complementary) | amplifier |
 //! | PB15 | CN10 26 | enable, high is on; pull it down outside | amplifier, brake |
 //! | PB12 | CN10 16 | fault (TIM1 break), pulled up: low is healthy | amplifier |
 //! | PC0, PC1 | CN7 38, CN7 36 (A5, A4) | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | PC6, PC7 | encoder A and B (TIM3), pulled up | encoder |
 //! | PA8 | PWM, 20 kHz (TIM1 channel 1) | amplifier |
-//! | PB14 | direction, high is positive | amplifier |
+//! | PB14 | direction, high is positive (TIM1 channel 2, complementary) | amplifier |
 //! | PB15 | enable, high is on; pull it down outside | amplifier, brake |
 //! | PB12 | fault (TIM1 break), pulled up: low is healthy | amplifier |
 //! | PC0, PC1 | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |

@@ -2,7 +2,7 @@ use drive_chip::flash::Sectors;
 use drive_chip::pins::{Pin, Port};
 use embedded_hal::digital::OutputPin;
 
-use crate::model::{Level, Mode, Pull};
+use crate::model::{Level, Mode, Output, Pull};
 use crate::{healthy, wired};
 
 #[test]
@@ -13,7 +13,7 @@ fn every_pin_has_the_function_of_its_board() {
         ((0, 3), Mode::Alternate(7), Pull::Up),
         ((0, 8), Mode::Alternate(1), Pull::None),
         ((1, 12), Mode::Alternate(1), Pull::Up),
-        ((1, 14), Mode::Output, Pull::None),
+        ((1, 14), Mode::Alternate(1), Pull::None),
         ((1, 15), Mode::Output, Pull::None),
         ((2, 0), Mode::Input, Pull::Up),
         ((2, 1), Mode::Input, Pull::Up),
@@ -45,17 +45,15 @@ fn every_pin_has_the_function_of_its_board() {
 }
 
 #[test]
-fn enable_and_direction_are_separate_outputs() {
+fn enable_is_an_output_of_its_own() {
     let chip = healthy();
     let mut wired = wired(&chip);
     assert_eq!(chip.pins.level(1, 15), Level::Low);
     assert_eq!(wired.enable.set_high(), Ok(()));
     assert_eq!(chip.pins.level(1, 15), Level::High);
-    assert_eq!(chip.pins.level(1, 14), Level::Low);
-    assert_eq!(wired.direction.set_high(), Ok(()));
+    assert_eq!(chip.direction(), Output::Low);
     assert_eq!(wired.enable.set_low(), Ok(()));
     assert_eq!(chip.pins.level(1, 15), Level::Low);
-    assert_eq!(chip.pins.level(1, 14), Level::High);
 }
 
 #[test]

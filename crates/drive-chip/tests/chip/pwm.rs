@@ -1,4 +1,5 @@
 use drive_chip::disable_outputs;
+use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 
 use crate::model::{Line, Output};
@@ -63,6 +64,52 @@ fn off_is_low_from_the_wiring_on_and_never_floats() {
 }
 
 #[test]
+fn direction_and_duty_change_with_the_same_period() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    wired.timer.start(1e-4);
+    assert_eq!(chip.direction(), Output::Low);
+    // A period may begin before the direction, between both, and after the duty.
+    for between in [[50e-6, 0.0, 0.0], [0.0, 50e-6, 0.0], [0.0, 0.0, 50e-6]] {
+        let [before, halfway, after] = between;
+        let _ = wired.direction.set_low();
+        let _ = wired.pwm.set_duty_cycle(1000);
+        chip.elapse(50e-6);
+        assert_eq!((chip.direction(), chip.output()), (Output::Low, pwm(1000)));
+        chip.elapse(before);
+        let _ = wired.direction.set_high();
+        chip.elapse(halfway);
+        assert_eq!((chip.direction(), chip.output()), (Output::Low, pwm(1000)));
+        let _ = wired.pwm.set_duty_cycle(3000);
+        assert_eq!((chip.direction(), chip.output()), (Output::Low, pwm(1000)));
+        chip.elapse(after);
+        chip.elapse(50e-6);
+        assert_eq!((chip.direction(), chip.output()), (Output::High, pwm(3000)));
+    }
+}
+
+#[test]
+fn a_direction_without_its_duty_is_void_once_the_output_is_off() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    wired.timer.start(1e-3);
+    let _ = wired.direction.set_high();
+    let _ = wired.pwm.set_duty_cycle(8400);
+    chip.elapse(50e-6);
+    assert_eq!(chip.direction(), Output::High);
+    let _ = wired.direction.set_low();
+    let _ = wired.pwm.set_duty_cycle_fully_off();
+    assert_eq!(
+        (chip.direction(), chip.output()),
+        (Output::Low, Output::Low)
+    );
+    // The duty before is forgotten with the next period.
+    chip.elapse(50e-6);
+    let _ = wired.pwm.set_duty_cycle(100);
+    assert_eq!(chip.output(), Output::Low);
+}
+
+#[test]
 fn a_break_disables_the_output_without_the_processor() {
     let chip = healthy();
     let mut wired = wired(&chip);
@@ -101,8 +148,6 @@ fn switching_off_leaves_the_other_flags() {
 
 #[test]
 fn the_outputs_are_disabled_in_any_state() {
-    use embedded_hal::digital::OutputPin;
-
     for disturbance in [None, Some(0), Some(0x8000), Some(0xffff & !0x0300)] {
         let chip = healthy();
         let mut wired = wired(&chip);

@@ -131,6 +131,18 @@ impl Chip {
         }
     }
 
+    /// The signal on the direction's pin.
+    pub(crate) fn direction(&self) -> Output {
+        match self.pins.mode(1, 14) {
+            Mode::Output => match self.pins.driven(1, 14) {
+                Level::Low => Output::Low,
+                Level::High => Output::High,
+            },
+            Mode::Alternate(1) => self.timers.complementary(),
+            _ => Output::Floating,
+        }
+    }
+
     /// Sets the line at a pin.
     pub(crate) fn drive(&self, port: usize, number: usize, line: Line) {
         self.pins.outside(port, number, line);

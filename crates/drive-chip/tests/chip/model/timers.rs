@@ -28,6 +28,7 @@ pub(crate) struct Timers {
     /// Values in force; those in the registers take effect with the next update.
     top_1: Cell<u32>,
     compare_1: Cell<u32>,
+    compare_2: Cell<u32>,
     top_5: Cell<u32>,
     break_is_high: Cell<bool>,
     /// Interrupts that TIM5 requested.
@@ -42,6 +43,7 @@ impl Timers {
             tim5: Block::at(TIM5::ptr()),
             top_1: Cell::new(0),
             compare_1: Cell::new(0),
+            compare_2: Cell::new(0),
             top_5: Cell::new(0),
             break_is_high: Cell::new(false),
             asked: Cell::new(0),
@@ -55,6 +57,7 @@ impl Timers {
             Peripheral::Tim1 => {
                 self.tim1.clear();
                 self.compare_1.set(0);
+                self.compare_2.set(0);
                 self.top_1.set(0);
             }
             Peripheral::Tim3 => self.tim3.clear(),
@@ -140,8 +143,13 @@ impl Timers {
     }
 
     fn update_1(&self) {
+        if self.tim1.cr1().read().udis().bit() {
+            // The counter begins anew with the values in force.
+            return;
+        }
         self.top_1.set(self.tim1.get(self.tim1.arr()));
         self.compare_1.set(self.tim1.get(self.tim1.ccr1()));
+        self.compare_2.set(self.tim1.get(self.tim1.ccr2()));
     }
 
     fn raise_5(&self) {
@@ -171,33 +179,69 @@ impl Timers {
 
     /// The output of TIM1's channel 1 (table 98).
     pub(crate) fn output(&self) -> Output {
-        let (control, channel) = (self.tim1.bdtr().read(), self.tim1.ccer().read());
-        if channel.cc1e().is_disabled() {
+        let mode = self.tim1.ccmr1_output().read();
+        let channel = self.tim1.ccer().read();
+        let idle = self.tim1.cr2().read().ois1().bit();
+        let high = self.reference(
+            mode.oc1m().is_pwm_mode1(),
+            mode.oc1m().is_pwm_mode2(),
+            &self.compare_1,
+        );
+        self.signal(
+            !channel.cc1e().is_disabled(),
+            channel.cc1p().bit(),
+            idle,
+            high,
+        )
+    }
+
+    /// The complementary output of its channel 2, whose own output must be off.
+    pub(crate) fn complementary(&self) -> Output {
+        let mode = self.tim1.ccmr1_output().read();
+        let channel = self.tim1.ccer().read();
+        let idle = self.tim1.cr2().read().ois2n().bit();
+        let high = self.reference(
+            mode.oc2m().is_pwm_mode1(),
+            mode.oc2m().is_pwm_mode2(),
+            &self.compare_2,
+        );
+        assert!(
+            channel.cc2e().is_disabled(),
+            "with both outputs on, this one is the inverse"
+        );
+        self.signal(channel.cc2ne().bit(), channel.cc2np().bit(), idle, high)
+    }
+
+    /// Ticks of a period for which the reference signal of a channel is high (17.3.9).
+    fn reference(&self, mode_1: bool, mode_2: bool, compare: &Cell<u32>) -> u32 {
+        let period = self.top_1.get() + 1;
+        let below = compare.get().min(period);
+        if mode_1 {
+            below
+        } else if mode_2 {
+            period - below
+        } else {
+            0
+        }
+    }
+
+    /// The signal on a pin of TIM1.
+    fn signal(&self, enabled: bool, inverted: bool, idle: bool, high: u32) -> Output {
+        let control = self.tim1.bdtr().read();
+        if !enabled {
             return Output::Floating;
         }
         if control.moe().is_disabled_idle() {
             return if control.ossi().is_hi_z() {
                 Output::Floating
-            } else if self.tim1.cr2().read().ois1().bit() {
+            } else if idle {
                 Output::High
             } else {
                 Output::Low
             };
         }
-        let mode = self.tim1.ccmr1_output().read().oc1m();
         let period = self.top_1.get() + 1;
-        let high = if mode.is_pwm_mode1() {
-            self.compare_1.get().min(period)
-        } else if mode.is_pwm_mode2() {
-            period - self.compare_1.get().min(period)
-        } else {
-            0
-        };
-        let high = if channel.cc1p().bit() {
-            period - high
-        } else {
-            high
-        };
+        let high = if inverted { period - high } else { high };
         if high == 0 {
             Output::Low
         } else if high == period {
@@ -274,6 +318,9 @@ impl Timers {
         } else if address == tim1.address(tim1.ccr1()) && !tim1.ccmr1_output().read().oc1pe().bit()
         {
             self.compare_1.set(new);
+        } else if address == tim1.address(tim1.ccr2()) && !tim1.ccmr1_output().read().oc2pe().bit()
+        {
+            self.compare_2.set(new);
         } else if address == tim5.address(tim5.arr()) && !tim5.cr1().read().arpe().bit() {
             self.top_5.set(new);
         } else if address == tim5.address(tim5.cr1()) {
