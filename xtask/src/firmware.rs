@@ -66,7 +66,7 @@ fn release(folder: &Path, what: &[&str]) -> Result<(), String> {
 }
 
 /// The folder of cargo's output.
-fn built() -> PathBuf {
+pub(crate) fn built() -> PathBuf {
     // Joining leaves a path alone that is absolute.
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }

@@ -1,5 +1,6 @@
 //! Checks of the firmware on emulated chips, and its costs.
 
+mod breaks;
 mod budget;
 mod cycles;
 mod drive;
@@ -14,6 +15,7 @@ mod soak;
 mod thumb;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
@@ -45,6 +47,13 @@ enum Verb {
     /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
     /// executed, and cycles by the model of docs/cycles.md.
     Interrupt,
+    /// Break the drive's code by the list of crates/drive-logic/breaks.toml, one place after the other, in a copy;
+    /// the tests must notice every break.
+    Breaks {
+        /// Begin no further break after this time, s. The first one differs from commit to commit.
+        #[arg(long)]
+        within: Option<u64>,
+    },
     /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
     Elsewhere,
     /// Run a binary of the firmware in the emulator.
@@ -60,6 +69,7 @@ fn main() -> ExitCode {
         Verb::Drive => drive::check(),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),
+        Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Qemu { binary } => firmware::build(&[&binary], &[])

@@ -40,6 +40,9 @@ const VCO: u32 = 336_000_000;
 /// Wait states of the flash at 168 MHz and 2.7 V or more (RM0090, table 10).
 const WAIT_STATES: u32 = 5;
 
+/// Ticks until a new prescaler holds, at most (RM0090, 7.3.3). A read takes one at least.
+const PRESCALER_TICKS: u32 = 16;
+
 /// Reads until a crystal, a PLL or a switch must be ready, some 30 ms at 16 MHz.
 const MAX_READS: u32 = 100_000;
 
@@ -78,10 +81,12 @@ fn to_full(bus: impl Bus, oscillator: Oscillator) -> Option<()> {
     let access = WAIT_STATES | flash::ACR_PRFTEN | flash::ACR_ICEN | flash::ACR_DCEN;
     bus.modify(flash::ACR, flash::ACR_LATENCY, access);
     becomes(bus, flash::ACR, flash::ACR_LATENCY, WAIT_STATES)?;
-    // A new prescaler takes effect up to sixteen ticks after it is written (RM0090, 7.3.3): a switch in
-    // the same write would first drive the buses beyond their limits.
+    // A switch before the new prescalers hold would first drive the buses beyond their limits.
     let prescalers = rcc::CFGR_PPRE1_4 | rcc::CFGR_PPRE2_2;
     bus.modify(rcc::CFGR, rcc::CFGR_PRESCALERS, prescalers);
+    for _ in 0..PRESCALER_TICKS {
+        let _ = bus.read(rcc::CFGR);
+    }
     bus.modify(rcc::CFGR, rcc::CFGR_SW, rcc::CFGR_SW_PLL);
     becomes(bus, rcc::CFGR, rcc::CFGR_SWS, rcc::CFGR_SWS_PLL)
 }

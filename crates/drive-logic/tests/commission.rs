@@ -3,12 +3,16 @@
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Commissioning, Fault, Origin, Outcome, Refusal, Report, State};
+use drive_link::{
+    Command, Commissioning, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State,
+    Why,
+};
 use drive_logic::Channel;
-use identifier_core::commission::{Phase, Reason};
+use identifier_core::commission::{CommissionSettings, Phase, Reason};
+use identifier_core::tuning::Goal;
 use support::commission::{ORDER, SERVO, outcome, over, ready, until};
 use support::drive::Drive;
-use support::{Bench, Flash, settings};
+use support::{Bench, Flash, SAMPLE_TIME, STAGE, settings};
 
 #[test]
 fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
@@ -159,6 +163,81 @@ fn a_stop_that_overtakes_the_order_prevents_a_start() {
     };
     assert_eq!(outcome(&mut drive).commissioning, stopped);
     drive.done(Command::Start);
+}
+
+#[test]
+fn an_order_that_is_not_given_leaves_no_mark() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
+    let request = Request {
+        id: 1,
+        command: Command::Commission(ORDER),
+    };
+    {
+        boot!(drive, &bench, &flash);
+        let answer = drive.supervisor.answer_unless(&request, |_| true);
+        let refusal = Refusal::Overtaken;
+        assert_eq!(answer, Report::Refused { id: 1, refusal });
+    }
+    {
+        boot!(drive, &bench, &flash);
+        assert_eq!(drive.status().commissioning, None);
+        // The queue of orders is full.
+        for _ in 0..3 {
+            drive.done(Command::Watch(1));
+        }
+        let refused = drive.refusal(Command::Commission(ORDER));
+        assert_eq!(refused, Refusal::Busy);
+    }
+    boot!(drive, &bench, &flash);
+    assert_eq!(drive.status().commissioning, None);
+    drive.done(Command::Commission(ORDER));
+}
+
+#[test]
+fn the_delay_of_the_stage_adds_to_the_one_that_is_given() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    // The bandwidth that is possible at all goes with the inverse of half a sample and the delay.
+    let mut most = |command_delay: f64| {
+        let order = CommissionSettings {
+            command_delay,
+            goal: Goal::Bandwidth(1e6),
+            ..ORDER
+        };
+        match drive.refusal(Command::Commission(order)) {
+            Refusal::Setting(NotAllowed {
+                why: Why::OutOfRange { most, .. },
+                ..
+            }) => most,
+            other => panic!("{other:?}"),
+        }
+    };
+    let ratio = most(0.0) / most(SAMPLE_TIME);
+    let late = 0.5 * SAMPLE_TIME + STAGE.command_delay;
+    assert!(
+        (ratio - (late + SAMPLE_TIME) / late).abs() < 1e-9,
+        "{ratio}"
+    );
+}
+
+#[test]
+fn commissioned_gains_keep_the_limit_that_was_configured() {
+    let limit = [-7.0, 9.0];
+    let mut limited = settings();
+    let controller = &mut limited.closed_loop.core.controller;
+    controller.as_mut().expect("there is one").limit = limit;
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(limited));
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    let found = outcome(&mut drive);
+    assert_eq!(found.commissioning.phase, Phase::Applied);
+    let gains = drive.status().gains.expect("they hold");
+    let tuning = found.tuning.expect("it is tuned");
+    assert_eq!(gains.controller.kp.to_bits(), tuning.kp.to_bits());
+    let bits = |limit: [f64; 2]| limit.map(f64::to_bits);
+    assert_eq!(bits(gains.controller.limit), bits(limit));
 }
 
 #[test]

@@ -282,6 +282,65 @@ fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
     }
 }
 
+/// The change of the command in the first sample after a push by 0.01 rad.
+fn push(drive: &mut Drive<'_>) -> f32 {
+    let before = held(drive);
+    drive.bench.hold_at(position(drive) + 0.01);
+    drive.sample();
+    held(drive) - before
+}
+
+#[test]
+fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    let given = push(&mut drive);
+    drive.pass(2000);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Trial);
+    drive.refusal(Command::Start);
+    over(&mut drive);
+    assert_eq!(outcome(&mut drive).commissioning.phase, Phase::RolledBack);
+    drive.pass(4000);
+    let after = push(&mut drive);
+    assert!((after / given - 1.0).abs() < 0.1, "{given} {after}");
+    // With those that are validated it differs.
+    drive.pass(2000);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert_eq!(outcome(&mut drive).commissioning.phase, Phase::Applied);
+    drive.pass(4000);
+    let applied = push(&mut drive);
+    assert!((applied / given - 1.0).abs() > 0.3, "{given} {applied}");
+}
+
+#[test]
+fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() {
+    for (place, state) in [
+        (-1.99, State::Running),
+        (-2.01, State::Faulted(Fault::TravelLeft)),
+    ] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let mut wanted = quiet();
+        wanted.protection.following_error = 1e3;
+        wanted.protection.speed = 1e4;
+        wanted.protection.travel = 2.0;
+        run(&mut drive, wanted);
+        let mut order = ORDER;
+        order.limits.travel = [-0.8, 0.8];
+        drive.done(Command::Commission(order));
+        until(&mut drive, Phase::ReleasedCheck);
+        drive.refusal(Command::Start);
+        over(&mut drive);
+        assert_eq!(drive.supervisor.state(), State::Running);
+        bench.hold_at(place);
+        drive.pass(1);
+        assert_eq!(drive.supervisor.state(), state, "{place} rad");
+    }
+}
+
 #[test]
 fn a_silent_host_ends_it_as_it_ends_a_run() {
     let mut listening = quiet();

@@ -182,6 +182,81 @@ fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_r
 }
 
 #[test]
+fn a_background_that_hangs_is_left_to_the_watchdog_as_in_a_run() {
+    for phase in [Phase::Fit, Phase::Trial] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Commission(ORDER));
+        until(&mut drive, phase);
+        let before = bench.fed.get();
+        drive.pass(5);
+        assert_eq!(bench.fed.get() - before, 5, "{phase:?}");
+        let fed = drive.fed_while_hanging(150);
+        assert!((49..=100).contains(&fed), "{fed} in {phase:?}");
+        // As soon as the background runs again, the watchdog is fed again.
+        drive.pass(1);
+        assert_eq!(drive.fed_while_hanging(40), 40, "{phase:?}");
+    }
+}
+
+#[test]
+fn an_output_that_cannot_be_disabled_is_a_fault_while_the_servo_is_not_driven_yet() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    let mut channel = Channel::new();
+    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    // No gains hold the servo during the released check.
+    let mut unknown = settings();
+    unknown.closed_loop.core.controller = None;
+    drive.done(Command::Configure(unknown));
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::ReleasedCheck);
+    bench.releases.set(false);
+    over(&mut drive);
+    let reason = outcome(&mut drive).commissioning.reason;
+    assert_eq!(reason, Some(Reason::ActuatorFailed));
+    let failed = State::Faulted(Fault::ActuatorFailed);
+    assert_eq!(drive.supervisor.state(), failed);
+}
+
+#[test]
+fn a_record_with_a_hole_ends_it() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Probing);
+    // Turns, so that the watchdog is fed, but no work: the queue fills.
+    drive.pass_without_work(400);
+    over(&mut drive);
+    let ended = outcome(&mut drive).commissioning;
+    assert_eq!(ended.reason, Some(Reason::Overrun));
+    assert_eq!(bench.held.get(), None);
+}
+
+#[test]
+fn its_late_samples_are_counted_and_reported() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::ReleasedCheck);
+    let late = |drive: &mut Drive<'_>, samples: u32| {
+        bench.late.set(true);
+        drive.pass(samples);
+        bench.late.set(false);
+    };
+    // A single one is bridged.
+    for _ in 0..3 {
+        late(&mut drive, 1);
+        drive.pass(3);
+    }
+    assert_eq!(drive.supervisor.state(), State::Commissioning);
+    late(&mut drive, 3);
+    over(&mut drive);
+    let ended = outcome(&mut drive).commissioning;
+    assert_eq!(ended.reason, Some(Reason::Overrun));
+    assert_eq!(drive.status().overruns, 6);
+}
+
+#[test]
 fn a_silent_host_ends_it_in_any_phase() {
     let mut listening = settings();
     listening.protection.link_timeout = 0.01;

@@ -4,12 +4,12 @@
 mod support;
 
 use drive_link::{Command, Fault, Kept, Law, Noticed, Refusal, Report, Settings, State};
-use drive_logic::{Store, self_test};
+use drive_logic::{Channel, OutputStage, Store, self_test};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, Flash, HEALTHY, OTHER_FORMAT, diagonal, settings};
+use support::{Bench, Flash, HEALTHY, OTHER_FORMAT, STAGE, diagonal, settings};
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
@@ -465,6 +465,35 @@ fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
     assert_eq!(drive.shown(), settings());
     let status = drive.status();
     assert_eq!(status.kept, Kept::Damaged);
+}
+
+#[test]
+fn a_record_that_this_stage_refuses_is_not_used() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    {
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Start);
+        drive.pass(5000);
+        drive.done(Command::Stop);
+        drive.pass(1);
+        drive.done(Command::Save);
+    }
+    // Its limit of the command is beyond what this stage gives.
+    let weak = OutputStage {
+        full_scale: 5.0,
+        ..STAGE
+    };
+    let mut channel = Channel::new();
+    let mut drive = Drive::with_stage(&mut channel, &bench, &flash, Ok(()), weak);
+    let status = drive.status();
+    assert_eq!(
+        (status.kept, status.configured),
+        (Kept::OtherVersion, false)
+    );
+    assert_eq!((status.estimates, status.gains), (None, None));
+    assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
+    drive.pass(10);
+    assert_eq!(bench.held.get(), None);
 }
 
 #[test]

@@ -404,20 +404,12 @@ fn a_limit_switch_that_bounces_for_a_sample_is_no_fault_and_one_that_opens_is() 
 fn a_background_that_hangs_is_left_to_the_watchdog() {
     running!(drive, bench, &SERVO, settings());
     drive.pass(100);
-    let fed = |drive: &mut Drive<'_>, samples: u32| {
-        let before = drive.bench.fed.get();
-        for _ in 0..samples {
-            drive.sampler.interrupt(&mut drive.bench.pins());
-            drive.bench.pass();
-        }
-        drive.bench.fed.get() - before
-    };
     // Driven, for a tenth of a second at most; released, for five.
-    let driven = fed(&mut drive, 1000);
+    let driven = drive.fed_while_hanging(1000);
     assert!((49..=100).contains(&driven), "{driven}");
     drive.done(Command::Stop);
     drive.pass(3000);
-    let released = fed(&mut drive, 20_000);
+    let released = drive.fed_while_hanging(20_000);
     assert!((2499..=5000).contains(&released), "{released}");
     // A time, not a number of samples: at twenty times the rate it is twenty times as many.
     let mut fast = settings();
@@ -425,11 +417,39 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
     fast.closed_loop.core.sample_time = 5e-5;
     drive.done(Command::Configure(fast));
     drive.pass(60_000);
-    let released = fed(&mut drive, 400_000);
+    let released = drive.fed_while_hanging(400_000);
     assert!((49_999..=100_000).contains(&released), "{released}");
     // As soon as the background runs again, the watchdog is fed again.
     drive.pass(1);
-    assert_eq!(fed(&mut drive, 100), 100);
+    assert_eq!(drive.fed_while_hanging(100), 100);
+}
+
+#[test]
+fn only_late_samples_in_a_row_are_a_fault_and_each_is_reported() {
+    running!(drive, bench, &SERVO, settings());
+    drive.pass(100);
+    let late = |drive: &mut Drive<'_>, samples: u32| {
+        bench.late.set(true);
+        drive.pass(samples);
+        bench.late.set(false);
+    };
+    for _ in 0..5 {
+        late(&mut drive, 2);
+        drive.pass(1);
+    }
+    assert_eq!(drive.supervisor.state(), State::Running);
+    late(&mut drive, 3);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
+    assert_eq!(drive.status().overruns, 13);
+    // The next run counts from zero.
+    drive.done(Command::Clear);
+    drive.pass(1);
+    drive.done(Command::Start);
+    drive.pass(10);
+    late(&mut drive, 1);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    assert_eq!(drive.status().overruns, 1);
 }
 
 #[test]

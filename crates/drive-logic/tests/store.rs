@@ -91,6 +91,20 @@ fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
 }
 
 #[test]
+fn a_record_that_does_not_read_back_is_not_kept() {
+    let flash = Flash::blank();
+    let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    store.keep(&contents(0)).expect("the flash is new");
+    // In the contents of the next slot.
+    flash.worn.set(Some(SLOT + 20));
+    assert_eq!(store.keep(&contents(1)), Err(StoreError::NotWritten));
+    assert_eq!(opened(&flash).1, Some(contents(0)));
+    // Only that slot is lost.
+    store.keep(&contents(2)).expect("there are others");
+    assert_eq!(opened(&flash).1, Some(contents(2)));
+}
+
+#[test]
 fn a_record_of_another_version_is_known_as_such_and_left_alone() {
     let flash = Flash::blank();
     let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);

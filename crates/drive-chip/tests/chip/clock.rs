@@ -55,6 +55,17 @@ fn any_oscillator_becomes_168_megahertz() {
 }
 
 #[test]
+fn a_program_that_a_debugger_restarts_never_runs_a_bus_beyond_its_limit() {
+    // The model panics where one does, at every write and every switch.
+    let chip = Chip::new(Source::Crystal(8e6));
+    for _ in 0..3 {
+        let (clocks, found) = start(&chip, Oscillator::crystal(8_000_000));
+        assert_eq!(found, Ok(()));
+        assert_true(&chip, clocks);
+    }
+}
+
+#[test]
 fn a_clock_that_does_not_start_leaves_those_after_reset() {
     let dead = Chip::new(Source::Nothing);
     let unlocked = Chip::new(Source::Crystal(8e6));

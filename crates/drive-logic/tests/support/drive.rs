@@ -1,7 +1,7 @@
 //! A whole drive on a bench.
 
 use drive_link::{Command, Fault, Refusal, Report, Request, Settings, Snapshot, State, Status};
-use drive_logic::{Channel, Lines, Memory, Sampler, Supervisor};
+use drive_logic::{Channel, Lines, Memory, OutputStage, Sampler, Supervisor};
 use identifier_core::parameters::ServoParameters;
 
 use super::{Bench, Flash, STAGE, settings};
@@ -29,6 +29,17 @@ impl<'a> Drive<'a> {
         flash: &Flash,
         found: Result<(), Fault>,
     ) -> Self {
+        Self::with_stage(channel, bench, flash, found, STAGE)
+    }
+
+    /// The same, with another output stage.
+    pub(crate) fn with_stage(
+        channel: &'a mut Channel,
+        bench: &'a Bench,
+        flash: &Flash,
+        found: Result<(), Fault>,
+        stage: OutputStage,
+    ) -> Self {
         let (background, interrupt) = channel.split();
         let memory = Box::leak(Box::new(Memory::new()));
         Self {
@@ -38,7 +49,7 @@ impl<'a> Drive<'a> {
                 memory,
                 (flash.clone(), 0),
                 &settings(),
-                STAGE,
+                stage,
                 found,
             ),
             bench,
@@ -102,6 +113,25 @@ impl<'a> Drive<'a> {
         self.supervisor.count_turn();
         while self.supervisor.work() {}
         self.bench.pass();
+    }
+
+    /// Runs samples while the background takes turns but does no work.
+    pub(crate) fn pass_without_work(&mut self, samples: u32) {
+        for _ in 0..samples {
+            self.sampler.interrupt(&mut self.bench.pins());
+            self.supervisor.count_turn();
+            self.bench.pass();
+        }
+    }
+
+    /// Runs samples while the background hangs: the number of those that fed the watchdog.
+    pub(crate) fn fed_while_hanging(&mut self, samples: u32) -> u32 {
+        let before = self.bench.fed.get();
+        for _ in 0..samples {
+            self.sampler.interrupt(&mut self.bench.pins());
+            self.bench.pass();
+        }
+        self.bench.fed.get() - before
     }
 
     /// Changes the levels of the input lines.

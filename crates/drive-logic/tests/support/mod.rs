@@ -93,6 +93,8 @@ pub(crate) struct Flash {
     pub(crate) bytes: Rc<RefCell<Vec<u8>>>,
     pub(crate) steps_left: Rc<Cell<usize>>,
     pub(crate) steps: Rc<Cell<usize>>,
+    /// A byte that can no longer be written.
+    pub(crate) worn: Rc<Cell<Option<usize>>>,
 }
 
 impl Flash {
@@ -101,6 +103,7 @@ impl Flash {
             bytes: Rc::new(RefCell::new(vec![0xff; 2 * SECTOR])),
             steps_left: Rc::new(Cell::new(usize::MAX)),
             steps: Rc::new(Cell::new(0)),
+            worn: Rc::default(),
         }
     }
 
@@ -156,7 +159,10 @@ impl NorFlash for Flash {
         for (k, word) in bytes.chunks(4).enumerate() {
             self.step()?;
             for (i, byte) in word.iter().enumerate() {
-                self.bytes.borrow_mut()[offset as usize + 4 * k + i] &= byte;
+                let place = offset as usize + 4 * k + i;
+                if self.worn.get() != Some(place) {
+                    self.bytes.borrow_mut()[place] &= byte;
+                }
             }
         }
         Ok(())
@@ -188,6 +194,8 @@ pub(crate) struct Bench {
     pub(crate) first: i32,
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
+    /// False for a stage that cannot be disabled.
+    pub(crate) releases: Cell<bool>,
     pub(crate) held: Cell<Option<f32>>,
     pub(crate) lines: Cell<Lines>,
     pub(crate) late: Cell<bool>,
@@ -209,6 +217,7 @@ impl Bench {
             flicker: Cell::new(0),
             sensor_works: Cell::new(true),
             stage_works: Cell::new(true),
+            releases: Cell::new(true),
             held: Cell::new(None),
             lines: Cell::new(HEALTHY),
             late: Cell::new(false),
@@ -305,6 +314,6 @@ impl Actuator<f32> for &Bench {
 
     fn release(&mut self) -> Result<(), ()> {
         self.held.set(None);
-        Ok(())
+        if self.releases.get() { Ok(()) } else { Err(()) }
     }
 }

@@ -37,12 +37,17 @@ pub(crate) struct Clocks {
     pub(crate) switch_fails: Cell<bool>,
     /// Reads until the step that was begun is ready.
     wait: Cell<u32>,
+    /// Reads since the prescalers were changed.
+    since_prescalers: Cell<u32>,
     /// A peripheral was switched on, and nothing was read since.
     just_on: Cell<bool>,
 }
 
 /// Reads of a register until a ready bit rises.
 const WAIT: u32 = 4;
+
+/// Ticks, and so reads, until a new prescaler holds.
+const PRESCALER_TICKS: u32 = 16;
 
 /// The internal oscillator, Hz.
 const HSI: f64 = 16e6;
@@ -59,6 +64,7 @@ impl Clocks {
             pll_fails: Cell::new(false),
             switch_fails: Cell::new(false),
             wait: Cell::new(WAIT),
+            since_prescalers: Cell::new(u32::MAX),
             just_on: Cell::new(false),
         }
     }
@@ -226,6 +232,8 @@ impl Clocks {
         let rcc = &self.rcc;
         let word = rcc.word(address)?;
         self.just_on.set(false);
+        let reads = self.since_prescalers.get().saturating_add(1);
+        self.since_prescalers.set(reads);
         if address == rcc.address(rcc.cr()) {
             let state = rcc.cr().read();
             let (on, ready) = (state.hseon().is_on(), state.hserdy().is_ready());
@@ -272,8 +280,11 @@ impl Clocks {
             // The field of the source in use is read-only.
             word.set(new & !(0b11 << 2) | old & (0b11 << 2));
             let prescalers = 0xf << 4 | 0x3f << 10;
+            if (old ^ new) & prescalers != 0 {
+                self.since_prescalers.set(0);
+            }
             assert!(
-                (old ^ new) & 0b11 == 0 || (old ^ new) & prescalers == 0,
+                (old ^ new) & 0b11 == 0 || self.since_prescalers.get() >= PRESCALER_TICKS,
                 "the prescalers hold up to 16 ticks after they are written (7.3.3): later than the \
                  switch"
             );
