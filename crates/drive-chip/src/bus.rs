@@ -58,6 +58,9 @@ pub trait Bus: Copy {
         self.write(word, levels);
     }
 
+    /// Has every interrupt that is pending be served before what follows.
+    fn take_interrupts(self);
+
     /// Does something without any interrupt.
     fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R;
 

@@ -9,6 +9,8 @@ use crate::registers::{flash, rcc};
 /// Clock frequencies, Hz.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clocks {
+    /// The processor.
+    pub processor: u32,
     /// USART2 and its neighbours.
     pub low_bus: u32,
     /// Timers of the slow bus, TIM2 to TIM7.
@@ -20,6 +22,7 @@ pub struct Clocks {
 impl Clocks {
     /// After reset: the internal oscillator of 16 MHz for everything.
     pub const RESET: Self = Self {
+        processor: 16_000_000,
         low_bus: 16_000_000,
         low_timers: 16_000_000,
         high_timers: 16_000_000,
@@ -28,6 +31,7 @@ impl Clocks {
     /// The oscillator through the PLL: 168 MHz, the slow bus a quarter of it, the fast one half;
     /// timers run at twice their bus (RM0090, 7.2).
     pub const FULL: Self = Self {
+        processor: 168_000_000,
         low_bus: 42_000_000,
         low_timers: 84_000_000,
         high_timers: 168_000_000,

@@ -1,24 +1,27 @@
 //! Memory in place of the registers that an emulated chip lacks, and access to them from outside.
 //!
-//! QEMU's STM32F405 has no pins, TIM1, watchdog and flash control, keeps RCC as plain storage, and
+//! QEMU's STM32F405 has no pins, TIM1, watchdog, DMA and flash control, keeps RCC as plain storage, and
 //! lets its encoder's timer count the clock. Memory stands in for those; everything else is the
 //! emulator's.
 
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 
-use crate::bus::Register;
+use crate::bus::{Bus, Register};
 use crate::flash::SECTOR;
+use crate::mmio::Mmio;
 use crate::pins::Pin;
 use crate::registers::timer::{self, TIM1, TIM3};
-use crate::registers::{flash, gpio, rcc};
+use crate::registers::{dma, flash, gpio, rcc, usart};
+use crate::serial::RING_LENGTH;
 
 /// Words of each peripheral.
-const WORDS: usize = 36;
+const WORDS: usize = 40;
 
-/// The peripherals, by the addresses of their first registers: RCC, FLASH, the ports A to C, TIM3 and IWDG.
-const PERIPHERALS: [u32; 7] = [
+/// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, the ports A to C, TIM3 and IWDG.
+const PERIPHERALS: [u32; 8] = [
     0x4002_3800,
     0x4002_3c00,
+    0x4002_6000,
     0x4002_0000,
     0x4002_0400,
     0x4002_0800,
@@ -83,6 +86,8 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
     } else if register == flash::SR {
         // Ones clear.
         place.store(place.load(Relaxed) & !word, Relaxed);
+    } else if register == dma::HIFCR {
+        set(dma::HISR, get(dma::HISR) & !word);
     } else {
         place.store(word, Relaxed);
         if register == flash::CR && word & flash::CR_STRT != 0 {
@@ -117,6 +122,25 @@ fn erase(sector: u32) {
     for word in if sector == 0 { first } else { second } {
         word.store(u32::MAX, Relaxed);
     }
+}
+
+/// Receives a byte as the DMA stream does, if USART2 has one: its interrupt stands in for the stream's request.
+pub fn receive() {
+    if Mmio.read(usart::SR) & usart::SR_RXNE == 0 {
+        return;
+    }
+    let byte = Mmio.read(usart::DR) as u8;
+    let left = get(dma::S5NDTR);
+    let place = get(dma::S5M0AR) + RING_LENGTH.wrapping_sub(left);
+    // SAFETY: the stream's memory is a ring of atomic bytes of this length, which is static.
+    unsafe { &*(place as *const AtomicU8) }.store(byte, Relaxed);
+    let (left, mark) = match left {
+        1 => (RING_LENGTH, dma::TCIF5),
+        _ if left == RING_LENGTH / 2 + 1 => (left - 1, dma::HTIF5),
+        _ => (left - 1, 0),
+    };
+    set(dma::S5NDTR, left);
+    set(dma::HISR, get(dma::HISR) | mark);
 }
 
 /// Sets the encoder's counter.

@@ -1,7 +1,7 @@
-//! Interrupt priorities (PM0214, 4.3): a sample preempts everything, a byte only the background.
+//! Interrupt priorities (PM0214, 4.3): a sample preempts everything, the line only the background.
 
 use crate::bus::Bus;
-use crate::registers::nvic;
+use crate::registers::{nvic, scb};
 
 /// Positions in the vector table (RM0090, table 61).
 const TIM5: u32 = 50;
@@ -10,25 +10,30 @@ const USART2: u32 = 38;
 /// Above everything else.
 const SAMPLE: u32 = 0x00;
 
-/// Below every sample.
-const BYTE: u32 = 0x80;
+/// Below every sample. Its timer has the same, so that one waits for the other.
+const LINE: u32 = 0x80;
 
 /// Enables the interrupts of the sample timer and the serial line, once their handlers have their data.
 pub fn begin(bus: impl Bus) {
     set_priority(bus, TIM5, SAMPLE);
-    set_priority(bus, USART2, BYTE);
+    begin_serial(bus);
     unmask(bus, TIM5);
-    unmask(bus, USART2);
 }
 
 /// Enables the serial line's interrupt alone.
 pub fn begin_serial(bus: impl Bus) {
-    set_priority(bus, USART2, BYTE);
+    set_priority(bus, USART2, LINE);
+    bus.modify(
+        scb::SHPR3,
+        0xff << scb::SHPR3_SYSTICK,
+        LINE << scb::SHPR3_SYSTICK,
+    );
     unmask(bus, USART2);
 }
 
 /// Requests the serial line's interrupt.
-pub(crate) fn pend_serial(bus: impl Bus) {
+#[inline]
+pub fn pend_serial(bus: impl Bus) {
     bus.write(nvic::ISPR.offset(word(USART2)), bit(USART2));
 }
 

@@ -11,7 +11,8 @@
 //! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
 //! | [`quadrature`] | TIM3 | the encoder |
 //! | [`inputs`] | GPIO, TIM1 | fault line and limit switches |
-//! | [`serial`] | USART2 | the line to the host |
+//! | [`serial`] | USART2, DMA1 | the line to the host |
+//! | [`line_timer`] | SysTick | has the line listened to |
 //! | [`watchdog`] | IWDG | resets the chip unless it is fed |
 //! | [`flash`] | FLASH | keeps records |
 //! | [`interrupts`] | NVIC | priorities |
@@ -29,6 +30,7 @@ pub mod emulated;
 pub mod flash;
 pub mod inputs;
 pub mod interrupts;
+pub mod line_timer;
 #[cfg(target_os = "none")]
 mod mmio;
 pub mod pins;

@@ -49,6 +49,13 @@ impl Bus for Mmio {
     }
 
     #[inline]
+    fn take_interrupts(self) {
+        // The write that made one pending is complete, and nothing after it was fetched (PM0214, 2.2.4).
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
+
+    #[inline]
     fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R {
         cortex_m::interrupt::free(|_| work())
     }

@@ -11,6 +11,7 @@ pub(crate) mod rcc {
     pub(crate) const CR: Register = BASE;
     pub(crate) const PLLCFGR: Register = BASE.offset(0x04);
     pub(crate) const CFGR: Register = BASE.offset(0x08);
+    pub(crate) const AHB1RSTR: Register = BASE.offset(0x10);
     pub(crate) const APB1RSTR: Register = BASE.offset(0x20);
     pub(crate) const APB2RSTR: Register = BASE.offset(0x24);
     pub(crate) const AHB1ENR: Register = BASE.offset(0x30);
@@ -41,6 +42,7 @@ pub(crate) mod rcc {
     pub(crate) const CFGR_PPRE1_4: u32 = 0b101 << 10;
     pub(crate) const CFGR_PPRE2_2: u32 = 0b100 << 13;
 
+    pub(crate) const AHB1_DMA1: u32 = 1 << 21;
     pub(crate) const APB1_TIM3: u32 = 1 << 1;
     pub(crate) const APB1_TIM5: u32 = 1 << 3;
     pub(crate) const APB1_USART2: u32 = 1 << 17;
@@ -166,8 +168,11 @@ pub(crate) mod usart {
     pub(crate) const DR: Register = BASE.offset(0x04);
     pub(crate) const BRR: Register = BASE.offset(0x08);
     pub(crate) const CR1: Register = BASE.offset(0x0c);
+    pub(crate) const CR3: Register = BASE.offset(0x14);
 
+    pub(crate) const SR_FE: u32 = 1 << 1;
     pub(crate) const SR_ORE: u32 = 1 << 3;
+    #[cfg(all(feature = "emulator", target_os = "none"))]
     pub(crate) const SR_RXNE: u32 = 1 << 5;
     pub(crate) const SR_TXE: u32 = 1 << 7;
     pub(crate) const CR1_RE: u32 = 1 << 2;
@@ -175,6 +180,33 @@ pub(crate) mod usart {
     pub(crate) const CR1_RXNEIE: u32 = 1 << 5;
     pub(crate) const CR1_TXEIE: u32 = 1 << 7;
     pub(crate) const CR1_UE: u32 = 1 << 13;
+    pub(crate) const CR3_DMAR: u32 = 1 << 6;
+}
+
+/// Stream 5 of DMA1, which serves the reception of USART2 as its channel 4 (10.3.3, table 42; 10.5).
+pub(crate) mod dma {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4002_6000);
+    pub(crate) const HISR: Register = BASE.offset(0x04);
+    pub(crate) const HIFCR: Register = BASE.offset(0x0c);
+    pub(crate) const S5CR: Register = BASE.offset(0x88);
+    pub(crate) const S5NDTR: Register = BASE.offset(0x8c);
+    pub(crate) const S5PAR: Register = BASE.offset(0x90);
+    pub(crate) const S5M0AR: Register = BASE.offset(0x94);
+
+    /// Of stream 5, in HISR and HIFCR alike.
+    pub(crate) const FEIF5: u32 = 1 << 6;
+    pub(crate) const DMEIF5: u32 = 1 << 8;
+    pub(crate) const TEIF5: u32 = 1 << 9;
+    pub(crate) const HTIF5: u32 = 1 << 10;
+    pub(crate) const TCIF5: u32 = 1 << 11;
+
+    pub(crate) const CR_EN: u32 = 1;
+    pub(crate) const CR_CIRC: u32 = 1 << 8;
+    pub(crate) const CR_MINC: u32 = 1 << 10;
+    pub(crate) const CR_PL_HIGHEST: u32 = 0b11 << 16;
+    pub(crate) const CR_CHANNEL_4: u32 = 4 << 25;
 }
 
 /// The independent watchdog (21.4).
@@ -200,4 +232,26 @@ pub(crate) mod nvic {
     pub(crate) const ISER: Register = Register::at(0xe000_e100);
     pub(crate) const ISPR: Register = Register::at(0xe000_e200);
     pub(crate) const IPR: Register = Register::at(0xe000_e400);
+}
+
+/// The processor's own timer (PM0214, 4.5).
+pub(crate) mod systick {
+    use super::Register;
+
+    pub(crate) const CSR: Register = Register::at(0xe000_e010);
+    pub(crate) const RVR: Register = Register::at(0xe000_e014);
+    pub(crate) const CVR: Register = Register::at(0xe000_e018);
+
+    pub(crate) const CSR_ENABLE: u32 = 1;
+    pub(crate) const CSR_TICKINT: u32 = 1 << 1;
+    pub(crate) const CSR_PROCESSOR: u32 = 1 << 2;
+}
+
+/// The processor's system control block (PM0214, 4.4).
+pub(crate) mod scb {
+    use super::Register;
+
+    /// Priorities of PendSV and, in the highest byte, of SysTick.
+    pub(crate) const SHPR3: Register = Register::at(0xe000_ed20);
+    pub(crate) const SHPR3_SYSTICK: u32 = 24;
 }

@@ -7,12 +7,13 @@ use crate::bus::{Bus, Register};
 use crate::clock;
 use crate::flash::RecordFlash;
 use crate::inputs::Inputs;
+use crate::line_timer::LineTimer;
 use crate::pins::{Output, Pull};
 use crate::pwm::{self, Direction, Pwm};
 use crate::quadrature::Quadrature;
 use crate::registers::rcc;
 use crate::sample_timer::SampleTimer;
-use crate::serial::{self, Bytes, Line, Port};
+use crate::serial::{self, Bytes, Line, Port, Ring};
 use crate::watchdog::Watchdog;
 
 /// The functions of the peripherals' pins (STM32F405 data sheet, table 9; those of the STM32F446 are
@@ -40,6 +41,8 @@ pub struct Wired<'a, B> {
     pub line: Line<'a, B>,
     /// The interrupt's end of the serial line.
     pub port: Port<'a, B>,
+    /// Has the line listened to.
+    pub line_timer: LineTimer<B>,
     /// Keeps records.
     pub flash: RecordFlash<B>,
     /// Resets the chip unless it is fed.
@@ -53,7 +56,7 @@ pub struct Wired<'a, B> {
 pub fn wire<'a, B: Bus>(
     bus: B,
     board: &Board,
-    received: &'a mut Bytes,
+    received: &'static Ring,
     to_send: &'a mut Bytes,
 ) -> Wired<'a, B> {
     for output in [board.enable, board.pwm, board.direction] {
@@ -94,6 +97,7 @@ pub fn wire<'a, B: Bus>(
         timer: SampleTimer::new(bus, &clocks),
         line,
         port,
+        line_timer: LineTimer::new(bus, &clocks),
         flash: RecordFlash::new(bus, board.records),
         watchdog: Watchdog::new(bus),
         found: clock.and(if by_watchdog {
@@ -114,6 +118,7 @@ fn power_peripherals(bus: impl Bus) {
         bus.modify(reset, 0, peripherals);
         bus.modify(reset, peripherals, 0);
     };
+    power(rcc::AHB1ENR, rcc::AHB1RSTR, rcc::AHB1_DMA1);
     power(rcc::APB2ENR, rcc::APB2RSTR, rcc::APB2_TIM1);
     power(
         rcc::APB1ENR,

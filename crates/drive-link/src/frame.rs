@@ -106,7 +106,7 @@ impl Receiver {
             // Two zeros in a row: the sender begins anew.
             None
         } else {
-            Some(unframed(&self.bytes))
+            Some(unframed::<_, MAX_FRAME_BYTES>(&self.bytes))
         };
         self.bytes.clear();
         self.overflowed = false;
@@ -148,7 +148,7 @@ impl StopListener {
         let is_as_long = core::mem::take(&mut self.length) == STOP;
         is_as_long
             && matches!(
-                unframed::<Request>(&self.bytes),
+                unframed::<Request, STOP>(&self.bytes),
                 Ok(Request {
                     command: Command::Stop,
                     ..
@@ -157,8 +157,9 @@ impl StopListener {
     }
 }
 
-fn unframed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FrameError> {
-    let mut plain = [0; MAX_FRAME_BYTES];
+/// The message of at most `N` bytes of a frame.
+fn unframed<T: DeserializeOwned, const N: usize>(bytes: &[u8]) -> Result<T, FrameError> {
+    let mut plain = [0; N];
     let mut decoder = cobs::CobsDecoder::new(&mut plain);
     for &byte in bytes {
         match decoder.feed(byte) {

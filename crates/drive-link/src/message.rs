@@ -8,7 +8,7 @@ use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 8;
+pub const PROTOCOL: u8 = 9;
 
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;
@@ -133,6 +133,8 @@ pub struct Status {
     pub dropped: u32,
     /// Frames that could not be decoded.
     pub garbled: u32,
+    /// Disturbances of the line: bytes that were lost, framing errors and breaks.
+    pub disturbed: u32,
 }
 
 /// Counts of an identifier's events.
@@ -235,6 +237,8 @@ pub enum Refusal {
     NotConfigured,
     /// A stop came after it, and before it was done.
     Overtaken,
+    /// Bytes were lost on the line around it or after it, and a stop may have been among them.
+    LineDisturbed,
     /// The servo must be disabled: stop first.
     Running,
     /// The loop must be closed: start first.
@@ -265,6 +269,10 @@ impl fmt::Display for Refusal {
                 f.write_str("the drive is not configured for its servo yet: configure it first")
             }
             Self::Overtaken => f.write_str("a stop came right after it: ask again"),
+            Self::LineDisturbed => f.write_str(
+                "bytes were lost on the line, and a stop may have been among them: ask again; if it returns, \
+                 check the line's wires, ground and baud rate, and send with pauses",
+            ),
             Self::Running => f.write_str("the servo must be disabled first: stop"),
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
             Self::EndedCommissioning => f.write_str(

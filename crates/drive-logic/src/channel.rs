@@ -1,4 +1,4 @@
-//! Queues and counters between the two halves: orders one way, events the other; the record of a motion, and what the
+//! Queues and counters between the two halves and the line: orders one way, events the other; the record of a motion, and what the
 //! background finds in it; and counters for what must never wait for room.
 
 use core::fmt;
@@ -9,6 +9,7 @@ use identifier_core::commission::{Decision, RecordEvent};
 use identifier_core::identifier::NumberedBlock;
 
 use crate::closed_loop::Fitted;
+use crate::listener::LineListener;
 use crate::messages::{Event, Order};
 
 /// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
@@ -44,7 +45,7 @@ pub(crate) enum Solution {
     Decision(Decision<f32>),
 }
 
-/// Everything between the two halves of a drive.
+/// Everything between the two halves of a drive and its line.
 #[derive(Debug)]
 pub struct Channel {
     orders: Queue<Stamped, ORDERS>,
@@ -54,20 +55,23 @@ pub struct Channel {
     signals: Signals,
 }
 
-/// An order, and the number of stops before it: one that a stop overtook is void.
+/// An order, and the number of stops before it: one that a stop has overtaken is void.
 #[derive(Debug)]
 struct Stamped {
     stops: u32,
     order: Order,
 }
 
-/// Counters that the background raises and the interrupt reads: nothing can fill them.
+/// Counters of one writer each, which the other two read: nothing can fill them.
 #[derive(Debug)]
 struct Signals {
-    /// Raised with every order, stop, change of mode and frame of the host: while it stands still, there is nothing to
-    /// obey.
+    /// Stops in the bytes of the line, and disturbances of it. The line's interrupt raises them.
+    stops_heard: AtomicU32,
+    disturbances: AtomicU32,
+    /// Raised with every order, stop of its own, change of mode and frame of the host. The background raises it and those
+    /// below.
     requests: AtomicU32,
-    stops: AtomicU32,
+    own_stops: AtomicU32,
     mode_changes: AtomicU32,
     host_frames: AtomicU32,
     background_turns: AtomicU32,
@@ -82,6 +86,8 @@ pub struct BackgroundEnd<'a> {
     record: Consumer<'a, Recorded, RECORD>,
     solutions: Producer<'a, Solution, SOLUTIONS>,
     signals: &'a Signals,
+    /// The part of what was heard on the line that lies before the request in hand.
+    decoded: Heard,
 }
 
 /// The interrupt's end of a [`Channel`].
@@ -91,6 +97,19 @@ pub struct InterruptEnd<'a> {
     record: Producer<'a, Recorded, RECORD>,
     solutions: Consumer<'a, Solution, SOLUTIONS>,
     signals: &'a Signals,
+}
+
+/// The line's end of a [`Channel`].
+#[derive(Debug)]
+pub(crate) struct LineEnd<'a> {
+    signals: &'a Signals,
+}
+
+/// Counts of events in the bytes of the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Heard {
+    stops: u32,
+    disturbances: u32,
 }
 
 impl fmt::Debug for BackgroundEnd<'_> {
@@ -115,8 +134,10 @@ impl Channel {
             record: Queue::new(),
             solutions: Queue::new(),
             signals: Signals {
+                stops_heard: AtomicU32::new(0),
+                disturbances: AtomicU32::new(0),
                 requests: AtomicU32::new(0),
-                stops: AtomicU32::new(0),
+                own_stops: AtomicU32::new(0),
                 mode_changes: AtomicU32::new(0),
                 host_frames: AtomicU32::new(0),
                 background_turns: AtomicU32::new(0),
@@ -125,8 +146,8 @@ impl Channel {
         }
     }
 
-    /// Both ends.
-    pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>) {
+    /// The ends of the background and of the sample interrupt, and the one that listens to the line.
+    pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>, LineListener<'_>) {
         let (orders_in, orders_out) = self.orders.split();
         let (events_in, events_out) = self.events.split();
         let (record_in, record_out) = self.record.split();
@@ -138,6 +159,7 @@ impl Channel {
             record: record_out,
             solutions: solutions_in,
             signals,
+            decoded: signals.heard(),
         };
         let interrupt = InterruptEnd {
             orders: orders_out,
@@ -146,7 +168,8 @@ impl Channel {
             solutions: solutions_out,
             signals,
         };
-        (background, interrupt)
+        let listener = LineListener::new(LineEnd { signals });
+        (background, interrupt, listener)
     }
 }
 
@@ -162,10 +185,38 @@ fn raise(counter: &AtomicU32) {
     counter.store(next, Ordering::Release);
 }
 
+impl Signals {
+    fn heard(&self) -> Heard {
+        Heard {
+            stops: self.stops_heard.load(Ordering::Acquire),
+            disturbances: self.disturbances.load(Ordering::Acquire),
+        }
+    }
+
+    /// Stops of the line and of the background.
+    fn stops(&self) -> u32 {
+        let own = self.own_stops.load(Ordering::Acquire);
+        own.wrapping_add(self.stops_heard.load(Ordering::Acquire))
+    }
+}
+
+impl LineEnd<'_> {
+    /// Stops every mode and makes void every order that was not done yet.
+    pub(crate) fn stop(&self) {
+        raise(&self.signals.stops_heard);
+    }
+
+    /// Counts a disturbance: bytes were lost, which may have been a stop.
+    pub(crate) fn count_disturbance(&self) {
+        raise(&self.signals.disturbances);
+    }
+}
+
 impl BackgroundEnd<'_> {
     /// Gives an order, or returns it if the interrupt has not done the ones before it.
     pub(crate) fn order(&mut self, order: Order) -> Result<(), Order> {
-        let stops = self.stops();
+        let own = self.signals.own_stops.load(Ordering::Relaxed);
+        let stops = own.wrapping_add(self.decoded.stops);
         let given = self
             .orders
             .enqueue(Stamped { stops, order })
@@ -202,13 +253,47 @@ impl BackgroundEnd<'_> {
 
     /// Stops every mode and makes void every order that was not done yet.
     pub(crate) fn stop(&self) {
-        raise(&self.signals.stops);
+        raise(&self.signals.own_stops);
         raise(&self.signals.requests);
     }
 
     /// The number of stops so far.
     pub(crate) fn stops(&self) -> u32 {
-        self.signals.stops.load(Ordering::Relaxed)
+        self.signals.stops()
+    }
+
+    /// All that was heard on the line so far.
+    pub(crate) fn heard(&self) -> Heard {
+        self.signals.heard()
+    }
+
+    /// Takes in that every byte was decoded in which this was heard.
+    pub(crate) fn set_decoded(&mut self, heard: Heard) {
+        self.decoded = heard;
+    }
+
+    /// Takes in that a stop was decoded: false if the line has not heard it.
+    pub(crate) fn decode_stop(&mut self) -> bool {
+        let is_heard = self.is_overtaken();
+        if is_heard {
+            self.decoded.stops = self.decoded.stops.wrapping_add(1);
+        }
+        is_heard
+    }
+
+    /// True if a stop has come after the request in hand.
+    pub(crate) fn is_overtaken(&self) -> bool {
+        self.heard().stops != self.decoded.stops
+    }
+
+    /// True if the line was disturbed around the request in hand or after it.
+    pub(crate) fn is_in_doubt(&self) -> bool {
+        self.heard().disturbances != self.decoded.disturbances
+    }
+
+    /// The number of disturbances so far.
+    pub(crate) fn disturbances(&self) -> u32 {
+        self.heard().disturbances
     }
 
     /// Counts a frame of a host of the same protocol.
@@ -230,10 +315,11 @@ impl BackgroundEnd<'_> {
 }
 
 impl InterruptEnd<'_> {
-    /// The number of requests of any kind so far.
+    /// The number of requests of any kind so far: while it stands still, there is nothing to obey.
     #[inline]
     pub(crate) fn requests(&self) -> u32 {
-        self.signals.requests.load(Ordering::Acquire)
+        let requests = self.signals.requests.load(Ordering::Acquire);
+        requests.wrapping_add(self.signals.stops_heard.load(Ordering::Acquire))
     }
 
     /// The next order that no stop has overtaken since it was given, and those that one has overtaken
@@ -272,7 +358,7 @@ impl InterruptEnd<'_> {
     }
 
     pub(crate) fn stops(&self) -> u32 {
-        self.signals.stops.load(Ordering::Acquire)
+        self.signals.stops()
     }
 
     pub(crate) fn mode_changes(&self) -> u32 {

@@ -1,33 +1,21 @@
-//! The background's turns: stops first, then requests, then reports while the line has room, then work.
+//! The background's turns: requests first, then reports while the line has room, then work.
 
-use drive_link::{
-    Command, Line, MAX_FRAME_BYTES, Receiver, Refusal, Report, Request, StopListener, frame,
-};
+use drive_link::{Line, MAX_FRAME_BYTES, Receiver, Report, Request, frame};
 use embedded_storage::nor_flash::NorFlash;
-use heapless::Deque;
 
 use crate::supervisor::Supervisor;
 
 /// The loop of the background.
 ///
-/// A stop is obeyed as soon as its last byte has come, whatever waits before it. Requests come next, and reports never
-/// take the room that an answer needs. A request is carried out whether or not there is room for its answer: a host that
-/// gets none repeats the request, which does no harm.
+/// Stops are heard by the line's listener, whatever waits before them. Reports never take the room that an answer needs. A
+/// request is carried out whether or not there is room for its answer: a host that gets none repeats the request, which
+/// does no harm.
 #[derive(Debug, Default)]
 pub struct Conversation {
-    stops: StopListener,
-    /// Bytes that were not decoded yet but for stops.
-    waiting: Deque<u8, WAITING>,
-    /// Stops among the waiting bytes: obeyed already, to be answered still.
-    stops_waiting: u32,
     receiver: Receiver,
     /// A report of the state that waits for room.
     pending: Option<Report>,
 }
-
-/// Bytes that may wait: two of the longest frames, and a power of two.
-const WAITING: usize = 2048;
-const _: () = assert!(WAITING > 2 * MAX_FRAME_BYTES);
 
 /// Bytes that one turn decodes: those of 1.6 ms at 1 Mbaud.
 const BYTES_PER_TURN: usize = 160;
@@ -37,9 +25,6 @@ impl Conversation {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            stops: StopListener::new(),
-            waiting: Deque::new(),
-            stops_waiting: 0,
             receiver: Receiver::new(),
             pending: None,
         }
@@ -52,23 +37,11 @@ impl Conversation {
         supervisor: &mut Supervisor<'_, F>,
     ) -> bool {
         supervisor.count_turn();
-        self.receive(line, supervisor);
+        line.listen();
         let answered = self.answer(line, supervisor);
         let reported = self.report(line, supervisor);
         let works = supervisor.work();
         answered || reported || works
-    }
-
-    /// Takes in the bytes of the line, and obeys the stops in them.
-    fn receive<F: NorFlash>(&mut self, line: &mut impl Line, supervisor: &Supervisor<'_, F>) {
-        while let Some(byte) = line.receive() {
-            // One that finds no room is lost, which spoils its frame; but no stop.
-            let _ = self.waiting.push_back(byte);
-            if self.stops.take(byte) {
-                supervisor.stop();
-                self.stops_waiting = self.stops_waiting.saturating_add(1);
-            }
-        }
     }
 
     /// Decodes bytes until one request was answered.
@@ -78,13 +51,15 @@ impl Conversation {
         supervisor: &mut Supervisor<'_, F>,
     ) -> bool {
         for _ in 0..BYTES_PER_TURN {
-            let Some(byte) = self.waiting.pop_front() else {
-                self.stops_waiting = 0;
+            // Before the byte is looked for: where there is none, all of this lies in bytes that were decoded.
+            let heard = supervisor.heard();
+            let Some(byte) = line.receive() else {
+                supervisor.set_decoded(heard);
                 return false;
             };
             match self.receiver.take::<Request>(byte) {
                 Some(Ok(request)) => {
-                    let answer = self.carried_out(&request, line, supervisor);
+                    let answer = supervisor.answer_after(&request, || line.listen());
                     send(line, &answer, 0);
                     return true;
                 }
@@ -93,32 +68,6 @@ impl Conversation {
             }
         }
         true
-    }
-
-    /// Carries a request out, unless a stop came after it that was obeyed already.
-    fn carried_out<F: NorFlash>(
-        &mut self,
-        request: &Request,
-        line: &mut impl Line,
-        supervisor: &mut Supervisor<'_, F>,
-    ) -> Report {
-        let refused = Report::Refused {
-            id: request.id,
-            refusal: Refusal::Overtaken,
-        };
-        match request.command {
-            Command::Stop => self.stops_waiting = self.stops_waiting.saturating_sub(1),
-            Command::Start | Command::Target(_) | Command::Commission(_)
-                if self.stops_waiting > 0 =>
-            {
-                return refused;
-            }
-            _ => {}
-        }
-        supervisor.answer_unless(request, |supervisor| {
-            self.receive(line, supervisor);
-            self.stops_waiting > 0
-        })
     }
 
     /// Sends one report.

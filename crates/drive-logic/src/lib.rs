@@ -1,9 +1,10 @@
 //! Everything of a drive that needs no pin, so that all of it runs and is tested on a PC.
 //!
-//! Two halves and a queue each way between them. The *interrupt* half, [`Sampler`], owns the servo:
+//! Two halves and a queue each way between them, and a listener. The *interrupt* half, [`Sampler`], owns the servo:
 //! it measures, controls, learns, protects and never waits. The *background* half, [`Supervisor`],
 //! owns everything slow: it takes requests, builds loops, converts to SI, reports and keeps
-//! records. The firmware adds the pins.
+//! records. The *listener*, [`LineListener`], hears stops in the bytes of the line, whatever the
+//! background does. The firmware adds the pins.
 //!
 //! ```text
 //!   requests ──► Supervisor ──► orders ──► Sampler ──► actuator
@@ -27,6 +28,7 @@ mod commissioning;
 mod conversation;
 mod conversion;
 mod ending;
+mod listener;
 mod messages;
 mod protection;
 mod reference;
@@ -41,6 +43,7 @@ mod time;
 pub use channel::{BackgroundEnd, Channel, InterruptEnd};
 pub use chip::{Chip, Lines, OutputStage};
 pub use conversation::Conversation;
+pub use listener::{LineListener, PolledLine};
 pub use sampler::Sampler;
 pub use self_test::self_test;
 pub use store::{Store, StoreError};

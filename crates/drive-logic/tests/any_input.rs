@@ -131,6 +131,8 @@ struct Wire {
 }
 
 impl Line for Wire {
+    fn listen(&mut self) {}
+
     fn receive(&mut self) -> Option<u8> {
         self.heard.pop_front()
     }
@@ -181,7 +183,8 @@ proptest! {
     ) {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!(drive, &bench, &flash);
-        let (mut conversation, mut wire) = (Conversation::new(), Wire::default());
+        let mut conversation = Conversation::new();
+        let mut wire = drive.polled(Wire::default());
         let mut started = false;
         let breaks_at = breaks.index(steps.len());
         for (k, step) in steps.into_iter().enumerate() {
@@ -189,10 +192,10 @@ proptest! {
                 Ok(command) => {
                     started |= matches!(command, Command::Start);
                     let framed = frame(&Request { id: 1, command }).expect("it fits");
-                    wire.heard.push_back(0);
-                    wire.heard.extend(framed.iter());
+                    wire.line().heard.push_back(0);
+                    wire.line().heard.extend(framed.iter());
                 }
-                Err(bytes) => wire.heard.extend(bytes),
+                Err(bytes) => wire.line().heard.extend(bytes),
             }
             if k == breaks_at {
                 bench.sensor_works.set(false);

@@ -5,9 +5,9 @@ mod support;
 
 use drive_link::{
     Command, Commissioning, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State,
-    Why,
+    Why, frame,
 };
-use drive_logic::Channel;
+use drive_logic::{Channel, LineListener};
 use identifier_core::commission::{CommissionSettings, Phase, Reason};
 use identifier_core::tuning::Goal;
 use support::commission::{ORDER, SERVO, outcome, over, ready, until};
@@ -165,6 +165,13 @@ fn a_stop_that_overtakes_the_order_prevents_a_start() {
     drive.done(Command::Start);
 }
 
+/// The line hears a stop that is not decoded yet.
+fn hear_stop(listener: &mut LineListener<'_>) {
+    let command = Command::Stop;
+    let stop = frame(&Request { id: 9, command }).expect("it fits");
+    stop.iter().for_each(|&byte| listener.take(byte));
+}
+
 #[test]
 fn an_order_that_is_not_given_leaves_no_mark() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
@@ -172,11 +179,20 @@ fn an_order_that_is_not_given_leaves_no_mark() {
         id: 1,
         command: Command::Commission(ORDER),
     };
-    {
+    // A stop, or what may have been one, while the record is written.
+    let events: [(fn(&mut LineListener<'_>), _); 2] = [
+        (hear_stop, Refusal::Overtaken),
+        (|listener| listener.disturbed(), Refusal::LineDisturbed),
+    ];
+    for (event, refusal) in events {
         boot!(drive, &bench, &flash);
-        let answer = drive.supervisor.answer_unless(&request, |_| true);
-        let refusal = Refusal::Overtaken;
+        let mut listener = drive.listener.take().expect("one line");
+        let answer = drive
+            .supervisor
+            .answer_after(&request, || event(&mut listener));
         assert_eq!(answer, Report::Refused { id: 1, refusal });
+        drive.pass(20);
+        assert_eq!(bench.held.get(), None);
     }
     {
         boot!(drive, &bench, &flash);

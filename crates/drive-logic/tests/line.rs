@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use drive_link::Line;
 use drive_link::{Command, Fault, Law, Receiver, Refusal, Report, Request, Settings, State, frame};
-use drive_logic::Conversation;
+use drive_logic::{Conversation, PolledLine};
 use support::drive::{Drive, SERVO};
 use support::{Bench, Flash, settings};
 
@@ -39,6 +39,8 @@ struct Wires {
 }
 
 impl Line for Wires {
+    fn listen(&mut self) {}
+
     fn receive(&mut self) -> Option<u8> {
         let byte = self.heard.pop_front();
         self.bytes += u64::from(byte.is_some());
@@ -60,7 +62,7 @@ impl Line for Wires {
 struct OnLine<'a> {
     drive: Drive<'a>,
     conversation: Conversation,
-    wires: Wires,
+    wires: PolledLine<'a, Wires>,
     receiver: Receiver,
     reports: Vec<Report>,
     /// ns.
@@ -73,11 +75,11 @@ struct OnLine<'a> {
 }
 
 impl<'a> OnLine<'a> {
-    fn new(drive: Drive<'a>) -> Self {
+    fn new(mut drive: Drive<'a>) -> Self {
         Self {
+            wires: drive.polled(Wires::default()),
             drive,
             conversation: Conversation::new(),
-            wires: Wires::default(),
             receiver: Receiver::new(),
             reports: Vec::new(),
             now: 0,
@@ -91,12 +93,13 @@ impl<'a> OnLine<'a> {
     /// Advances by the time of a byte.
     fn step(&mut self) {
         self.now += BYTE;
-        if let Some(byte) = self.wires.to_drive.pop_front()
-            && self.wires.heard.len() < ROOM
+        let wires = self.wires.line();
+        if let Some(byte) = wires.to_drive.pop_front()
+            && wires.heard.len() < ROOM
         {
-            self.wires.heard.push_back(byte);
+            wires.heard.push_back(byte);
         }
-        if let Some(byte) = self.wires.to_say.pop_front()
+        if let Some(byte) = wires.to_say.pop_front()
             && let Some(Ok(report)) = self.receiver.take::<Report>(byte)
         {
             self.reports.push(report);
@@ -107,12 +110,14 @@ impl<'a> OnLine<'a> {
             self.drive.bench.pass();
         }
         if self.now >= self.free_at {
-            (self.wires.bytes, self.wires.frames) = (0, 0);
+            let wires = self.wires.line();
+            (wires.bytes, wires.frames) = (0, 0);
             self.conversation
                 .turn(&mut self.wires, &mut self.drive.supervisor);
             let [turn, byte, answer, news] = self.turn;
-            let answered = if self.wires.frames > 0 { answer } else { 0 };
-            self.free_at = self.now + turn + byte * self.wires.bytes.min(160) + answered + news;
+            let wires = self.wires.line();
+            let answered = if wires.frames > 0 { answer } else { 0 };
+            self.free_at = self.now + turn + byte * wires.bytes.min(160) + answered + news;
         }
     }
 
@@ -124,7 +129,7 @@ impl<'a> OnLine<'a> {
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        self.wires.to_drive.extend(bytes);
+        self.wires.line().to_drive.extend(bytes);
     }
 
     /// Sends a request as a host does: after a zero, which ends any earlier bytes on the line.
@@ -231,7 +236,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
         line.pass(1e-6 * f64::from(random.below(1000)));
         // The queue of the host's driver goes out first: the clock starts when the stop is on the
         // wire.
-        while !line.wires.to_drive.is_empty() {
+        while !line.wires.line().to_drive.is_empty() {
             line.step();
         }
         let sent = line.now;
@@ -292,7 +297,7 @@ fn requests_without_a_pause_do_not_hide_a_stop() {
         for _ in 0..flood {
             line.request(Command::Show);
         }
-        while !line.wires.to_drive.is_empty() {
+        while !line.wires.line().to_drive.is_empty() {
             line.step();
         }
         assert!(line.is_driven());
@@ -314,6 +319,8 @@ fn requests_without_a_pause_do_not_hide_a_stop() {
 struct Pieces(VecDeque<VecDeque<u8>>);
 
 impl Line for Pieces {
+    fn listen(&mut self) {}
+
     fn receive(&mut self) -> Option<u8> {
         let byte = self.0.front_mut()?.pop_front();
         if byte.is_none() {
@@ -337,7 +344,7 @@ fn a_stop_while_a_run_is_built_prevents_its_start() {
         let framed = frame(&Request { id: 1, command }).expect("it fits");
         framed.iter().copied().collect()
     };
-    let mut pieces = Pieces([piece(Command::Start), piece(Command::Stop)].into());
+    let mut pieces = drive.polled(Pieces([piece(Command::Start), piece(Command::Stop)].into()));
     let mut conversation = Conversation::new();
     for _ in 0..10 {
         conversation.turn(&mut pieces, &mut drive.supervisor);
@@ -345,7 +352,7 @@ fn a_stop_while_a_run_is_built_prevents_its_start() {
         assert!(drive.bench.held.get().is_none());
     }
     // And without one it begins.
-    let mut pieces = Pieces([piece(Command::Start), piece(Command::Hello)].into());
+    *pieces.line() = Pieces([piece(Command::Start), piece(Command::Hello)].into());
     conversation.turn(&mut pieces, &mut drive.supervisor);
     drive.sample();
     assert!(drive.bench.held.get().is_some());

@@ -26,7 +26,7 @@ fn main() -> ! {
 fn count(instructions: &Instructions) -> Option<()> {
     let channel = cortex_m::singleton!(: Channel = Channel::new())?;
     let memory = cortex_m::singleton!(: Memory = Memory::new())?;
-    let (back, interrupt) = channel.split();
+    let (back, interrupt, _) = channel.split();
     let built_in = settings::built_in();
     let supervisor = Supervisor::new(back, memory, (NoFlash, 0), &built_in, STAGE, Ok(()));
     let mut background = Background {
@@ -106,6 +106,8 @@ struct Wire<'a> {
 }
 
 impl Line for Wire<'_> {
+    fn listen(&mut self) {}
+
     fn receive(&mut self) -> Option<u8> {
         let (&byte, rest) = self.bytes.split_first()?;
         self.bytes = rest;

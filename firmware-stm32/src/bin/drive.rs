@@ -1,19 +1,23 @@
 //! The drive: controls and identifies a real servo.
 //!
 //! TIM5 interrupts at every sample, above everything else, runs the sampler and feeds the watchdog as long as the
-//! background completes its turns. USART2 interrupts at every byte. In between, the background obeys, answers,
-//! reports and keeps records.
+//! background completes its turns. USART2 interrupts for every byte that is sent, and with SysTick, to listen for stops
+//! among the bytes that DMA has received. In between, the background obeys, answers, reports and keeps records.
 #![no_std]
 #![no_main]
+
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
-use drive_chip::serial::Port;
+use drive_chip::serial::{Port, Reception};
 use drive_chip::watchdog::Watchdog;
 use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
-use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor, self_test};
+use drive_logic::{
+    Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, Supervisor, self_test,
+};
 use firmware_stm32::board::{self, Encoder, Output, Wired};
 use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::settings;
@@ -23,6 +27,12 @@ use stm32f4xx_hal::pac::interrupt;
 struct Control {
     sampler: Sampler<'static>,
     chip: Wiring,
+}
+
+/// State of the serial line's interrupt.
+struct Ear {
+    port: Port<'static, Mmio>,
+    listener: LineListener<'static>,
 }
 
 /// The pins that a sample uses.
@@ -64,7 +74,10 @@ impl Chip for Wiring {
 }
 
 static CONTROL: HandOff<Control> = HandOff::new();
-static PORT: HandOff<Port<'static, Mmio>> = HandOff::new();
+static EAR: HandOff<Ear> = HandOff::new();
+
+/// Samples so far.
+static SAMPLES: AtomicU32 = AtomicU32::new(0);
 
 #[interrupt]
 fn TIM5() {
@@ -76,19 +89,31 @@ fn TIM5() {
     if let Some(Control { sampler, chip }) = OWN {
         sampler.interrupt(chip);
     }
+    let samples = SAMPLES.load(Ordering::Relaxed);
+    SAMPLES.store(samples.wrapping_add(1), Ordering::Relaxed);
     #[cfg(feature = "emulator")]
     firmware_stm32::emulated_servo::advance();
 }
 
 #[interrupt]
 fn USART2() {
-    static mut OWN: Option<Port<'static, Mmio>> = None;
+    static mut OWN: Option<Ear> = None;
     if OWN.is_none() {
-        *OWN = PORT.take();
+        *OWN = EAR.take();
     }
-    if let Some(port) = OWN {
-        port.serve();
+    #[cfg(feature = "emulator")]
+    drive_chip::emulated::receive();
+    if let Some(Ear { port, listener }) = OWN {
+        port.serve(|reception| match reception {
+            Reception::Byte(byte) => listener.take(byte),
+            Reception::Disturbed => listener.disturbed(),
+        });
     }
+}
+
+#[exception]
+fn SysTick() {
+    interrupts::pend_serial(Mmio);
 }
 
 /// Disables the servo after a fault of the program; the watchdog then resets the chip.
@@ -148,13 +173,14 @@ fn background(
         timer,
         mut line,
         port,
+        line_timer,
         flash,
         watchdog,
         found,
         ..
     } = wired;
     let found = self_test().and(found);
-    let (back, interrupt) = channel.split();
+    let (back, interrupt, listener) = channel.split();
     let built_in = settings::built_in();
     let mut supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, board::STAGE, found);
     watchdog.start();
@@ -167,15 +193,17 @@ fn background(
             watchdog,
         },
     });
-    PORT.give(port);
+    EAR.give(Ear { port, listener });
     let mut sample_time = supervisor.sample_time();
     start(&timer, sample_time);
     interrupts::begin(Mmio);
+    line_timer.start();
 
     let mut conversation = Conversation::new();
     let mut state = supervisor.state();
     log(state);
     loop {
+        let samples = SAMPLES.load(Ordering::Relaxed);
         let more = conversation.turn(&mut line, &mut supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
@@ -187,15 +215,22 @@ fn background(
             start(&timer, sample_time);
         }
         if !more {
-            // A byte that is received between the check and the sleep would wait for the next sample. Without
-            // interrupts in between, its interrupt wakes the processor at once.
-            cortex_m::interrupt::free(|_| {
-                if line.is_silent() {
-                    cortex_m::asm::wfi();
-                }
-            });
+            sleep_while(|| line.is_silent() && samples == SAMPLES.load(Ordering::Relaxed));
         }
     }
+}
+
+/// Sleeps until an interrupt has ended a state.
+fn sleep_while(stays: impl Fn() -> bool) {
+    // An interrupt between the check and the sleep would wait for the next one. Without interrupts in between, it
+    // wakes the processor at once, and is served after that.
+    while cortex_m::interrupt::free(|_| {
+        let stays = stays();
+        if stays {
+            cortex_m::asm::wfi();
+        }
+        stays
+    }) {}
 }
 
 /// Starts the samples, and an emulated servo with them.

@@ -62,15 +62,17 @@ pub fn disable_outputs() {
     drive_chip::disable_outputs(Mmio, &BOARD);
 }
 
+/// The memory that DMA receives into: no stream reaches the core-coupled memory.
+static RECEIVED: serial::Ring = serial::Ring::new();
+
 /// Wires the board; none if it was wired before.
 #[must_use]
 pub fn wire() -> Option<(Wired, Output)> {
-    let received = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
     let to_send = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
     // The HAL resets a port that it takes: before it is used.
     #[cfg(feature = "dac")]
     let pins = analogue::Pins::take()?;
-    let mut chip = drive_chip::wire(Mmio, &BOARD, received, to_send);
+    let mut chip = drive_chip::wire(Mmio, &BOARD, &RECEIVED, to_send);
     let full_scale = FULL_SCALE as f32;
     #[cfg(not(feature = "dac"))]
     let (stage, started) = (

@@ -13,7 +13,9 @@ use std::thread;
 use std::time::Duration;
 
 use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings};
-use drive_logic::{Channel, Chip, Conversation, Memory, OutputStage, Sampler, Supervisor};
+use drive_logic::{
+    Channel, Chip, Conversation, Memory, OutputStage, PolledLine, Sampler, Supervisor,
+};
 
 use self::chip::SimulatedChip;
 pub use self::clock::Clock;
@@ -189,7 +191,7 @@ impl Board<'_> {
             mut clock,
         } = self;
         let mut channel = Channel::new();
-        let (background, interrupt) = channel.split();
+        let (background, interrupt, stops) = channel.split();
         // A drive keeps its memory for ever, and a program has few drives.
         let memory = Box::leak(Box::new(Memory::new()));
         let mut supervisor =
@@ -203,10 +205,10 @@ impl Board<'_> {
         }
         let mut sampler = Sampler::new(interrupt, Ok(()));
         let mut conversation = Conversation::new();
-        let mut wire = Wire::default();
+        let mut wire = PolledLine::new(Wire::default(), stops);
         while pins.is_powered() {
             if let Ok((line, _)) = listener.accept() {
-                wire.connect(line);
+                wire.line().connect(line);
             }
             clock.update();
             while clock.is_due() {
@@ -216,14 +218,14 @@ impl Board<'_> {
                 sampler.interrupt(pins);
                 pins.pass(sample_time);
                 while conversation.turn(&mut wire, &mut supervisor) {}
-                wire.flush();
+                wire.line().flush();
             }
             // As on the chip, bytes wake the background between samples, and nothing else: a commissioning gets its
             // slices of work with the samples.
-            if wire.has_received() {
+            if wire.line().has_received() {
                 while conversation.turn(&mut wire, &mut supervisor) {}
             }
-            wire.flush();
+            wire.line().flush();
             thread::sleep(clock.left().min(MAX_SLEEP));
         }
         Ok(())

@@ -49,12 +49,13 @@ impl Wire {
     /// True if bytes wait to be read.
     pub fn has_received(&mut self) -> bool {
         if self.incoming.is_empty() {
-            self.listen();
+            self.gulp();
         }
         !self.incoming.is_empty()
     }
 
-    fn listen(&mut self) {
+    /// Takes in what has arrived.
+    fn gulp(&mut self) {
         let mut gulp = [0; GULP];
         let Some(line) = &mut self.line else { return };
         match line.read(&mut gulp) {
@@ -67,6 +68,8 @@ impl Wire {
 }
 
 impl Line for Wire {
+    fn listen(&mut self) {}
+
     fn receive(&mut self) -> Option<u8> {
         self.has_received();
         self.incoming.pop_front()

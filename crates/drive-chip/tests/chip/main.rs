@@ -4,6 +4,7 @@ mod clock;
 mod flash;
 mod inputs;
 mod interrupts;
+mod line_timer;
 mod model;
 mod pins;
 mod pwm;
@@ -16,7 +17,7 @@ mod wiring;
 use drive_chip::board::{Board, Oscillator};
 use drive_chip::flash::Sectors;
 use drive_chip::pins::{Pin, Port};
-use drive_chip::serial::Bytes;
+use drive_chip::serial::{Bytes, Ring};
 use drive_chip::{Wired, wire};
 use model::{Chip, Line, Source};
 
@@ -54,6 +55,13 @@ fn with(source: Source) -> Chip {
 
 /// Wires a board.
 pub(crate) fn wired(chip: &Chip) -> Wired<'static, &Chip> {
-    let queue = || Box::leak(Box::new(Bytes::new()));
-    wire(chip, &BOARD, queue(), queue())
+    let (ring, queue) = memory(chip);
+    wire(chip, &BOARD, ring, queue)
+}
+
+/// Memory of a line, the ring of which the chip's DMA reaches.
+pub(crate) fn memory(chip: &Chip) -> (&'static Ring, &'static mut Bytes) {
+    let ring: &Ring = Box::leak(Box::new(Ring::new()));
+    chip.usart.reach(ring);
+    (ring, Box::leak(Box::new(Bytes::new())))
 }

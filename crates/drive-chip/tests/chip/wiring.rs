@@ -1,11 +1,10 @@
 use drive_chip::flash::Sectors;
-use drive_chip::serial::Bytes;
 use drive_chip::{Board, wire};
 use drive_link::Fault;
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::model::{Chip, Level, Output};
-use crate::{BOARD, healthy, slow, wired};
+use crate::{BOARD, healthy, memory, slow, wired};
 
 #[test]
 fn the_outputs_are_low_before_anything_else() {
@@ -96,8 +95,8 @@ fn another_board_keeps_its_records_elsewhere() {
         ..BOARD
     };
     let chip: Chip = healthy();
-    let queue = || Box::leak(Box::new(Bytes::new()));
-    let mut flash = wire(&chip, &OTHER, queue(), queue()).flash;
+    let (ring, queue) = memory(&chip);
+    let mut flash = wire(&chip, &OTHER, ring, queue).flash;
     assert_eq!(flash.erase(0, 0x8000), Ok(()));
     assert_eq!(*chip.memory.erased.borrow(), [2, 3]);
     assert_eq!(flash.write(0x4000, &[0; 4]), Ok(()));

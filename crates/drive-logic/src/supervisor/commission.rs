@@ -21,7 +21,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     pub(super) fn commission(
         &mut self,
         given: &CommissionSettings,
-        overtaken: impl FnOnce(&Self) -> bool,
+        listen: impl FnOnce(),
     ) -> Result<(), Refusal> {
         // Repeated, it is done already.
         if self.is_commissioning() && !self.is_stopping() && self.requested == Some(*given) {
@@ -37,9 +37,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         };
         let commissioning = Mode::Commissioning(slot.filled(commissioning));
         let ordered = if replaces_run {
-            self.order_unless(overtaken, Order::Replace(commissioning))
+            self.order_after(listen, Order::Replace(commissioning))
         } else {
-            self.mark_and_order(commissioning, overtaken)
+            self.mark_and_order(commissioning, listen)
         };
         match ordered {
             Ok(()) => (self.requested, self.phase) = (Some(*given), Phase::Idle),
@@ -80,14 +80,14 @@ impl<F: NorFlash> Supervisor<'_, F> {
     fn mark_and_order(
         &mut self,
         commissioning: Mode,
-        overtaken: impl FnOnce(&Self) -> bool,
+        listen: impl FnOnce(),
     ) -> Result<(), Refusal> {
         if self.keep(true).is_err() {
             self.free(commissioning);
             return Err(Refusal::NotKept);
         }
         // To save may take long: only now is it known whether a stop has come.
-        let ordered = self.order_unless(overtaken, Order::Begin(commissioning));
+        let ordered = self.order_after(listen, Order::Begin(commissioning));
         if ordered.is_err() {
             // If that fails, the next boot reports a commissioning that never began.
             let _ = self.keep(false);
@@ -96,14 +96,11 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// Orders a commissioning, unless a stop has overtaken it.
-    fn order_unless(
-        &mut self,
-        overtaken: impl FnOnce(&Self) -> bool,
-        order: Order,
-    ) -> Result<(), Refusal> {
-        if overtaken(self) {
+    fn order_after(&mut self, listen: impl FnOnce(), order: Order) -> Result<(), Refusal> {
+        listen();
+        if let Err(refusal) = self.must_be_last() {
             self.take_back(order);
-            return Err(Refusal::Overtaken);
+            return Err(refusal);
         }
         self.order(order)
     }

@@ -19,7 +19,7 @@ pub use self::memory::Memory;
 use self::memory::Slot;
 use self::record::{Commissioned, Record, VERSION};
 use self::solver::Solver;
-use crate::channel::BackgroundEnd;
+use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
 use crate::commissioning::Commissioning;
@@ -190,27 +190,28 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.solver.work(&mut self.channel)
     }
 
-    /// Disables the servo at once, whatever else is requested.
-    pub fn stop(&self) {
-        self.channel.stop();
+    /// All that was heard on the line so far.
+    pub(crate) fn heard(&self) -> Heard {
+        self.channel.heard()
+    }
+
+    /// Takes in that every byte was decoded in which this was heard.
+    pub(crate) fn set_decoded(&mut self, heard: Heard) {
+        self.channel.set_decoded(heard);
     }
 
     /// Carries a request out, and answers it.
     pub fn answer(&mut self, request: &Request) -> Report {
-        self.answer_unless(request, |_| false)
+        self.answer_after(request, || {})
     }
 
-    /// The same, unless it is overtaken by a stop: that is asked before a run is ordered, because to
-    /// build its loop takes many times as long as a stop may wait.
-    pub fn answer_unless(
-        &mut self,
-        request: &Request,
-        overtaken: impl FnOnce(&Self) -> bool,
-    ) -> Report {
+    /// The same, and listens to the line before motion is ordered: building a loop and saving a record take many times as
+    /// long as a stop, which may have come meanwhile.
+    pub fn answer_after(&mut self, request: &Request, listen: impl FnOnce()) -> Report {
         self.channel.count_host_frame();
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
-        match self.obey(&request.command, overtaken) {
+        match self.obey(&request.command, listen) {
             Ok(()) => match request.command {
                 Command::Hello => self.status(Some(id)),
                 Command::Show => Report::Settings {
@@ -227,11 +228,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn obey(
-        &mut self,
-        command: &Command,
-        overtaken: impl FnOnce(&Self) -> bool,
-    ) -> Result<(), Refusal> {
+    fn obey(&mut self, command: &Command, listen: impl FnOnce()) -> Result<(), Refusal> {
+        if matches!(
+            command,
+            Command::Start | Command::Target(_) | Command::Commission(_)
+        ) {
+            self.must_be_last()?;
+        }
         match *command {
             Command::Hello | Command::Show | Command::Outcome => {}
             Command::Configure(_) | Command::Start if self.is_commissioning() => {
@@ -255,7 +258,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
-                self.start(overtaken)?;
+                self.start(listen)?;
             }
             Command::Target(radians) => {
                 if self.state() != State::Running || self.is_stopping() {
@@ -264,7 +267,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 let target = Order::Target(self.counts(radians)?);
                 self.order(target)?;
             }
-            Command::Stop => self.channel.stop(),
+            Command::Stop => {
+                if !self.channel.decode_stop() {
+                    self.channel.stop();
+                }
+            }
             Command::Clear => {
                 if let State::Faulted(_) = self.state() {
                     self.order(Order::Clear)?;
@@ -276,9 +283,20 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.must_be_disabled()?;
                 self.keep(false).map_err(|_| Refusal::NotKept)?;
             }
-            Command::Commission(settings) => self.commission(&settings, overtaken)?,
+            Command::Commission(settings) => self.commission(&settings, listen)?,
         }
         Ok(())
+    }
+
+    /// The request in hand is the last that was heard on the line, and whole.
+    fn must_be_last(&self) -> Result<(), Refusal> {
+        if self.channel.is_overtaken() {
+            Err(Refusal::Overtaken)
+        } else if self.channel.is_in_doubt() {
+            Err(Refusal::LineDisturbed)
+        } else {
+            Ok(())
+        }
     }
 
     /// Disabled and configured.

@@ -12,13 +12,12 @@ use crate::run::Run;
 
 impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from where the servo stands, unless it is overtaken by a stop.
-    pub(super) fn start(&mut self, overtaken: impl FnOnce(&Self) -> bool) -> Result<(), Refusal> {
+    pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
         let prepared = self.prepared(&self.settings, &self.known());
         let prepared = prepared.map_err(Refusal::Setting)?;
-        if overtaken(self) {
-            return Err(Refusal::Overtaken);
-        }
+        listen();
+        self.must_be_last()?;
         self.order_run(prepared, Order::Begin)
     }
 

@@ -1,7 +1,9 @@
 //! A whole drive on a bench.
 
 use drive_link::{Command, Fault, Refusal, Report, Request, Settings, Snapshot, State, Status};
-use drive_logic::{Channel, Lines, Memory, OutputStage, Sampler, Supervisor};
+use drive_logic::{
+    Channel, LineListener, Lines, Memory, OutputStage, PolledLine, Sampler, Supervisor,
+};
 use identifier_core::parameters::ServoParameters;
 
 use super::{Bench, Flash, STAGE, settings};
@@ -18,6 +20,7 @@ pub(crate) struct Drive<'a> {
     pub(crate) sampler: Sampler<'a>,
     pub(crate) supervisor: Supervisor<'a, Flash>,
     pub(crate) bench: &'a Bench,
+    pub(crate) listener: Option<LineListener<'a>>,
     id: u8,
 }
 
@@ -40,7 +43,7 @@ impl<'a> Drive<'a> {
         found: Result<(), Fault>,
         stage: OutputStage,
     ) -> Self {
-        let (background, interrupt) = channel.split();
+        let (background, interrupt, listener) = channel.split();
         let memory = Box::leak(Box::new(Memory::new()));
         Self {
             sampler: Sampler::new(interrupt, found),
@@ -53,6 +56,7 @@ impl<'a> Drive<'a> {
                 found,
             ),
             bench,
+            listener: Some(listener),
             id: 0,
         }
     }
@@ -69,6 +73,11 @@ impl<'a> Drive<'a> {
             drive.done(Command::Configure(settings()));
         }
         drive
+    }
+
+    /// A line that this drive listens to whenever its background looks at it.
+    pub(crate) fn polled<L>(&mut self, line: L) -> PolledLine<'a, L> {
+        PolledLine::new(line, self.listener.take().expect("one line"))
     }
 
     pub(crate) fn status(&mut self) -> Status {

@@ -78,10 +78,11 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     )?;
     show!("{}", status.kept)?;
     show!(
-        "late samples {}, samples not shown {}, frames not understood {}",
+        "late samples {}, samples not shown {}, frames not understood {}, disturbances of the line {}",
         status.overruns,
         status.dropped,
-        status.garbled
+        status.garbled,
+        status.disturbed
     )?;
     show!(
         "{:.1} µs from the reading of the encoder to the change of the output",

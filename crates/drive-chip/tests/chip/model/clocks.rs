@@ -187,6 +187,7 @@ impl Clocks {
             Peripheral::Tim3 => apb1.tim3en().is_enabled(),
             Peripheral::Tim5 => apb1.tim5en().is_enabled(),
             Peripheral::Usart2 => apb1.usart2en().is_enabled(),
+            Peripheral::Dma1 => ahb1.dma1en().is_enabled(),
         }
     }
 
@@ -213,6 +214,9 @@ impl Clocks {
         }
         if apb1.usart2rst().bit() {
             chip.usart.reset();
+        }
+        if self.rcc.ahb1rstr().read().dma1rst().bit() {
+            chip.usart.reset_dma();
         }
     }
 
@@ -345,4 +349,5 @@ pub(crate) enum Peripheral {
     Tim3,
     Tim5,
     Usart2,
+    Dma1,
 }

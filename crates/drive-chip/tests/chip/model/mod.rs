@@ -39,6 +39,8 @@ pub(crate) struct Chip {
     /// The signal on the PWM's pin after every write.
     outputs: RefCell<Vec<Output>>,
     alone: Cell<bool>,
+    /// Barriers at which pending interrupts are taken.
+    pub(crate) barriers: Cell<u32>,
     now: Cell<u64>,
 }
 
@@ -47,6 +49,9 @@ struct Nvic {
     /// Interrupts with the priorities that they had when they were unmasked.
     unmasked: RefCell<Vec<(u16, u8)>>,
     pending: RefCell<Vec<u16>>,
+    /// SysTick's control, reload value and current value, and the word of its priority.
+    systick: [Cell<u32>; 3],
+    system_priorities: Cell<u32>,
 }
 
 impl Chip {
@@ -63,10 +68,13 @@ impl Chip {
                 priorities: RefCell::new([0; 96]),
                 unmasked: RefCell::default(),
                 pending: RefCell::default(),
+                systick: Default::default(),
+                system_priorities: Cell::new(0),
             },
             written: RefCell::default(),
             outputs: RefCell::default(),
             alone: Cell::new(false),
+            barriers: Cell::new(0),
             now: Cell::new(0),
         }
     }
@@ -87,7 +95,7 @@ impl Chip {
         match peripheral {
             _ if !self.clocks.reaches(peripheral) => {}
             Peripheral::Port(number) => self.pins.write(number, address, word, new),
-            Peripheral::Usart2 => self.usart.write(address, word, new),
+            Peripheral::Usart2 | Peripheral::Dma1 => self.usart.write(address, word, new),
             _ => self.timers.write(address, word, new),
         }
         true
@@ -189,6 +197,15 @@ impl Chip {
         self.nvic.unmasked.borrow().len()
     }
 
+    /// Ticks of the processor from one interrupt of SysTick to the next, if it runs (PM0214, 4.5), and its priority.
+    pub(crate) fn systick(&self) -> Option<(u32, u8)> {
+        let [control, reload, _] = self.nvic.systick.each_ref().map(Cell::get);
+        // Enabled, interrupting, by the processor's clock.
+        let runs = control & 0b111 == 0b111;
+        let priority = (self.nvic.system_priorities.get() >> 24) as u8;
+        runs.then_some((reload + 1, priority))
+    }
+
     /// True if the program has set an interrupt pending.
     pub(crate) fn pending(&self, interrupt: Interrupt) -> bool {
         self.nvic.pending.borrow().contains(&(interrupt as u16))
@@ -207,6 +224,13 @@ impl Nvic {
     /// Writes a word (PM0214, 4.3); false if it is none of these.
     fn write(&self, address: u32, word: u32) -> bool {
         match address {
+            0xe000_e010..0xe000_e01c => {
+                // 24 bits; a write of the current value clears it (PM0214, 4.5.3).
+                let place = (address - 0xe000_e010) / 4;
+                let kept = if place == 2 { 0 } else { word & 0xff_ffff };
+                self.systick[place as usize].set(kept);
+            }
+            0xe000_ed20 => self.system_priorities.set(word & 0xf0f0_f0f0),
             0xe000_e100..0xe000_e120 => {
                 for number in Self::interrupts(address, 0xe000_e100, word) {
                     let priority = self.priorities.borrow()[usize::from(number)];
@@ -229,6 +253,9 @@ impl Nvic {
     }
 
     fn read(&self, address: u32) -> Option<u32> {
+        if address == 0xe000_ed20 {
+            return Some(self.system_priorities.get());
+        }
         let first = address.checked_sub(0xe000_e400)? as usize;
         let priorities = self.priorities.borrow();
         let bytes = priorities.get(first..first + 4)?;
@@ -252,7 +279,7 @@ impl Bus for &Chip {
             return match peripheral {
                 _ if !self.clocks.is_on(peripheral) => 0,
                 Peripheral::Port(number) => self.pins.read(number, address, word),
-                Peripheral::Usart2 => self.usart.read(address, word),
+                Peripheral::Usart2 | Peripheral::Dma1 => self.usart.read(address, word),
                 _ => word.get(),
             };
         }
@@ -283,6 +310,10 @@ impl Bus for &Chip {
         self.look_at_break();
         let output = self.output();
         self.outputs.borrow_mut().push(output);
+    }
+
+    fn take_interrupts(self) {
+        self.barriers.set(self.barriers.get() + 1);
     }
 
     fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R {

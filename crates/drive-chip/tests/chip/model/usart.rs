@@ -1,41 +1,66 @@
-//! USART2 (RM0090, 30).
+//! USART2 (RM0090, 30), and the DMA stream of its reception (10).
 
 use std::cell::{Cell, RefCell};
-use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU8, Ordering};
 
-use stm32f4::stm32f405::{USART2, usart1};
+use drive_chip::serial::Ring;
+use stm32f4::stm32f405::{DMA1, USART2, dma2, usart1};
 
 use super::block::Block;
 use super::clocks::{Clocks, Peripheral};
 
 pub(crate) struct Usart {
     usart: Block<usart1::RegisterBlock>,
-    /// Received bytes that were not read yet.
-    pub(crate) received: RefCell<VecDeque<u8>>,
+    dma: Block<dma2::RegisterBlock>,
+    /// Memory that the DMA reaches.
+    memory: Cell<Option<&'static Ring>>,
+    /// Length of the transfer as it was written, for the next round.
+    length: Cell<u32>,
+    /// A received byte that was not read yet.
+    pub(crate) received: Cell<Option<u8>>,
     /// Sent bytes.
     pub(crate) sent: RefCell<Vec<u8>>,
     /// A byte is being sent.
     pub(crate) busy: Cell<bool>,
     /// A byte was received while the last one was not read.
     pub(crate) overrun: Cell<bool>,
+    /// A byte without a stop bit was received, as a break is.
+    pub(crate) framing_error: Cell<bool>,
     /// The status was read since.
     status_read: Cell<bool>,
 }
+
+/// The stream of USART2's reception, and its channel (table 42).
+const STREAM: usize = 5;
+const CHANNEL: u8 = 4;
 
 impl Usart {
     pub(crate) fn new() -> Self {
         Self {
             usart: Block::at(USART2::ptr()),
-            received: RefCell::default(),
+            dma: Block::at(DMA1::ptr()),
+            memory: Cell::new(None),
+            length: Cell::new(0),
+            received: Cell::new(None),
             sent: RefCell::default(),
             busy: Cell::new(false),
             overrun: Cell::new(false),
+            framing_error: Cell::new(false),
             status_read: Cell::new(false),
         }
     }
 
     pub(crate) fn reset(&self) {
         self.usart.clear();
+    }
+
+    pub(crate) fn reset_dma(&self) {
+        self.dma.clear();
+    }
+
+    /// Lets the DMA reach a ring.
+    pub(crate) fn reach(&self, ring: &'static Ring) {
+        self.memory.set(Some(ring));
     }
 
     /// Bits a second (30.3.4, equation 1).
@@ -69,8 +94,104 @@ impl Usart {
         self.usart.cr1().read().txeie().is_enabled()
     }
 
+    /// Receives a byte. Where the DMA does not take it, it stands in the data register, and the next one is lost.
+    pub(crate) fn receive(&self, byte: u8) {
+        if !self.is_open() {
+            return;
+        }
+        if self.received.get().is_some() {
+            self.overrun.set(true);
+            return;
+        }
+        self.received.set(Some(byte));
+        if self.usart.cr3().read().dmar().is_enabled() {
+            self.transfer();
+        }
+    }
+
+    /// A byte to memory (10.3.8 and 10.3.9).
+    fn transfer(&self) {
+        let stream = self.dma.st(STREAM);
+        let control = stream.cr().read();
+        if control.en().is_disabled() || control.chsel().bits() != CHANNEL {
+            return;
+        }
+        let data = self.usart.address(self.usart.dr());
+        assert_eq!(stream.par().read().bits(), data, "another peripheral");
+        assert!(
+            control.dir().is_peripheral_to_memory()
+                && control.psize().is_bits8()
+                && control.msize().is_bits8()
+                && control.minc().is_incremented()
+                && control.pinc().is_fixed()
+                && control.pfctrl().is_dma(),
+            "bytes from one register to many places"
+        );
+        let ring = self.memory.get().expect("memory that the DMA reaches");
+        let first = std::ptr::from_ref(ring).cast::<AtomicU8>();
+        assert_eq!(stream.m0ar().read().bits(), first.addr() as u32);
+        let left = stream.ndtr().read().ndt().bits();
+        assert!(left > 0, "the transfer is over");
+        let place = self.length.get() - u32::from(left);
+        assert!((place as usize) < size_of::<Ring>(), "beyond the memory");
+        // SAFETY: the ring begins with its bytes, which are atomic, and the place is one of them.
+        let target = unsafe { &*first.add(place as usize) };
+        let Some(byte) = self.read_data() else { return };
+        target.store(byte, Ordering::Relaxed);
+        let next = u32::from(left) - 1;
+        let half = self.length.get() / 2;
+        if next == half {
+            self.flag(10);
+            assert!(self.dma.hisr().read().htif5().bit());
+        }
+        if next == 0 {
+            self.flag(11);
+            assert!(self.dma.hisr().read().tcif5().bit());
+        }
+        let reloaded = if next > 0 {
+            next
+        } else if control.circ().is_enabled() {
+            self.length.get()
+        } else {
+            self.dma.set(stream.cr(), self.dma.get(stream.cr()) & !1);
+            0
+        };
+        self.dma.set(stream.ndtr(), reloaded);
+    }
+
+    /// The stream is disabled by an error of a transfer (10.3.18).
+    pub(crate) fn fail_transfer(&self) {
+        let stream = self.dma.st(STREAM);
+        self.dma.set(stream.cr(), self.dma.get(stream.cr()) & !1);
+        self.flag(9);
+        assert!(self.dma.hisr().read().teif5().bit());
+    }
+
+    fn flag(&self, bit: u32) {
+        let flags = self.dma.get(self.dma.hisr());
+        self.dma.set(self.dma.hisr(), flags | 1 << bit);
+    }
+
+    /// The stream's priority over others, 3 is the highest.
+    pub(crate) fn priority(&self) -> u8 {
+        self.dma.st(STREAM).cr().read().pl().bits()
+    }
+
     pub(crate) fn find(&self, address: u32) -> Option<(Peripheral, &Cell<u32>)> {
-        Some((Peripheral::Usart2, self.usart.word(address)?))
+        let own = self.usart.word(address);
+        own.map(|word| (Peripheral::Usart2, word)).or_else(|| {
+            let word = self.dma.word(address)?;
+            Some((Peripheral::Dma1, word))
+        })
+    }
+
+    /// Takes the byte out of the data register; after the status was read that clears its errors (30.6.1).
+    fn read_data(&self) -> Option<u8> {
+        if self.status_read.replace(false) {
+            self.overrun.set(false);
+            self.framing_error.set(false);
+        }
+        self.received.take()
     }
 
     /// Reads a word of it.
@@ -80,18 +201,17 @@ impl Usart {
             let bit = |there: bool, place: u32| u32::from(there) << place;
             self.status_read.set(true);
             word.set(
-                bit(self.overrun.get(), 3)
-                    | bit(!self.received.borrow().is_empty(), 5)
+                bit(self.framing_error.get(), 1)
+                    | bit(self.overrun.get(), 3)
+                    | bit(self.received.get().is_some(), 5)
                     | bit(!self.busy.get(), 7),
             );
             let shown = usart.sr().read();
+            assert_eq!(shown.fe().bit(), self.framing_error.get());
             assert_eq!(shown.ore().is_overrun(), self.overrun.get());
             assert_eq!(shown.txe().is_tx_empty(), !self.busy.get());
         } else if address == usart.address(usart.dr()) {
-            if self.status_read.replace(false) {
-                self.overrun.set(false);
-            }
-            return self.received.borrow_mut().pop_front().unwrap_or(0).into();
+            return self.read_data().unwrap_or(0).into();
         }
         word.get()
     }
@@ -104,8 +224,35 @@ impl Usart {
             if self.is_open() {
                 self.sent.borrow_mut().push(new as u8);
             }
+        } else if address == self.dma.address(self.dma.hifcr()) {
+            // Ones clear (10.5.4).
+            let flags = self.dma.get(self.dma.hisr());
+            self.dma.set(self.dma.hisr(), flags & !new);
         } else {
+            self.write_dma(address, new);
             word.set(new);
+        }
+    }
+
+    /// Checks a write to the stream.
+    fn write_dma(&self, address: u32, new: u32) {
+        let stream = self.dma.st(STREAM);
+        let is_on = stream.cr().read().en().is_enabled();
+        let settings = [
+            self.dma.address(stream.ndtr()),
+            self.dma.address(stream.par()),
+            self.dma.address(stream.m0ar()),
+        ];
+        if settings.contains(&address) {
+            assert!(!is_on, "the stream is enabled (10.5.6)");
+        }
+        if address == settings[0] {
+            self.length.set(new);
+        }
+        let starts = address == self.dma.address(stream.cr()) && new & 1 != 0 && !is_on;
+        if starts {
+            let flags = self.dma.get(self.dma.hisr()) >> 6 & 0b11_1101;
+            assert_eq!(flags, 0, "flags of an earlier transfer (10.3.17)");
         }
     }
 }
