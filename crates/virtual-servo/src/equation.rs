@@ -34,7 +34,7 @@ impl Acting {
     }
 }
 
-/// An acceleration s sin Nq + c cos Nq.
+/// A function s sin Nq + c cos Nq of the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Angular {
     pub(crate) sine: f64,
@@ -43,13 +43,32 @@ pub(crate) struct Angular {
 }
 
 impl Angular {
-    /// Rad/s².
+    /// From [s, c] and the order N.
+    pub(crate) fn new([sine, cosine]: [f64; 2], order: u32) -> Self {
+        Self {
+            sine,
+            cosine,
+            order: f64::from(order),
+        }
+    }
+
+    /// Its value, in the unit of s and c.
     pub(crate) fn at(&self, angle: f64) -> f64 {
-        if self.sine == 0.0 && self.cosine == 0.0 {
+        if self.is_zero() {
             return 0.0;
         }
         let (sin, cos) = libm::sincos(self.order * angle);
         self.sine * sin + self.cosine * cos
+    }
+
+    /// Its derivative by the angle.
+    fn slope_at(&self, angle: f64) -> f64 {
+        let (sin, cos) = libm::sincos(self.order * angle);
+        self.order * (self.sine * cos - self.cosine * sin)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.sine == 0.0 && self.cosine == 0.0
     }
 }
 
@@ -80,18 +99,34 @@ impl Spring {
 pub(crate) struct Equation {
     /// b.
     pub(crate) gain: f64,
+    /// Half of what it has more for positive commands, as a share.
+    pub(crate) gain_asymmetry: f64,
+    /// What it has more at an angle, as a share.
+    pub(crate) torque_ripple: Angular,
     pub(crate) acting: Acting,
     pub(crate) load: f64,
     pub(crate) friction: Friction,
     pub(crate) gravity: Angular,
     pub(crate) ripple: Angular,
+    /// What the inertia has more at an angle than its mean, as a share: the load's where there is a spring.
+    pub(crate) inertia: Angular,
     pub(crate) spring: Option<Spring>,
 }
 
 impl Equation {
-    /// Acceleration of the motor without friction, and of the load.
-    fn pushes(&self, time: f64, &[position, _, twist, twist_rate]: &State) -> (f64, f64) {
-        let motor = self.gain * self.acting.at(time) + self.ripple.at(position);
+    /// Acceleration by the command, b u.
+    fn drive(&self, time: f64, position: f64) -> f64 {
+        let command = self.acting.at(time);
+        let mut gain = self.gain * (1.0 + self.torque_ripple.at(position));
+        if self.gain_asymmetry != 0.0 {
+            gain *= 1.0 + self.gain_asymmetry * command.signum();
+        }
+        gain * command
+    }
+
+    /// Acceleration of the motor without friction, by its drive, and of the load.
+    fn pushes(&self, drive: f64, &[position, _, twist, twist_rate]: &State) -> (f64, f64) {
+        let motor = drive + self.ripple.at(position);
         let load = self.load + self.gravity.at(position + twist);
         match &self.spring {
             None => (motor + load, 0.0),
@@ -105,26 +140,38 @@ impl Equation {
     /// The derivative of the state.
     pub(crate) fn rates(&self, mode: Mode, time: f64, state: &State) -> State {
         let &[_, velocity, _, twist_rate] = state;
-        let (motor, load) = self.pushes(time, state);
+        let drive = self.drive(time, state[0]);
+        let (motor, load) = self.pushes(drive, state);
         let (velocity, pushed) = match mode {
             Mode::Standing => (0.0, 0.0),
             Mode::Moving(direction) => {
-                let brake = self.friction.deceleration(velocity, direction);
+                let brake = self.friction.deceleration(velocity, direction, drive);
                 (velocity, motor - brake)
             }
         };
+        let &[position, _, twist, _] = state;
         match &self.spring {
-            None => [velocity, pushed, 0.0, 0.0],
+            None => {
+                let acceleration = self.with_inertia_at(position, velocity, pushed);
+                [velocity, acceleration, 0.0, 0.0]
+            }
             Some(spring) => {
                 let motor = pushed / (1.0 - spring.load_share);
-                [
-                    velocity,
-                    motor,
-                    twist_rate,
-                    load / spring.load_share - motor,
-                ]
+                let of_mean = load / spring.load_share;
+                let load = self.with_inertia_at(position + twist, velocity + twist_rate, of_mean);
+                [velocity, motor, twist_rate, load - motor]
             }
         }
+    }
+
+    /// The acceleration of a body whose inertia goes with its angle, from that of its mean inertia: with
+    /// J = 1 + j, J q̈ + j′ q̇²/2 = w (Lagrange).
+    fn with_inertia_at(&self, angle: f64, velocity: f64, of_mean: f64) -> f64 {
+        if self.inertia.is_zero() {
+            return of_mean;
+        }
+        let centrifugal = 0.5 * self.inertia.slope_at(angle) * velocity * velocity;
+        (of_mean - centrifugal) / (1.0 + self.inertia.at(angle))
     }
 
     /// The mode of friction in a state.
@@ -136,8 +183,8 @@ impl Equation {
         if velocity != 0.0 {
             return Mode::Moving(velocity.signum());
         }
-        let (push, _) = self.pushes(time, state);
-        if push.abs() > self.friction.breakaway() {
+        if self.hold_margin(time, state) < 0.0 {
+            let (push, _) = self.pushes(self.drive(time, state[0]), state);
             Mode::Moving(push.signum())
         } else {
             Mode::Standing
@@ -147,8 +194,15 @@ impl Equation {
     /// Distance from a change of the mode: negative once it is due.
     pub(crate) fn margin(&self, mode: Mode, time: f64, state: &State) -> f64 {
         match mode {
-            Mode::Standing => self.friction.breakaway() - self.pushes(time, state).0.abs(),
+            Mode::Standing => self.hold_margin(time, state),
             Mode::Moving(direction) => direction * state[1],
         }
+    }
+
+    /// What friction could hold in addition, at rest, rad/s²: negative once the motor breaks away.
+    fn hold_margin(&self, time: f64, state: &State) -> f64 {
+        let drive = self.drive(time, state[0]);
+        let (push, _) = self.pushes(drive, state);
+        self.friction.breakaway(drive) - push.abs()
     }
 }

@@ -35,15 +35,12 @@ impl Motion {
         sample_time: f64,
         seed: u32,
     ) -> Self {
-        let angular = |[sine, cosine]: [f64; 2], order| Angular {
-            sine,
-            cosine,
-            order,
-        };
         let damping = effects.resonance_damping;
         let damping = damping.unwrap_or(Effects::RESONANCE_DAMPING);
         let equation = Equation {
             gain: servo.b,
+            gain_asymmetry: effects.gain_asymmetry,
+            torque_ripple: Angular::new(effects.torque_ripple, effects.torque_ripple_order),
             acting: Acting {
                 target: 0.0,
                 excess: 0.0,
@@ -51,8 +48,9 @@ impl Motion {
             },
             load: servo.load,
             friction: Friction::new(servo, effects),
-            gravity: angular(effects.gravity, 1.0),
-            ripple: angular(effects.ripple, f64::from(effects.ripple_order)),
+            gravity: Angular::new(effects.gravity, 1),
+            ripple: Angular::new(effects.ripple, effects.ripple_order),
+            inertia: Angular::new(effects.inertia_variation, effects.inertia_order),
             spring: (effects.resonance > 0.0)
                 .then(|| Spring::new(effects.resonance, damping, effects.inertia_ratio)),
         };

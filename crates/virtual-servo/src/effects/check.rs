@@ -21,7 +21,9 @@ impl Effects {
         if !self.change_the_motion() {
             return Ok(());
         }
-        let fastest = Self::FASTEST_DECAY * (1.0 - self.inertia_ratio) / sample_time;
+        let [sine, cosine] = self.inertia_variation;
+        let least_inertia = (1.0 - self.inertia_ratio) * (1.0 - libm::hypot(sine, cosine));
+        let fastest = Self::FASTEST_DECAY * least_inertia / sample_time;
         Allowed::AtMost(fastest).check("a", servo.a)?;
         let slowest = self.low_speed_friction.abs() / fastest;
         Allowed::AtLeast(slowest).check("low_speed_velocity", self.low_speed_velocity)?;
@@ -34,9 +36,13 @@ impl Effects {
             self.low_speed_velocity != 0.0,
         );
         let ripple = (any(self.ripple), self.ripple_order != 0);
+        let torque_ripple = (any(self.torque_ripple), self.torque_ripple_order != 0);
+        let inertia = (any(self.inertia_variation), self.inertia_order != 0);
         let resonance = (self.resonance != 0.0, self.inertia_ratio != 0.0);
         together("low_speed_friction", "low_speed_velocity", low_speed)?;
         together("ripple", "ripple_order", ripple)?;
+        together("torque_ripple", "torque_ripple_order", torque_ripple)?;
+        together("inertia_variation", "inertia_order", inertia)?;
         together("resonance", "inertia_ratio", resonance)?;
         if self.resonance_damping.is_some() {
             together("resonance_damping", "resonance", (true, resonance.0))?;

@@ -27,6 +27,11 @@ pub struct Effects {
     pub low_speed_friction: f64,
     /// The speed v in it, rad/s.
     pub low_speed_velocity: f64,
+    /// κ, 1/rad: drag κ |q̇| q̇ in addition, up to [`Effects::LARGEST_DRAG`].
+    pub quadratic_friction: f64,
+    /// Coulomb friction in addition, as a share of the motor's acceleration |b u|, up to
+    /// [`Effects::LARGEST_SHARE`]: that of a gear under load.
+    pub load_dependent_friction: f64,
     /// [g_s, g_c], rad/s²: gravity accelerates by g_s sin q + g_c cos q, q being zero where the servo
     /// starts.
     pub gravity: [f64; 2],
@@ -34,6 +39,19 @@ pub struct Effects {
     pub ripple: [f64; 2],
     /// Its order N, periods per revolution.
     pub ripple_order: u32,
+    /// [t_s, t_c]: torque ripple makes b of an angle b (1 + t_s sin Nq + t_c cos Nq), together up to
+    /// [`Effects::LARGEST_SHARE`].
+    pub torque_ripple: [f64; 2],
+    /// Its order N, periods per revolution.
+    pub torque_ripple_order: u32,
+    /// [j_s, j_c]: the inertia at an angle is 1 + j_s sin Nq + j_c cos Nq of its mean, together up to
+    /// [`Effects::LARGEST_SHARE`]; of two masses the load's. a, b, c and d are those of the mean.
+    pub inertia_variation: [f64; 2],
+    /// Its order N, periods per revolution.
+    pub inertia_order: u32,
+    /// Half of what b has more for positive commands than for negative, as a share of b, up to
+    /// [`Effects::LARGEST_SHARE`].
+    pub gain_asymmetry: f64,
     /// The command that a bridge lets pass without effect to either side, command units: u acts as
     /// u − clamp(u, −δ, δ).
     pub dead_band: f64,
@@ -67,9 +85,16 @@ impl Effects {
         asymmetry: 0.0,
         low_speed_friction: 0.0,
         low_speed_velocity: 0.0,
+        quadratic_friction: 0.0,
+        load_dependent_friction: 0.0,
         gravity: [0.0; 2],
         ripple: [0.0; 2],
         ripple_order: 0,
+        torque_ripple: [0.0; 2],
+        torque_ripple_order: 0,
+        inertia_variation: [0.0; 2],
+        inertia_order: 0,
+        gain_asymmetry: 0.0,
         dead_band: 0.0,
         resonance: 0.0,
         resonance_damping: None,
@@ -89,7 +114,11 @@ impl Effects {
     pub const SLOWEST_CURRENT_LOOP: f64 = 1.0;
     /// The largest of the accelerations that depend on the angle, rad/s².
     pub const LARGEST_ACCELERATION: f64 = 1e6;
-    /// The highest order of a ripple.
+    /// The largest drag, 1/rad.
+    pub const LARGEST_DRAG: f64 = 1e6;
+    /// The largest share of gain, inertia and the motor's push.
+    pub const LARGEST_SHARE: f64 = 0.9;
+    /// The highest order of what repeats in a revolution.
     pub const HIGHEST_ORDER: u32 = 10_000;
     /// The highest resonance, rad/s.
     pub const HIGHEST_RESONANCE: f64 = 1e5;
@@ -110,6 +139,7 @@ impl Effects {
             -Effects::LARGEST_ACCELERATION,
             Effects::LARGEST_ACCELERATION,
         );
+        const SHARE: Allowed = Allowed::Within(-Effects::LARGEST_SHARE, Effects::LARGEST_SHARE);
         const DRIFT: Allowed = Allowed::Within(-Effects::FASTEST_DRIFT, Effects::FASTEST_DRIFT);
 
         let longest = Self::MAX_DELAY.min(Self::MAX_DELAYED_SAMPLES as f64 * sample_time);
@@ -122,14 +152,30 @@ impl Effects {
         Allowed::Within(-servo.a, servo.a).check("asymmetry", self.asymmetry)?;
         Allowed::AtLeast(-servo.coulomb).check("low_speed_friction", self.low_speed_friction)?;
         NOT_NEGATIVE.check("low_speed_velocity", self.low_speed_velocity)?;
+        Allowed::Within(0.0, Self::LARGEST_DRAG)
+            .check("quadratic_friction", self.quadratic_friction)?;
+        Allowed::Within(0.0, Self::LARGEST_SHARE)
+            .check("load_dependent_friction", self.load_dependent_friction)?;
         for value in self.gravity {
             ANGULAR.check("gravity", value)?;
         }
         for value in self.ripple {
             ANGULAR.check("ripple", value)?;
         }
-        let order = f64::from(self.ripple_order);
-        Allowed::Within(0.0, f64::from(Self::HIGHEST_ORDER)).check("ripple_order", order)?;
+        for (name, [sine, cosine]) in [
+            ("torque_ripple", self.torque_ripple),
+            ("inertia_variation", self.inertia_variation),
+        ] {
+            SHARE.check(name, libm::hypot(sine, cosine))?;
+        }
+        SHARE.check("gain_asymmetry", self.gain_asymmetry)?;
+        for (name, order) in [
+            ("ripple_order", self.ripple_order),
+            ("torque_ripple_order", self.torque_ripple_order),
+            ("inertia_order", self.inertia_order),
+        ] {
+            Allowed::Within(0.0, f64::from(Self::HIGHEST_ORDER)).check(name, f64::from(order))?;
+        }
         NOT_NEGATIVE.check("dead_band", self.dead_band)?;
         Allowed::Within(0.0, Self::HIGHEST_RESONANCE).check("resonance", self.resonance)?;
         if let Some(damping) = self.resonance_damping {

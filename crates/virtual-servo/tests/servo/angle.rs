@@ -1,4 +1,4 @@
-//! Effects of the angle: gravity and ripple.
+//! Effects of the angle: gravity, ripple of cogging and torque, inertia.
 
 use core::f64::consts::TAU;
 
@@ -44,6 +44,52 @@ fn ripple_keeps_the_energy_of_a_free_servo() {
     keeps_its_energy(&effects, 2.0, |q| {
         (5.0 * (24.0 * q).cos() + 2.0 * (24.0 * q).sin()) / 24.0
     });
+}
+
+#[test]
+fn torque_ripple_under_a_held_command_keeps_the_energy_of_its_potential() {
+    // b u (1 + t_s sin Nq + t_c cos Nq) is the slope of b u (q − (t_s cos Nq − t_c sin Nq)/N).
+    let effects = Effects {
+        torque_ripple: [0.3, -0.1],
+        torque_ripple_order: 6,
+        ..Effects::NONE
+    };
+    let mut servo = servo(&FREE, &effects);
+    for _ in 0..1000 {
+        servo.advance(0.5);
+        let q = servo.position();
+        let work = 50.0 * (q - (0.3 * (6.0 * q).cos() + 0.1 * (6.0 * q).sin()) / 6.0 + 0.05);
+        assert_close(servo.velocity().powi(2) / 2.0, work, 1e-9, "energy");
+    }
+    assert!(servo.position() > TAU, "{}", servo.position());
+}
+
+#[test]
+fn a_body_whose_inertia_goes_with_the_angle_keeps_its_energy() {
+    let effects = Effects {
+        inertia_variation: [0.3, 0.2],
+        inertia_order: 2,
+        gravity: [-20.0, 3.0],
+        ..Effects::NONE
+    };
+    let mut servo = servo(&FREE, &effects);
+    for _ in 0..20 {
+        servo.advance(3.0);
+    }
+    let energy = |servo: &Servo| {
+        let (q, v) = (servo.position(), servo.velocity());
+        let inertia = 1.0 + 0.3 * (2.0 * q).sin() + 0.2 * (2.0 * q).cos();
+        inertia * v * v / 2.0 - 20.0 * q.cos() - 3.0 * q.sin()
+    };
+    let at_first = energy(&servo);
+    let mut speeds = (f64::INFINITY, 0.0_f64);
+    for _ in 0..10_000 {
+        servo.advance(0.0);
+        assert_close(energy(&servo), at_first, 1e-7, "energy");
+        let speed = servo.velocity().abs();
+        speeds = (speeds.0.min(speed), speeds.1.max(speed));
+    }
+    assert!(speeds.1 > 1.5 * speeds.0, "its speed changes: {speeds:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Effects on the command: delay, current loop, dead band, hidden limit.
+//! Effects on the command: delay, current loop, dead band, hidden limit, another gain in each direction.
 
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
@@ -103,4 +103,21 @@ fn a_dead_band_takes_its_part_of_the_command_behind_the_limit() {
         still.advance(-0.02);
     }
     assert!(still.position() == 0.0, "within the dead band nothing acts");
+}
+
+#[test]
+fn a_gain_that_differs_by_direction_is_another_b_for_each_sign_of_the_command() {
+    let effects = Effects {
+        gain_asymmetry: 0.1,
+        ..Effects::NONE
+    };
+    for (command, b) in [(0.4, 110.0), (-0.4, 90.0)] {
+        let mut servo = servo(&RUBBING, &effects);
+        let mut plant = Plant::at_rest(&ServoParameters { b, ..RUBBING }, SAMPLE_TIME);
+        for _ in 0..1000 {
+            servo.advance(command);
+            plant.advance(command);
+            assert_close(servo.position(), plant.position, 1e-10, "position");
+        }
+    }
 }

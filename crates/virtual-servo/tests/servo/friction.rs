@@ -1,4 +1,4 @@
-//! Friction beyond a and c: asymmetry, low speed.
+//! Friction beyond a and c: asymmetry, low speed, the square of the speed, load.
 
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant, Servo};
@@ -114,6 +114,54 @@ fn friction_that_grows_with_speed_from_almost_nothing_lets_it_creep() {
             "{knee}: {servo:?}"
         );
     }
+}
+
+#[test]
+fn drag_slows_a_coasting_servo_by_the_square_of_its_speed() {
+    // dv/dt = −κ |v| v: 1/|v| grows by κ t, in either direction.
+    let effects = Effects {
+        quadratic_friction: 0.8,
+        ..Effects::NONE
+    };
+    for push in [0.5, -0.5] {
+        let mut servo = servo(&FREE, &effects);
+        for _ in 0..300 {
+            servo.advance(push);
+        }
+        let at_first = servo.velocity();
+        assert!(at_first * push > 2.0, "it moves: {at_first}");
+        for sample in 1..=1000 {
+            servo.advance(0.0);
+            let time = f64::from(sample) * SAMPLE_TIME;
+            let expected = at_first / (1.0 + 0.8 * at_first.abs() * time);
+            assert_close(servo.velocity(), expected, 1e-9, "velocity");
+        }
+    }
+}
+
+#[test]
+fn a_loaded_gear_rubs_by_a_share_of_the_push() {
+    // Driven by p against c + λ p it moves as a plant of c + λ p, and breaks away at c/(1 − λ).
+    let rubbing = ServoParameters {
+        coulomb: 10.0,
+        ..FREE
+    };
+    let effects = Effects {
+        load_dependent_friction: 0.2,
+        ..Effects::NONE
+    };
+    for command in [0.4, -0.4] {
+        let mut loaded = servo(&rubbing, &effects);
+        let coulomb = 10.0 + 0.2 * 40.0;
+        let mut plant = Plant::at_rest(&ServoParameters { coulomb, ..rubbing }, SAMPLE_TIME);
+        for _ in 0..500 {
+            loaded.advance(command);
+            plant.advance(command);
+            assert_close(loaded.position(), plant.position, 1e-10, "position");
+        }
+    }
+    let push = breaks_away_at(&mut servo(&rubbing, &effects), rubbing.b);
+    assert!((12.5..12.52).contains(&push), "{push} rad/s²");
 }
 
 #[test]
