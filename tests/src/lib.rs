@@ -1,5 +1,7 @@
 //! Support of the integration tests: seeded random servos and runs of a scenario.
 
+pub mod logs;
+
 use std::io::Write;
 
 use host_sim::analysis::Summariser;
@@ -42,6 +44,21 @@ impl Random {
     /// Uniform in the logarithm between two positive bounds.
     pub fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.0.next_uniform())
+    }
+
+    /// Standard normal.
+    pub fn normal(&mut self) -> f64 {
+        self.0.next_normal()
+    }
+
+    /// True with a probability.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.uniform(0.0, 1.0) < probability
+    }
+
+    /// One or minus one.
+    pub fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { 1.0 } else { -1.0 }
     }
 
     /// A seed for another generator.

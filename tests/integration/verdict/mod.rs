@@ -3,5 +3,6 @@
 pub(crate) mod campaign;
 mod effects;
 mod honesty;
+mod logs;
 mod misdeclared;
 mod naming;

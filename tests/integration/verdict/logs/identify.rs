@@ -1,0 +1,97 @@
+//! Identification of a drawn log as a user's `replay` does it: from a file with time, position and command.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use host_sim::analysis::Summariser;
+use host_sim::log::Log;
+use host_sim::replay::{fitted, replay};
+use host_sim::result::Summary;
+use host_sim::scenario::{Purpose, Scenario};
+use integration_tests::logs::{DrawnLog, Effect};
+
+/// Settings of an identification that are compared.
+#[derive(Clone, Copy)]
+pub(super) struct Settings {
+    pub(super) name: &'static str,
+    /// The lines of `[identifier]` for a log.
+    identifier: fn(&DrawnLog) -> String,
+}
+
+/// The four parameters.
+pub(super) const FOUR: Settings = Settings {
+    name: "four parameters",
+    identifier: |_| super::super::campaign::ALL_FOUR.to_owned(),
+};
+
+/// Every term of the model on evidence. The orders of ripples are known, as a motor's number of poles is; the speed of
+/// low-speed friction is a guess.
+pub(super) const ALL_TERMS: Settings = Settings {
+    name: "all terms on evidence",
+    identifier: |log| {
+        let order = if log.draw.present.contains(&Effect::Ripple) {
+            log.draw.effects.ripple_order
+        } else {
+            12
+        };
+        format!(
+            "{}\nterms = [\"delay\", \"asymmetry\", \"low-speed\", \"gravity\", \"ripple\", \"dead-band\"]\n\
+             low_speed_velocity = {:?}\nripple_order = {order}",
+            super::super::campaign::ALL_FOUR,
+            0.1 * log.velocity_rms
+        )
+    },
+};
+
+/// A drawn log as a file, which goes with the value.
+pub(super) struct LogFile(PathBuf);
+
+impl LogFile {
+    /// Writes the log.
+    pub(super) fn write(log: &DrawnLog) -> Self {
+        let mut text = String::from("time_s,position_rad,command\n");
+        for (sample, command) in log.commands.iter().enumerate() {
+            let time = sample as f64 * log.draw.sample_time;
+            let position = log.position(sample);
+            writeln!(text, "{time},{position},{command}").expect("a String takes all");
+        }
+        // Tests run at the same time, and so do their threads.
+        let thread = std::thread::current().id();
+        let name = format!("drawn-{}-{thread:?}.csv", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::write(&path, text).expect("the log can be written");
+        Self(path)
+    }
+
+    /// Replays the log.
+    ///
+    /// # Errors
+    /// The refusal of the log or the scenario.
+    pub(super) fn identify(&self, log: &DrawnLog, settings: Settings) -> Result<Summary, String> {
+        let text = format!(
+            "[encoder]\ncounts_per_rev = {:?}\n[identifier]\n{}\n\
+             [log]\ntime = \"time_s\"\nposition = \"position_rad\"\ncommand = \"command\"\nangle = \"absolute\"\n",
+            log.draw.counts_per_rev,
+            (settings.identifier)(log)
+        );
+        let scenario = Scenario::parse("drawn", &text, Purpose::Replay).expect("valid settings");
+        identify(&self.0, scenario)
+    }
+}
+
+impl Drop for LogFile {
+    fn drop(&mut self) {
+        // What is left in a directory for temporary files does no harm.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn identify(path: &Path, scenario: Scenario) -> Result<Summary, String> {
+    let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
+        .map_err(|error| error.to_string())?;
+    let scenario = fitted(scenario, &log);
+    let mut summariser = Summariser::lasting(&scenario, log.duration());
+    let replayed = replay(&scenario, &log, 1, &mut |_, sample| summariser.add(sample))
+        .map_err(|error| error.to_string())?;
+    Ok(summariser.finish(&scenario, replayed.outcome))
+}

@@ -1,0 +1,75 @@
+//! Campaigns over [drawn logs](integration_tests::logs), which are identified as a user's `replay` would.
+//!
+//! ```sh
+//! LOGS=1000 SEED=7 cargo test -p integration-tests --test integration verdict::logs:: -- --ignored --nocapture
+//! ```
+//!
+//! `DETAIL=1` prints a line per log, and `LOGS_DIR=directory` with `verdict::logs::dump` writes the logs as files.
+
+mod dump;
+mod identify;
+mod judge;
+mod table;
+mod truth;
+
+use integration_tests::environment;
+use integration_tests::logs::Draw;
+
+use identify::{ALL_TERMS, FOUR, Settings};
+use judge::{Judgement, judge};
+use table::{count, table};
+
+/// The seed and the number of logs of a campaign on demand: `SEED=7 LOGS=1000`.
+fn campaign() -> (u32, u32) {
+    (
+        environment("SEED").unwrap_or(1),
+        environment("LOGS").unwrap_or(300),
+    )
+}
+
+/// Judges the logs of a campaign and prints the table; with `DETAIL`, and of what is wrong in any case, a line per log.
+fn run(settings: &[Settings], (seed, count): (u32, u32)) -> Vec<Vec<Judgement>> {
+    let numbers: Vec<u32> = (0..count).collect();
+    let judged = judge(settings, &numbers, |number| Draw::log(seed, number));
+    let all = environment::<u8>("DETAIL").is_some();
+    for (settings, judged) in settings.iter().zip(&judged) {
+        for (number, judgement) in judged.iter().enumerate() {
+            if all || (judgement.is_converged && !judgement.is_right()) {
+                let effects = judgement.present.iter().map(|effect| effect.name());
+                println!(
+                    "{}, log {number} of seed {seed} with [{}]: wrong {:.2}, b off {:.3} %; {}",
+                    settings.name,
+                    effects.collect::<Vec<_>>().join(", "),
+                    judgement.wrongness.unwrap_or(f64::NAN),
+                    100.0 * judgement.off_b.unwrap_or(f64::NAN),
+                    judgement.reason
+                );
+            }
+        }
+    }
+    println!("{}", table(settings, &judged));
+    judged
+}
+
+#[test]
+#[ignore = "minutes: LOGS=1000 SEED=n"]
+fn with_drawn_effects() {
+    run(&[FOUR, ALL_TERMS], campaign());
+}
+
+/// A campaign small enough for every change: it may not become worse than it was.
+#[test]
+fn of_a_few_drawn_logs_as_many_are_right_as_ever() {
+    const LEAST_RIGHT: usize = 14;
+    const MOST_WRONG: usize = 2;
+    let [judged] = &run(&[FOUR], (2, 40))[..] else {
+        panic!("one list for one setting")
+    };
+    let judged: Vec<&Judgement> = judged.iter().collect();
+    let right = count(&judged, |j| j.is_converged && j.is_right());
+    let wrong = count(&judged, |j| j.is_converged && !j.is_right());
+    assert!(right >= LEAST_RIGHT, "{right} are converged and right");
+    assert!(wrong <= MOST_WRONG, "{wrong} are converged and wrong");
+    let exact_and_wrong = |j: &Judgement| j.present.is_empty() && j.is_converged && !j.is_right();
+    assert_eq!(count(&judged, exact_and_wrong), 0);
+}

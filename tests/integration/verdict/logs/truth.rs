@@ -1,0 +1,108 @@
+//! The true parameters of a drawn log.
+
+use identifier_core::parameters::Parameter;
+use integration_tests::logs::DrawnLog;
+
+/// The range of a parameter of the true servo in its log, from the lowest to the highest value.
+///
+/// It is one value, the servo's own, except where the log has several, each of which is right:
+/// - what drifts and steps has those from the beginning to the end of the record;
+/// - of an inertia, a gain and a load that vary with the angle, or a gain with the sign of the command, the record shows
+///   the mean over the angles and commands that are in it, which on small travel no identification can tell from the
+///   servo's own.
+pub(super) fn truth(parameter: Parameter, log: &DrawnLog) -> [f64; 2] {
+    let draw = &log.draw;
+    let own = parameter.value_in(&draw.servo);
+    let samples = [draw.skipped, draw.skipped + draw.samples];
+    let drifting = |rate: f64| samples.map(|sample| 1.0 + rate * sample as f64 * draw.sample_time);
+    let in_time = match parameter {
+        Parameter::A | Parameter::Coulomb => drifting(draw.effects.friction_drift),
+        Parameter::B => drifting(draw.effects.gain_drift),
+        Parameter::Load => [1.0, 1.0],
+    };
+    let shown = Shown::of(log);
+    let means = match parameter {
+        Parameter::B => shown.gains,
+        Parameter::A | Parameter::Coulomb | Parameter::Load => shown.mobilities,
+    };
+    let factors = in_time
+        .iter()
+        .flat_map(|in_time| means.iter().map(move |mean| in_time * mean));
+    let values: Vec<f64> = if parameter == Parameter::Load {
+        let steps = draw.load_steps.iter().map(|step| own + step.load);
+        let levels: Vec<f64> = steps.chain([own, own + shown.load]).collect();
+        let all = levels
+            .iter()
+            .flat_map(|level| means.map(|mean| mean * level));
+        all.collect()
+    } else {
+        factors.map(|factor| own * factor).collect()
+    };
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [low, high]
+}
+
+/// What a record shows of quantities that vary with angle and command: the servo's own, the mean over the record, and
+/// the mean over the record by the square of the command, which excites.
+struct Shown {
+    /// Gain over its own.
+    gains: [f64; 3],
+    /// Mean inertia over inertia.
+    mobilities: [f64; 3],
+    /// Mean load by the angle, rad/s².
+    load: f64,
+}
+
+impl Shown {
+    fn of(log: &DrawnLog) -> Self {
+        let effects = &log.draw.effects;
+        let (mut gains, mut mobilities) = (Mean::default(), Mean::default());
+        let mut load = 0.0;
+        for (sample, command) in log.commands.iter().enumerate() {
+            let angle = log.position(sample);
+            let wave = |[sine, cosine]: [f64; 2], order: u32| {
+                if sine == 0.0 && cosine == 0.0 {
+                    return 0.0;
+                }
+                let (sin, cos) = (f64::from(order) * angle).sin_cos();
+                sine * sin + cosine * cos
+            };
+            let mobility = 1.0 / (1.0 + wave(effects.inertia_variation, effects.inertia_order));
+            let ripple = 1.0 + wave(effects.torque_ripple, effects.torque_ripple_order);
+            let by_direction = 1.0 + effects.gain_asymmetry * command.signum();
+            gains.add(mobility * ripple * by_direction, command * command);
+            mobilities.add(mobility, command * command);
+            load += wave(effects.gravity, 1) + wave(effects.ripple, effects.ripple_order);
+        }
+        Self {
+            gains: gains.values(),
+            mobilities: mobilities.values(),
+            load: load / log.commands.len() as f64,
+        }
+    }
+}
+
+/// Means of a factor, plain and weighted.
+#[derive(Default)]
+struct Mean {
+    count: f64,
+    sum: f64,
+    weight: f64,
+    weighted: f64,
+}
+
+impl Mean {
+    fn add(&mut self, factor: f64, weight: f64) {
+        self.count += 1.0;
+        // Deviations from one add up to nothing where there are none, without rounding.
+        self.sum += factor - 1.0;
+        self.weight += weight;
+        self.weighted += weight * (factor - 1.0);
+    }
+
+    fn values(&self) -> [f64; 3] {
+        let weighted = self.weighted / self.weight.max(f64::MIN_POSITIVE);
+        [1.0, 1.0 + self.sum / self.count, 1.0 + weighted]
+    }
+}
