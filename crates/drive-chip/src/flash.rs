@@ -71,7 +71,8 @@ impl NorFlashError for FlashError {
 }
 
 impl<B: Bus> RecordFlash<B> {
-    pub(crate) fn new(bus: B, sectors: Sectors) -> Self {
+    /// Of a chip whose flash nothing else writes.
+    pub fn new(bus: B, sectors: Sectors) -> Self {
         Self { bus, sectors }
     }
 

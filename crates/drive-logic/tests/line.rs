@@ -358,6 +358,82 @@ fn a_stop_while_a_run_is_built_prevents_its_start() {
     assert!(drive.bench.held.get().is_some());
 }
 
+/// Bytes that were heard already.
+struct Waiting(VecDeque<u8>);
+
+impl Line for Waiting {
+    fn listen(&mut self) {}
+
+    fn receive(&mut self) -> Option<u8> {
+        self.0.pop_front()
+    }
+
+    fn room(&self) -> usize {
+        ROOM
+    }
+
+    fn send(&mut self, _: &[u8]) {}
+}
+
+#[test]
+fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut listener = drive.listener.take().expect("one line");
+    let mut conversation = Conversation::new();
+    let start = frame(&Request {
+        id: 1,
+        command: Command::Start,
+    });
+    let start = start.expect("it fits");
+    let mut line = Waiting(start.iter().copied().collect());
+    listener.disturbed();
+    conversation.turn(&mut line, &mut drive.supervisor);
+    drive.sample();
+    assert!(drive.bench.held.get().is_none(), "a stop may be lost");
+    assert_eq!(drive.refusal(Command::Target(0.1)), Refusal::LineDisturbed);
+    assert_eq!(drive.status().disturbed, 1);
+    // Nothing is left of that time.
+    conversation.turn(&mut line, &mut drive.supervisor);
+    line.0.extend(start.iter());
+    conversation.turn(&mut line, &mut drive.supervisor);
+    drive.sample();
+    assert!(drive.bench.held.get().is_some());
+    // A run that is under way is not ended: silence ends it, if it lasts.
+    listener.disturbed();
+    drive.sample();
+    assert!(drive.bench.held.get().is_some());
+}
+
+#[test]
+fn a_stop_that_is_heard_voids_an_order_that_is_on_its_way() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut listener = drive.listener.take().expect("one line");
+    drive.done(Command::Start);
+    let stop = frame(&Request {
+        id: 1,
+        command: Command::Stop,
+    });
+    let stop = stop.expect("it fits");
+    stop.iter().for_each(|&byte| listener.take(byte));
+    for _ in 0..5 {
+        drive.sample();
+        assert!(drive.bench.held.get().is_none());
+    }
+    // It is decoded only now.
+    assert_eq!(drive.refusal(Command::Start), Refusal::Overtaken);
+    drive.done(Command::Stop);
+    drive.pass(5);
+    drive.done(Command::Start);
+    drive.pass(5);
+    assert!(drive.bench.held.get().is_some());
+    // And the next one that is heard stops the run without being decoded at all.
+    stop.iter().for_each(|&byte| listener.take(byte));
+    drive.sampler.interrupt(&mut bench.pins());
+    assert!(drive.bench.held.get().is_none());
+}
+
 #[test]
 fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
     let mut random = Random(7);

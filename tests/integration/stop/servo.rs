@@ -1,0 +1,169 @@
+//! A servo and the settings of its drive.
+
+use std::cell::{Cell, RefCell};
+use std::f64::consts::TAU;
+
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_logic::{Chip, Lines, OutputStage};
+use identifier_core::ControllerSettings;
+use identifier_core::commission::{CommissionSettings, Limits};
+use identifier_core::drive::{Actuator, PositionSensor};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::Goal;
+use virtual_servo::{Encoder, Plant};
+
+const COUNTS: f64 = 10_000.0;
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 15.0,
+    load: 0.0,
+};
+
+pub(super) const STAGE: OutputStage = OutputStage {
+    full_scale: 10.0,
+    period: 5e-5,
+    command_delay: 1.25e-5,
+};
+
+/// Settings of a drive at a rate, Hz.
+pub(super) fn settings(rate: u32) -> Settings {
+    let core = identifier_core::Settings {
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..identifier_core::Settings::new(1.0 / f64::from(rate), COUNTS)
+    };
+    Settings {
+        closed_loop: LoopSettings {
+            core,
+            law: Law::GaussNewton,
+            format: Format::Single,
+        },
+        dither: Dither {
+            amplitude: 0.05,
+            hold: 0.05,
+        },
+        protection: Protection {
+            following_error: 3.0,
+            travel: 51.0,
+            pace: 5.0,
+            speed: 100.0,
+            breakaway: 0.3,
+            stall_time: 1.0,
+            overruns: 3,
+            duration: 0.0,
+            link_timeout: 0.0,
+            stop_time: 0.5,
+        },
+    }
+}
+
+/// A commissioning of it.
+pub(super) fn order(settings: &Settings) -> CommissionSettings {
+    CommissionSettings {
+        sample_time: settings.closed_loop.core.sample_time,
+        resolution: TAU / COUNTS,
+        limits: Limits {
+            travel: [-2.0, 2.0],
+            speed: 60.0,
+            command: [-10.0, 10.0],
+            duration: 2.0,
+            one_way: false,
+        },
+        command_delay: 0.0,
+        max_gain: None,
+        goal: Goal::Bandwidth(40.0),
+        max_sensitivity: 1.6,
+        trial_step: None,
+    }
+}
+
+/// The servo at the output of a drive.
+pub(super) struct Servo {
+    plant: RefCell<Plant>,
+    encoder: Encoder,
+    held: Cell<Option<f32>>,
+}
+
+impl Servo {
+    pub(super) fn new(sample_time: f64) -> Self {
+        Self {
+            plant: RefCell::new(Plant::at_rest(&SERVO, sample_time)),
+            encoder: Encoder::new(COUNTS),
+            held: Cell::new(None),
+        }
+    }
+
+    pub(super) fn is_driven(&self) -> bool {
+        self.held.get().is_some()
+    }
+
+    /// Moves for a sample.
+    pub(super) fn advance(&self) {
+        let command = self.held.get().unwrap_or(0.0);
+        self.plant.borrow_mut().advance(command.into());
+    }
+}
+
+/// The servo as the sample interrupt has it.
+pub(super) struct Pins<'a> {
+    sensor: &'a Servo,
+    output: &'a Servo,
+}
+
+impl<'a> Pins<'a> {
+    pub(super) fn of(servo: &'a Servo) -> Self {
+        Self {
+            sensor: servo,
+            output: servo,
+        }
+    }
+}
+
+impl<'a> Chip for Pins<'a> {
+    type Sensor = &'a Servo;
+    type Output = &'a Servo;
+
+    fn lines(&self) -> Lines {
+        Lines {
+            amplifier: true,
+            low_switch: true,
+            high_switch: true,
+        }
+    }
+
+    fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output) {
+        (&mut self.sensor, &mut self.output)
+    }
+
+    fn next_is_due(&self) -> bool {
+        false
+    }
+
+    fn feed_watchdog(&mut self) {}
+}
+
+impl PositionSensor for &Servo {
+    type Error = ();
+
+    fn count(&mut self) -> Result<i32, ()> {
+        let position = self.plant.borrow().position;
+        // 32 bits wrap.
+        Ok(self.encoder.read(position) as i32)
+    }
+}
+
+impl Actuator<f32> for &Servo {
+    type Error = ();
+
+    fn hold(&mut self, command: f32) -> Result<(), ()> {
+        self.held.set(Some(command));
+        Ok(())
+    }
+
+    fn release(&mut self) -> Result<(), ()> {
+        self.held.set(None);
+        Ok(())
+    }
+}
