@@ -90,6 +90,21 @@ causes! {
     /// Friction that drifts.
     FrictionDrift: "friction-drift", None, "friction that drifts",
         "let the estimates follow with identifier.memory, or warm up first";
+    /// A current loop whose time constant is no delay.
+    CurrentLoop: "current-loop", None, "a current loop between command and motion",
+        "set amplifier.current_loop";
+    /// Friction that grows with the load.
+    LoadFriction: "load-friction", None, "friction that grows with the load",
+        "the model has no such term: identify at the loads that matter";
+    /// A gain that differs between the directions.
+    GainAsymmetry: "gain-asymmetry", None, "a gain that differs between the directions",
+        "calibrate the amplifier's zero and gain in both directions";
+    /// A gain that goes with the angle.
+    TorqueRipple: "torque-ripple", None, "a gain that goes with the angle (torque ripple)",
+        "the model has no such term: check the commutation's offset";
+    /// An inertia that goes with the angle.
+    VaryingInertia: "varying-inertia", None, "an inertia that goes with the angle",
+        "identify about the pose that matters";
     /// A limit of the command that the recorded command does not have.
     HiddenLimit: "hidden-limit", None, "a limit of the command that is not in the recorded command",
         "record the command behind every limit, or keep it away from them";

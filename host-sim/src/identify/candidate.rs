@@ -1,0 +1,181 @@
+//! Effects that a servo may have beyond friction, load and delay.
+
+use std::f64::consts::TAU;
+
+use identifier_core::identification::{Column, Effect, Values};
+
+use crate::verdict::Cause;
+
+/// An effect in one of its forms, as columns of a pass.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Candidate {
+    pub(super) cause: Cause,
+    pub(super) columns: Vec<Column>,
+}
+
+/// Orders of ripple that are looked for: pole pairs and slots of usual motors.
+const ORDERS: [f64; 6] = [2.0, 6.0, 12.0, 18.0, 24.0, 36.0];
+
+/// Orders of the gain's ripple.
+const GAIN_ORDERS: [f64; 3] = [2.0, 6.0, 12.0];
+
+/// Speeds at which friction may fade, of a large velocity of the motion.
+const FADING: [f64; 3] = [0.03, 0.1, 0.3];
+
+/// The figures of a record that candidates depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Range {
+    /// A large velocity, counts/sample.
+    pub(super) velocity: f64,
+    /// Distance between the ends of the motion, rad; zero on an axis without angle.
+    pub(super) angle: f64,
+    /// Levels of the command below which half, three quarters, nine tenths and most of it lies.
+    pub(super) levels: [f64; 4],
+}
+
+impl Candidate {
+    fn plain(cause: Cause, effects: &[Effect]) -> Self {
+        Self::at(cause, effects, 0.0)
+    }
+
+    fn at(cause: Cause, effects: &[Effect], setting: f64) -> Self {
+        let column = |&effect: &Effect| Column { effect, setting };
+        Self {
+            cause,
+            columns: effects.iter().map(column).collect(),
+        }
+    }
+
+    /// All that have not entered.
+    pub(super) fn all(range: &Range, entered: &[Cause]) -> Vec<Self> {
+        use Effect as E;
+        let mut all = vec![
+            Self::plain(Cause::CurrentLoop, &[E::CurrentLoop]),
+            Self::plain(Cause::Asymmetry, &[E::Asymmetry]),
+            Self::plain(Cause::QuadraticFriction, &[E::Quadratic]),
+            Self::plain(Cause::DeadBand, &[E::DeadBand]),
+            Self::plain(Cause::LoadFriction, &[E::LoadFriction]),
+            Self::plain(Cause::GainDrift, &[E::GainDrift]),
+            Self::plain(Cause::FrictionDrift, &[E::FrictionDrift]),
+            Self::plain(Cause::GainAsymmetry, &[E::GainAsymmetry]),
+            Self::plain(Cause::Resonance, &[E::Compliance]),
+        ];
+        for level in range.levels {
+            all.push(Self::at(Cause::HiddenLimit, &[E::LimitSlope], level));
+        }
+        for share in FADING {
+            let fading = share * range.velocity;
+            all.push(Self::at(Cause::LowSpeedFriction, &[E::LowSpeed], fading));
+        }
+        if range.angle > 0.0 {
+            let gravity = [E::GravitySine, E::GravityCosine];
+            all.push(Self::plain(Cause::Gravity, &gravity));
+            // Over a small angle it is a change of b.
+            if range.angle > 0.5 * TAU {
+                let inertia = [E::InertiaSine, E::InertiaCosine];
+                all.push(Self::plain(Cause::VaryingInertia, &inertia));
+            }
+        }
+        let seen = |order: &f64| range.angle > TAU / order;
+        for order in ORDERS.into_iter().filter(seen) {
+            let ripple = [E::RippleSine, E::RippleCosine];
+            all.push(Self::at(Cause::Ripple, &ripple, order));
+        }
+        for order in GAIN_ORDERS.into_iter().filter(seen) {
+            let ripple = [E::TorqueRippleSine, E::TorqueRippleCosine];
+            all.push(Self::at(Cause::TorqueRipple, &ripple, order));
+        }
+        all.retain(|candidate| !entered.contains(&candidate.cause));
+        all
+    }
+
+    /// True if its size cannot be negative.
+    pub(super) fn is_positive(&self) -> bool {
+        matches!(
+            self.cause,
+            Cause::DeadBand
+                | Cause::CurrentLoop
+                | Cause::LoadFriction
+                | Cause::Resonance
+                | Cause::HiddenLimit
+        )
+    }
+
+    /// The values with which a search for it begins, its sizes by linear algebra, and the effects that are
+    /// free with it.
+    pub(super) fn enter(
+        &self,
+        values: &Values,
+        free: &[Effect],
+        sizes: &[f64],
+        range: &Range,
+        command: f64,
+    ) -> (Values, Vec<Effect>) {
+        let mut values = *values;
+        let mut free = free.to_vec();
+        let setting = self.columns[0].setting;
+        if self.cause == Cause::HiddenLimit {
+            values.set(Effect::LimitSlope, 1.0);
+            values.set(Effect::HiddenLimit, 1.1 * setting);
+            free.push(Effect::HiddenLimit);
+            return (values, free);
+        }
+        for (column, &size) in self.columns.iter().zip(sizes) {
+            let effect = column.effect;
+            free.push(effect);
+            let value = match effect {
+                Effect::CurrentLoop => {
+                    // A current loop begins with half of the delay; one that begins at zero ends nowhere.
+                    let delay = values.get(Effect::Delay);
+                    let lag = (0.5 * delay).clamp(0.3, 3.0);
+                    values.set(Effect::Delay, delay - lag);
+                    lag
+                }
+                Effect::DeadBand => size.clamp(0.0, 0.05 * command),
+                Effect::LoadFriction => size.clamp(0.0, 0.2),
+                Effect::GainDrift
+                | Effect::GainAsymmetry
+                | Effect::TorqueRippleSine
+                | Effect::TorqueRippleCosine
+                | Effect::InertiaSine
+                | Effect::InertiaCosine => size.clamp(-0.3, 0.3),
+                Effect::LowSpeed => size.max(-values.get(Effect::Coulomb)),
+                _ => size,
+            };
+            values.set(effect, value);
+        }
+        match self.cause {
+            Cause::LowSpeedFriction => {
+                values.set(Effect::LowSpeedVelocity, setting.min(range.velocity));
+                free.push(Effect::LowSpeedVelocity);
+            }
+            Cause::Ripple | Cause::TorqueRipple => values.order = setting,
+            _ => {}
+        }
+        (values, free)
+    }
+}
+
+/// The effects that a cause sets free.
+pub(super) fn effects(cause: Cause) -> &'static [Effect] {
+    use Effect as E;
+    match cause {
+        Cause::Delay => &[E::Delay],
+        Cause::CurrentLoop => &[E::CurrentLoop],
+        Cause::Asymmetry => &[E::Asymmetry],
+        Cause::QuadraticFriction => &[E::Quadratic],
+        Cause::DeadBand => &[E::DeadBand],
+        Cause::LoadFriction => &[E::LoadFriction],
+        Cause::GainDrift => &[E::GainDrift],
+        Cause::FrictionDrift => &[E::FrictionDrift],
+        Cause::GainAsymmetry => &[E::GainAsymmetry],
+        Cause::Resonance => &[E::Compliance],
+        Cause::HiddenLimit => &[E::HiddenLimit],
+        Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
+        Cause::Gravity => &[E::GravitySine, E::GravityCosine],
+        Cause::VaryingInertia => &[E::InertiaSine, E::InertiaCosine],
+        Cause::Ripple => &[E::RippleSine, E::RippleCosine],
+        Cause::TorqueRipple => &[E::TorqueRippleSine, E::TorqueRippleCosine],
+        _ => &[],
+    }
+}

@@ -1,0 +1,195 @@
+//! Identification of a whole record at once: the core's fit, and the effects that it needs.
+
+mod candidate;
+mod recording;
+mod scan;
+mod tournament;
+mod uncertainty;
+
+use identifier_core::identification::{Effect, Fitted, Fitter, Search, Values};
+
+use crate::verdict::Cause;
+use candidate::Range;
+use tournament::{Model, Tournament};
+
+pub(crate) use recording::{Logged, Recording};
+
+/// A servo identified from a record, counts and samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Identified {
+    /// The estimates.
+    pub(crate) values: Values,
+    /// The effects that were estimated, and their standard errors.
+    pub(crate) estimated: Vec<(Effect, f64)>,
+    /// The effects that entered, first things first, and whether each is certainly the one.
+    pub(crate) entered: Vec<Entered>,
+    /// Effects that may be missing, by the gain that they promise.
+    pub(crate) promising: Vec<(Cause, f64)>,
+    /// Deviation of the sensor's noise, counts.
+    pub(crate) noise: f64,
+    /// By how much the command was recorded late, samples; none where it was not.
+    pub(crate) lateness: Option<f64>,
+    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
+    pub(crate) profile: [f64; 2],
+    /// Condition number of the normal equations.
+    pub(crate) condition: f64,
+    /// Effects that stand at a bound.
+    pub(crate) at_bound: Vec<Effect>,
+    /// The largest velocity and command of the record.
+    pub(crate) velocity: f64,
+    pub(crate) command: f64,
+    /// True if the servo moved in both directions.
+    pub(crate) reverses: bool,
+}
+
+/// An effect that entered.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Entered {
+    pub(crate) cause: Cause,
+    /// The gain, and the next best with its own, −2 ln L in independent rows.
+    pub(crate) gain: f64,
+    pub(crate) runner_up: Option<(Cause, f64)>,
+}
+
+impl Entered {
+    /// True if the next best is worse by a clear factor.
+    pub(crate) fn is_certain(&self) -> bool {
+        /// Factor between the gains.
+        const CLEAR: f64 = 1.35;
+        self.runner_up
+            .is_none_or(|(_, gain)| self.gain > CLEAR * gain)
+    }
+}
+
+/// The extent of an identification.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Effort {
+    /// Effects that may enter.
+    pub(crate) effects: usize,
+}
+
+/// Identifies the servo of a record; none where there is no motion or nothing explains it. `known` are values
+/// that are declared and not fitted.
+pub(crate) fn identify(
+    recording: &Recording,
+    known: &Values,
+    effort: Effort,
+) -> Option<Identified> {
+    const FIRST: Search = Search {
+        steps: 4,
+        tolerance: 1e-7,
+    };
+    const AGAIN: Search = Search {
+        steps: 3,
+        tolerance: 1e-7,
+    };
+    const LAST: Search = Search {
+        steps: 6,
+        tolerance: 1e-8,
+    };
+    let record = recording.record();
+    let mut fitter = Fitter::new(&record)?;
+    let (start, _) = fitter.start()?;
+    let mut values = *known;
+    for effect in Effect::BASE {
+        values.set(effect, start.get(effect));
+    }
+    let mut lateness = None;
+    fitter.earliest = 0.0;
+    if let Some(late) = (Fitter {
+        earliest: -3.5,
+        ..fitter
+    })
+    .lateness(&values)
+        && late.is_certain()
+    {
+        lateness = Some(late.samples);
+        fitter.earliest = -late.samples.round();
+        values = late.values;
+    }
+    let delay = values.get(Effect::Delay).max(fitter.earliest);
+    values.set(Effect::Delay, delay);
+    let free = Effect::BASE.to_vec();
+    let fitted = fitter.best_horizon(&values, &free, fitter.horizons(), FIRST)?;
+    let range = Range {
+        velocity: fitter.survey.velocity,
+        angle: recording.span(),
+        levels: recording.levels([0.5, 0.75, 0.9, 0.97]),
+    };
+    let tournament = Tournament {
+        fitter: &fitter,
+        range: &range,
+    };
+    let mut model = Model {
+        free,
+        rows_per_row: fitted.covariances.rows_per_independent_row(),
+        fitted,
+        entered: Vec::new(),
+    };
+    let rehorizon = |model: &mut Model, search: Search, wide: bool| {
+        let found = if wide {
+            fitter.best_horizon(&model.fitted.values, &model.free, fitter.horizons(), search)
+        } else {
+            let about = fitter.horizons_about(model.fitted.horizon);
+            fitter.best_horizon(&model.fitted.values, &model.free, about, search)
+        };
+        if let Some(fitted) = found {
+            model.fitted = fitted;
+            model.rows_per_row = model.fitted.covariances.rows_per_independent_row();
+        }
+    };
+    for round in 0..effort.effects {
+        if !tournament.round(&mut model) {
+            break;
+        }
+        rehorizon(&mut model, AGAIN, round == 0);
+    }
+    tournament.prune(&mut model);
+    rehorizon(&mut model, LAST, false);
+    let answers = tournament.answers(&model);
+    let std_errors = uncertainty::std_errors(&fitter, &model, &answers);
+    let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
+    let Fitted {
+        values,
+        sums,
+        covariances,
+        ..
+    } = &model.fitted;
+    let at_bound = (model.free.iter().copied())
+        .filter(|&effect| {
+            let [low, high] = fitter.bounds(values, effect);
+            let value = values.get(effect);
+            let may_be_none = value == 0.0 && low == 0.0;
+            (value <= low || value >= high) && !may_be_none
+        })
+        .collect();
+    let mut promising: Vec<(Cause, f64)> = Vec::new();
+    for answer in &answers {
+        let cause = answer.candidate.cause;
+        if promising.iter().all(|(other, _)| *other != cause) {
+            promising.push((cause, answer.held_out));
+        }
+    }
+    let entered = (model.entered.iter())
+        .map(|entry| Entered {
+            cause: entry.cause,
+            gain: entry.gain,
+            runner_up: entry.runner_up,
+        })
+        .collect();
+    let (load, _) = fitter.load(&model.fitted, &model.free);
+    Some(Identified {
+        values: values.with(Effect::Load, load),
+        estimated: model.free.iter().copied().zip(std_errors).collect(),
+        entered,
+        promising,
+        noise: sums.noise().sqrt(),
+        lateness: lateness.map(|_| -values.get(Effect::Delay)),
+        profile,
+        condition: covariances.condition,
+        at_bound,
+        velocity: fitter.survey.velocity,
+        command: fitter.survey.command,
+        reverses: recording.reverses(),
+    })
+}

@@ -1,0 +1,203 @@
+//! Effects enter the model one at a time: those that promise most are fitted, and the best of them stays if it
+//! explains enough that the model did not see.
+
+use identifier_core::identification::{Effect, Fitted, Fitter, Search, Values, segments};
+
+use super::candidate::{Candidate, Range, effects};
+use super::scan::{Answer, scan};
+use crate::verdict::Cause;
+
+/// The state of a tournament: the model so far.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    pub(super) free: Vec<Effect>,
+    pub(super) fitted: Fitted,
+    pub(super) entered: Vec<Entry>,
+    /// Rows that count as one: how coloured the innovations are.
+    pub(super) rows_per_row: f64,
+}
+
+/// An effect that has entered.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    pub(super) cause: Cause,
+    /// Gain in −2 ln L, in independent rows.
+    pub(super) gain: f64,
+    /// The next best, and its gain.
+    pub(super) runner_up: Option<(Cause, f64)>,
+}
+
+/// The least gain with which an effect enters, in independent rows.
+const MIN_GAIN: f64 = 30.0;
+
+/// The gain below which an effect of two unknowns goes again.
+const MIN_KEPT_GAIN: f64 = 25.0;
+
+/// The same for one that is within 2.5 standard errors of nothing.
+const MIN_SURE_GAIN: f64 = 10.0;
+const MIN_STD_ERRORS: f64 = 2.5;
+
+/// Candidates that are fitted in a round.
+const MAX_FITTED: usize = 5;
+
+/// A candidate with less than this part of the best's gain is not fitted.
+const MIN_SHARE: f64 = 0.2;
+
+const SEARCH: Search = Search {
+    steps: 8,
+    tolerance: 1e-7,
+};
+
+pub(super) struct Tournament<'a> {
+    pub(super) fitter: &'a Fitter<'a>,
+    pub(super) range: &'a Range,
+}
+
+impl Tournament<'_> {
+    fn likelihood(fitted: &Fitted) -> f64 {
+        fitted.sums.minus_two_log_likelihood()
+    }
+
+    /// Lets the effect enter that wins; false if none does.
+    pub(super) fn round(&self, model: &mut Model) -> bool {
+        let answers = self.answers(model);
+        let promising = self.promising(&answers, model);
+        let price = (segments(self.fitter.record.len()) as f64).ln();
+        let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
+        for answer in promising {
+            let command = self.fitter.survey.command;
+            let (values, free) = answer.candidate.enter(
+                &model.fitted.values,
+                &model.free,
+                &answer.sizes,
+                self.range,
+                command,
+            );
+            let Some(fitted) = self.fit(&values, &free, &model.fitted) else {
+                continue;
+            };
+            let change = Self::likelihood(&model.fitted) - Self::likelihood(&fitted);
+            let added = (free.len() - model.free.len()) as f64;
+            let gain = change / model.rows_per_row - added * price;
+            if gain.is_finite() {
+                fits.push((gain, answer.candidate.cause, fitted, free));
+            }
+        }
+        fits.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let runner_up = fits.get(1).map(|(gain, cause, ..)| (*cause, *gain));
+        let Some((gain, cause, fitted, free)) = fits.into_iter().next() else {
+            return false;
+        };
+        if gain < MIN_GAIN {
+            return false;
+        }
+        model.free = free;
+        model.fitted = fitted;
+        model.entered.push(Entry {
+            cause,
+            gain,
+            runner_up,
+        });
+        true
+    }
+
+    fn fit(&self, values: &Values, free: &[Effect], at: &Fitted) -> Option<Fitted> {
+        self.fitter.fit(values, free, at.horizon, SEARCH)
+    }
+
+    /// The answers of all candidates that have not entered.
+    pub(super) fn answers(&self, model: &Model) -> Vec<Answer> {
+        let entered: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
+        let candidates = Candidate::all(self.range, &entered);
+        scan(self.fitter, &model.fitted, &model.free, candidates)
+    }
+
+    /// The answers that are worth a fit, one of each cause.
+    fn promising<'b>(&self, answers: &'b [Answer], model: &Model) -> Vec<&'b Answer> {
+        /// Held-out gain, and of each of its sizes, and χ², from which an effect is worth a fit.
+        const MIN_HELD_OUT: [f64; 2] = [10.0, 4.0];
+        const MIN_SIGNIFICANCE: f64 = 12.0;
+        const MIN_CONSISTENCY: f64 = 2.0;
+        /// A current loop looks like the delay that is in the model already, and is fitted in any case.
+        const MIN_LAG_SIGNIFICANCE: f64 = 20.0;
+        const MIN_LAG_DELAY: f64 = 0.3;
+        let is_worth = |answer: &&Answer| {
+            let sizes = answer.sizes.len() as f64;
+            answer.held_out > MIN_HELD_OUT[0] + MIN_HELD_OUT[1] * sizes
+                && answer.consistency > MIN_CONSISTENCY
+                && answer.significance > MIN_SIGNIFICANCE
+        };
+        let best = answers
+            .iter()
+            .find(is_worth)
+            .map_or(0.0, |best| best.held_out);
+        let mut promising: Vec<&Answer> = Vec::new();
+        for answer in answers.iter().filter(is_worth) {
+            let cause = answer.candidate.cause;
+            let is_new = promising.iter().all(|other| other.candidate.cause != cause);
+            let is_weak = answer.held_out < MIN_SHARE * best && cause != Cause::CurrentLoop;
+            if is_new && !is_weak && promising.len() < MAX_FITTED {
+                promising.push(answer);
+            }
+        }
+        let delayed = model.fitted.values.get(Effect::Delay) - self.fitter.earliest.max(0.0);
+        let lag = answers.iter().find(|answer| {
+            answer.candidate.cause == Cause::CurrentLoop
+                && delayed > MIN_LAG_DELAY
+                && answer.significance > MIN_LAG_SIGNIFICANCE
+        });
+        if let Some(lag) = lag
+            && promising
+                .iter()
+                .all(|other| other.candidate.cause != Cause::CurrentLoop)
+        {
+            promising.push(lag);
+        }
+        promising
+    }
+
+    /// Takes effects out again that the others have made superfluous.
+    pub(super) fn prune(&self, model: &mut Model) {
+        let causes: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
+        for cause in causes {
+            let own = effects(cause);
+            let errors = model.fitted.std_errors();
+            let is_sure = own.iter().any(|effect| {
+                let place = model.free.iter().position(|one| one == effect);
+                place.is_some_and(|place| {
+                    let value = model.fitted.values.get(*effect);
+                    value.abs() > MIN_STD_ERRORS * errors[place]
+                })
+            });
+            let is_pair = own.len() > 1 || cause == Cause::HiddenLimit;
+            if is_sure && !(is_pair && model.entered.len() > 1) {
+                continue;
+            }
+            let least = if is_pair {
+                MIN_KEPT_GAIN
+            } else {
+                MIN_SURE_GAIN
+            };
+            let mut values = model.fitted.values;
+            for &effect in own {
+                if effect != Effect::LowSpeedVelocity {
+                    values.set(effect, 0.0);
+                }
+            }
+            if cause == Cause::HiddenLimit {
+                values.set(Effect::LimitSlope, 0.0);
+            }
+            let mut free = model.free.clone();
+            free.retain(|effect| !own.contains(effect));
+            let Some(without) = self.fit(&values, &free, &model.fitted) else {
+                continue;
+            };
+            let loss = Self::likelihood(&without) - Self::likelihood(&model.fitted);
+            if loss / model.rows_per_row < least {
+                model.free = free;
+                model.fitted = without;
+                model.entered.retain(|entry| entry.cause != cause);
+            }
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The effects that a fit may estimate.
+
+/// An effect of the servo, of its amplifier or of its encoder that a fit may estimate.
+///
+/// q̈ (1 + i_s sin q + i_c cos q) = −(a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Nq + t_c cos Nq) C(u(t − τ)) + d
+/// + g_s sin q + g_c cos q + r_s sin Nq + r_c cos Nq − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
+///
+/// F being the acceleration by the command and C the front end of the amplifier: current loop, dead band,
+/// limit and gain by direction. The units of values are counts, samples and command units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Effect {
+    /// a, viscous friction over inertia, 1/sample.
+    A,
+    /// b, gain over inertia, counts/sample² per command unit.
+    B,
+    /// c, Coulomb friction over inertia, counts/sample².
+    Coulomb,
+    /// d, load over inertia, counts/sample².
+    Load,
+    /// τ, delay from command to acceleration, samples; negative where the command was recorded late.
+    Delay,
+    /// Time constant of the current loop, samples.
+    CurrentLoop,
+    /// δa, half the difference of viscous friction between the directions, 1/sample.
+    Asymmetry,
+    /// a₂, friction that grows with the square of the velocity, 1/count.
+    Quadratic,
+    /// s, friction that fades with speed, counts/sample².
+    LowSpeed,
+    /// v_s, the speed at which it fades, counts/sample.
+    LowSpeedVelocity,
+    /// g_s, gravity with sin q, counts/sample².
+    GravitySine,
+    /// g_c, gravity with cos q, counts/sample².
+    GravityCosine,
+    /// r_s, ripple with sin Nq, counts/sample².
+    RippleSine,
+    /// r_c, ripple with cos Nq, counts/sample².
+    RippleCosine,
+    /// Dead band of the bridge to either side, command units.
+    DeadBand,
+    /// λ, friction per acceleration by the command, 1.
+    LoadFriction,
+    /// Relative change of the gain over the record, 1.
+    GainDrift,
+    /// Relative change of Coulomb friction over the record, 1.
+    FrictionDrift,
+    /// Command from which on the amplifier gives less than it is asked, command units.
+    HiddenLimit,
+    /// Part of the command beyond the hidden limit that is lost, 1.
+    LimitSlope,
+    /// Half the relative difference of the gain between the directions of the command, 1.
+    GainAsymmetry,
+    /// t_s, ripple of the gain with sin Nq, 1.
+    TorqueRippleSine,
+    /// t_c, ripple of the gain with cos Nq, 1.
+    TorqueRippleCosine,
+    /// i_s, inertia with sin q, 1.
+    InertiaSine,
+    /// i_c, inertia with cos q, 1.
+    InertiaCosine,
+    /// Twist of a compliant shaft per acceleration, sample².
+    Compliance,
+    /// Half the play between motor and encoder, counts.
+    Play,
+}
+
+impl Effect {
+    /// The number of effects.
+    pub const COUNT: usize = Self::ALL.len();
+
+    /// All effects.
+    pub const ALL: [Self; 27] = [
+        Self::A,
+        Self::B,
+        Self::Coulomb,
+        Self::Load,
+        Self::Delay,
+        Self::CurrentLoop,
+        Self::Asymmetry,
+        Self::Quadratic,
+        Self::LowSpeed,
+        Self::LowSpeedVelocity,
+        Self::GravitySine,
+        Self::GravityCosine,
+        Self::RippleSine,
+        Self::RippleCosine,
+        Self::DeadBand,
+        Self::LoadFriction,
+        Self::GainDrift,
+        Self::FrictionDrift,
+        Self::HiddenLimit,
+        Self::LimitSlope,
+        Self::GainAsymmetry,
+        Self::TorqueRippleSine,
+        Self::TorqueRippleCosine,
+        Self::InertiaSine,
+        Self::InertiaCosine,
+        Self::Compliance,
+        Self::Play,
+    ];
+
+    /// The effects of every servo.
+    pub const BASE: [Self; 5] = [Self::A, Self::B, Self::Coulomb, Self::Load, Self::Delay];
+}
+
+/// An effect whose tangent a pass carries, with the setting at which it is asked for: the order of a
+/// wave, the speed at which friction fades or the level of a limit; zero for that of the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    /// The effect.
+    pub effect: Effect,
+    /// Its setting.
+    pub setting: f64,
+}
+
+impl From<Effect> for Column {
+    fn from(effect: Effect) -> Self {
+        Self {
+            effect,
+            setting: 0.0,
+        }
+    }
+}
+
+/// The values of all effects, counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Values {
+    values: [f64; Effect::COUNT],
+    /// N, the order of ripple and of the gain's ripple, 1.
+    pub order: f64,
+}
+
+impl Values {
+    /// No effect.
+    pub const NONE: Self = Self {
+        values: [0.0; Effect::COUNT],
+        order: 1.0,
+    };
+
+    /// The value of an effect.
+    #[must_use]
+    pub const fn get(&self, effect: Effect) -> f64 {
+        self.values[effect as usize]
+    }
+
+    /// Sets the value of an effect.
+    pub const fn set(&mut self, effect: Effect, value: f64) {
+        self.values[effect as usize] = value;
+    }
+
+    /// The same with another value of an effect.
+    #[must_use]
+    pub const fn with(mut self, effect: Effect, value: f64) -> Self {
+        self.set(effect, value);
+        self
+    }
+}

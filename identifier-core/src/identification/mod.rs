@@ -1,0 +1,38 @@
+//! Identification from a record: one fit that needs no first guess, no setting of the noise and no
+//! choice of a bandwidth.
+//!
+//! The servo's model, driven by the recorded command, is kept with the recorded position by a Kalman
+//! filter, and Levenberg and Marquardt's search makes its innovations small ([`Fitter::search`]). The noise
+//! is the innovations' scale, the start is the equation of motion in its weak form ([`starts`]), and the
+//! horizon over which the model is trusted is the one at which the estimates scatter least
+//! ([`Fitter::best_horizon`]).
+//!
+//! Ljung, System Identification, 2nd edition 1999, sections 3.2, 7.2 and 10.2 (prediction errors and the
+//! search for their minimum).
+
+mod effect;
+mod fitter;
+mod front_end;
+mod gain;
+mod pass;
+mod record;
+mod spectrum;
+mod sums;
+mod survey;
+mod weak_form;
+
+pub use effect::{Column, Effect, Values};
+pub use fitter::{Fitted, Fitter, Lateness, Search};
+pub use gain::Horizon;
+pub use pass::{MAX_COLUMNS, ModelPass, Row};
+pub use record::Record;
+pub use spectrum::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
+pub use sums::{Covariances, Sums, segments};
+pub use survey::Survey;
+pub use weak_form::{MAX_STARTS, Start, starts};
+
+/// Standard deviation of a count's rounding, counts.
+pub const ROUNDING_DEVIATION: f64 = 0.288_675;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,73 @@
+//! The record that a fit explains.
+
+/// A recorded motion: what the encoder showed and what the servo was commanded.
+///
+/// A sample may be a part of a block of samples: with a `stride` of two every second sample has a
+/// measurement, and a block with the mean command ū and the first moment m = mean of u·(x − ½), x being the
+/// place in the block from 0 to 1, is two samples with the commands ū ∓ 4m. Positions between
+/// measurements are interpolated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Record<'a> {
+    /// Measured positions, counts.
+    pub positions: &'a [f64],
+    /// The command from each sample to the next, command units.
+    pub commands: &'a [f64],
+    /// sin q and cos q in the middle of each sample; empty for an axis without angle.
+    pub angles: &'a [[f64; 2]],
+    /// The samples at which a motion begins, in order, the first being 0.
+    pub begins: &'a [usize],
+    /// Samples from one measurement to the next, at least 1.
+    pub stride: usize,
+}
+
+impl Record<'_> {
+    /// Samples.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// True if there is no sample.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// True if a sample of a motion, from its first, has a measurement.
+    #[inline]
+    pub(super) const fn is_measured(&self, sample: usize) -> bool {
+        self.stride <= 1 || sample.is_multiple_of(self.stride)
+    }
+
+    /// The motion from a sample to the next, counts; none at the end of a motion.
+    pub(super) fn increment(&self, sample: usize) -> f64 {
+        match self.positions.get(sample + 1) {
+            Some(next) => next - self.positions[sample],
+            None => 0.0,
+        }
+    }
+
+    /// The parts of the record in which the motion is continuous, as first sample and end.
+    pub(super) fn motions(&self) -> impl Iterator<Item = (usize, usize)> {
+        let ends = self.begins.iter().skip(1).copied();
+        let ends = ends.chain(core::iter::once(self.len()));
+        self.begins.iter().copied().zip(ends)
+    }
+
+    /// sin Nq and cos Nq in the middle of a sample, for a whole N ≥ 1; zero on an axis without angle.
+    pub(super) fn wave(&self, sample: usize, order: f64) -> [f64; 2] {
+        let Some(&[sine, cosine]) = self.angles.get(sample) else {
+            return [0.0; 2];
+        };
+        let product = |[s, c]: [f64; 2], [t, d]: [f64; 2]| [s * d + c * t, c * d - s * t];
+        let (mut left, mut power, mut wave) = (order as u32, [sine, cosine], [0.0, 1.0]);
+        while left > 0 {
+            if left & 1 == 1 {
+                wave = product(wave, power);
+            }
+            power = product(power, power);
+            left >>= 1;
+        }
+        wave
+    }
+}

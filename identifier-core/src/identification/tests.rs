@@ -1,0 +1,205 @@
+use super::gain::Diffuse;
+use super::*;
+use std::vec::Vec;
+
+/// Uniform in −1 to 1.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+struct Motion {
+    positions: Vec<f64>,
+    commands: Vec<f64>,
+    angles: Vec<[f64; 2]>,
+}
+
+/// A servo in fine steps under a random command and a weak loop.
+fn motion(samples: usize, a: f64, b: f64, c: f64, noise: f64) -> Motion {
+    const STEPS: usize = 20;
+    let mut dice = Dice(7);
+    let (mut q, mut v, mut u) = (0.0_f64, 0.0_f64, 0.0);
+    let mut made = Motion {
+        positions: Vec::new(),
+        commands: Vec::new(),
+        angles: Vec::new(),
+    };
+    let dt = 1.0 / STEPS as f64;
+    for k in 0..samples {
+        if k % 17 == 0 {
+            u = dice.roll();
+        }
+        let command = (u - 2e-4 * q - 1e-3 * v).clamp(-1.0, 1.0);
+        made.positions.push((q + noise * 1.7 * dice.roll()).round());
+        made.commands.push(command);
+        made.angles
+            .push([libm::sin(q / 300.0), libm::cos(q / 300.0)]);
+        for _ in 0..STEPS {
+            let push = b * command;
+            if v == 0.0 && push.abs() <= c {
+                continue;
+            }
+            let direction = if v == 0.0 { push.signum() } else { v.signum() };
+            let next = v + dt * (push - c * direction - a * v);
+            q += 0.5 * dt * (v + next);
+            v = if next * direction < 0.0 { 0.0 } else { next };
+        }
+    }
+    made
+}
+
+impl Motion {
+    fn record(&self) -> Record<'_> {
+        Record {
+            positions: &self.positions,
+            commands: &self.commands,
+            angles: &self.angles,
+            begins: &[0, 700],
+            stride: 1,
+        }
+    }
+}
+
+#[test]
+fn every_tangent_is_the_derivative() {
+    let made = motion(1500, 0.01, 3.0, 0.6, 0.0);
+    let record = made.record();
+    let mut failed = false;
+    for (delay, lag) in [(0.0, 0.0), (0.3, 0.0), (-1.2, 0.0), (1.4, 0.8), (0.2, 1.7)] {
+        let mut values = Values::NONE;
+        for (effect, value) in [
+            (Effect::A, 0.012),
+            (Effect::B, 2.9),
+            (Effect::Coulomb, 0.5),
+            (Effect::Load, 0.05),
+            (Effect::Delay, delay),
+            (Effect::CurrentLoop, lag),
+            (Effect::Asymmetry, 0.001),
+            (Effect::Quadratic, 1e-4),
+            (Effect::LowSpeed, 0.2),
+            (Effect::LowSpeedVelocity, 9.0),
+            (Effect::GravitySine, 0.1),
+            (Effect::RippleCosine, 0.05),
+            (Effect::DeadBand, 0.02),
+            (Effect::LoadFriction, 0.02),
+            (Effect::GainDrift, 0.1),
+            (Effect::FrictionDrift, 0.1),
+            (Effect::HiddenLimit, 0.8),
+            (Effect::LimitSlope, 0.5),
+            (Effect::GainAsymmetry, 0.03),
+            (Effect::TorqueRippleSine, 0.02),
+            (Effect::InertiaCosine, 0.05),
+        ] {
+            values.set(effect, value);
+        }
+        values.order = 3.0;
+        let pass = ModelPass {
+            record: &record,
+            horizon: Horizon {
+                white: 12.0,
+                walk: Some(40.0),
+            },
+            damping: 0.01,
+            diffuse: Diffuse {
+                velocity: 100.0,
+                load: 1.0,
+            },
+            usual_acceleration: 0.2,
+        };
+        for effect in Effect::ALL {
+            let step = 1e-6 * (1.0 + values.get(effect).abs());
+            let mut innovations = [Vec::new(), Vec::new()];
+            for (sign, found) in [-1.0, 1.0].into_iter().zip(&mut innovations) {
+                let moved = values.with(effect, values.get(effect) + sign * step);
+                assert!(pass.run(&moved, &[], &mut |row| found.push(row.innovation)));
+            }
+            let (mut off, mut size) = (0.0, 0.0);
+            let mut place = 0;
+            assert!(pass.run(&values, &[effect.into()], &mut |row| {
+                let slope = -(innovations[1][place] - innovations[0][place]) / (2.0 * step);
+                let error = row.regressor[0] - slope;
+                // Where a step of the difference passes an event there is no derivative.
+                if error.abs() < 1e3 * (1.0 + slope.abs()) {
+                    off += error * error;
+                    size += slope * slope;
+                }
+                place += 1;
+            }));
+            let relative = (off / size).sqrt();
+            std::println!(
+                "{effect:?} delay {delay} lag {lag}: {relative:.2e} of {:.2e}",
+                size.sqrt()
+            );
+            let most = match effect {
+                Effect::Play | Effect::Compliance => 0.2,
+                Effect::Quadratic | Effect::LowSpeed | Effect::LowSpeedVelocity => 0.1,
+                // A whole delay has two derivatives; behind a current loop its mean over a part is passed on.
+                Effect::Delay if delay == 0.0 => 0.2,
+                Effect::Delay if lag > 0.0 => 0.08,
+                _ => 0.02,
+            };
+            failed |= relative.is_nan() || relative >= most;
+        }
+    }
+    assert!(!failed);
+}
+
+#[test]
+fn a_fit_needs_no_guess_whatever_the_noise() {
+    let (a, b, c) = (0.004, 1.5, 0.12);
+    for noise in [0.0, 0.5, 1.0, 2.0, 5.0, 10.0] {
+        let made = motion(6000, a, b, c, noise);
+        let record = Record {
+            begins: &[0],
+            ..made.record()
+        };
+        let t = std::time::Instant::now();
+        let mut fitter = Fitter::new(&record).unwrap();
+        let (values, start) = fitter.start().unwrap();
+        std::println!(
+            "noise {noise} {:?} start {:?} b {} sig {} expl {} {:?}",
+            fitter.survey,
+            start.width,
+            start.values.get(Effect::B),
+            start.significance,
+            start.explained,
+            t.elapsed()
+        );
+        let late = fitter.lateness(&values).unwrap();
+        fitter.earliest = 0.0;
+        let search = Search {
+            steps: 4,
+            tolerance: 1e-7,
+        };
+        let fitted = fitter
+            .best_horizon(&values, &Effect::BASE, fitter.horizons(), search)
+            .unwrap();
+        let e = fitted.std_errors();
+        std::println!(
+            "  late {:.3} ± {:.3} a {:.5} ± {:.5} b {:.4} ± {:.4} c {:.4} ± {:.4} d {:.4} tau {:.3} ± {:.3} N {:?} noise {:.3} deff {:.2} cond {:.1e} {:?}",
+            late.samples,
+            late.std_error,
+            fitted.values.get(Effect::A),
+            e[0],
+            fitted.values.get(Effect::B),
+            e[1],
+            fitted.values.get(Effect::Coulomb),
+            e[2],
+            fitted.values.get(Effect::Load),
+            fitted.values.get(Effect::Delay),
+            e[4],
+            fitted.horizon,
+            fitted.sums.noise().sqrt(),
+            fitted.covariances.rows_per_independent_row(),
+            fitted.covariances.condition,
+            t.elapsed()
+        );
+    }
+}
