@@ -9,6 +9,7 @@ mod identifier;
 mod pid;
 mod relay;
 mod two_degrees;
+mod whole_record;
 
 pub(crate) use batch::BatchLeastSquares;
 pub(crate) use direct::Direct;
@@ -18,6 +19,7 @@ pub(crate) use pid::PidLoop;
 pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
 
 pub(crate) use two_degrees::TwoDegreesLoop;
+pub(crate) use whole_record::WholeRecord;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;

@@ -6,6 +6,7 @@ use identifier_core::stability::SampledLoop;
 
 use super::batch::Batch;
 use super::estimate::Tracked;
+use super::whole_record::WholeRecord;
 use crate::experiment::{AbortCause, Outcome, TermEstimate};
 use crate::result::{Finding, Residual as Left};
 use crate::scenario::Scenario;
@@ -30,6 +31,7 @@ pub(super) struct Known<'a> {
     /// The parameters that are estimated, and how each went.
     pub(super) parameters: &'a [(Parameter, &'a Tracked, f64)],
     pub(super) batch: Option<&'a Batch>,
+    pub(super) whole: Option<&'a WholeRecord>,
 }
 
 /// The evidence.
@@ -39,6 +41,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         outcome,
         parameters,
         batch,
+        whole,
     } = *known;
     let mut evidence = Evidence::from_motion(motion);
     evidence.aborted = outcome.abort.is_some();
@@ -46,14 +49,21 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         .iter()
         .find(|(parameter, ..)| *parameter == Parameter::B)
         .map_or(0.0, |(.., value)| *value);
+    let scales = batch
+        .map(|batch| &batch.scales)
+        .or(whole.map(|whole| &whole.scales));
+    evidence.fit = whole.map(|whole| whole.evidence);
     let begin = |unknown: Unknown, estimate: f64| {
         let asked = batch.and_then(|batch| batch.unknowns.iter().find(|of| of.unknown == unknown));
         UnknownEvidence {
             estimate,
             // An unknown that the batch lacks has an infinite standard error.
-            std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
+            std_error: Some(match whole {
+                Some(whole) => whole.std_error(unknown),
+                None => asked.map_or(f64::INFINITY, |asked| asked.std_error),
+            }),
             pull: asked.map(|asked| asked.pull),
-            ..UnknownEvidence::at(batch.map_or(0.0, |batch| batch.scales.scale_of(unknown, b)))
+            ..UnknownEvidence::at(scales.map_or(0.0, |scales| scales.scale_of(unknown, b)))
         }
     };
     for (parameter, tracked, value) in parameters {

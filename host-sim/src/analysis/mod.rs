@@ -6,6 +6,7 @@ mod evidence;
 mod statistics;
 mod stretch;
 mod summary;
+mod whole_record;
 
 pub use crate::verdict::Status;
 pub use statistics::Statistics;

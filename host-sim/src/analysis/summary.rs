@@ -9,6 +9,7 @@ use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
 use super::statistics::Statistics;
 use super::stretch::Stretch;
+use super::whole_record::WholeRecord;
 use crate::experiment::{Outcome, Sample, TermEstimate};
 use crate::result::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
@@ -160,15 +161,32 @@ impl Summariser {
         }
     }
 
+    /// The estimates of a whole record are those of its end.
+    fn take(&mut self, whole: &WholeRecord) {
+        self.standard_errors = Some(whole.std_errors);
+        for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
+            *tracked = Tracked::default();
+            tracked.add(parameter.value_in(&whole.servo), false, Some(2));
+        }
+    }
+
     /// The summary of a run that has ended.
     #[must_use]
-    pub fn finish(self, scenario: &Scenario, outcome: Outcome) -> Summary {
+    pub fn finish(mut self, scenario: &Scenario, mut outcome: Outcome) -> Summary {
+        let is_whole = scenario.identifier.law.takes_whole_record();
+        let whole = (is_whole && outcome.abort.is_none())
+            .then(|| WholeRecord::identify(scenario, self.stretch.samples()))
+            .flatten();
+        if let Some(whole) = &whole {
+            self.take(whole);
+            outcome.terms.clone_from(&whole.terms);
+        }
         let estimated = scenario.estimated();
         let judged = self.judged();
         let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
             .chain(outcome.terms.iter().map(|term| term.unknown))
             .collect();
-        let batch = (outcome.abort.is_none())
+        let batch = (outcome.abort.is_none() && !is_whole)
             .then(|| {
                 let judged = Judged {
                     scenario,
@@ -191,8 +209,10 @@ impl Summariser {
             outcome: &outcome,
             parameters: &parameters,
             batch: batch.as_ref(),
+            whole: whole.as_ref(),
         });
         evidence.prediction = self.prediction;
+        evidence.not_a_servo = is_whole && whole.is_none();
         let verdict = Verdict::on(&evidence);
         let reason = evidence::reason(&verdict, scenario, &outcome);
         let found = |unknown: Unknown| {
@@ -257,6 +277,7 @@ impl Summariser {
             residual: batch.as_ref().map(|batch| batch.residual),
             findings: batch.map_or_else(Vec::new, |batch| batch.findings),
             outcome,
+            fit: whole.map(|whole| whole.notes),
             replay: ReplayNotes::default(),
         }
     }

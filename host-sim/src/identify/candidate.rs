@@ -157,7 +157,7 @@ impl Candidate {
 }
 
 /// The effects that a cause sets free.
-pub(super) fn effects(cause: Cause) -> &'static [Effect] {
+pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
     use Effect as E;
     match cause {
         Cause::Delay => &[E::Delay],

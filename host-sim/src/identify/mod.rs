@@ -12,6 +12,7 @@ use crate::verdict::Cause;
 use candidate::Range;
 use tournament::{Model, Tournament};
 
+pub(crate) use candidate::effects;
 pub(crate) use recording::{Logged, Recording};
 
 /// A servo identified from a record, counts and samples.
@@ -23,8 +24,6 @@ pub(crate) struct Identified {
     pub(crate) estimated: Vec<(Effect, f64)>,
     /// The effects that entered, first things first, and whether each is certainly the one.
     pub(crate) entered: Vec<Entered>,
-    /// Effects that may be missing, by the gain that they promise.
-    pub(crate) promising: Vec<(Cause, f64)>,
     /// Deviation of the sensor's noise, counts.
     pub(crate) noise: f64,
     /// By how much the command was recorded late, samples; none where it was not.
@@ -33,8 +32,8 @@ pub(crate) struct Identified {
     pub(crate) profile: [f64; 2],
     /// Condition number of the normal equations.
     pub(crate) condition: f64,
-    /// Effects that stand at a bound.
-    pub(crate) at_bound: Vec<Effect>,
+    /// True if the delay is the longest that is looked for.
+    pub(crate) delay_at_bound: bool,
     /// The largest velocity and command of the record.
     pub(crate) velocity: f64,
     pub(crate) command: f64,
@@ -61,19 +60,12 @@ impl Entered {
     }
 }
 
-/// The extent of an identification.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Effort {
-    /// Effects that may enter.
-    pub(crate) effects: usize,
-}
-
 /// Identifies the servo of a record; none where there is no motion or nothing explains it. `known` are values
-/// that are declared and not fitted.
+/// that are declared and not fitted, and at most `max_effects` enter.
 pub(crate) fn identify(
     recording: &Recording,
     known: &Values,
-    effort: Effort,
+    max_effects: usize,
 ) -> Option<Identified> {
     const FIRST: Search = Search {
         steps: 4,
@@ -138,7 +130,7 @@ pub(crate) fn identify(
             model.rows_per_row = model.fitted.covariances.rows_per_independent_row();
         }
     };
-    for round in 0..effort.effects {
+    for round in 0..max_effects {
         if !tournament.round(&mut model) {
             break;
         }
@@ -155,21 +147,8 @@ pub(crate) fn identify(
         covariances,
         ..
     } = &model.fitted;
-    let at_bound = (model.free.iter().copied())
-        .filter(|&effect| {
-            let [low, high] = fitter.bounds(values, effect);
-            let value = values.get(effect);
-            let may_be_none = value == 0.0 && low == 0.0;
-            (value <= low || value >= high) && !may_be_none
-        })
-        .collect();
-    let mut promising: Vec<(Cause, f64)> = Vec::new();
-    for answer in &answers {
-        let cause = answer.candidate.cause;
-        if promising.iter().all(|(other, _)| *other != cause) {
-            promising.push((cause, answer.held_out));
-        }
-    }
+    let [_, longest] = fitter.bounds(values, Effect::Delay);
+    let delay_at_bound = values.get(Effect::Delay) >= longest;
     let entered = (model.entered.iter())
         .map(|entry| Entered {
             cause: entry.cause,
@@ -182,12 +161,11 @@ pub(crate) fn identify(
         values: values.with(Effect::Load, load),
         estimated: model.free.iter().copied().zip(std_errors).collect(),
         entered,
-        promising,
         noise: sums.noise().sqrt(),
         lateness: lateness.map(|_| -values.get(Effect::Delay)),
         profile,
         condition: covariances.condition,
-        at_bound,
+        delay_at_bound,
         velocity: fitter.survey.velocity,
         command: fitter.survey.command,
         reverses: recording.reverses(),

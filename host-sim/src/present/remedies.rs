@@ -40,6 +40,20 @@ pub(super) fn remedies(reason: &VerdictReason) -> Vec<String> {
             format!("Widen identifier.bounds or the plant_box of {}.", unknown.name()),
             "If it then goes where no servo can be, the model lacks something: see the residual.".to_owned(),
         ],
+        VerdictReason::NotSeparated { .. } => vec![
+            "Move faster, with turns, and with commands of several sizes well above friction.".to_owned(),
+            "A finer encoder, or a longer record of such motion, parts gain and friction too.".to_owned(),
+        ],
+        VerdictReason::OneDirection => {
+            vec!["Record a motion that turns back: forth and back in equal parts is best.".to_owned()]
+        }
+        VerdictReason::NotAServo => vec![
+            "Check that log.position and log.command are columns of the same axis.".to_owned(),
+            "Check the sign of the command and the units of the position.".to_owned(),
+        ],
+        VerdictReason::LongestDelay => {
+            vec!["Check that command and position have the same clock, row by row.".to_owned()]
+        }
         VerdictReason::StillMoving { .. } => vec![
             "Run longer: run.duration, or more --passes over a log.".to_owned(),
             "If it never comes to rest, the servo itself changes: identifier.memory lets the estimates follow."

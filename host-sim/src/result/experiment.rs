@@ -6,7 +6,7 @@ use crate::verdict::{Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use serde::{Serialize, Serializer};
 
-use super::{Finding, LogReading, Prediction, Residual};
+use super::{Finding, FitNotes, LogReading, Prediction, Residual};
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
 
@@ -48,6 +48,9 @@ pub struct Summary {
     /// Effects that the model may lack, the largest first.
     #[serde(skip)]
     pub findings: Vec<Finding>,
+    /// Findings of a fit to the whole record, for the law that makes one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fit: Option<FitNotes>,
     /// Logs and predictions of a replay.
     #[serde(flatten)]
     pub replay: ReplayNotes,

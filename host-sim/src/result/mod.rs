@@ -6,6 +6,7 @@ pub mod commissioning;
 mod comparison;
 mod drift;
 mod experiment;
+mod fit;
 mod log;
 mod residual;
 mod sweep;
@@ -18,6 +19,7 @@ pub use drift::{Difference, DriftResult};
 pub use experiment::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
+pub use fit::{EnteredEffect, FitNotes};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};
 pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};

@@ -25,6 +25,8 @@ enum Kind {
     Gradient,
     /// Gauss–Newton: it finds its own initial estimates.
     Fit,
+    /// A fit to the whole record when it is complete.
+    Record,
     /// A method to compare with.
     Rival,
 }
@@ -105,6 +107,9 @@ laws! {
     /// Windowed Gauss–Newton.
     Window: "window", Fit, ALL, Pid, "nothing", "this project",
         fitting![];
+    /// One fit to the whole record, with the effects that it needs.
+    Fit: "fit", Record, ALL, Pid, "nothing", "this project",
+        &["revolution"];
     /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
     /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
     /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
@@ -180,7 +185,7 @@ impl Law {
     pub fn is_off_line(self) -> bool {
         matches!(
             self,
-            Self::ProportionalLeastSquares | Self::TwoDegreesOfFreedom
+            Self::Fit | Self::ProportionalLeastSquares | Self::TwoDegreesOfFreedom
         )
     }
 
@@ -194,6 +199,12 @@ impl Law {
     #[must_use]
     pub fn fits(self) -> bool {
         self.row().kind == Kind::Fit
+    }
+
+    /// True for the fit to the whole record.
+    #[must_use]
+    pub fn takes_whole_record(self) -> bool {
+        self.row().kind == Kind::Record
     }
 
     /// True for a method to compare with.
@@ -220,7 +231,11 @@ impl Law {
                 names.join(", ")
             ));
         }
-        let always: &[Parameter] = if self.is_rival() { AB } else { &[] };
+        let always: &[Parameter] = match self.row().kind {
+            Kind::Rival => AB,
+            Kind::Record => ALL,
+            Kind::Gradient | Kind::Fit => &[],
+        };
         match always.iter().find(|own| !parameters.contains(own)) {
             Some(missing) => Err(format!("this law always estimates \"{}\"", missing.name())),
             None => Ok(()),

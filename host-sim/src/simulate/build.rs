@@ -27,7 +27,7 @@ use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
     BatchLeastSquares, Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop,
-    RelayLoop, RelayMethod, Running, TwoDegreesLoop, gamma_over,
+    RelayLoop, RelayMethod, Running, TwoDegreesLoop, WholeRecord, gamma_over,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
 use crate::scenario::{Arithmetic, Fault, Law, Scenario};
@@ -276,6 +276,7 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
             fitting::<N, TermWindow<N>>(&with_terms(scenario, settings))
         }
         Law::Window => with_set!(scenario => window::<N>(settings)),
+        Law::Fit => return Ok(Method::Identifier(Box::new(WholeRecord))),
         law => return rival::<N>(scenario, law).map_err(fault_of_rival),
     };
     built

@@ -17,7 +17,24 @@ pub struct Evidence {
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
     pub prediction: Option<f64>,
+    /// True if a fit to the whole record found no servo that explains it.
+    pub not_a_servo: bool,
+    /// The evidence of a fit to the whole record, whose standard errors hold model errors too.
+    pub fit: Option<FitEvidence>,
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
+}
+
+/// The evidence of a fit to a whole record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitEvidence {
+    /// Increase of −2 ln L, in independent samples, where b is 0.8 and 1.25 of itself and all else is fitted again.
+    pub profile: [f64; 2],
+    /// Condition number of the normal equations, scaled to a unit diagonal.
+    pub condition: f64,
+    /// True if the servo moved in both directions.
+    pub reverses: bool,
+    /// True if the delay is the longest that was looked for.
+    pub delay_at_bound: bool,
 }
 
 /// The servo's motion.
@@ -122,6 +139,8 @@ impl Evidence {
             residual: None,
             lack: None,
             prediction: None,
+            not_a_servo: false,
+            fit: None,
             unknowns: [None; Unknown::ALL.len()],
         }
     }

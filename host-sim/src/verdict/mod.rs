@@ -25,6 +25,6 @@ mod reason;
 mod rules;
 
 pub use cause::Cause;
-pub use evidence::{Evidence, Lack, Motion, Residual, UnknownEvidence};
+pub use evidence::{Evidence, FitEvidence, Lack, Motion, Residual, UnknownEvidence};
 pub use reason::VerdictReason;
 pub use rules::{MIN_TRAVEL_COUNTS, Status, Verdict};

@@ -47,6 +47,19 @@ pub enum VerdictReason {
         /// Its estimate.
         estimate: f64,
     },
+    /// Another gain explains the record as well, with friction and load to match.
+    NotSeparated {
+        /// Increase of −2 ln L over another gain.
+        increase: f64,
+        /// The least that would do.
+        needed: f64,
+    },
+    /// The servo moved in one direction: friction and load are one then.
+    OneDirection,
+    /// No servo explains the record.
+    NotAServo,
+    /// The delay is the longest that is looked for.
+    LongestDelay,
     /// An estimate still moves.
     StillMoving {
         /// The unknown.
@@ -98,6 +111,10 @@ impl VerdictReason {
     /// | 22 | the servo hardly moved |
     /// | 23 | an unknown was not excited |
     /// | 24 | an estimate stands at a bound |
+    /// | 25 | another gain explains the record as well |
+    /// | 26 | the servo moved in one direction |
+    /// | 27 | no servo explains the record |
+    /// | 28 | the delay is the longest that is looked for |
     /// | 30 | an estimate still moves |
     /// | 40 | the model lacks an effect that has a name |
     /// | 41 | the model lacks something, nothing stands out |
@@ -113,6 +130,10 @@ impl VerdictReason {
             Self::NoMotion { .. } => 22,
             Self::NotExcited { .. } => 23,
             Self::AtBound { .. } => 24,
+            Self::NotSeparated { .. } => 25,
+            Self::OneDirection => 26,
+            Self::NotAServo => 27,
+            Self::LongestDelay => 28,
             Self::StillMoving { .. } => 30,
             Self::Lacks { cause: Some(_), .. } => 40,
             Self::Lacks { cause: None, .. } => 41,
@@ -170,6 +191,23 @@ impl fmt::Display for VerdictReason {
                 "{} = {} stands at a bound: widen it, or look for what the model lacks",
                 unknown.name(),
                 Quantity(estimate, unknown)
+            ),
+            Self::NotSeparated { increase, needed } => write!(
+                f,
+                "a gain that differs by a quarter explains the record nearly as well, with friction and \
+                 load to match (likelihood ratio {increase:.1}, at least {needed:.0} would do): move faster, \
+                 with the command well above friction and of several sizes, or take a finer encoder"
+            ),
+            Self::OneDirection => f.write_str(
+                "the servo moved in one direction, in which friction and load are one: let it turn back",
+            ),
+            Self::NotAServo => f.write_str(
+                "no servo with friction, load and delay explains how the position follows the command: \
+                 check that both columns are of this axis, their signs, and their units",
+            ),
+            Self::LongestDelay => f.write_str(
+                "the delay is longer than is looked for: check that command and position are of the same \
+                 clock",
             ),
             Self::StillMoving {
                 unknown,

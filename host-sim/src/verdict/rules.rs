@@ -72,6 +72,14 @@ const MAX_STD_ERROR: Tolerance = Tolerance {
     other: [0.05, 0.01],
 };
 
+/// The same for standard errors that hold model errors too, and not chance alone: an interval of two of them
+/// is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by the command.
+const MAX_FIT_STD_ERROR: Tolerance = Tolerance {
+    gain: 0.04,
+    force: [0.1, 0.005],
+    other: [0.1, 0.025],
+};
+
 /// The movement up to which an estimate keeps still.
 const MAX_MOVEMENT: Tolerance = Tolerance {
     gain: 0.02,
@@ -129,6 +137,7 @@ impl Verdict {
     pub fn on(evidence: &Evidence) -> Self {
         let (status, reason) = aborted(evidence)
             .or_else(|| without_estimate(evidence))
+            .or_else(|| not_separated(evidence))
             .or_else(|| named(evidence))
             .or_else(|| not_excited(evidence))
             .or_else(|| moving(evidence))
@@ -170,6 +179,8 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             counts: motion.counts_travelled,
             needed: MIN_TRAVEL_COUNTS,
         }
+    } else if evidence.not_a_servo {
+        VerdictReason::NotAServo
     } else {
         first(evidence, |unknown, of| {
             if !of.estimate.is_finite() {
@@ -185,9 +196,38 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::NoInformation, reason))
 }
 
+/// The least increase of −2 ln L by which a gain a quarter off must be worse.
+const MIN_PROFILE: f64 = 9.0;
+
+/// The condition number from which the unknowns of a fit cannot be told apart.
+const MAX_CONDITION: f64 = 1e8;
+
+fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let fit = evidence.fit.as_ref()?;
+    let increase = fit.profile[0].min(fit.profile[1]);
+    let is_separated = increase >= MIN_PROFILE && fit.condition <= MAX_CONDITION;
+    let reason = if !fit.reverses {
+        VerdictReason::OneDirection
+    } else if fit.delay_at_bound {
+        VerdictReason::LongestDelay
+    } else if !is_separated {
+        VerdictReason::NotSeparated {
+            increase,
+            needed: MIN_PROFILE,
+        }
+    } else {
+        return None;
+    };
+    Some((Status::NoInformation, reason))
+}
+
 fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let limit = MAX_STD_ERROR.limit(unknown, of);
+        let tolerance = match evidence.fit {
+            Some(_) => MAX_FIT_STD_ERROR,
+            None => MAX_STD_ERROR,
+        };
+        let limit = tolerance.limit(unknown, of);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
         Some(VerdictReason::NotExcited {
             unknown,

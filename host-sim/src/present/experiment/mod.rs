@@ -11,7 +11,7 @@ use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
 use super::remedies::remedies;
 use super::tuning::advice;
 use super::{Block, Page, Section, Tone, Verdict};
-use crate::result::{OutputError, Residual, Summary};
+use crate::result::{FitNotes, OutputError, Residual, Summary};
 use crate::scenario::Scenario;
 use crate::tune::IdentifiedResult;
 use crate::verdict::Status;
@@ -105,15 +105,16 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
         let mut row = Estimated::new(parameter.into(), estimate.value, estimate.std_error);
         row.value = is_known.then_some(estimate.value);
         row.is_at_bound = estimate.at_bound;
-        row.wander = is_known.then_some(estimate.tail_std);
+        // One fit to the whole record does not wander.
+        row.wander = (is_known && summary.fit.is_none()).then_some(estimate.tail_std);
         row.truth = summary.truth.map(|truth| parameter.value_in(&truth));
-        row.settled = settled.filter(|_| summary.truth.is_some());
+        row.settled = settled.filter(|_| summary.truth.is_some() && summary.fit.is_none());
         Some(row)
     });
     let truth = summary.truth.map(|_| &of.scenario.effects);
     let sizes = summary.estimates.terms.iter().map(|term| Estimated {
         truth: truth.map(|effects| effects.size_of(term.unknown)),
-        since: Some(term.since),
+        since: Some(term.since).filter(|_| summary.fit.is_none()),
         ..Estimated::new(term.unknown, term.value, Some(term.std_error))
     });
     parameters.chain(sizes).collect()
@@ -147,12 +148,47 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
             term.name()
         ))
     }));
+    if let Some(fit) = &summary.fit {
+        blocks.extend(fit_notes(fit));
+    }
     if let Some(residual) = &summary.residual {
         blocks.push(Block::Text(left_over(residual, summary)));
     }
     let predictions = summary.replay.predictions.iter();
     blocks.extend(predictions.map(|prediction| Block::Text(sentence(&prediction.to_string()))));
     blocks
+}
+
+/// Noise of the sensor, the clock of the command, and the effects that a fit needed.
+fn fit_notes(fit: &FitNotes) -> Vec<Block> {
+    let mut lines = vec![format!(
+        "Noise of the position: {} counts ({} rad), standard deviation.",
+        fixed(fit.noise_counts, 2),
+        figure(fit.noise)
+    )];
+    if let Some(late) = fit.command_recorded_late {
+        lines.push(format!(
+            "The command was recorded {} samples late; the estimates are those with the command where it acted.",
+            fixed(late, 2)
+        ));
+    }
+    for effect in &fit.effects {
+        let sizes: Vec<String> = (effect.sizes.iter())
+            .map(|(name, value)| format!("{name} {}", figure(*value)))
+            .collect();
+        let sizes = match sizes.as_slice() {
+            [] => String::new(),
+            sizes => format!(" ({})", sizes.join(", ")),
+        };
+        lines.push(match effect.or {
+            None => format!("The record shows {}{sizes}.", effect.meaning),
+            Some(other) => format!(
+                "The record shows {}{sizes}, or {other}, which explains it nearly as well.",
+                effect.meaning
+            ),
+        });
+    }
+    lines.into_iter().map(Block::Text).collect()
 }
 
 fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {

@@ -1,0 +1,40 @@
+//! Findings of a fit to a whole record besides the estimates.
+
+use serde::Serialize;
+
+/// Findings of a fit to a whole record besides the estimates.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitNotes {
+    /// Standard deviation of the position's noise, encoder counts: rounding and all else that is white.
+    pub noise_counts: f64,
+    /// The same, rad.
+    pub noise: f64,
+    /// Samples by which the command was recorded late, that is in a row after the one from which it acted; none
+    /// where it was not. The estimates are those with the command where it acted.
+    pub command_recorded_late: Option<f64>,
+    /// The effects that entered, the clearest first.
+    pub effects: Vec<EnteredEffect>,
+}
+
+/// An effect that the record shows beyond friction, load and delay.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnteredEffect {
+    /// Its name.
+    pub name: &'static str,
+    /// A description.
+    pub meaning: &'static str,
+    /// Increase of twice the logarithm of the likelihood, counted in independent samples.
+    pub gain: f64,
+    /// Another effect that explains the record nearly as well; none where this one is clearly the better.
+    pub or: Option<&'static str>,
+    /// Sizes that are no unknown of the model, by name.
+    #[serde(serialize_with = "by_name")]
+    pub sizes: Vec<(&'static str, f64)>,
+}
+
+fn by_name<S: serde::Serializer>(
+    sizes: &[(&'static str, f64)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(sizes.iter().copied())
+}
