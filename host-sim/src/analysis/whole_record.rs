@@ -85,7 +85,10 @@ impl Scale {
         };
         let servo = four(&value);
         let estimated = || found.estimated.iter().map(|(effect, _)| *effect);
-        let terms = Unknown::ALL.into_iter().filter_map(|unknown| {
+        let sizes_of_terms = Unknown::ALL
+            .into_iter()
+            .filter(|one| one.parameter().is_none());
+        let terms = sizes_of_terms.filter_map(|unknown| {
             let effect = estimated().find(|&effect| term(effect) == Some(unknown))?;
             let std_error = Some(std_error(effect)).filter(|error| error.is_finite())?;
             Some(TermEstimate {

@@ -139,7 +139,12 @@ pub(crate) fn identify(
     tournament.prune(&mut model);
     rehorizon(&mut model, LAST, false);
     let answers = tournament.answers(&model);
-    let std_errors = uncertainty::std_errors(&fitter, &model, &answers);
+    let std_errors = uncertainty::std_errors(
+        &fitter,
+        &model,
+        &answers,
+        recording.inseparable_gravity(&model.fitted.values),
+    );
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
     let Fitted {
         values,

@@ -1,6 +1,8 @@
 //! A run or a log as the fit takes it: counts, commands, angles.
 
-use identifier_core::identification::Record;
+use std::f64::consts::TAU;
+
+use identifier_core::identification::{Effect, Record, Values};
 
 /// A recorded motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,6 +106,16 @@ impl Recording {
     /// Distance between the ends of the motion, rad; zero on an axis without angle.
     pub(super) fn span(&self) -> f64 {
         self.span
+    }
+
+    /// The mean of gravity over the motion, as far as less than a revolution leaves it alike to a load,
+    /// counts/sample².
+    pub(super) fn inseparable_gravity(&self, values: &Values) -> f64 {
+        let count = self.angles.len().max(1) as f64;
+        let mean = |axis: usize| self.angles.iter().map(|wave| wave[axis]).sum::<f64>() / count;
+        let gravity =
+            values.get(Effect::GravitySine) * mean(0) + values.get(Effect::GravityCosine) * mean(1);
+        gravity.abs() * (1.0 - self.span / TAU).max(0.0)
     }
 
     /// True if the servo moved in both directions, by more than its encoder's noise can.

@@ -5,18 +5,24 @@ use identifier_core::identification::{Effect, Fitter, Horizon, Search, segments}
 use super::scan::Answer;
 use super::tournament::Model;
 
-/// Standard errors of the free effects, in their order.
+/// Standard errors of the free effects, in their order; `inseparable` is the part of a load that may be gravity.
 ///
 /// σ² = sandwich + ∑ w shift² + spread²: a missing effect counts with the weight of its evidence (Hoeting,
 /// Madigan, Raftery and Volinsky, "Bayesian model averaging", Statistical Science 14(4), 1999), and the
 /// spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
 /// the horizon or four times it (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
-pub(super) fn std_errors(fitter: &Fitter<'_>, model: &Model, answers: &[Answer]) -> Vec<f64> {
+pub(super) fn std_errors(
+    fitter: &Fitter<'_>,
+    model: &Model,
+    answers: &[Answer],
+    inseparable: f64,
+) -> Vec<f64> {
     let count = model.free.len();
     let own = model.fitted.std_errors();
     let missing = missing(answers, count, fitter.record.len());
     let spread = spread(fitter, model);
     let (_, load) = fitter.load(&model.fitted, &model.free);
+    let load = load.hypot(inseparable);
     (0..count)
         .map(|i| {
             let own = match model.free[i] {
@@ -30,6 +36,8 @@ pub(super) fn std_errors(fitter: &Fitter<'_>, model: &Model, answers: &[Answer])
 
 /// Squares of the shifts by what may be missing, weighted by its evidence.
 fn missing(answers: &[Answer], count: usize, samples: usize) -> Vec<f64> {
+    /// χ² of a size that chance gives one time in twenty.
+    const CHANCE: f64 = 4.0;
     let price = (segments(samples) as f64).ln();
     let mut sum = vec![0.0; count];
     let mut seen = Vec::new();
@@ -42,6 +50,10 @@ fn missing(answers: &[Answer], count: usize, samples: usize) -> Vec<f64> {
         }
         seen.push(cause);
         let ratio = answer.significance.min(answer.gain);
+        // What chance alone gives moves an estimate far where the two look alike.
+        if ratio < CHANCE * answer.sizes.len() as f64 {
+            continue;
+        }
         let odds = 0.5 * (ratio - answer.sizes.len() as f64 * price - 2.0);
         let weight = 1.0 / (1.0 + (-odds).min(50.0).exp());
         for (sum, shift) in sum.iter_mut().zip(&answer.shifts) {

@@ -189,20 +189,25 @@ impl<'a> Fitter<'a> {
         let [mut damping, least, factor] = DAMPING;
         for _ in 0..search.steps {
             let mut better = None;
-            for _ in 0..TRIALS {
+            for number in 0..TRIALS {
                 let trial = self.trial(&values, free, horizon, &sums, damping);
-                let cost = squares(&pass, &trial);
-                if cost < sums.squares {
-                    better = Some((trial, cost));
+                // The first is nearly always better, and its tangents are needed then.
+                if number == 0 || squares(&pass, &trial) < sums.squares {
+                    let found = Sums::new(&pass, &trial, free);
+                    better = found
+                        .filter(|found| found.squares < sums.squares)
+                        .map(|found| (trial, found));
+                }
+                if better.is_some() {
                     break;
                 }
                 damping = (damping * factor).max(DAMPING[0]);
             }
-            let Some((trial, cost)) = better else { break };
-            let gain = (sums.squares - cost) / sums.squares;
+            let Some((trial, found)) = better else { break };
+            let gain = (sums.squares - found.squares) / sums.squares;
             values = trial;
+            sums = found;
             damping = (damping / factor).max(least);
-            sums = Sums::new(&pass, &values, free)?;
             if gain < search.tolerance.max(0.02 / sums.rows) {
                 break;
             }
