@@ -148,7 +148,6 @@ pub(crate) fn identify(
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
     let Fitted {
         values,
-        sums,
         covariances,
         ..
     } = &model.fitted;
@@ -166,7 +165,7 @@ pub(crate) fn identify(
         values: values.with(Effect::Load, load),
         estimated: model.free.iter().copied().zip(std_errors).collect(),
         entered,
-        noise: sums.noise().sqrt(),
+        noise: fitter.survey.noise,
         lateness: lateness.map(|_| -values.get(Effect::Delay)),
         profile,
         condition: covariances.condition,
