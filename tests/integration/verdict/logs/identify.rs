@@ -43,6 +43,12 @@ pub(super) const ALL_TERMS: Settings = Settings {
     },
 };
 
+/// One fit to the whole record.
+pub(super) const FIT: Settings = Settings {
+    name: "one fit to the whole record",
+    identifier: |_| "law = \"fit\"".to_owned(),
+};
+
 /// A drawn log as a file, which goes with the value.
 pub(super) struct LogFile(PathBuf);
 

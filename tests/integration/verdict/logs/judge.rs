@@ -99,6 +99,11 @@ fn judgement(log: &DrawnLog, result: Result<Summary, String>, seconds: f64) -> J
         .collect();
     let has = |name: &str| draw.present.iter().any(|&effect| is_name_of(name, effect));
     let entered = summary.terms_entered.iter();
+    // An effect beside which another explains the log nearly as well has no name.
+    let fit = summary.fit.iter().flat_map(|fit| &fit.effects);
+    let named = fit
+        .filter(|effect| effect.or.is_none())
+        .map(|effect| effect.name);
     Judgement {
         is_converged: summary.status() == Status::Converged,
         wrongness: errors.as_ref().map(|errors| {
@@ -116,7 +121,9 @@ fn judgement(log: &DrawnLog, result: Result<Summary, String>, seconds: f64) -> J
             (name, has(name))
         }),
         entered: entered
-            .map(|(term, _)| (term.name(), has(term.name())))
+            .map(|(term, _)| term.name())
+            .chain(named)
+            .map(|name| (name, has(name)))
             .collect(),
         off_shift: off_shift(&summary, draw),
         off_noise: off_noise(&summary, draw),

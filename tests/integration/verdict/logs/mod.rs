@@ -15,7 +15,7 @@ mod truth;
 use integration_tests::environment;
 use integration_tests::logs::Draw;
 
-use identify::{ALL_TERMS, FOUR, Settings};
+use identify::{ALL_TERMS, FIT, FOUR, Settings};
 use judge::{Judgement, judge};
 use table::{count, table};
 
@@ -54,7 +54,7 @@ fn run(settings: &[Settings], (seed, count): (u32, u32)) -> Vec<Vec<Judgement>> 
 #[test]
 #[ignore = "minutes: LOGS=1000 SEED=n"]
 fn with_drawn_effects() {
-    run(&[FOUR, ALL_TERMS], campaign());
+    run(&[FIT, FOUR, ALL_TERMS], campaign());
 }
 
 /// A campaign small enough for every change: it may not become worse than it was.
