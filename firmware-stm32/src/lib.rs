@@ -13,6 +13,7 @@
 pub mod board;
 #[cfg(all(feature = "emulator", target_os = "none"))]
 pub mod emulated_servo;
+pub mod ending;
 pub mod hand_off;
 pub mod host;
 pub mod instructions;

@@ -51,6 +51,9 @@ catalogue! {
     LimitSwitchesStuck = 12, "limit-switches-stuck":
         "a limit switch is open before motion begins",
         "free the switch or mend its wire (closed is healthy)";
+    SupplyLow = 13, "supply-low":
+        "the supply of the drive's chip sagged below 2.9 V",
+        "check the supply's rating, its wires, and what else it feeds";
     EncoderLost = 20, "encoder-lost":
         "the encoder gave no valid reading",
         "check the encoder's supply, wires and magnet";

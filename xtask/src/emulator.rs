@@ -14,7 +14,13 @@ pub(crate) const BOARD: &str = "olimex-stm32-h405";
 
 /// Runs a binary to its end on a board and returns its output.
 pub(crate) fn run(board: &str, binary: &Path) -> Result<String, String> {
+    run_with(board, binary, &[])
+}
+
+/// The same with further arguments of the emulator.
+pub(crate) fn run_with(board: &str, binary: &Path, more: &[&str]) -> Result<String, String> {
     let output = emulator(board, binary)
+        .args(more)
         .args(["-serial", "null"])
         .args(["-semihosting-config", "enable=on,target=native"])
         .output()

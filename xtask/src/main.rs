@@ -7,6 +7,7 @@ mod drive;
 mod elf;
 mod elsewhere;
 mod emulator;
+mod endings;
 mod firmware;
 mod interrupt;
 mod listing;
@@ -36,7 +37,7 @@ enum Verb {
         #[arg(long, default_value_t = 2.0)]
         hours: f64,
     },
-    /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning.
+    /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
     /// Count instructions and bytes on the emulated chip and compare them with the accepted budget.
     Budget {
@@ -66,7 +67,7 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
-        Verb::Drive => drive::check(),
+        Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),
         Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),

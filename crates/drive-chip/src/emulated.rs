@@ -17,11 +17,14 @@ use crate::serial::RING_LENGTH;
 /// Words of each peripheral.
 const WORDS: usize = 40;
 
-/// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, the ports A to C, TIM3 and IWDG.
-const PERIPHERALS: [u32; 8] = [
+/// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, PWR, DBGMCU, the ports A to C, TIM3 and
+/// IWDG.
+const PERIPHERALS: [u32; 10] = [
     0x4002_3800,
     0x4002_3c00,
     0x4002_6000,
+    0x4000_7000,
+    0xe004_2000,
     0x4002_0000,
     0x4002_0400,
     0x4002_0800,

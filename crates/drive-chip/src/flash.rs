@@ -11,7 +11,7 @@ use embedded_storage::nor_flash::{
 
 use crate::bus::{Bus, Register, Step};
 use crate::registers::flash;
-use crate::watchdog;
+use crate::{supply, watchdog};
 
 /// Size of a sector, bytes; in an emulator memory stands in for it.
 pub(crate) const SECTOR: u32 = if cfg!(feature = "emulator") {
@@ -59,13 +59,15 @@ pub enum FlashError {
     Misplaced(NorFlashErrorKind),
     /// The hardware refused, or did not become ready.
     Hardware,
+    /// The supply is too low for a step.
+    SupplyLow,
 }
 
 impl NorFlashError for FlashError {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
             Self::Misplaced(kind) => *kind,
-            Self::Hardware => NorFlashErrorKind::Other,
+            Self::Hardware | Self::SupplyLow => NorFlashErrorKind::Other,
         }
     }
 }
@@ -117,6 +119,10 @@ impl<B: Bus> RecordFlash<B> {
     }
 
     fn do_step(self, register: Register, word: u32) -> Result<(), FlashError> {
+        // A word that is written below 2.7 V may read back whole, and not for long.
+        if supply::is_low(self.bus) {
+            return Err(FlashError::SupplyLow);
+        }
         let step = Step {
             start: (register, word),
             status: flash::SR,
@@ -124,10 +130,12 @@ impl<B: Bus> RecordFlash<B> {
             meanwhile: watchdog::FOOD,
         };
         let status = self.bus.without_interrupts(|| self.bus.do_step(step));
-        if status & (flash::SR_BSY | flash::SR_ERRORS) == 0 {
-            Ok(())
-        } else {
+        if status & (flash::SR_BSY | flash::SR_ERRORS) != 0 {
             Err(FlashError::Hardware)
+        } else if supply::is_low(self.bus) {
+            Err(FlashError::SupplyLow)
+        } else {
+            Ok(())
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::board::Board;
 use crate::bus::Bus;
 use crate::pins::Input;
-use crate::pwm;
+use crate::{pwm, supply};
 
 /// The amplifier's fault line and the limit switches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +29,13 @@ impl<B: Bus> Inputs<B> {
     #[must_use]
     pub fn amplifier_is_healthy(&self) -> bool {
         self.fault.is_low() && !pwm::broke(self.bus)
+    }
+
+    /// True if the chip's supply has not sagged since the output was last disabled.
+    #[inline]
+    #[must_use]
+    pub fn supply_is_healthy(&self) -> bool {
+        supply::is_healthy(self.bus)
     }
 
     /// True for each limit switch that is closed: at the lower end, at the upper.

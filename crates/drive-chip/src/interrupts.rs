@@ -5,6 +5,7 @@ use crate::registers::{nvic, scb};
 
 /// Positions in the vector table (RM0090, table 61).
 const TIM5: u32 = 50;
+const PVD: u32 = 1;
 const USART2: u32 = 38;
 
 /// Above everything else.
@@ -13,10 +14,13 @@ const SAMPLE: u32 = 0x00;
 /// Below every sample. Its timer has the same, so that one waits for the other.
 const LINE: u32 = 0x80;
 
-/// Enables the interrupts of the sample timer and the serial line, once their handlers have their data.
+/// Enables the interrupts of the sample timer, the supply's detector and the serial line, once their handlers have their data.
 pub fn begin(bus: impl Bus) {
     set_priority(bus, TIM5, SAMPLE);
+    // With the samples, so that none of them is interrupted and then drives the output again.
+    set_priority(bus, PVD, SAMPLE);
     begin_serial(bus);
+    unmask(bus, PVD);
     unmask(bus, TIM5);
 }
 

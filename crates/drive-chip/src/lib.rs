@@ -13,6 +13,7 @@
 //! | [`inputs`] | GPIO, TIM1 | fault line and limit switches |
 //! | [`serial`] | USART2, DMA1 | the line to the host |
 //! | [`line_timer`] | SysTick | has the line listened to |
+//! | `supply` | PWR, EXTI | disables the output when the supply sags |
 //! | [`watchdog`] | IWDG | resets the chip unless it is fed |
 //! | [`flash`] | FLASH | keeps records |
 //! | [`interrupts`] | NVIC | priorities |
@@ -39,6 +40,7 @@ pub mod quadrature;
 mod registers;
 pub mod sample_timer;
 pub mod serial;
+mod supply;
 pub mod watchdog;
 mod wiring;
 
@@ -46,4 +48,4 @@ pub use board::Board;
 pub use bus::Bus;
 #[cfg(target_os = "none")]
 pub use mmio::Mmio;
-pub use wiring::{Wired, disable_outputs, wire};
+pub use wiring::{Wired, disable_for_sag, disable_outputs, wire};

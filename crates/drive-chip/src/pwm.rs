@@ -9,6 +9,7 @@ use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use crate::bus::Bus;
 use crate::clock::Clocks;
 use crate::registers::timer::{self, TIM1};
+use crate::supply;
 
 /// Switching frequency, Hz: inaudible.
 pub const FREQUENCY: u32 = 20_000;
@@ -109,8 +110,9 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
         off(self.bus);
         self.bus.write(TIM1.at(timer::CCR1), 0);
         take_effect(self.bus);
-        // Acknowledged: the next break shows again. Ones leave the other flags.
+        // Acknowledged: the next break and the next sag show again. Ones leave the other flags.
         self.bus.write(TIM1.at(timer::SR), !timer::SR_BIF);
+        supply::acknowledge(self.bus);
         Ok(())
     }
 }

@@ -46,6 +46,7 @@ pub(crate) mod rcc {
     pub(crate) const APB1_TIM3: u32 = 1 << 1;
     pub(crate) const APB1_TIM5: u32 = 1 << 3;
     pub(crate) const APB1_USART2: u32 = 1 << 17;
+    pub(crate) const APB1_PWR: u32 = 1 << 28;
     pub(crate) const APB2_TIM1: u32 = 1;
 
     pub(crate) const CSR_RMVF: u32 = 1 << 24;
@@ -61,6 +62,7 @@ pub(crate) mod flash {
     pub(crate) const KEYR: Register = BASE.offset(0x04);
     pub(crate) const SR: Register = BASE.offset(0x0c);
     pub(crate) const CR: Register = BASE.offset(0x10);
+    pub(crate) const OPTCR: Register = BASE.offset(0x14);
 
     pub(crate) const ACR_LATENCY: u32 = 0b111;
     pub(crate) const ACR_PRFTEN: u32 = 1 << 8;
@@ -83,6 +85,45 @@ pub(crate) mod flash {
     pub(crate) const CR_PSIZE_32: u32 = 0b10 << 8;
     pub(crate) const CR_STRT: u32 = 1 << 16;
     pub(crate) const CR_LOCK: u32 = 1 << 31;
+
+    /// Level of the brown-out reset: zero is the highest, 2.7 V and more; all ones is off.
+    pub(crate) const OPTCR_BOR_LEV: u32 = 0b11 << 2;
+}
+
+/// Power control (5.4).
+pub(crate) mod pwr {
+    use super::Register;
+
+    pub(crate) const CR: Register = Register::at(0x4000_7000);
+    pub(crate) const CSR: Register = Register::at(0x4000_7004);
+
+    pub(crate) const CR_PVDE: u32 = 1 << 4;
+    pub(crate) const CR_PLS: u32 = 0b111 << 5;
+    pub(crate) const CSR_PVDO: u32 = 1 << 2;
+}
+
+/// External interrupts (12.3).
+pub(crate) mod exti {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4001_3c00);
+    pub(crate) const IMR: Register = BASE;
+    pub(crate) const RTSR: Register = BASE.offset(0x08);
+    pub(crate) const PR: Register = BASE.offset(0x14);
+
+    /// The detector of the supply's voltage.
+    pub(crate) const PVD: u32 = 1 << 16;
+}
+
+/// Behaviour while a debugger halts the processor (38.16).
+pub(crate) mod dbgmcu {
+    use super::Register;
+
+    pub(crate) const APB1_FZ: Register = Register::at(0xe004_2008);
+    pub(crate) const APB2_FZ: Register = Register::at(0xe004_200c);
+
+    pub(crate) const APB1_FZ_IWDG: u32 = 1 << 12;
+    pub(crate) const APB2_FZ_TIM1: u32 = 1;
 }
 
 /// General-purpose pins (8.4), as offsets from a port's base.

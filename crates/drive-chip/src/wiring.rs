@@ -11,9 +11,10 @@ use crate::line_timer::LineTimer;
 use crate::pins::{Output, Pull};
 use crate::pwm::{self, Direction, Pwm};
 use crate::quadrature::Quadrature;
-use crate::registers::rcc;
+use crate::registers::{dbgmcu, rcc};
 use crate::sample_timer::SampleTimer;
 use crate::serial::{self, Bytes, Line, Port, Ring};
+use crate::supply;
 use crate::watchdog::Watchdog;
 
 /// The functions of the peripherals' pins (STM32F405 data sheet, table 9; those of the STM32F446 are
@@ -47,6 +48,8 @@ pub struct Wired<'a, B> {
     pub flash: RecordFlash<B>,
     /// Resets the chip unless it is fed.
     pub watchdog: Watchdog<B>,
+    /// The option bytes have the chip reset itself before its supply is too low for it.
+    pub resets_in_time: bool,
     /// The fault found on the way: an unstable clock, or a reset by the watchdog.
     pub found: Result<(), Fault>,
 }
@@ -67,6 +70,8 @@ pub fn wire<'a, B: Bus>(
     bus.modify(rcc::CSR, 0, rcc::CSR_RMVF);
     let (clocks, clock) = clock::start(bus, board.oscillator);
     power_peripherals(bus);
+    supply::watch(bus);
+    run_while_halted(bus);
 
     let (pwm, direction) = pwm::signed(bus, &clocks);
     for (pin, function, pull) in [
@@ -100,6 +105,7 @@ pub fn wire<'a, B: Bus>(
         line_timer: LineTimer::new(bus, &clocks),
         flash: RecordFlash::new(bus, board.records),
         watchdog: Watchdog::new(bus),
+        resets_in_time: supply::resets_in_time(bus),
         found: clock.and(if by_watchdog {
             Err(Fault::ResetByWatchdog)
         } else {
@@ -127,9 +133,22 @@ fn power_peripherals(bus: impl Bus) {
     );
 }
 
+/// Has the watchdog and the PWM run on while a debugger halts the processor, whatever the debugger has set before: a PWM
+/// that stands still may stand at high, and a watchdog that runs resets the chip, which disables the output.
+fn run_while_halted(bus: impl Bus) {
+    bus.modify(dbgmcu::APB1_FZ, dbgmcu::APB1_FZ_IWDG, 0);
+    bus.modify(dbgmcu::APB2_FZ, dbgmcu::APB2_FZ_TIM1, 0);
+}
+
 /// Disables the output whatever the state of the drivers, for a program that cannot continue: the
 /// amplifier is off, and the PWM's pins are driven low in place of floating.
 pub fn disable_outputs(bus: impl Bus, board: &Board) {
     board.enable.set_low(bus);
     pwm::off(bus);
+}
+
+/// Serves the interrupt of the supply's detector: disables the output until the samples have seen the sag.
+pub fn disable_for_sag(bus: impl Bus, board: &Board) {
+    disable_outputs(bus, board);
+    supply::silence(bus);
 }

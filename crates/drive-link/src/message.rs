@@ -133,6 +133,8 @@ pub struct Status {
     pub dropped: u32,
     /// Frames that could not be decoded.
     pub garbled: u32,
+    /// The chip resets itself before its supply is too low for it. If not, its option bytes are to be set.
+    pub resets_in_time: bool,
     /// Disturbances of the line: bytes that were lost, framing errors and breaks.
     pub disturbed: u32,
 }

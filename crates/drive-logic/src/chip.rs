@@ -28,6 +28,8 @@ pub trait Chip {
 pub struct Lines {
     /// The amplifier reports no fault.
     pub amplifier: bool,
+    /// The chip's supply has not sagged.
+    pub supply: bool,
     /// The limit switch at the lower end is closed.
     pub low_switch: bool,
     /// The limit switch at the upper end is closed.
@@ -38,7 +40,9 @@ impl Lines {
     /// # Errors
     /// The fault that keeps the servo from being moved.
     pub(crate) fn before_motion(self) -> Result<(), Fault> {
-        if !self.amplifier {
+        if !self.supply {
+            Err(Fault::SupplyLow)
+        } else if !self.amplifier {
             Err(Fault::AmplifierFault)
         } else if self.low_switch && self.high_switch {
             Ok(())

@@ -254,6 +254,10 @@ impl LineWatch {
     /// The fault for which the servo is disabled.
     #[inline]
     pub(crate) fn check(&mut self, lines: Lines) -> Result<(), Fault> {
+        // A sag disables the amplifier too.
+        if !lines.supply {
+            return Err(Fault::SupplyLow);
+        }
         if !lines.amplifier {
             return Err(Fault::AmplifierFault);
         }

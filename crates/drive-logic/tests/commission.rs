@@ -114,7 +114,10 @@ fn an_axis_at_its_switch_is_not_moved() {
 #[test]
 fn each_fault_of_the_drive_ends_a_commissioning_under_its_own_number() {
     type Harm = fn(&Drive<'_>);
-    let harms: [(Fault, Harm); 5] = [
+    let harms: [(Fault, Harm); 6] = [
+        (Fault::SupplyLow, |drive| {
+            drive.lines(|lines| lines.supply = false)
+        }),
         (Fault::AmplifierFault, |drive| {
             drive.lines(|lines| lines.amplifier = false);
         }),

@@ -191,7 +191,11 @@ fn the_servo_reaches_its_target_and_goes_no_further() {
 #[test]
 fn every_harm_has_its_fault_and_releases_the_servo() {
     type Harm = fn(&mut Drive<'_>);
-    let harms: [(Fault, Harm); 8] = [
+    let harms: [(Fault, Harm); 9] = [
+        (Fault::SupplyLow, |drive| {
+            // The amplifier is disabled with it.
+            drive.lines(|lines| (lines.supply, lines.amplifier) = (false, false));
+        }),
         (Fault::AmplifierFault, |drive| {
             drive.lines(|lines| lines.amplifier = false)
         }),

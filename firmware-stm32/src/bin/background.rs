@@ -158,6 +158,7 @@ impl Chip for Servo {
 
     fn lines(&self) -> Lines {
         Lines {
+            supply: true,
             amplifier: true,
             low_switch: true,
             high_switch: true,

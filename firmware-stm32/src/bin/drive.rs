@@ -8,7 +8,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::{entry, exception};
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
@@ -51,6 +51,7 @@ impl Chip for Wiring {
     fn lines(&self) -> Lines {
         let [low_switch, high_switch] = self.inputs.closed_switches();
         Lines {
+            supply: self.inputs.supply_is_healthy(),
             amplifier: self.inputs.amplifier_is_healthy(),
             low_switch,
             high_switch,
@@ -116,29 +117,13 @@ fn SysTick() {
     interrupts::pend_serial(Mmio);
 }
 
-/// Disables the servo after a fault of the program; the watchdog then resets the chip.
-fn give_up() -> ! {
-    board::disable_outputs();
-    loop {
-        cortex_m::asm::nop();
-    }
+/// The supply sags.
+#[interrupt]
+fn PVD() {
+    board::disable_for_sag();
 }
 
-#[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
-    give_up()
-}
-
-#[exception]
-unsafe fn DefaultHandler(_: i16) {
-    give_up()
-}
-
-/// The oscillator failed.
-#[exception]
-unsafe fn NonMaskableInt() {
-    give_up()
-}
+firmware_stm32::give_up_at_every_end!();
 
 #[entry]
 fn main() -> ! {
@@ -176,6 +161,7 @@ fn background(
         line_timer,
         flash,
         watchdog,
+        resets_in_time,
         found,
         ..
     } = wired;
@@ -183,6 +169,7 @@ fn background(
     let (back, interrupt, listener) = channel.split();
     let built_in = settings::built_in();
     let mut supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, board::STAGE, found);
+    supervisor.set_resets_in_time(resets_in_time);
     watchdog.start();
     CONTROL.give(Control {
         sampler: Sampler::new(interrupt, found),

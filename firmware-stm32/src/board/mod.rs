@@ -65,6 +65,11 @@ pub fn disable_outputs() {
 /// The memory that DMA receives into: no stream reaches the core-coupled memory.
 static RECEIVED: serial::Ring = serial::Ring::new();
 
+/// Disables the output while the supply sags.
+pub fn disable_for_sag() {
+    drive_chip::disable_for_sag(Mmio, &BOARD);
+}
+
 /// Wires the board; none if it was wired before.
 #[must_use]
 pub fn wire() -> Option<(Wired, Output)> {

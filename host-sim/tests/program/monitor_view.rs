@@ -53,6 +53,7 @@ fn status(state: Does) -> Status {
         overruns: 0,
         dropped: 0,
         garbled: 0,
+        resets_in_time: true,
         disturbed: 0,
     }
 }

@@ -127,6 +127,7 @@ impl<'a> Chip for Pins<'a> {
 
     fn lines(&self) -> Lines {
         Lines {
+            supply: true,
             amplifier: true,
             low_switch: true,
             high_switch: true,

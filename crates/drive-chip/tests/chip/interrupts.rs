@@ -12,7 +12,8 @@ fn a_sample_interrupts_everything_and_a_byte_only_the_background() {
     // By then the priorities held.
     assert_eq!(chip.unmasked(Interrupt::TIM5), Some(0));
     assert_eq!(chip.unmasked(Interrupt::USART2), Some(0x80));
-    assert_eq!(chip.unmasked_count(), 2);
+    assert_eq!(chip.unmasked(Interrupt::PVD), Some(0));
+    assert_eq!(chip.unmasked_count(), 3);
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod pwm;
 mod quadrature;
 mod sample_timer;
 mod serial;
+mod supply;
 mod watchdog;
 mod wiring;
 

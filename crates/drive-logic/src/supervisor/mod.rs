@@ -67,6 +67,7 @@ pub struct Supervisor<'a, F> {
     /// Samples of the interrupt that were not reported for want of room on the line.
     reports_dropped: u32,
     garbled: u32,
+    resets_in_time: bool,
 }
 
 impl<F> fmt::Debug for Supervisor<'_, F> {
@@ -122,6 +123,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             counts: Counts::default(),
             reports_dropped: 0,
             garbled: 0,
+            resets_in_time: true,
         };
         if record.is_some_and(|record| record.under_way) {
             // Reported once. If it cannot be saved, it is reported again.
@@ -129,6 +131,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
         supervisor.set_disabled_patience(DISABLED_PATIENCE);
         supervisor
+    }
+
+    /// Sets whether the chip resets itself before its supply is too low for it, which the status reports.
+    pub fn set_resets_in_time(&mut self, resets_in_time: bool) {
+        self.resets_in_time = resets_in_time;
     }
 
     /// Sets the time for which the background may not run while the servo is disabled, s.

@@ -178,6 +178,7 @@ pub(crate) const STAGE: OutputStage = OutputStage {
 
 /// Levels of the input lines without a fault.
 pub(crate) const HEALTHY: Lines = Lines {
+    supply: true,
     amplifier: true,
     low_switch: true,
     high_switch: true,

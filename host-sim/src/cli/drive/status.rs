@@ -84,6 +84,12 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         status.garbled,
         status.disturbed
     )?;
+    if !status.resets_in_time {
+        show!(
+            "the chip does not reset itself when its supply falls below 2.7 V: set level 3 of its brown-out reset \
+             (BOR_LEV = 0 in its option bytes)"
+        )?;
+    }
     show!(
         "{:.1} µs from the reading of the encoder to the change of the output",
         1e6 * status.command_delay

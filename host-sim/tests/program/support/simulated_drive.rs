@@ -255,6 +255,7 @@ impl Chip for Axis<'_> {
 
     fn lines(&self) -> Lines {
         Lines {
+            supply: true,
             amplifier: true,
             low_switch: true,
             high_switch: true,

@@ -27,6 +27,8 @@ pub(crate) struct Memory {
     pub(crate) fails: Cell<u32>,
     /// A step never ends.
     pub(crate) hangs: Cell<bool>,
+    /// The supply sags with the next step.
+    pub(crate) sags: Cell<bool>,
     /// Times that the status was read since something was written.
     asked: Cell<u64>,
     /// The same while nothing was done.
@@ -55,6 +57,7 @@ impl Memory {
             busy_until: Cell::new(0),
             fails: Cell::new(0),
             hangs: Cell::new(false),
+            sags: Cell::new(false),
             asked: Cell::new(0),
             idle: Cell::new(0),
             erased: RefCell::default(),
@@ -100,6 +103,11 @@ impl Memory {
             "{states} wait states at {} Hz",
             frequencies.processor
         );
+    }
+
+    /// True while it erases or writes.
+    pub(crate) fn is_in_a_step(&self, now: u64) -> bool {
+        now < self.busy_until.get()
     }
 
     fn status(&self, now: u64) -> u32 {

@@ -8,6 +8,7 @@ mod block;
 mod clocks;
 mod memory;
 mod pins;
+mod supply;
 mod timers;
 mod usart;
 mod watchdog;
@@ -33,6 +34,7 @@ pub(crate) struct Chip {
     pub(crate) usart: usart::Usart,
     pub(crate) watchdog: watchdog::Watchdog,
     pub(crate) memory: memory::Memory,
+    pub(crate) supply: supply::Supply,
     nvic: Nvic,
     /// Every word written in order, but for the watchdog's food.
     written: RefCell<Vec<(u32, u32)>>,
@@ -64,6 +66,7 @@ impl Chip {
             usart: usart::Usart::new(),
             watchdog: watchdog::Watchdog::new(),
             memory: memory::Memory::new(),
+            supply: supply::Supply::new(),
             nvic: Nvic {
                 priorities: RefCell::new([0; 96]),
                 unmasked: RefCell::default(),
@@ -285,6 +288,7 @@ impl Bus for &Chip {
         }
         self.watchdog
             .read(address, self.now.get())
+            .or_else(|| self.supply.read(address, &self.clocks))
             .or_else(|| self.nvic.read(address))
             .unwrap_or_else(|| panic!("nothing is at {address:#x}"))
     }
@@ -303,8 +307,12 @@ impl Bus for &Chip {
             || self.clocks.write(address, word)
             || self.watchdog.write(address, word, self.now.get())
             || self.write_peripheral(address, word)
+            || self.supply.write(address, word, &self.clocks)
             || self.nvic.write(address, word);
         assert!(taken, "nothing is at {address:#x}");
+        if self.memory.is_in_a_step(self.now.get()) && self.memory.sags.take() {
+            self.supply.set(2.5);
+        }
         self.clocks.reset_peripherals(self);
         self.memory.check_wait_states(self.clocks.frequencies());
         self.look_at_break();
