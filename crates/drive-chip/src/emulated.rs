@@ -4,15 +4,13 @@
 //! lets its encoder's timer count the clock. Memory stands in for those; everything else is the
 //! emulator's.
 
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use crate::bus::{Bus, Register};
+use crate::bus::Register;
 use crate::flash::SECTOR;
-use crate::mmio::Mmio;
 use crate::pins::Pin;
 use crate::registers::timer::{self, TIM1, TIM3};
-use crate::registers::{dma, flash, gpio, rcc, usart};
-use crate::serial::RING_LENGTH;
+use crate::registers::{dma, flash, gpio, rcc};
 
 /// Words of each peripheral.
 const WORDS: usize = 40;
@@ -127,25 +125,6 @@ fn erase(sector: u32) {
     }
 }
 
-/// Receives a byte as the DMA stream does, if USART2 has one: its interrupt stands in for the stream's request.
-pub fn receive() {
-    if Mmio.read(usart::SR) & usart::SR_RXNE == 0 {
-        return;
-    }
-    let byte = Mmio.read(usart::DR) as u8;
-    let left = get(dma::S5NDTR);
-    let place = get(dma::S5M0AR) + RING_LENGTH.wrapping_sub(left);
-    // SAFETY: the stream's memory is a ring of atomic bytes of this length, which is static.
-    unsafe { &*(place as *const AtomicU8) }.store(byte, Relaxed);
-    let (left, mark) = match left {
-        1 => (RING_LENGTH, dma::TCIF5),
-        _ if left == RING_LENGTH / 2 + 1 => (left - 1, dma::HTIF5),
-        _ => (left - 1, 0),
-    };
-    set(dma::S5NDTR, left);
-    set(dma::HISR, get(dma::HISR) | mark);
-}
-
 /// Sets the encoder's counter.
 pub fn set_count(count: u16) {
     set(TIM3.at(timer::CNT), count.into());
@@ -181,11 +160,11 @@ pub fn is_high(pin: Pin) -> bool {
     word & pin.mask() != 0
 }
 
-fn get(register: Register) -> u32 {
+pub(crate) fn get(register: Register) -> u32 {
     kept(register).map_or(0, |word| word.load(Relaxed))
 }
 
-fn set(register: Register, word: u32) {
+pub(crate) fn set(register: Register, word: u32) {
     if let Some(place) = kept(register) {
         place.store(word, Relaxed);
     }

@@ -28,6 +28,8 @@ pub mod bus;
 pub mod clock;
 #[cfg(all(feature = "emulator", target_os = "none"))]
 pub mod emulated;
+#[cfg(all(feature = "emulator", target_os = "none"))]
+pub mod emulated_dma;
 pub mod flash;
 pub mod inputs;
 pub mod interrupts;

@@ -9,7 +9,6 @@ use identifier_core::commission::{Decision, RecordEvent};
 use identifier_core::identifier::NumberedBlock;
 
 use crate::closed_loop::Fitted;
-use crate::listener::LineListener;
 use crate::messages::{Event, Order};
 
 /// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
@@ -101,7 +100,7 @@ pub struct InterruptEnd<'a> {
 
 /// The line's end of a [`Channel`].
 #[derive(Debug)]
-pub(crate) struct LineEnd<'a> {
+pub struct LineEnd<'a> {
     signals: &'a Signals,
 }
 
@@ -146,8 +145,8 @@ impl Channel {
         }
     }
 
-    /// The ends of the background and of the sample interrupt, and the one that listens to the line.
-    pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>, LineListener<'_>) {
+    /// The ends of the background, of the sample interrupt and of the line.
+    pub fn split(&mut self) -> (BackgroundEnd<'_>, InterruptEnd<'_>, LineEnd<'_>) {
         let (orders_in, orders_out) = self.orders.split();
         let (events_in, events_out) = self.events.split();
         let (record_in, record_out) = self.record.split();
@@ -168,8 +167,7 @@ impl Channel {
             solutions: solutions_out,
             signals,
         };
-        let listener = LineListener::new(LineEnd { signals });
-        (background, interrupt, listener)
+        (background, interrupt, LineEnd { signals })
     }
 }
 

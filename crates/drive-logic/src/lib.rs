@@ -40,7 +40,7 @@ mod supervisor;
 mod telemetry;
 mod time;
 
-pub use channel::{BackgroundEnd, Channel, InterruptEnd};
+pub use channel::{BackgroundEnd, Channel, InterruptEnd, LineEnd};
 pub use chip::{Chip, Lines, OutputStage};
 pub use conversation::Conversation;
 pub use listener::{LineListener, PolledLine};

@@ -13,7 +13,9 @@ pub struct LineListener<'a> {
 }
 
 impl<'a> LineListener<'a> {
-    pub(crate) fn new(end: LineEnd<'a>) -> Self {
+    /// Before the first byte.
+    #[must_use]
+    pub const fn new(end: LineEnd<'a>) -> Self {
         Self {
             end,
             stops: StopListener::new(),

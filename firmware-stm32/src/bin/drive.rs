@@ -103,7 +103,7 @@ fn USART2() {
         *OWN = EAR.take();
     }
     #[cfg(feature = "emulator")]
-    drive_chip::emulated::receive();
+    drive_chip::emulated_dma::receive();
     if let Some(Ear { port, listener }) = OWN {
         port.serve(|reception| match reception {
             Reception::Byte(byte) => listener.take(byte),
@@ -166,7 +166,7 @@ fn background(
         ..
     } = wired;
     let found = self_test().and(found);
-    let (back, interrupt, listener) = channel.split();
+    let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
     let mut supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, board::STAGE, found);
     supervisor.set_resets_in_time(resets_in_time);
@@ -180,7 +180,10 @@ fn background(
             watchdog,
         },
     });
-    EAR.give(Ear { port, listener });
+    EAR.give(Ear {
+        port,
+        listener: LineListener::new(line_end),
+    });
     let mut sample_time = supervisor.sample_time();
     start(&timer, sample_time);
     interrupts::begin(Mmio);

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings};
 use drive_logic::{
-    Channel, Chip, Conversation, Memory, OutputStage, PolledLine, Sampler, Supervisor,
+    Channel, Chip, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
 };
 
 use self::chip::SimulatedChip;
@@ -191,7 +191,7 @@ impl Board<'_> {
             mut clock,
         } = self;
         let mut channel = Channel::new();
-        let (background, interrupt, stops) = channel.split();
+        let (background, interrupt, line) = channel.split();
         // A drive keeps its memory for ever, and a program has few drives.
         let memory = Box::leak(Box::new(Memory::new()));
         let mut supervisor =
@@ -205,7 +205,7 @@ impl Board<'_> {
         }
         let mut sampler = Sampler::new(interrupt, Ok(()));
         let mut conversation = Conversation::new();
-        let mut wire = PolledLine::new(Wire::default(), stops);
+        let mut wire = PolledLine::new(Wire::default(), LineListener::new(line));
         while pins.is_powered() {
             if let Ok((line, _)) = listener.accept() {
                 wire.line().connect(line);

@@ -4,7 +4,7 @@ use drive_chip::clock::Clocks;
 use drive_chip::flash::{RecordFlash, Sectors};
 use drive_chip::serial::{self, Bytes, Ring};
 use drive_link::{Command, Line, Request, State, frame};
-use drive_logic::{Channel, Conversation, Memory, Sampler, Supervisor};
+use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
 use super::machine::{Handlers, Lengths, Machine, Reception};
 use super::servo::{STAGE, settings};
@@ -71,7 +71,7 @@ fn forever<T>(thing: T) -> &'static mut T {
 impl Host {
     pub(super) fn new(reception: Reception, rate: u32) -> Self {
         let machine: &'static Machine = forever(Machine::new(reception, rate));
-        let (back, interrupt, listener) = forever(Channel::new()).split();
+        let (back, interrupt, line_end) = forever(Channel::new()).split();
         let ring: &'static Ring = forever(Ring::new());
         let (line, port) = serial::line(machine, &Clocks::FULL, ring, forever(Bytes::new()));
         let flash = RecordFlash::new(machine, Sectors::starting_at(1));
@@ -81,7 +81,7 @@ impl Host {
         let handlers = forever(Handlers {
             sampler: Sampler::new(interrupt, Ok(())).into(),
             port: port.into(),
-            listener: listener.into(),
+            listener: LineListener::new(line_end).into(),
         });
         machine.begin(handlers, ring);
         Self {

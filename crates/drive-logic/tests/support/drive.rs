@@ -43,7 +43,7 @@ impl<'a> Drive<'a> {
         found: Result<(), Fault>,
         stage: OutputStage,
     ) -> Self {
-        let (background, interrupt, listener) = channel.split();
+        let (background, interrupt, line) = channel.split();
         let memory = Box::leak(Box::new(Memory::new()));
         Self {
             sampler: Sampler::new(interrupt, found),
@@ -56,7 +56,7 @@ impl<'a> Drive<'a> {
                 found,
             ),
             bench,
-            listener: Some(listener),
+            listener: Some(LineListener::new(line)),
             id: 0,
         }
     }
