@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::elf::Elf;
-use crate::{emulator, firmware, interrupt, listing};
+use crate::{emulator, firmware, interrupt, lead, listing};
 
 /// The budget, beside the firmware.
 const FILE: &str = "firmware-stm32/budget.toml";
@@ -119,7 +119,8 @@ fn count() -> Result<Figures, String> {
             }
         }
     }
-    // The last, as it builds the drive again, for the emulator.
+    // The last, as they build the drive again, for the emulator.
+    counted.extend(lead::figures()?);
     for (law, summary) in interrupt::count()? {
         for (which, taken) in summary.named() {
             let name = format!("interrupt-{law}-{which}");

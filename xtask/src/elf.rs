@@ -16,6 +16,8 @@ const FLASH_END: u64 = 0x1000_0000;
 #[derive(Default)]
 pub(crate) struct Elf {
     pub(crate) functions: Vec<Function>,
+    /// Statics, by their symbols.
+    statics: BTreeMap<String, Range<u32>>,
     /// Bytes of flash and of static memory.
     pub(crate) flash: u64,
     pub(crate) memory: u64,
@@ -81,6 +83,24 @@ impl Elf {
                 name: name.to_owned(),
                 range: start..start + symbol.size() as u32,
             });
+        } else if symbol.kind() == SymbolKind::Data {
+            let end = start + symbol.size() as u32;
+            self.statics.insert(name.to_owned(), start..end);
+        }
+    }
+
+    /// The bytes of the only static of a path.
+    ///
+    /// # Errors
+    /// There is none, or more than one.
+    pub(crate) fn static_at(&self, path: &str) -> Result<Range<u32>, String> {
+        let part = mangled(path);
+        let mut fitting = self.statics.iter().filter(|(name, _)| name.contains(&part));
+        match (fitting.next(), fitting.next()) {
+            (Some((_, range)), None) => Ok(range.clone()),
+            _ => Err(format!(
+                "no static {path}, or more than one: was it renamed?"
+            )),
         }
     }
 

@@ -1,25 +1,17 @@
-//! The whole sample interrupt of the linked drive, counted on an emulated chip: instructions as they
-//! are executed, and cycles by the model of `docs/cycles.md`.
-//!
-//! The emulator runs an instruction a nanosecond of its own time, so that its clock and with it every
-//! sample is the same from run to run, except for when the host's requests arrive.
+//! The whole sample interrupt of the linked drive in a run, counted on an emulated chip: instructions as they are
+//! executed, and cycles by the model of `docs/cycles.md`.
 
-use std::collections::HashMap;
 use std::error::Error;
-use std::io::{BufReader, Read};
-use std::net::{Ipv4Addr, TcpListener};
-use std::ops::Range;
 use std::path::Path;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use drive_link::{Command, Format, Law, Report};
+use drive_link::{Command, Format, Law};
 use host_sim::drive::Client;
 
-use crate::cycles::{Cost, Lost, Meter, Taken, Watched};
-use crate::elf::{Elf, mangled};
-use crate::thumb::Instruction;
-use crate::{emulator, firmware};
+use crate::cycles::{Cost, Taken};
+use crate::firmware;
+use crate::metered::{self, CLOCK, Next};
 
 /// A law by the name that its figures have.
 type NamedLaw = (&'static str, Law);
@@ -42,18 +34,12 @@ const DRIVES: [(Format, &[&str], &[NamedLaw]); 2] = [
     ),
 ];
 
-/// The interrupt's handler.
-const HANDLER: &str = "TIM5";
-
 /// Functions by which interrupts are classified, in the order of the marks: the first begins a run,
 /// the second shows a sample, the third ends the run.
 const MARKS: [&str; 3] = ["Run::start", "sampler::report", "Sampler::end_run"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
-
-/// A function that a drive has only in the emulator: neither it nor its callees count.
-const ONLY_EMULATED: &str = "emulated_servo::advance";
 
 /// Interrupts that are counted, from the one that begins the run.
 const COUNTED: usize = 100_000;
@@ -63,12 +49,6 @@ const WATCHED: u16 = 20;
 
 /// Time limit of the emulator for them.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
-
-/// Time of the host between two looks at the meter.
-const LISTEN: Duration = Duration::from_millis(100);
-
-/// The core's clock, MHz.
-const CLOCK: f64 = 168.0;
 
 /// The cost of the interrupts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,101 +138,16 @@ fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// Runs a drive in the emulator, has the conversation with it, and returns the costs of [`COUNTED`]
-/// interrupts from the one that begins its run.
+/// The costs of [`COUNTED`] interrupts from the one that begins a run.
 fn measure(
     drive: &Path,
     plugin: &Path,
     conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
-        .map_err(|error| format!("no port is free on this machine: {error}"))?;
-    let address = listener.local_addr().map_err(|error| error.to_string())?;
-    // The emulator takes a comma for the end of an argument, and two for one.
-    let file = plugin.display().to_string().replace(',', ",,");
-    let plugin = format!("file={file},listener={address}");
-    let elf = Elf::read(drive)?;
-    let watched = watched(&elf)?;
-    let (_running, port) =
-        emulator::Running::start(drive, &["-plugin", &plugin]).map_err(|error| {
-            format!("{error}; the emulator must be QEMU 9.1 or later, and be built with plugins")
-        })?;
-    let reader = thread::spawn(move || read(&listener, &elf, watched));
-
-    let mut client = Client::new(port);
-    conversation(&mut client).map_err(|error| error.to_string())?;
-    let mut fault = None;
-    let until = Instant::now() + TIME_LIMIT;
-    while !reader.is_finished() {
-        if Instant::now() > until {
-            return Err(format!(
-                "the emulator has not run {COUNTED} samples in {} s: does the drive run?",
-                TIME_LIMIT.as_secs()
-            ));
-        }
-        // Its reports must be read, or it has no room for more.
-        let heard = client
-            .port()
-            .listen(
-                &|report: &Report| matches!(report, Report::Fault(_)),
-                LISTEN,
-            )
-            .map_err(|error| error.to_string())?;
-        if let Some(Report::Fault(found)) = heard {
-            fault = Some(found);
-        }
-    }
-    let costs = reader
-        .join()
-        .map_err(|_| "reading the trace has failed".to_owned())?;
-    costs.map_err(|error| match fault {
-        Some(fault) => format!("{error}; it was {fault}"),
-        None => error,
-    })
-}
-
-/// The code of a drive that is measured.
-fn watched(elf: &Elf) -> Result<Watched, String> {
-    let functions = |path: &str| {
-        let part = mangled(path);
-        elf.ranges(path, |symbol| symbol.contains(&part))
-    };
-    let only = |path: &str, found: Vec<Range<u32>>| match &found[..] {
-        [function] => Ok(function.start),
-        _ => Err(format!("the drive has more than one {path}")),
-    };
-    let mark = |path| only(path, functions(path)?);
-    Ok(Watched {
-        handler: only(HANDLER, elf.ranges(HANDLER, |symbol| symbol == HANDLER)?)?,
-        left_out: functions(ONLY_EMULATED)?,
-        marks: MARKS.into_iter().map(mark).collect::<Result<_, _>>()?,
-    })
-}
-
-/// Meters the emulator's trace from the interrupt that begins the run.
-fn read(listener: &TcpListener, elf: &Elf, watched: Watched) -> Result<Vec<Cost>, String> {
-    let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
-    let mut trace = BufReader::with_capacity(1 << 16, stream);
-    let mut meter = Meter::new(watched);
-    let mut decoded: HashMap<u32, Instruction> = HashMap::new();
     let mut costs = Vec::with_capacity(COUNTED);
-    let mut word = [0; 4];
-    while trace.read_exact(&mut word).is_ok() {
-        let word = u32::from_ne_bytes(word);
-        let address = word & !1;
-        if address == word {
-            meter.load(address);
-            continue;
-        }
-        let decode = || elf.instruction(address);
-        let instruction = decoded.entry(address).or_insert_with(decode);
-        let ended = meter.execute(instruction);
-        let Some(cost) = ended.map_err(|Lost| "the end of an interrupt was lost".to_owned())?
-        else {
-            continue;
-        };
+    let take = |cost: Cost| {
         if costs.is_empty() && !has(cost, FIRST) {
-            continue;
+            return Ok(Next::Interrupt);
         }
         if has(cost, FAILED) {
             return Err(format!(
@@ -262,14 +157,14 @@ fn read(listener: &TcpListener, elf: &Elf, watched: Watched) -> Result<Vec<Cost>
             ));
         }
         costs.push(cost);
-        if costs.len() == COUNTED {
-            return Ok(costs);
-        }
-    }
-    Err(format!(
-        "the emulator ended after {} of {COUNTED} interrupts",
-        costs.len()
-    ))
+        Ok(if costs.len() == COUNTED {
+            Next::Enough
+        } else {
+            Next::Interrupt
+        })
+    };
+    metered::run(drive, plugin, &MARKS, TIME_LIMIT, conversation, take)?;
+    Ok(costs)
 }
 
 fn has(cost: Cost, mark: u32) -> bool {
@@ -332,6 +227,7 @@ mod tests {
     fn cost(marks: u32, instructions: u64, cycles: u64) -> Cost {
         Cost {
             marks,
+            command: None,
             taken: Taken {
                 instructions,
                 cycles,

@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::bus::Register;
 use crate::flash::SECTOR;
 use crate::pins::Pin;
-use crate::registers::timer::{self, TIM1, TIM3};
+use crate::registers::timer::{self, TIM1, TIM3, TIM5};
 use crate::registers::{dma, flash, gpio, rcc};
 
 /// Words of each peripheral.
@@ -96,6 +96,22 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
         }
     }
     true
+}
+
+/// Ticks of TIM5 that an emulated sample has at least. A tick is an instruction, of which the emulated servo takes some
+/// thousand between two samples, and a processor needs two cycles each.
+const MIN_SAMPLE_TICKS: u32 = 40_000;
+
+/// A word as it is written to a register of the emulator's own: the period of the samples is stretched by a whole number
+/// for everything to have its time in one.
+#[inline(always)]
+pub(crate) fn stretched(register: Register, word: u32) -> u32 {
+    if register != TIM5.at(timer::ARR) {
+        return word;
+    }
+    let ticks = word.saturating_add(1);
+    let factor = MIN_SAMPLE_TICKS.div_ceil(ticks);
+    ticks.saturating_mul(factor) - 1
 }
 
 /// Pins of a port, and ports that have pins here: A to C.

@@ -26,6 +26,8 @@ impl Bus for Mmio {
         if emulated::write(register, word) {
             return;
         }
+        #[cfg(feature = "emulator")]
+        let word = emulated::stretched(register, word);
         let place = register.address() as *mut u32;
         // SAFETY: as above, and none of them is memory that the program uses.
         unsafe { place.write_volatile(word) }

@@ -189,6 +189,18 @@ impl Commissioning {
         self.late = !in_time;
     }
 
+    /// Has a command act, or disables the servo.
+    #[inline]
+    fn act<A: Actuator<f32>>(&mut self, command: Option<f32>, actuator: &mut A) {
+        let acted = match command.filter(|_| !self.disabled) {
+            Some(command) => actuator.hold(command),
+            None => actuator.release(),
+        };
+        if acted.is_err() {
+            self.abort_with_fault(Fault::ActuatorFailed);
+        }
+    }
+
     /// One sample: the command goes out first, then an event of the record, if there is one, is exchanged for a
     /// decision of the solver. `exchange` gives false for an event that finds no room.
     #[inline]
@@ -212,15 +224,13 @@ impl Commissioning {
             late: self.late,
             stop: self.stop,
         };
-        let step = self.commission.process(&mut self.state, &inputs);
-        let command = step.command.filter(|_| !self.disabled);
-        let acted = match command {
-            Some(command) => actuator.hold(command),
-            None => actuator.release(),
-        };
-        if acted.is_err() {
-            self.abort_with_fault(Fault::ActuatorFailed);
+        let given = self.commission.control(&mut self.state, &inputs);
+        self.act(given, actuator);
+        let step = self.commission.learn(&mut self.state);
+        if step.command != given || self.disabled {
+            self.act(step.command, actuator);
         }
+        let command = step.command.filter(|_| !self.disabled);
         let has_changed = step.phase != self.sample.phase;
         self.sample.update(
             &step,

@@ -5,7 +5,7 @@ use super::message::DecisionKind;
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
-    ProbingProgress, ProbingState, Reason, RecordEvent, RoughModel,
+    ProbingProgress, Reason, RecordEvent, RoughModel,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -15,7 +15,8 @@ use crate::watch::{Observation, ServoWatch};
 
 /// The interrupt's half of a commissioning: it moves the servo, watches over it and never waits.
 ///
-/// A sample is [`CommissionIsr::process`]; the caller hands its [`RecordEvent`] to the
+/// A sample is [`CommissionIsr::control`], whose command the caller has act at once, and then [`CommissionIsr::learn`];
+/// the caller hands its [`RecordEvent`] to the
 /// [`CommissionSolver`](super::CommissionSolver), has that do [`CommissionIsr::slices`] slices of work, and hands its
 /// [`Decision`] to [`CommissionIsr::accept`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,35 +171,64 @@ impl<N: Number> CommissionIsr<N> {
         state.activity = Activity::Holding(holding);
     }
 
-    /// One sample. After an end it continues to hold the servo, with the new gains or those before, or
-    /// keeps the stage disabled.
+    /// One sample, [`CommissionIsr::control`] and [`CommissionIsr::learn`], for a servo that waits meanwhile.
     pub fn process(
         &self,
         state: &mut CommissionState<N>,
-        seen: &CommissionInputs,
+        inputs: &CommissionInputs,
     ) -> CommissionStep<N> {
-        let increment = state.follow(seen.count);
+        let _ = self.control(state, inputs);
+        self.learn(state)
+    }
+
+    /// The first part of a sample: the command that is to act at once; none: disable the stage. After an end it
+    /// continues to hold the servo, with the new gains or those before, or keeps the stage disabled.
+    pub fn control(&self, state: &mut CommissionState<N>, inputs: &CommissionInputs) -> Option<N> {
+        state.observation = Observation {
+            // Of the servo as the command before has left it, while the activity is that which gave it.
+            increment: state.follow(inputs.count),
+            command: state.command,
+            position: state.position,
+            setpoint: state.activity.setpoint(),
+            late: inputs.late,
+            must_move: state.activity.must_move(),
+        };
+        let increment = state.observation.increment;
         state.velocity_now = self
             .velocity
             .process(&mut state.velocity, increment.unwrap_or(N::ZERO));
-        if !state.phase.is_end()
-            && let Err(reason) = self.watched(state, seen, increment)
-        {
+        state.is_watched = !state.phase.is_end();
+        if let Some(reason) = inputs.stop.filter(|_| state.is_watched) {
             self.end(state, reason);
+            state.is_watched = false;
         }
-        let command = match increment {
-            Some(increment) => self.act(state, increment).unwrap_or_else(|reason| {
-                self.end(state, reason);
-                self.act(state, N::ZERO).unwrap_or(None)
-            }),
+        let is_end = state.phase.is_end();
+        state.acting = match increment {
+            Some(increment) => self.command(state, increment),
             // A reading that is missing alone is bridged.
-            None if !state.phase.is_end() => Some(state.command),
-            None => None,
+            None => Some(state.command).filter(|_| !is_end),
         };
-        state.command = command.unwrap_or(N::ZERO);
+        state.command = state.acting.unwrap_or(N::ZERO);
+        state.acting
+    }
+
+    /// The second part of a sample, while the command acts: monitors the servo, learns from it and decides what is
+    /// done from the next sample on. The command differs from that of [`CommissionIsr::control`] where the commissioning
+    /// ends in this sample: then it takes the place of that one.
+    pub fn learn(&self, state: &mut CommissionState<N>) -> CommissionStep<N> {
+        let increment = state.observation.increment;
+        let decided = self.monitored(state).and_then(|()| self.proceed(state));
+        if let Err(reason) = decided {
+            self.end(state, reason);
+            state.acting = increment.and_then(|_| self.command(state, N::ZERO));
+            state.command = state.acting.unwrap_or(N::ZERO);
+        }
+        if let Some(trial) = state.measured.take() {
+            state.trial = Some(trial.result(&self.units));
+        }
         state.record(increment.unwrap_or(N::ZERO));
         CommissionStep {
-            command,
+            command: state.acting,
             phase: state.phase,
             finding: state.finding(),
         }
@@ -232,95 +262,94 @@ impl<N: Number> CommissionIsr<N> {
         };
     }
 
-    fn watched(
-        &self,
-        state: &mut CommissionState<N>,
-        seen: &CommissionInputs,
-        increment: Option<N>,
-    ) -> Result<(), Reason> {
-        if let Some(reason) = seen.stop {
-            return Err(reason);
+    /// The command of the activity; it ends the commissioning where there is none any more.
+    fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
+        let position = state.position;
+        match &mut state.activity {
+            Activity::Free => return None,
+            Activity::Probing(probing) => return Some(self.probing.control(probing, increment)),
+            Activity::Holding(holding) | Activity::OnTrial(holding, _) => {
+                let command = holding.process(position, increment);
+                if command.is_some() {
+                    return command;
+                }
+            }
         }
-        let observation = Observation {
-            increment,
-            command: state.command,
-            position: state.position,
-            setpoint: state.activity.setpoint(),
-            late: seen.late,
-            must_move: state.activity.must_move(),
-        };
-        self.watch.process(&mut state.watch, &observation)
+        // The error is beyond the loop's counter.
+        self.end(state, Reason::TravelLeft);
+        match &mut state.activity {
+            Activity::Holding(before) => before.process(position, N::ZERO),
+            _ => None,
+        }
     }
 
-    /// The command of the activity in a sample; none to disable the stage.
-    fn act(&self, state: &mut CommissionState<N>, increment: N) -> Result<Option<N>, Reason> {
+    /// Checks the sample.
+    fn monitored(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        if !state.is_watched {
+            return Ok(());
+        }
+        self.watch.process(&mut state.watch, &state.observation)
+    }
+
+    /// Continues the activity after its command, or goes on to the next one.
+    fn proceed(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let Some(increment) = state.observation.increment else {
+            return Ok(());
+        };
         state.passed = state.passed.saturating_add(1);
         let position = state.position;
-        match state.activity {
+        match &mut state.activity {
             Activity::Free => {
-                if state.phase == Phase::ReleasedCheck {
-                    let moved = position.magnitude() > N::from_f64(Self::STANDS_WITHIN);
-                    if moved || state.passed >= self.released {
-                        return self.begin_probing(state, None).map(Some);
-                    }
+                let moved = position.magnitude() > N::from_f64(Self::STANDS_WITHIN);
+                if state.phase == Phase::ReleasedCheck && (moved || state.passed >= self.released) {
+                    self.begin_probing(state, None);
                 }
-                Ok(None)
+                Ok(())
             }
-            Activity::Probing(mut probing) => {
-                let step = self.probing.process(&mut probing, increment);
-                state.activity = Activity::Probing(probing);
-                match step.progress {
-                    ProbingProgress::Going => {}
+            Activity::Probing(probing) => {
+                let progress = self.probing.learn(probing, increment);
+                let servo = *probing.servo();
+                match progress {
+                    ProbingProgress::Going => Ok(()),
                     ProbingProgress::AtRest => {
                         state.end_record();
-                        let unknown = || (*probing.servo(), N::from_f64(Self::UNKNOWN_DELAY));
+                        let unknown = || (servo, N::from_f64(Self::UNKNOWN_DELAY));
                         let known = state.identified.as_ref();
                         let (servo, delay) =
                             known.map_or_else(unknown, |known| (known.rough, known.delay));
-                        self.hold(state, &servo, delay, step.command)?;
+                        self.hold(state, &servo, delay)
                     }
-                    ProbingProgress::Failed(reason) => return Err(reason),
+                    ProbingProgress::Failed(reason) => Err(reason),
                 }
-                Ok(Some(step.command))
             }
-            Activity::Holding(mut holding) => {
-                let command = holding.process(position, increment);
-                state.activity = Activity::Holding(holding);
-                let command = command.ok_or(Reason::TravelLeft)?;
-                if state.phase.is_end() {
-                    return Ok(Some(command));
-                }
-                if state.passed > self.patience {
-                    return Err(Reason::NeverAtRest);
-                }
-                self.proceed(state, &holding, command).map(Some)
+            Activity::Holding(_) if state.phase.is_end() => Ok(()),
+            Activity::Holding(_) if state.passed > self.patience => Err(Reason::NeverAtRest),
+            Activity::Holding(holding) => {
+                let is_at_rest = holding.is_at_rest();
+                self.proceed_from_rest(state, is_at_rest)
             }
-            Activity::OnTrial(mut holding, mut trial) => {
-                let done = trial.process(&mut holding, position);
-                let command = holding.process(position, increment);
-                state.activity = Activity::OnTrial(holding, trial);
-                if done? {
+            Activity::OnTrial(holding, trial) => {
+                if trial.process(holding, position)? {
                     state.phase = Phase::Applied;
-                    state.trial = Some(trial.result(&self.units));
-                    state.activity = Activity::Holding(holding);
+                    state.measured = Some(*trial);
+                    state.activity = Activity::Holding(*holding);
                 }
-                command.map(Some).ok_or(Reason::TravelLeft)
+                Ok(())
             }
         }
     }
 
-    /// Continues after a rest: the next motion once the solver has decided, or the trial.
-    fn proceed(
+    /// The next step of a servo that is held: a motion once the solver has decided, or the trial.
+    fn proceed_from_rest(
         &self,
         state: &mut CommissionState<N>,
-        holding: &Holding<N>,
-        command: N,
-    ) -> Result<N, Reason> {
+        is_at_rest: bool,
+    ) -> Result<(), Reason> {
         if state.phase == Phase::ReleasedCheck {
-            if holding.is_at_rest() {
-                return self.begin_probing(state, Some(command));
+            if is_at_rest {
+                self.begin_probing(state, Some(state.command));
             }
-            return Ok(command);
+            return Ok(());
         }
         match state.next {
             Next::Decision => {}
@@ -332,32 +361,32 @@ impl<N: Number> CommissionIsr<N> {
             }
             Next::Hold { again } => {
                 state.next = Next::MotionRecord { again };
-                self.hold_known(state, command)?;
+                self.hold_known(state)?;
             }
             Next::MotionRecord { again } => {
-                if holding.is_at_rest() {
+                if is_at_rest {
                     self.begin_lead(state, again);
                 }
             }
             Next::Lead(0) => {
                 state.next = Next::Decision;
-                return self.begin_motion(state);
+                self.begin_motion(state)?;
             }
             Next::Lead(samples) => state.next = Next::Lead(samples - 1),
             Next::Trial => {
-                if holding.is_at_rest() {
+                if is_at_rest {
                     state.next = Next::Decision;
-                    self.begin_trial(state, holding)?;
+                    self.begin_trial(state)?;
                 }
             }
         }
-        Ok(command)
+        Ok(())
     }
 
-    fn begin_probing(&self, state: &mut CommissionState<N>, held: Option<N>) -> Result<N, Reason> {
+    fn begin_probing(&self, state: &mut CommissionState<N>, held: Option<N>) {
         state.phase = Phase::Probing;
         state.begin_record();
-        self.begin(state, self.probing.start(held))
+        state.begin(Activity::Probing(self.probing.start(held)));
     }
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the
@@ -372,7 +401,7 @@ impl<N: Number> CommissionIsr<N> {
         state.begin_record();
     }
 
-    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<N, Reason> {
+    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let Some(known) = &state.identified else {
             return Err(Reason::TooLittleEvidence);
         };
@@ -383,29 +412,13 @@ impl<N: Number> CommissionIsr<N> {
             third
         };
         let position = state.position;
-        self.begin(
-            state,
-            self.probing.start_from_known(&known.rough, position, part),
-        )
-    }
-
-    /// Begins a motion.
-    fn begin(
-        &self,
-        state: &mut CommissionState<N>,
-        mut probing: ProbingState<N>,
-    ) -> Result<N, Reason> {
-        state.passed = 0;
-        let step = self.probing.process(&mut probing, N::ZERO);
-        state.activity = Activity::Probing(probing);
-        match step.progress {
-            ProbingProgress::Failed(reason) => Err(reason),
-            _ => Ok(step.command),
-        }
+        let probing = self.probing.start_from_known(&known.rough, position, part);
+        state.begin(Activity::Probing(probing));
+        Ok(())
     }
 
     /// Holds and watches the servo by the model that the solver identified.
-    fn hold_known(&self, state: &mut CommissionState<N>, command: N) -> Result<(), Reason> {
+    fn hold_known(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let Some(known) = &state.identified else {
             return Err(Reason::TooLittleEvidence);
         };
@@ -413,7 +426,7 @@ impl<N: Number> CommissionIsr<N> {
             self.watch.know(&mut state.watch, known);
         }
         let (servo, delay) = (known.rough, known.delay);
-        self.hold(state, &servo, delay, command)
+        self.hold(state, &servo, delay)
     }
 
     /// Holds the servo with conservative gains, and brings it back to where it began.
@@ -422,32 +435,31 @@ impl<N: Number> CommissionIsr<N> {
         state: &mut CommissionState<N>,
         servo: &RoughModel<N>,
         delay: N,
-        command: N,
     ) -> Result<(), Reason> {
         if state.phase == Phase::Probing {
             state.phase = Phase::Fit;
         }
-        state.passed = 0;
         let controller = self.conservative.around(servo, delay);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
-        let mut holding = self.held_by(controller, state.position, state.velocity_now, command);
+        let (velocity, command) = (state.velocity_now, state.command);
+        let mut holding = self.held_by(controller, state.position, velocity, command);
         if !self.settings.limits.one_way {
             holding.send(N::ZERO);
         }
-        state.activity = Activity::Holding(holding);
+        state.begin(Activity::Holding(holding));
         Ok(())
     }
 
-    fn begin_trial(&self, state: &mut CommissionState<N>, held: &Holding<N>) -> Result<(), Reason> {
-        let Some(candidate) = &state.candidate else {
+    fn begin_trial(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (Some(candidate), Activity::Holding(held)) = (&state.candidate, &state.activity) else {
             return Err(Reason::NoGains);
         };
         let last = held.resting();
         let mut holding = self.held_after(candidate.controller, held.reference(), &last);
         holding.rest_for(self.rest.max(candidate.rest));
-        state.activity = Activity::OnTrial(holding, candidate.trial);
+        let trial = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;
-        state.passed = 0;
+        state.begin(trial);
         Ok(())
     }
 
@@ -476,7 +488,7 @@ impl<N: Number> CommissionIsr<N> {
         state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
         if let Activity::OnTrial(_, trial) = &state.activity {
-            state.trial = Some(trial.result(&self.units));
+            state.measured = Some(*trial);
         }
         state.activity = match self.before {
             Some(before) if !reason.disables_stage() => {

@@ -8,7 +8,7 @@ use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::tuning::{Tuning, TuningError};
-use crate::watch::ServoWatchState;
+use crate::watch::{Observation, ServoWatchState};
 
 /// A commissioning under way. Positions in counts from where it began.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +24,11 @@ pub struct CommissionState<N: Number> {
     /// The command that acts, and the one that held the servo before anything was done.
     pub(super) command: N,
     pub(super) held: N,
+    /// The same as the caller gets it: none where the stage is disabled.
+    pub(super) acting: Option<N>,
+    /// The sample, for the watch, and whether it is watched.
+    pub(super) observation: Observation<N>,
+    pub(super) is_watched: bool,
     pub(super) watch: ServoWatchState<N>,
     recorder: MotionRecorder<N>,
     block: Option<MotionBlock<N>>,
@@ -33,6 +38,8 @@ pub struct CommissionState<N: Number> {
     pub(super) candidate: Option<Candidate<N>>,
     pub(super) tuning_error: Option<TuningError>,
     pub(super) trial: Option<TrialResult>,
+    /// A trial that has ended, before it is a result.
+    pub(super) measured: Option<Trial<N>>,
     pub(super) reason: Option<Reason>,
     /// The effect that the servo may have.
     pub(super) suspect: Option<Reason>,
@@ -112,6 +119,16 @@ impl<N: Number> CommissionState<N> {
             velocity_now: N::ZERO,
             command,
             held: command,
+            acting: None,
+            observation: Observation {
+                increment: None,
+                command,
+                position: N::ZERO,
+                setpoint: None,
+                late: false,
+                must_move: false,
+            },
+            is_watched: false,
             watch,
             recorder,
             block: None,
@@ -121,6 +138,7 @@ impl<N: Number> CommissionState<N> {
             candidate: None,
             tuning_error: None,
             trial: None,
+            measured: None,
             reason: None,
             suspect: None,
         }
@@ -193,6 +211,12 @@ impl<N: Number> CommissionState<N> {
         self.count = count;
         self.position += increment;
         Some(increment)
+    }
+
+    /// Begins an activity, whose first command is that of the next sample.
+    pub(super) fn begin(&mut self, activity: Activity<N>) {
+        self.activity = activity;
+        self.passed = 0;
     }
 
     pub(super) fn begin_record(&mut self) {

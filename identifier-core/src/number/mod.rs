@@ -60,7 +60,7 @@ pub trait Number:
     /// The hot path has no division; this serves the rare sample in which a guard must scale.
     fn reciprocal(self) -> Self;
 
-    /// 1/√x for positive, normal x, to a few units in the last place; for fits in the background.
+    /// 1/√x for positive, normal x, by multiplications alone in `f32`, to a few units in the last place.
     fn reciprocal_root(self) -> Self;
 
     /// The whole part, towards zero; for values within ±2³¹.
@@ -143,9 +143,18 @@ impl Number for f32 {
         r
     }
 
+    /// Three Newton steps r ← r (3 − x r²)/2 from the guess that halves and negates the exponent, whose error of at
+    /// most 3.5 % they take to 0.2 %, 5·10⁻⁶ and rounding: a root by software takes five times as long.
     #[inline]
     fn reciprocal_root(self) -> Self {
-        1.0 / libm::sqrtf(self)
+        /// (C. Lomont, "Fast inverse square root", 2003)
+        const GUESS: u32 = 0x5f37_5a86;
+        let half = 0.5 * self;
+        let mut r = Self::from_bits(GUESS.wrapping_sub(self.to_bits() >> 1));
+        for _ in 0..3 {
+            r = r * (1.5 - half * r * r);
+        }
+        r
     }
 
     #[inline]
@@ -250,6 +259,13 @@ mod tests {
             let exact = 1.0 / f64::from(x);
             let relative = (f64::from(Number::reciprocal(x)) / exact - 1.0).abs();
             prop_assert!(relative < 4.0 * f64::from(f32::EPSILON), "1/{x}: off by {relative:e}");
+        }
+
+        #[test]
+        fn f32_reciprocal_root_is_within_a_few_units_in_the_last_place(x in 1e-30_f32..1e30) {
+            let exact = 1.0 / libm::sqrt(f64::from(x));
+            let relative = (f64::from(Number::reciprocal_root(x)) / exact - 1.0).abs();
+            prop_assert!(relative < 4.0 * f64::from(f32::EPSILON), "1/√{x}: off by {relative:e}");
         }
 
         #[test]

@@ -14,6 +14,17 @@ pub(crate) struct Watched {
     pub(crate) left_out: Vec<Range<u32>>,
     /// Addresses that an interrupt may pass, 32 at most; those that it passed are reported.
     pub(crate) marks: Vec<u32>,
+    /// The words whose writes drive the output.
+    pub(crate) output: OutputWords,
+}
+
+/// Registers of the output: after a write to the one, a write to the other has the command take effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct OutputWords {
+    /// Written whenever the output is driven, and only then.
+    pub(crate) driven: u32,
+    /// Written last.
+    pub(crate) effective: u32,
 }
 
 impl Watched {
@@ -33,6 +44,8 @@ impl Watched {
 pub(crate) struct Cost {
     /// Marks that it passed, the first of those watched in the lowest bit.
     pub(crate) marks: u32,
+    /// Cycles from the interrupt's request until the command of a sample that drives the output can take effect.
+    pub(crate) command: Option<u64>,
     pub(crate) taken: Taken,
 }
 
@@ -67,6 +80,9 @@ struct Handler {
     left_out: Option<u32>,
     /// It has used the FPU, whose registers are then stacked.
     uses_floats: bool,
+    /// It has begun to drive the output, and when it was done with that, on the processor's clock.
+    drives: bool,
+    has_driven: Option<u64>,
     /// The last instruction.
     last: Option<Instruction>,
 }
@@ -133,11 +149,26 @@ impl Meter {
         }
     }
 
+    /// Takes a write to memory by the last instruction.
+    pub(crate) fn store(&mut self, address: u32) {
+        let OutputWords { driven, effective } = self.watched.output;
+        let Some(handler) = &mut self.handler else {
+            return;
+        };
+        handler.drives |= address == driven;
+        if address == effective && handler.drives && handler.has_driven.is_none() {
+            handler.has_driven = Some(self.processor.clock());
+        }
+    }
+
     fn end(&mut self) -> Option<Cost> {
         let handler = self.handler.take()?;
         let floats = if handler.uses_floats { FLOATS } else { 0 };
         let cost = Cost {
             marks: handler.marks,
+            command: handler
+                .has_driven
+                .map(|clock| ENTRY + clock - handler.began),
             taken: Taken {
                 instructions: handler.instructions,
                 cycles: ENTRY + self.processor.clock() - handler.began + floats + EXIT,
@@ -157,6 +188,8 @@ impl Handler {
             depth: 0,
             left_out: None,
             uses_floats: false,
+            drives: false,
+            has_driven: None,
             last: None,
         }
     }
@@ -196,6 +229,12 @@ mod tests {
     const EMULATED: u32 = 0x2000_0300;
     const ITS_END: u32 = 0x2000_0400;
 
+    /// Registers of the output.
+    const OUTPUT: OutputWords = OutputWords {
+        driven: 0x2000_1038,
+        effective: 0x2000_1000,
+    };
+
     const NOP: &[u16] = &[0xbf00];
     const PUSH_LR: &[u16] = &[0xb500];
     const POP_PC: &[u16] = &[0xbd00];
@@ -208,12 +247,14 @@ mod tests {
             handler: HANDLER,
             left_out: std::iter::once(EMULATED..ITS_END).collect(),
             marks: vec![FUNCTION, BACKGROUND],
+            output: OUTPUT,
         }
     }
 
     fn cost(marks: u32, instructions: u64, cycles: u64) -> Cost {
         Cost {
             marks,
+            command: None,
             taken: Taken {
                 instructions,
                 cycles,
@@ -357,6 +398,35 @@ mod tests {
         };
         assert_eq!(run(FUNCTION), 12);
         assert_eq!(run(EMULATED), 0);
+    }
+
+    #[test]
+    fn a_command_counts_from_its_request_to_its_last_write_and_only_where_the_output_is_driven() {
+        let OutputWords { driven, effective } = OUTPUT;
+        let command = |writes: &[u32]| {
+            let mut meter = Meter::new(watched());
+            // A write of the background is none of the sample's.
+            meter.store(driven);
+            let instructions = (HANDLER..).step_by(2).zip(writes);
+            for (address, &written) in instructions {
+                let nop = Instruction::decode(address, [NOP[0], 0]);
+                assert_eq!(meter.execute(&nop), Ok(None));
+                meter.store(written);
+            }
+            let last = HANDLER + 2 * writes.len() as u32;
+            let returns = Instruction::decode(last, [BX_LR[0], 0]);
+            assert_eq!(meter.execute(&returns), Ok(None));
+            let next = Instruction::decode(BACKGROUND, [NOP[0], 0]);
+            let ended = meter.execute(&next).expect("no entry is missed");
+            ended.expect("the handler has returned").command
+        };
+        assert_eq!(command(&[0, effective, driven]), None);
+        assert_eq!(command(&[driven, 0, effective]), Some(ENTRY + 3));
+        // A second command of a sample, which ends in it, is not the one that was due.
+        assert_eq!(
+            command(&[driven, effective, driven, effective]),
+            Some(ENTRY + 2)
+        );
     }
 
     #[test]

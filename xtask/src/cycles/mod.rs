@@ -5,4 +5,4 @@ mod flash;
 mod meter;
 mod processor;
 
-pub(crate) use meter::{Cost, Lost, Meter, Taken, Watched};
+pub(crate) use meter::{Cost, Lost, Meter, OutputWords, Taken, Watched};

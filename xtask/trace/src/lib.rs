@@ -1,14 +1,15 @@
-//! A plugin of QEMU that sends the address of every instruction, as it is executed, and of every read of memory to
-//! a listener: words of 32 bits in the machine's own order, the lowest bit of which is 1 for an instruction. All
-//! unsafe code of the checks is here.
+//! A plugin of QEMU that sends the address of every instruction, as it is executed, of every read of memory, and of
+//! every write to a range of it, to a listener: words of 32 bits in the machine's own order. The lowest bit is 1 for an
+//! instruction; otherwise the second one is 1 for a write. All unsafe code of the checks is here.
 //!
 //! The declarations are a part of `qemu-plugin.h` (QEMU's manual, "QEMU TCG Plugins"), version 3: QEMU 9.1 and later.
 
 use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
 use std::io::{BufWriter, Write};
 use std::net::TcpStream;
+use std::ops::Range;
 use std::ptr;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The version of the interface.
 #[unsafe(no_mangle)]
@@ -31,8 +32,9 @@ type OnAccess = unsafe extern "C" fn(cpu: c_uint, info: u32, address: u64, data:
 /// A callback uses no registers of the processor.
 const NO_REGISTERS: c_int = 0;
 
-/// A callback is for reads.
+/// A callback is for reads, and for writes.
 const READS: c_int = 1;
+const WRITES: c_int = 2;
 
 unsafe extern "C" {
     fn qemu_plugin_register_vcpu_tb_trans_cb(id: u64, callback: OnBlock);
@@ -57,8 +59,15 @@ unsafe extern "C" {
 /// The listener, between two calls of the emulator.
 static LISTENER: Mutex<Option<BufWriter<TcpStream>>> = Mutex::new(None);
 
+/// The addresses of which writes are sent.
+static WATCHED: OnceLock<Range<u32>> = OnceLock::new();
+
 /// The bit of an instruction: its address is even.
 const EXECUTED: u32 = 1;
+
+/// The bit of a write, and all that no address of a word has.
+const WRITTEN: u32 = 0b10;
+const OF_A_WORD: u32 = 0b11;
 
 /// Sends a word. Without a reader any more it is dropped.
 fn send(word: u32) {
@@ -70,15 +79,22 @@ fn send(word: u32) {
     }
 }
 
-/// Connects to the listener of the only argument, `listener=HOST:PORT`.
-fn connect(arguments: &[&str]) -> Result<TcpStream, String> {
-    let [argument] = arguments else {
-        return Err("the only argument is listener=HOST:PORT".to_owned());
+/// Reads the arguments `listener=HOST:PORT` and `writes=FIRST-END`, two addresses in decimals, and connects to the
+/// listener.
+fn connect(arguments: &[&str]) -> Result<(TcpStream, Range<u32>), String> {
+    let value = |name: &str| {
+        let found = arguments.iter().find_map(|given| given.strip_prefix(name));
+        found.ok_or_else(|| format!("the argument {name} is missing"))
     };
-    let address = argument
-        .strip_prefix("listener=")
-        .ok_or_else(|| format!("{argument} is unknown: the argument is listener=HOST:PORT"))?;
-    TcpStream::connect(address).map_err(|error| format!("no listener at {address}: {error}"))
+    let (address, range) = (value("listener=")?, value("writes=")?);
+    let number = |digits: &str| digits.parse::<u32>().ok();
+    let watched = range
+        .split_once('-')
+        .and_then(|(first, end)| Some(number(first)?..number(end)?))
+        .ok_or_else(|| format!("writes={range} is no range: two addresses, as in writes=0-4"))?;
+    let stream = TcpStream::connect(address)
+        .map_err(|error| format!("no listener at {address}: {error}"))?;
+    Ok((stream, watched))
 }
 
 /// Called by the emulator as it starts; anything but 0 ends it.
@@ -100,7 +116,8 @@ unsafe extern "C" fn qemu_plugin_install(
         .collect();
     let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
     match connect(&words) {
-        Ok(stream) => {
+        Ok((stream, watched)) => {
+            WATCHED.get_or_init(|| watched);
             let stream = BufWriter::with_capacity(1 << 16, stream);
             *LISTENER.lock().unwrap_or_else(PoisonError::into_inner) = Some(stream);
             // SAFETY: `id` is the emulator's own, and the callback lives as long as this library.
@@ -126,6 +143,7 @@ unsafe extern "C" fn on_block(_id: u64, block: *mut Block) {
             let address = ptr::without_provenance_mut(qemu_plugin_insn_vaddr(translated) as usize);
             qemu_plugin_register_vcpu_insn_exec_cb(translated, on_execution, NO_REGISTERS, address);
             qemu_plugin_register_vcpu_mem_cb(translated, on_read, NO_REGISTERS, READS, address);
+            qemu_plugin_register_vcpu_mem_cb(translated, on_write, NO_REGISTERS, WRITES, address);
         }
     }
 }
@@ -137,5 +155,13 @@ unsafe extern "C" fn on_execution(_cpu: c_uint, address: *mut c_void) {
 
 /// The instruction that is being executed reads memory.
 unsafe extern "C" fn on_read(_cpu: c_uint, _info: u32, address: u64, _data: *mut c_void) {
-    send(address as u32 & !EXECUTED);
+    send(address as u32 & !OF_A_WORD);
+}
+
+/// The instruction that is being executed writes memory.
+unsafe extern "C" fn on_write(_cpu: c_uint, _info: u32, address: u64, _data: *mut c_void) {
+    let address = address as u32;
+    if WATCHED.get().is_some_and(|range| range.contains(&address)) {
+        send(address & !OF_A_WORD | WRITTEN);
+    }
 }

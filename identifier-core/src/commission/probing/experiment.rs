@@ -19,15 +19,6 @@ pub(crate) struct Probing<N> {
     settings: ProbingSettings,
 }
 
-/// Outputs of a probing motion in a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ProbingStep<N> {
-    /// The command until the next sample.
-    pub command: N,
-    /// Where it stands.
-    pub progress: ProbingProgress,
-}
-
 /// Where a probing motion stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ProbingProgress {
@@ -105,8 +96,8 @@ impl<N: Number> Probing<N> {
         state
     }
 
-    /// A sample: the counts that the encoder has moved since the last.
-    pub(crate) fn process(&self, state: &mut ProbingState<N>, increment: N) -> ProbingStep<N> {
+    /// The command of a sample: the counts that the encoder has moved since the last.
+    pub(crate) fn control(&self, state: &mut ProbingState<N>, increment: N) -> N {
         let plan = &self.plan;
         state.samples = state.samples.saturating_add(1);
         state.position += increment;
@@ -121,8 +112,7 @@ impl<N: Number> Probing<N> {
         if state.direction * (state.position - state.extreme) > N::ZERO {
             state.extreme = state.position;
         }
-        let acted = state.given(plan.delay);
-        self.learn(state, increment, acted);
+        self.observe(state, increment);
         if let Some(reason) = self.left(state) {
             state.ending = Some(Err(reason));
             if !matches!(state.stage, ProbingStage::Stop | ProbingStage::Hold) {
@@ -143,30 +133,41 @@ impl<N: Number> Probing<N> {
             N::ZERO
         };
         state.give(command);
-        ProbingStep {
-            command,
-            progress: self.progress(state),
-        }
+        command
     }
 
-    /// Learns from a sample.
-    fn learn(&self, state: &mut ProbingState<N>, increment: N, acted: N) {
+    /// Follows the motion of a sample with the model so far.
+    fn observe(&self, state: &mut ProbingState<N>, increment: N) {
         let plan = &self.plan;
-        let servo = state.servo;
+        let acted = state.given(plan.delay);
         self.observer
-            .observe(&mut state.observed, &servo, increment, acted);
+            .observe(&mut state.observed, &state.servo, increment, acted);
         // One that moves as fast as it is thought to would have passed counts.
         let still = N::from_count(state.still.min(1 << 20) as i32);
         let missed = still * state.observed.velocity.magnitude();
-        let stands =
+        state.stands =
             state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
-        state.stands = stands;
-        if stands {
+        if state.stands {
             state.observed.stand();
         } else if state.way * state.observed.velocity < N::ZERO && increment != N::ZERO {
             state.observed.turn();
         }
-        let direction = if stands { N::ZERO } else { state.way };
+    }
+
+    /// Learns from a sample after its command, for the next.
+    pub(crate) fn learn(&self, state: &mut ProbingState<N>, increment: N) -> ProbingProgress {
+        if let Some(guess) = state.news.take() {
+            self.begin_regression(state, &guess);
+        }
+        self.regress(state, increment);
+        self.progress(state)
+    }
+
+    /// Takes a sample into the regression, and the estimate that it gives.
+    fn regress(&self, state: &mut ProbingState<N>, increment: N) {
+        // The command of this sample has been given since.
+        let acted = state.given(self.plan.delay + 1);
+        let direction = if state.stands { N::ZERO } else { state.way };
         let news = self
             .regression
             .observe(&mut state.gathered, increment, direction, acted);
@@ -178,7 +179,7 @@ impl<N: Number> Probing<N> {
         {
             // A model fitted in many passes is better than the estimate of one.
             if !state.known_before {
-                state.observed.adopt(&servo, &estimate, acted);
+                state.observed.adopt(&state.servo, &estimate, acted);
                 state.servo = estimate;
             }
             state.is_new = true;

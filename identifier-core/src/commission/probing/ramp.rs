@@ -1,18 +1,11 @@
 use super::super::rough_model::RoughModel;
 use super::experiment::Probing;
-use super::state::{Fall, FirstCount, ProbingStage, ProbingState};
+use super::state::{Fall, FirstCount, Guess, ProbingStage, ProbingState};
 use crate::commission::Reason;
 use crate::number::Number;
 
 /// The shortest informative fall, counts.
 const MIN_FALL_COUNTS: f64 = 3.0;
-
-/// The first knowledge of a servo: b, and its acceleration without a command in one direction.
-struct Guess<N> {
-    gain: N,
-    without: N,
-    forward: bool,
-}
 
 impl<N: Number> Guess<N> {
     /// Of a servo that fell and was caught: its velocity is back at zero, w t + b ∫u = 0, where it has come
@@ -191,11 +184,7 @@ impl<N: Number> Probing<N> {
     /// Brakes a servo of which there is a guess now.
     fn know(&self, state: &mut ProbingState<N>, guess: &Guess<N>) -> N {
         let plan = &self.plan;
-        let Guess {
-            gain,
-            without,
-            forward,
-        } = *guess;
+        let Guess { gain, without, .. } = *guess;
         let servo = RoughModel {
             gain,
             per_gain: gain.reciprocal(),
@@ -208,11 +197,32 @@ impl<N: Number> Probing<N> {
         state.servo = servo;
         state.guessed = gain;
         state.guessed_limit = gain * plan.command[1];
+        state.news = Some(*guess);
+        state.aim(state.way);
+        if plan.one_way.is_some_and(|way| way != state.way) {
+            state.ending = Some(Err(Reason::DoesNotStand));
+            state.enter(ProbingStage::Stop);
+            return self.stop(state);
+        }
+        state.enter(ProbingStage::Brake);
+        self.brake(state)
+    }
+
+    /// The rest of it, which the first command of the brake does not wait for: the swing that is to follow, and the
+    /// regression, which begins with this knowledge.
+    pub(super) fn begin_regression(&self, state: &mut ProbingState<N>, guess: &Guess<N>) {
+        self.choose_swing(state);
+        let plan = &self.plan;
+        let Guess {
+            gain,
+            without,
+            forward,
+        } = *guess;
         // Uncertainty: half of b, half a sample of delay, a tenth of the command's largest acceleration in one
         // direction, and all of that in the difference to the other.
         let none = N::ZERO;
         let two = N::from_f64(2.0);
-        let half = plan.off * two * servo.per_gain;
+        let half = plan.off * two * state.servo.per_gain;
         let all = plan.off * (gain * plan.command[1]).reciprocal();
         let tenth = N::from_f64(10.0) * all;
         let viscous = plan.off * plan.usual_viscous.reciprocal();
@@ -228,14 +238,5 @@ impl<N: Number> Probing<N> {
         gathered.expect(&[none, all, -all, none, none], none);
         gathered.expect(&[none, none, none, viscous, none], none);
         gathered.expect(&[none, none, none, none, half], none);
-        state.aim(state.way);
-        self.choose_swing(state);
-        if plan.one_way.is_some_and(|way| way != state.way) {
-            state.ending = Some(Err(Reason::DoesNotStand));
-            state.enter(ProbingStage::Stop);
-            return self.stop(state);
-        }
-        state.enter(ProbingStage::Brake);
-        self.brake(state)
     }
 }

@@ -30,6 +30,8 @@ pub(crate) struct ProbingState<N> {
     pub(super) fall: Fall<N>,
     /// Where and when the first count was passed.
     pub(super) first_count: Option<FirstCount<N>>,
+    /// The guess from which the regression is to begin.
+    pub(super) news: Option<Guess<N>>,
     pub(super) servo: RoughModel<N>,
     /// b as it was first known.
     pub(super) guessed: N,
@@ -59,6 +61,14 @@ pub(crate) struct ProbingState<N> {
     pub(super) evidence: Option<u32>,
     pub(super) held_at: N,
     pub(super) stage_since: u32,
+}
+
+/// The first knowledge of a servo: b, and its acceleration without a command in one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Guess<N> {
+    pub(super) gain: N,
+    pub(super) without: N,
+    pub(super) forward: bool,
 }
 
 /// Stages of the probing motion.
@@ -153,6 +163,7 @@ impl<N: Number> ProbingState<N> {
             origin: N::ZERO,
             fall: Fall::from(held),
             first_count: None,
+            news: None,
             servo: RoughModel::UNKNOWN,
             guessed: N::ZERO,
             guessed_limit: N::ZERO,

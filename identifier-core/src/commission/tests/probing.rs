@@ -150,9 +150,10 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
     let (mut position, mut velocity, mut last) = (0.0_f64, 0.0_f64, 0.0);
     (0..3000).find_map(|_| {
         let count = (position / unknown.resolution()).floor();
-        let step = probing.process(&mut state, (count - last) as f32);
+        let command = probing.control(&mut state, (count - last) as f32);
+        let progress = probing.learn(&mut state, (count - last) as f32);
         last = count;
-        let push = b * f64::from(step.command);
+        let push = b * f64::from(command);
         let way = if velocity == 0.0 { push } else { velocity }.signum();
         let slides = velocity != 0.0 || push.abs() > coulomb;
         let pushed = velocity
@@ -168,7 +169,7 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
             ratchet(pushed)
         };
         position += velocity * time;
-        (step.progress != ProbingProgress::Going).then_some(step.progress)
+        (progress != ProbingProgress::Going).then_some(progress)
     })
 }
 

@@ -139,11 +139,11 @@ impl Unknown {
             let count = encoder.read(servo.position() + between);
             let increment = (count - last) as f32;
             last = count;
-            let step = probing.process(&mut state, increment);
-            assert!(step.command.is_finite());
-            result.samples.push([increment, step.command]);
-            result.progress = step.progress;
-            servo.advance(f64::from(step.command) - held);
+            let command = probing.control(&mut state, increment);
+            assert!(command.is_finite());
+            result.samples.push([increment, command]);
+            result.progress = probing.learn(&mut state, increment);
+            servo.advance(f64::from(command) - held);
             result.observe(&self.limits, start + servo.position(), servo.velocity());
             assert!(
                 result.samples.len() < (3.0 / time) as usize,
@@ -200,15 +200,9 @@ impl Probed {
     }
 }
 
-/// The unknown servos of a test: a thousand if the environment sets the campaign (`CAMPAIGN=1`),
-/// others than usual if it has a seed (`CAMPAIGN_SEED=1`).
+/// The unknown servos of a test; others than usual if the environment sets a seed (`CAMPAIGN_SEED=1`).
 pub(crate) fn unknown_servos() -> impl Iterator<Item = Unknown> {
-    let asked = |variable| std::env::var(variable).ok()?.parse().ok();
-    let first = 1000 * asked("CAMPAIGN_SEED").unwrap_or(0_u64);
-    let servos = if asked("CAMPAIGN").is_some() {
-        1000
-    } else {
-        200
-    };
-    (first..first + servos).map(Unknown::from_seed)
+    let seed = std::env::var("CAMPAIGN_SEED").ok();
+    let first = 1000 * seed.and_then(|seed| seed.parse().ok()).unwrap_or(0_u64);
+    (first..first + 1000).map(Unknown::from_seed)
 }

@@ -1,0 +1,231 @@
+//! The sample interrupt of the linked drive in a whole commissioning, on an emulated chip: every sample that drives the
+//! output must have its command there within the lead, at every rate.
+
+use std::error::Error;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use drive_link::{Command, State};
+use host_sim::drive::Client;
+use identifier_core::commission::{CommissionSettings, Limits, Phase};
+use identifier_core::tuning::Goal;
+
+use crate::cycles::Cost;
+use crate::firmware;
+use crate::metered::{self, CLOCK, Next};
+
+/// Rates at which the drive commissions, Hz.
+const RATES: [f64; 3] = [1e3, 1e4, 2e4];
+
+/// From a sample to the PWM period in which its command acts, cycles: the drive's promise
+/// (`drive_chip::sample_timer::LEAD`), 12.5 µs.
+const LEAD: u64 = 2100;
+
+/// The sample of 10 kHz and slower ones keep this share free.
+const MAX_SHARE: f64 = 0.5;
+const FASTEST_WITH_A_SHARE: f64 = 1e4;
+
+/// Samples running that drive nothing, after which a commissioning is over.
+const AT_REST: usize = 100;
+
+/// Time limit of the emulator for a commissioning.
+const TIME_LIMIT: Duration = Duration::from_secs(900);
+
+/// The samples of a commissioning that drive the output.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Driven {
+    /// Cycles of the whole interrupt, and until the command is out.
+    whole: Vec<u64>,
+    command: Vec<u64>,
+}
+
+/// Commissions at every rate, Hz.
+fn count() -> Result<Vec<(f64, Driven)>, String> {
+    firmware::build(&["drive"], &["emulator"])?;
+    let plugin = firmware::build_trace()?;
+    let measured = RATES.map(|rate| Ok((rate, measure(rate, &plugin)?)));
+    measured.into_iter().collect()
+}
+
+/// Median cycles until the command is out, and of the whole interrupt, by name.
+pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
+    let counted = count()?;
+    let named = counted.iter().flat_map(|(rate, driven)| {
+        let name = |what| format!("interrupt-commission-{}-khz-{what}-cycles", rate / 1e3);
+        [
+            (name("command"), share(&driven.command, 0.5)),
+            (name("typical"), share(&driven.whole, 0.5)),
+        ]
+    });
+    Ok(named.collect())
+}
+
+/// Commissions at every rate, prints the cycles, and fails where a command comes too late.
+pub(crate) fn check() -> Result<(), String> {
+    let mut objections = Vec::new();
+    println!(
+        "{:>6} {:>9} {:>24} {:>34}",
+        "kHz", "samples", "command: median, most", "interrupt: median, 90 %, most"
+    );
+    for (rate, driven) in count()? {
+        let Driven { whole, command } = &driven;
+        println!(
+            "{:>6} {:>9} {:>17} {:>6} {:>22} {:>5} {:>5}  ({:.0} % of a sample)",
+            rate / 1e3,
+            command.len(),
+            share(command, 0.5),
+            share(command, 1.0),
+            share(whole, 0.5),
+            share(whole, 0.9),
+            share(whole, 1.0),
+            100.0 * share(whole, 1.0) as f64 / cycles_of_a_sample(rate),
+        );
+        objections.extend(driven.objections(rate));
+    }
+    println!("cycles at {CLOCK} MHz by the model of docs/cycles.md");
+    if objections.is_empty() {
+        Ok(())
+    } else {
+        Err(objections.join("\n  "))
+    }
+}
+
+fn cycles_of_a_sample(rate: f64) -> f64 {
+    CLOCK * 1e6 / rate
+}
+
+/// The cycles that a share of the samples need at most.
+fn share(cycles: &[u64], share: f64) -> u64 {
+    let mut sorted = cycles.to_vec();
+    sorted.sort_unstable();
+    let last = sorted.len().saturating_sub(1);
+    let place = (share * last as f64).round() as usize;
+    sorted.get(place).copied().unwrap_or(0)
+}
+
+impl Driven {
+    /// The promises that were not kept.
+    fn objections(&self, rate: f64) -> Vec<String> {
+        let at = format!("at {} kHz", rate / 1e3);
+        let late = self.command.iter().filter(|&&cycles| cycles > LEAD).count();
+        let most = share(&self.whole, 1.0) as f64;
+        let allowed = if rate <= FASTEST_WITH_A_SHARE {
+            MAX_SHARE * cycles_of_a_sample(rate)
+        } else {
+            cycles_of_a_sample(rate)
+        };
+        let too_late = (late > 0).then(|| {
+            format!(
+                "{at} {late} of {} commands take more than the {LEAD} cycles of the lead, {} at most",
+                self.command.len(),
+                share(&self.command, 1.0)
+            )
+        });
+        let too_long = (most > allowed).then(|| {
+            format!("{at} an interrupt takes {most} cycles, of which {allowed} are allowed")
+        });
+        let nothing = self
+            .command
+            .is_empty()
+            .then(|| format!("{at} no sample has driven the output"));
+        too_late
+            .into_iter()
+            .chain(too_long)
+            .chain(nothing)
+            .collect()
+    }
+}
+
+/// Commissions at a rate, Hz.
+fn measure(rate: f64, plugin: &Path) -> Result<Driven, String> {
+    let mut driven = Driven::default();
+    let mut at_rest = 0;
+    let take = |cost: Cost| {
+        let Some(command) = cost.command else {
+            at_rest += 1;
+            let is_over = !driven.command.is_empty() && at_rest >= AT_REST;
+            return Ok(if is_over {
+                Next::Enough
+            } else {
+                Next::Interrupt
+            });
+        };
+        at_rest = 0;
+        driven.command.push(command);
+        driven.whole.push(cost.taken.cycles);
+        Ok(Next::Interrupt)
+    };
+    let drive = firmware::path("drive");
+    let commissioned = |client: &mut Client| commission(client, 1.0 / rate);
+    metered::run(&drive, plugin, &[], TIME_LIMIT, commissioned, take)?;
+    Ok(driven)
+}
+
+/// Commissions a drive at a sample time, s, to its end, which must be new gains.
+fn commission(drive: &mut Client, sample_time: f64) -> Result<(), Box<dyn Error>> {
+    let mut settings = drive.settings()?;
+    let core = &mut settings.closed_loop.core;
+    (core.controller, core.sample_time) = (None, sample_time);
+    let resolution = core.resolution;
+    // The emulator's time is not the host's.
+    settings.protection.link_timeout = 0.0;
+    drive.ask(Command::Configure(settings))?;
+    drive.commission(&CommissionSettings {
+        sample_time,
+        resolution,
+        limits: Limits {
+            travel: [-1.5, 1.5],
+            speed: 40.0,
+            command: [-10.0, 10.0],
+            duration: 1.0,
+            one_way: false,
+        },
+        command_delay: 0.0,
+        max_gain: None,
+        goal: Goal::Stiffest,
+        max_sensitivity: 1.6,
+        trial_step: None,
+    })?;
+    let begun = Instant::now();
+    while drive.status()?.state != State::Released {
+        if begun.elapsed() > TIME_LIMIT {
+            return Err("the commissioning does not end".into());
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let ended = drive.outcome()?.commissioning;
+    if ended.phase == Phase::Applied {
+        Ok(())
+    } else {
+        Err(format!("the commissioning ends with {ended:?}").into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_promise_has_its_objection() {
+        let driven = |command: u64, whole: u64| Driven {
+            command: vec![100, command],
+            whole: vec![200, whole],
+        };
+        assert!(driven(LEAD, 8400).objections(1e4).is_empty());
+        assert!(driven(LEAD, 8400).objections(2e4).is_empty());
+        assert_eq!(driven(LEAD + 1, 8400).objections(1e4).len(), 1);
+        assert_eq!(driven(LEAD, 8401).objections(1e4).len(), 1);
+        assert_eq!(driven(LEAD + 1, 8401).objections(2e4).len(), 2);
+        assert_eq!(Driven::default().objections(1e3).len(), 1);
+    }
+
+    #[test]
+    fn shares_are_those_of_the_sorted_figures() {
+        let cycles: Vec<u64> = (0..=100).rev().collect();
+        assert_eq!(
+            [0.0, 0.5, 0.9, 1.0].map(|part| share(&cycles, part)),
+            [0, 50, 90, 100]
+        );
+        assert_eq!(share(&[], 0.5), 0);
+    }
+}

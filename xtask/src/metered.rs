@@ -1,0 +1,173 @@
+//! The linked drive on an emulated chip, every sample interrupt of which is metered: instructions as they are executed,
+//! and cycles by the model of `docs/cycles.md`.
+//!
+//! The emulator runs an instruction a nanosecond of its own time, so that its clock and with it every
+//! sample is the same from run to run, except for when the host's requests arrive.
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::io::{BufReader, Read};
+use std::net::{Ipv4Addr, TcpListener};
+use std::ops::Range;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use drive_link::Report;
+use host_sim::drive::Client;
+
+use crate::cycles::{Cost, Lost, Meter, OutputWords, Watched};
+use crate::elf::{Elf, mangled};
+use crate::emulator;
+use crate::thumb::Instruction;
+
+/// The core's clock, MHz.
+pub(crate) const CLOCK: f64 = 168.0;
+
+/// The interrupt's handler.
+const HANDLER: &str = "TIM5";
+
+/// A function that a drive has only in the emulator: neither it nor its callees count.
+const ONLY_EMULATED: &str = "emulated_servo::advance";
+
+/// The memory in place of TIM1's registers, and the offsets of those that drive the output (RM0090, 17.4): the
+/// direction, which is written with every command, and CR1, which then lets both take effect.
+const TIM1: &str = "emulated::TIM1_REGISTERS";
+const CCR2: u32 = 0x38;
+const CR1: u32 = 0x00;
+
+/// Time of the host between two looks at the meter.
+const LISTEN: Duration = Duration::from_millis(100);
+
+/// What follows an interrupt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// The next one.
+    Interrupt,
+    /// Nothing: enough were metered.
+    Enough,
+}
+
+/// Runs a drive in the emulator, has the conversation with it, and passes the cost of every interrupt to `take`, in
+/// order, until that has had enough. Its marks are functions, each of which is there once.
+pub(crate) fn run(
+    drive: &Path,
+    plugin: &Path,
+    marks: &[&str],
+    time_limit: Duration,
+    conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
+    take: impl FnMut(Cost) -> Result<Next, String> + Send,
+) -> Result<(), String> {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
+        .map_err(|error| format!("no port is free on this machine: {error}"))?;
+    let address = listener.local_addr().map_err(|error| error.to_string())?;
+    // The emulator takes a comma for the end of an argument, and two for one.
+    let file = plugin.display().to_string().replace(',', ",,");
+    let elf = Elf::read(drive)?;
+    let Range { start, end } = elf.static_at(TIM1)?;
+    let watched = watched(&elf, marks, start)?;
+    let plugin = format!("file={file},listener={address},writes={start}-{end}");
+    thread::scope(|scope| {
+        // Ends with this closure, and the trace with it.
+        let (_running, port) =
+            emulator::Running::start(drive, &["-plugin", &plugin]).map_err(|error| {
+                format!(
+                    "{error}; the emulator must be QEMU 9.1 or later, and be built with plugins"
+                )
+            })?;
+        let mut client = Client::new(port);
+        let reader = scope.spawn(|| read(&listener, &elf, watched, take));
+        conversation(&mut client).map_err(|error| error.to_string())?;
+        let mut fault = None;
+        let until = Instant::now() + time_limit;
+        while !reader.is_finished() {
+            if Instant::now() > until {
+                return Err(format!(
+                    "the emulator has not run all samples in {} s: does the drive run?",
+                    time_limit.as_secs()
+                ));
+            }
+            // Its reports must be read, or it has no room for more.
+            let heard = client
+                .port()
+                .listen(
+                    &|report: &Report| matches!(report, Report::Fault(_)),
+                    LISTEN,
+                )
+                .map_err(|error| error.to_string())?;
+            if let Some(Report::Fault(found)) = heard {
+                fault = Some(found);
+            }
+        }
+        let read = reader
+            .join()
+            .map_err(|_| "reading the trace has failed".to_owned())?;
+        read.map_err(|error| match fault {
+            Some(fault) => format!("{error}; it was {fault}"),
+            None => error,
+        })
+    })
+}
+
+/// The code of a drive that is measured, and the registers of its output.
+fn watched(elf: &Elf, marks: &[&str], tim1: u32) -> Result<Watched, String> {
+    let functions = |path: &str| {
+        let part = mangled(path);
+        elf.ranges(path, |symbol| symbol.contains(&part))
+    };
+    let only = |path: &str, found: Vec<Range<u32>>| match &found[..] {
+        [function] => Ok(function.start),
+        _ => Err(format!("the drive has more than one {path}")),
+    };
+    let mark = |path: &&str| only(path, functions(path)?);
+    Ok(Watched {
+        handler: only(HANDLER, elf.ranges(HANDLER, |symbol| symbol == HANDLER)?)?,
+        left_out: functions(ONLY_EMULATED)?,
+        marks: marks.iter().map(mark).collect::<Result<_, _>>()?,
+        output: OutputWords {
+            driven: tim1 + CCR2,
+            effective: tim1 + CR1,
+        },
+    })
+}
+
+/// Meters the emulator's trace.
+fn read(
+    listener: &TcpListener,
+    elf: &Elf,
+    watched: Watched,
+    mut take: impl FnMut(Cost) -> Result<Next, String>,
+) -> Result<(), String> {
+    let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
+    let mut trace = BufReader::with_capacity(1 << 16, stream);
+    let mut meter = Meter::new(watched);
+    let mut decoded: HashMap<u32, Instruction> = HashMap::new();
+    let mut interrupts = 0_usize;
+    let mut word = [0; 4];
+    while trace.read_exact(&mut word).is_ok() {
+        let word = u32::from_ne_bytes(word);
+        let address = word & !0b11;
+        if word & 0b11 == 0 {
+            meter.load(address);
+            continue;
+        }
+        if word & 0b11 == 0b10 {
+            meter.store(address);
+            continue;
+        }
+        let address = word & !1;
+        let decode = || elf.instruction(address);
+        let instruction = decoded.entry(address).or_insert_with(decode);
+        let ended = meter.execute(instruction);
+        let ended = ended.map_err(|Lost| "the end of an interrupt was lost".to_owned())?;
+        if let Some(cost) = ended {
+            interrupts += 1;
+            if take(cost)? == Next::Enough {
+                return Ok(());
+            }
+        }
+    }
+    Err(format!(
+        "the emulator ended after {interrupts} interrupts, which were not enough"
+    ))
+}
