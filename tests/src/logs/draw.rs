@@ -4,259 +4,231 @@ use std::f64::consts::{PI, TAU};
 
 use virtual_servo::{Effects, SensorEffects, ServoParameters, distinct_seed};
 
-use super::{Controller, DrawnLog, Effect, Reference};
+use super::{Controller, Effect, LoadStep, LoopSetup, RecordedLog, Reference};
 use crate::Random;
 
-/// The loop of a log as it is drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Draw {
-    /// The seed of what is random in its run.
-    pub seed: u32,
-    /// The true servo.
-    pub servo: ServoParameters,
-    /// Its effects.
-    pub effects: Effects,
-    /// The errors of its encoder.
-    pub sensor: SensorEffects,
-    /// Counts per revolution.
-    pub counts_per_rev: f64,
-    /// S.
-    pub sample_time: f64,
-    /// Samples recorded.
-    pub samples: usize,
-    /// Samples before the record.
-    pub skipped: usize,
-    /// |u| ≤ limit, command units, which the controller knows.
-    pub limit: f64,
-    /// The controller.
-    pub controller: Controller,
-    /// Cut-off of its velocity filter, rad/s.
-    pub cutoff: f64,
-    /// Bandwidth that the controller is designed for, rad/s.
-    pub bandwidth: f64,
-    /// The reference.
-    pub reference: Reference,
-    /// Samples from a row to the action of its command: negative if it is recorded late.
-    pub shift: f64,
-    /// Steps of the load, in order.
-    pub load_steps: Vec<LoadStep>,
-    /// The effects that it has.
-    pub present: Vec<Effect>,
+/// The most effects of a log.
+const MAX_EFFECTS: usize = 5;
+
+/// The log of a number in the campaign of a seed, with zero to [`MAX_EFFECTS`] effects. Loops that do not
+/// work are drawn again.
+///
+/// # Panics
+/// If no loop works.
+#[must_use]
+pub fn drawn(campaign: u32, number: u32) -> RecordedLog {
+    let mut random = Random::new(distinct_seed(campaign, number));
+    working(&mut random, RATES, &mut |random| {
+        let count = random.uniform(0.0, MAX_EFFECTS as f64 + 1.0) as usize;
+        let mut left = Effect::ALL.to_vec();
+        let mut drawn = || left.swap_remove(random.uniform(0.0, left.len() as f64) as usize);
+        (0..count).map(|_| drawn()).collect()
+    })
 }
 
-/// A step of the load.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadStep {
-    /// Sample of the record from which on it acts.
-    pub sample: usize,
-    /// In addition to the servo's own load, rad/s².
-    pub load: f64,
+/// The log of a number in the campaign of a seed, with these effects.
+///
+/// # Panics
+/// If no loop works.
+#[must_use]
+pub fn drawn_with(campaign: u32, number: u32, effects: &[Effect]) -> RecordedLog {
+    let mut random = Random::new(distinct_seed(campaign, number));
+    working(&mut random, RATES, &mut |_| effects.to_vec())
 }
 
-impl Draw {
-    /// The most effects of a log.
-    const MAX_EFFECTS: usize = 5;
-
-    /// The log of a number in the campaign of a seed, with zero to [`Self::MAX_EFFECTS`] effects. Loops that do not
-    /// work are drawn again.
-    ///
-    /// # Panics
-    /// If no loop works.
-    #[must_use]
-    pub fn log(campaign: u32, number: u32) -> DrawnLog {
-        let mut random = Random::new(distinct_seed(campaign, number));
-        Self::working(&mut random, &mut |random| {
-            let count = random.uniform(0.0, Self::MAX_EFFECTS as f64 + 1.0) as usize;
-            let mut left = Effect::ALL.to_vec();
-            let mut drawn = || left.swap_remove(random.uniform(0.0, left.len() as f64) as usize);
-            (0..count).map(|_| drawn()).collect()
-        })
-    }
-
-    /// The log of a number in the campaign of a seed, with these effects.
-    ///
-    /// # Panics
-    /// If no loop works.
-    #[must_use]
-    pub fn log_with(campaign: u32, number: u32, effects: &[Effect]) -> DrawnLog {
-        let mut random = Random::new(distinct_seed(campaign, number));
-        Self::working(&mut random, &mut |_| effects.to_vec())
-    }
-
-    /// Draws until a loop works.
-    fn working(
-        random: &mut Random,
-        effects: &mut dyn FnMut(&mut Random) -> Vec<Effect>,
-    ) -> DrawnLog {
-        const MAX_DRAWS: u32 = 1000;
-        for _ in 0..MAX_DRAWS {
-            let exact = Self::exact(random);
-            let effects = effects(random);
-            let alone = exact.record();
-            if !alone.works() {
-                continue;
-            }
-            if effects.is_empty() {
-                return alone;
-            }
-            let log = alone.draw_effects(&effects, random).record();
-            if log.works() {
-                return log;
-            }
+/// The log of a number in the campaign of a seed, without effects and with a sample rate (Hz), that covers some counts or
+/// more.
+///
+/// # Panics
+/// If no loop works.
+#[must_use]
+pub fn exact(campaign: u32, number: u32, rate: f64, counts: f64) -> RecordedLog {
+    let mut random = Random::new(distinct_seed(campaign, number));
+    loop {
+        let log = working(&mut random, [rate, rate], &mut |_| Vec::new());
+        if log.range * log.setup.counts_per_rev >= counts * TAU {
+            return log;
         }
-        panic!("none of {MAX_DRAWS} loops works");
     }
+}
 
-    /// A servo without effects, in its loop.
-    fn exact(random: &mut Random) -> Self {
-        let sample_time = 1.0 / random.log_uniform(250.0, 20_000.0);
-        let longest = (MAX_SAMPLES * sample_time).clamp(3.0, 40.0);
-        let duration = random.log_uniform(3.0, longest);
-        let samples = (duration / sample_time) as usize;
-        let counts_per_rev = random.log_uniform(500.0, 65_536.0).round();
-        let count = TAU / counts_per_rev;
+/// The lowest and the highest sample rate, Hz.
+const RATES: [f64; 2] = [250.0, 20_000.0];
 
-        // At full command it moves by no more than this in a sample.
-        const LARGEST_STEP: f64 = 0.02;
-        let strongest = (LARGEST_STEP / (sample_time * sample_time)).min(5e4);
-        let authority = random.log_uniform(50.0, strongest);
-        let limit = random.log_uniform(0.5, 50.0);
-        let b = authority / limit;
-        let servo = ServoParameters {
-            a: random.log_uniform(0.05, 30.0),
-            b,
-            coulomb: authority * random.log_uniform(0.002, 0.2),
-            load: if random.chance(0.6) {
-                authority * random.log_uniform(0.003, 0.15) * random.sign()
+/// Draws until a loop works.
+fn working(
+    random: &mut Random,
+    rates: [f64; 2],
+    effects: &mut dyn FnMut(&mut Random) -> Vec<Effect>,
+) -> RecordedLog {
+    const MAX_DRAWS: u32 = 1000;
+    for _ in 0..MAX_DRAWS {
+        let exact = exact_setup(random, rates);
+        let effects = effects(random);
+        let alone = exact.record();
+        if !alone.works() {
+            continue;
+        }
+        if effects.is_empty() {
+            return alone;
+        }
+        let log = alone.draw_effects(&effects, random).record();
+        if log.works() {
+            return log;
+        }
+    }
+    panic!("none of {MAX_DRAWS} loops works");
+}
+
+/// A servo without effects, in its loop.
+fn exact_setup(random: &mut Random, rates: [f64; 2]) -> LoopSetup {
+    let sample_time = 1.0 / random.log_uniform(rates[0], rates[1]);
+    let longest = (MAX_SAMPLES * sample_time).clamp(3.0, 40.0);
+    let duration = random.log_uniform(3.0, longest);
+    let samples = (duration / sample_time) as usize;
+    let counts_per_rev = random.log_uniform(500.0, 65_536.0).round();
+    let count = TAU / counts_per_rev;
+
+    // At full command it moves by no more than this in a sample.
+    const LARGEST_STEP: f64 = 0.02;
+    let strongest = (LARGEST_STEP / (sample_time * sample_time)).min(5e4);
+    let authority = random.log_uniform(50.0, strongest);
+    let limit = random.log_uniform(0.5, 50.0);
+    let b = authority / limit;
+    let servo = ServoParameters {
+        a: random.log_uniform(0.05, 30.0),
+        b,
+        coulomb: authority * random.log_uniform(0.002, 0.2),
+        load: if random.chance(0.6) {
+            authority * random.log_uniform(0.003, 0.15) * random.sign()
+        } else {
+            0.0
+        },
+    };
+
+    // The share of the limit that the reference asks for, and its size: of a stiff loop that has little of it
+    // to move with, the encoder would see nothing.
+    const FEWEST_COUNTS: f64 = 100.0;
+    let demand = random.log_uniform(0.05, 1.5);
+    let stiffest = (demand * authority / (FEWEST_COUNTS * count)).sqrt();
+    let slowest = TAU * 0.7;
+    let fastest = (0.12 / sample_time).min(TAU * 40.0).min(stiffest);
+    // Weak loops are there, and are the fewer.
+    let mut drawn = || random.log_uniform(slowest, fastest.max(1.5 * slowest));
+    let bandwidth = drawn().max(drawn());
+    let cutoff = (bandwidth * random.log_uniform(4.0, 20.0)).min(1.0 / sample_time);
+    let largest = demand * authority / (bandwidth * bandwidth);
+    let amplitude = if random.chance(0.12) {
+        largest.min(count * random.log_uniform(10.0, 100.0))
+    } else {
+        largest.min(100.0)
+    };
+    let controller = controller_for(random, b, bandwidth, limit, amplitude);
+    let reference = reference_for(random, amplitude, bandwidth, duration);
+    LoopSetup {
+        seed: random.seed(),
+        servo,
+        effects: Effects::NONE,
+        sensor: SensorEffects::default(),
+        counts_per_rev,
+        sample_time,
+        samples,
+        skipped: if random.chance(0.5) {
+            0
+        } else {
+            (random.uniform(0.1, 1.0) / sample_time) as usize
+        },
+        limit,
+        controller,
+        cutoff,
+        bandwidth,
+        reference,
+        shift: 0.0,
+        load_steps: Vec::new(),
+        present: Vec::new(),
+    }
+}
+
+/// A controller of a bandwidth (rad/s) for a servo whose b is known by a factor.
+fn controller_for(
+    random: &mut Random,
+    b: f64,
+    bandwidth: f64,
+    limit: f64,
+    amplitude: f64,
+) -> Controller {
+    let believed = b * random.log_uniform(0.6, 1.6);
+    match random.uniform(0.0, 5.0) as u32 {
+        0 | 1 => Controller::Pid {
+            kp: bandwidth * bandwidth / believed,
+            ki: if random.chance(0.7) {
+                bandwidth.powi(3) * random.log_uniform(0.02, 0.3) / believed
             } else {
                 0.0
             },
-        };
-
-        // The share of the limit that the reference asks for, and its size: of a stiff loop that has little of it
-        // to move with, the encoder would see nothing.
-        const FEWEST_COUNTS: f64 = 100.0;
-        let demand = random.log_uniform(0.05, 1.5);
-        let stiffest = (demand * authority / (FEWEST_COUNTS * count)).sqrt();
-        let slowest = TAU * 0.7;
-        let fastest = (0.12 / sample_time).min(TAU * 40.0).min(stiffest);
-        // Weak loops are there, and are the fewer.
-        let mut drawn = || random.log_uniform(slowest, fastest.max(1.5 * slowest));
-        let bandwidth = drawn().max(drawn());
-        let cutoff = (bandwidth * random.log_uniform(4.0, 20.0)).min(1.0 / sample_time);
-        let largest = demand * authority / (bandwidth * bandwidth);
-        let amplitude = if random.chance(0.12) {
-            largest.min(count * random.log_uniform(10.0, 100.0))
-        } else {
-            largest.min(100.0)
-        };
-        let controller = Self::controller(random, b, bandwidth, limit, amplitude);
-        let reference = Self::reference(random, amplitude, bandwidth, duration);
-        Self {
-            seed: random.seed(),
-            servo,
-            effects: Effects::NONE,
-            sensor: SensorEffects::default(),
-            counts_per_rev,
-            sample_time,
-            samples,
-            skipped: if random.chance(0.5) {
-                0
+            kd: 2.0 * random.uniform(0.5, 1.0) * bandwidth / believed,
+        },
+        2 | 3 => Controller::Cascade {
+            kv: bandwidth / random.uniform(2.5, 6.0),
+            kp: bandwidth / believed,
+            ki: bandwidth * bandwidth / random.uniform(4.0, 15.0) / believed,
+        },
+        _ => {
+            let high = limit * random.log_uniform(0.2, 1.0);
+            let hysteresis = random.uniform(0.2, 0.6) * amplitude;
+            // Time in which half of the hysteresis is crossed at full acceleration.
+            let crossing = (2.0 * hysteresis / (b * high)).sqrt();
+            let low = if random.chance(0.5) {
+                high
             } else {
-                (random.uniform(0.1, 1.0) / sample_time) as usize
-            },
-            limit,
-            controller,
-            cutoff,
-            bandwidth,
-            reference,
-            shift: 0.0,
-            load_steps: Vec::new(),
-            present: Vec::new(),
-        }
-    }
-
-    /// A controller of a bandwidth (rad/s) for a servo whose b is known by a factor.
-    fn controller(
-        random: &mut Random,
-        b: f64,
-        bandwidth: f64,
-        limit: f64,
-        amplitude: f64,
-    ) -> Controller {
-        let believed = b * random.log_uniform(0.6, 1.6);
-        match random.uniform(0.0, 5.0) as u32 {
-            0 | 1 => Controller::Pid {
-                kp: bandwidth * bandwidth / believed,
-                ki: if random.chance(0.7) {
-                    bandwidth.powi(3) * random.log_uniform(0.02, 0.3) / believed
-                } else {
-                    0.0
-                },
-                kd: 2.0 * random.uniform(0.5, 1.0) * bandwidth / believed,
-            },
-            2 | 3 => Controller::Cascade {
-                kv: bandwidth / random.uniform(2.5, 6.0),
-                kp: bandwidth / believed,
-                ki: bandwidth * bandwidth / random.uniform(4.0, 15.0) / believed,
-            },
-            _ => {
-                let high = limit * random.log_uniform(0.2, 1.0);
-                let hysteresis = random.uniform(0.2, 0.6) * amplitude;
-                // Time in which half of the hysteresis is crossed at full acceleration.
-                let crossing = (2.0 * hysteresis / (b * high)).sqrt();
-                let low = if random.chance(0.5) {
-                    high
-                } else {
-                    high * random.uniform(0.4, 0.8)
-                };
-                Controller::Relay {
-                    levels: [high, low],
-                    hold: crossing * random.uniform(20.0, 100.0),
-                    hysteresis,
-                    lead: crossing * random.uniform(0.4, 1.5),
-                }
+                high * random.uniform(0.4, 0.8)
+            };
+            Controller::Relay {
+                levels: [high, low],
+                hold: crossing * random.uniform(20.0, 100.0),
+                hysteresis,
+                lead: crossing * random.uniform(0.4, 1.5),
             }
         }
     }
+}
 
-    fn reference(random: &mut Random, amplitude: f64, bandwidth: f64, duration: f64) -> Reference {
-        let period = TAU / bandwidth;
-        match random.uniform(0.0, 5.0) as u32 {
-            0 => Reference::Noise {
-                amplitude: 0.6 * amplitude,
-                hold: period * random.log_uniform(0.2, 1.5),
-            },
-            1 => Reference::Steps {
-                amplitude,
-                hold: period * random.uniform(0.8, 4.0),
-            },
-            2 => Reference::Chirp {
-                amplitude,
-                frequencies: [bandwidth / 20.0, bandwidth * random.uniform(0.5, 1.5)],
-                sweep: duration / random.uniform(1.0, 4.0),
-            },
-            3 => {
-                let acceleration = amplitude * bandwidth * bandwidth * random.uniform(0.2, 0.6);
-                Reference::Trapezoids {
-                    amplitude: amplitude * random.log_uniform(1.0, 5.0),
-                    velocity: acceleration * period * random.uniform(0.1, 0.6),
-                    acceleration,
-                    pause: period * random.uniform(0.0, 1.0),
-                }
+fn reference_for(random: &mut Random, amplitude: f64, bandwidth: f64, duration: f64) -> Reference {
+    let period = TAU / bandwidth;
+    match random.uniform(0.0, 5.0) as u32 {
+        0 => Reference::Noise {
+            amplitude: 0.6 * amplitude,
+            hold: period * random.log_uniform(0.2, 1.5),
+        },
+        1 => Reference::Steps {
+            amplitude,
+            hold: period * random.uniform(0.8, 4.0),
+        },
+        2 => Reference::Chirp {
+            amplitude,
+            frequencies: [bandwidth / 20.0, bandwidth * random.uniform(0.5, 1.5)],
+            sweep: duration / random.uniform(1.0, 4.0),
+        },
+        3 => {
+            let acceleration = amplitude * bandwidth * bandwidth * random.uniform(0.2, 0.6);
+            Reference::Trapezoids {
+                amplitude: amplitude * random.log_uniform(1.0, 5.0),
+                velocity: acceleration * period * random.uniform(0.1, 0.6),
+                acceleration,
+                pause: period * random.uniform(0.0, 1.0),
             }
-            _ => Reference::Binary {
-                amplitude: 0.5 * amplitude,
-                hold: period * random.uniform(0.3, 1.0),
-            },
         }
+        _ => Reference::Binary {
+            amplitude: 0.5 * amplitude,
+            hold: period * random.uniform(0.3, 1.0),
+        },
     }
 }
 
 /// Samples of a log, unless it is shorter than 3 s then.
 const MAX_SAMPLES: f64 = 60_000.0;
 
-impl DrawnLog {
+impl RecordedLog {
     /// True if the loop works: the servo moves to and fro, by more than some counts, and the command is seldom at
     /// the limit, where it is not that of a relay.
     fn works(&self) -> bool {
@@ -264,36 +236,36 @@ impl DrawnLog {
         const MOST_RANGE: f64 = 1e4;
         const LEAST_CROSSINGS: u32 = 4;
         const MOST_LIMITED: f64 = 0.4;
-        let is_relay = matches!(self.draw.controller, Controller::Relay { .. });
+        let is_relay = matches!(self.setup.controller, Controller::Relay { .. });
         let is_steady = is_relay || self.limited < MOST_LIMITED;
         is_steady
-            && self.range > LEAST_COUNTS * TAU / self.draw.counts_per_rev
+            && self.range > LEAST_COUNTS * TAU / self.setup.counts_per_rev
             && self.range < MOST_RANGE
             && self.crossings >= LEAST_CROSSINGS
     }
 
     /// The same loop with effects, each of a usual size for the motion of this log.
-    fn draw_effects(&self, effects: &[Effect], random: &mut Random) -> Draw {
-        let mut draw = self.draw.clone();
+    fn draw_effects(&self, effects: &[Effect], random: &mut Random) -> LoopSetup {
+        let mut setup = self.setup.clone();
         let sizes = Sizes::of(self);
         for &effect in effects {
             let contradicts = match effect {
-                Effect::Resonance => draw.effects.backlash > 0.0,
-                Effect::Backlash => draw.effects.resonance > 0.0,
+                Effect::Resonance => setup.effects.backlash > 0.0,
+                Effect::Backlash => setup.effects.resonance > 0.0,
                 _ => false,
             };
             if contradicts {
                 continue;
             }
-            if let Controller::Relay { levels, .. } = &mut draw.controller
+            if let Controller::Relay { levels, .. } = &mut setup.controller
                 && effect.needs_several_commands()
             {
                 levels[1] = levels[1].min(0.6 * levels[0]);
             }
-            draw.add(effect, &sizes, random);
-            draw.present.push(effect);
+            setup.add(effect, &sizes, random);
+            setup.present.push(effect);
         }
-        draw
+        setup
     }
 }
 
@@ -313,22 +285,22 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn of(log: &DrawnLog) -> Self {
-        let draw = &log.draw;
-        let (command, count) = (log.command_rms(), TAU / draw.counts_per_rev);
+    fn of(log: &RecordedLog) -> Self {
+        let setup = &log.setup;
+        let (command, count) = (log.command_rms(), TAU / setup.counts_per_rev);
         Self {
             command,
-            push: draw.servo.b * command,
+            push: setup.servo.b * command,
             velocity: log.velocity_rms,
             range: log.range,
             peak: log.command_exceeded_by(0.01),
-            duration: draw.samples as f64 * draw.sample_time,
+            duration: setup.samples as f64 * setup.sample_time,
             count,
         }
     }
 }
 
-impl Draw {
+impl LoopSetup {
     /// Adds an effect of a drawn size.
     fn add(&mut self, effect: Effect, sizes: &Sizes, random: &mut Random) {
         let Self { effects, servo, .. } = self;

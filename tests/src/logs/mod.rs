@@ -2,16 +2,19 @@
 //! drawn, and the motion is that of the `virtual-servo`, which shares no code with the model under test. Controller
 //! and references are written apart from the core, too.
 //!
-//! [`Draw`] is the loop of one log, as it is drawn from a seed; [`Draw::record`] runs it.
+//! [`drawn`] is the log of a number in a campaign. Its [`LoopSetup`] may be changed and [recorded](LoopSetup::record)
+//! again.
 
 mod controller;
 mod draw;
 mod effect;
 mod record;
 mod reference;
+mod setup;
 
 pub use controller::Controller;
-pub use draw::{Draw, LoadStep};
+pub use draw::{drawn, drawn_with, exact};
 pub use effect::Effect;
-pub use record::DrawnLog;
+pub use record::RecordedLog;
 pub use reference::Reference;
+pub use setup::{LoadStep, LoopSetup};

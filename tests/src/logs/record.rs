@@ -1,18 +1,18 @@
-//! A run of a drawn loop, and its record.
+//! A run of a loop, and its record.
 
 use std::f64::consts::TAU;
 
 use virtual_servo::{Encoder, SensorErrors, Servo};
 
-use super::Draw;
+use super::LoopSetup;
 use super::controller::ControlLoop;
 use crate::Random;
 
-/// The record of a drawn loop, with its truth.
+/// The record of a loop, with its truth.
 #[derive(Debug, Clone)]
-pub struct DrawnLog {
+pub struct RecordedLog {
     /// The loop.
-    pub draw: Draw,
+    pub setup: LoopSetup,
     /// Encoder counts, one per sample.
     pub counts: Vec<i64>,
     /// Commands as recorded, one per sample.
@@ -27,11 +27,11 @@ pub struct DrawnLog {
     pub limited: f64,
 }
 
-impl DrawnLog {
+impl RecordedLog {
     /// Position at a sample, rad.
     #[must_use]
     pub fn position(&self, sample: usize) -> f64 {
-        self.counts[sample] as f64 * TAU / self.draw.counts_per_rev
+        self.counts[sample] as f64 * TAU / self.setup.counts_per_rev
     }
 
     /// The magnitude of the command that is exceeded by a share of the samples, command units.
@@ -68,14 +68,14 @@ fn range_and_crossings(positions: &[f64]) -> (f64, u32) {
     (range, crossings)
 }
 
-impl Draw {
+impl LoopSetup {
     /// Runs the loop and records it.
     ///
     /// The command that is given at a sample acts from there on after the servo's own delay. A record that is
     /// shifted by s samples has s of them between a row and the action of its command: whole samples are a shift of
     /// the rows, and the fraction is a delay of the actuator. Recorded late, s is negative.
     #[must_use]
-    pub fn record(&self) -> DrawnLog {
+    pub fn record(&self) -> RecordedLog {
         let mut random = Random::new(self.seed);
         let late = (-self.shift).ceil();
         let fraction = self.shift + late;
@@ -121,8 +121,8 @@ impl Draw {
         let limited = commands.iter().filter(at_limit).count() as f64 / all as f64;
         let (range, crossings) = range_and_crossings(&positions[first..first + self.samples]);
         let recorded_from = (first as f64 - late) as usize;
-        DrawnLog {
-            draw: self.clone(),
+        RecordedLog {
+            setup: self.clone(),
             counts: counts[first..first + self.samples].to_vec(),
             commands: commands[recorded_from..recorded_from + self.samples].to_vec(),
             velocity_rms: (squares / all as f64).sqrt(),
@@ -138,17 +138,18 @@ mod tests {
     use virtual_servo::Plant;
 
     use super::*;
+    use crate::logs::drawn_with;
 
     #[test]
     fn without_effects_the_recorded_commands_move_a_plant_through_the_recorded_counts() {
         for number in 0..20 {
-            let log = Draw::log_with(5, number, &[]);
-            let draw = &log.draw;
-            if draw.skipped > 0 {
+            let log = drawn_with(5, number, &[]);
+            let setup = &log.setup;
+            if setup.skipped > 0 {
                 continue;
             }
-            let encoder = Encoder::new(draw.counts_per_rev);
-            let mut plant = Plant::at_rest(&draw.servo, draw.sample_time);
+            let encoder = Encoder::new(setup.counts_per_rev);
+            let mut plant = Plant::at_rest(&setup.servo, setup.sample_time);
             for (count, command) in log.counts.iter().zip(&log.commands) {
                 assert_eq!(encoder.read(plant.position), *count, "log {number}");
                 plant.advance(*command);
@@ -158,10 +159,10 @@ mod tests {
 
     #[test]
     fn a_shifted_record_has_the_commands_of_other_rows() {
-        let exact = Draw::log_with(5, 1, &[]).draw;
+        let exact = drawn_with(5, 1, &[]).setup;
         let plain = exact.record();
         for shift in [-2.0, -1.0, 1.0, 3.0] {
-            let shifted = Draw {
+            let shifted = LoopSetup {
                 shift,
                 ..exact.clone()
             }
@@ -183,8 +184,8 @@ mod tests {
 
     #[test]
     fn a_fractional_shift_is_whole_rows_and_a_delay_of_the_actuator() {
-        let exact = Draw::log_with(5, 1, &[]).draw;
-        let shifted = Draw {
+        let exact = drawn_with(5, 1, &[]).setup;
+        let shifted = LoopSetup {
             shift: -0.25,
             ..exact.clone()
         };

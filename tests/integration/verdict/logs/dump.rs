@@ -3,18 +3,18 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use integration_tests::logs::{Draw, DrawnLog};
+use integration_tests::logs::{RecordedLog, drawn};
 use integration_tests::{environment, in_parallel};
 use serde_json::json;
 use virtual_servo::Effects;
 
 /// The truth of a log.
-fn truth(number: u32, log: &DrawnLog) -> serde_json::Value {
-    let draw = &log.draw;
-    let (servo, effects, sensor) = (&draw.servo, &draw.effects, &draw.sensor);
-    let count = std::f64::consts::TAU / draw.counts_per_rev;
-    let names: Vec<&str> = draw.present.iter().map(|effect| effect.name()).collect();
-    let steps: Vec<_> = draw
+fn truth(number: u32, log: &RecordedLog) -> serde_json::Value {
+    let setup = &log.setup;
+    let (servo, effects, sensor) = (&setup.servo, &setup.effects, &setup.sensor);
+    let count = std::f64::consts::TAU / setup.counts_per_rev;
+    let names: Vec<&str> = setup.present.iter().map(|effect| effect.name()).collect();
+    let steps: Vec<_> = setup
         .load_steps
         .iter()
         .map(|step| json!([step.sample, step.load]))
@@ -23,20 +23,20 @@ fn truth(number: u32, log: &DrawnLog) -> serde_json::Value {
     json!({
         "log": number,
         "file": format!("{number:05}.bin"),
-        "sample_time": draw.sample_time,
-        "counts_per_rev": draw.counts_per_rev,
-        "samples": draw.samples,
-        "limit": draw.limit,
-        "at_rest_at_first": draw.skipped == 0,
-        "controller": draw.controller.name(),
-        "reference": draw.reference.name(),
-        "bandwidth": draw.bandwidth,
+        "sample_time": setup.sample_time,
+        "counts_per_rev": setup.counts_per_rev,
+        "samples": setup.samples,
+        "limit": setup.limit,
+        "at_rest_at_first": setup.skipped == 0,
+        "controller": setup.controller.name(),
+        "reference": setup.reference.name(),
+        "bandwidth": setup.bandwidth,
         "a": servo.a, "b": servo.b, "coulomb": servo.coulomb, "load": servo.load,
         "command_peak": log.command_exceeded_by(0.001),
         "velocity_rms": log.velocity_rms,
         "range_counts": log.range / count,
         "effects": names,
-        "shift": draw.shift,
+        "shift": setup.shift,
         "noise_counts": sensor.noise / count,
         "jitter": sensor.jitter,
         "eccentricity": sensor.eccentricity,
@@ -75,7 +75,7 @@ fn sizes(effects: &Effects) -> serde_json::Value {
 }
 
 /// Writes a log: per sample the position in counts and the command as recorded, f64, little endian.
-fn write(file: std::fs::File, log: &DrawnLog) -> std::io::Result<()> {
+fn write(file: std::fs::File, log: &RecordedLog) -> std::io::Result<()> {
     let mut file = std::io::BufWriter::new(file);
     for (count, command) in log.counts.iter().zip(&log.commands) {
         file.write_all(&(*count as f64).to_le_bytes())?;
@@ -89,11 +89,11 @@ fn write(file: std::fs::File, log: &DrawnLog) -> std::io::Result<()> {
 fn are_written_with_their_truth() {
     let directory: PathBuf =
         environment("LOGS_DIR").expect("LOGS_DIR is the directory to write to");
-    let (campaign, count) = super::campaign();
+    let (campaign, count) = super::campaign(300);
     std::fs::create_dir_all(&directory).expect("the directory can be made");
     let numbers: Vec<u32> = (0..count).collect();
     let lines = in_parallel(&numbers, |&number| {
-        let log = Draw::log(campaign, number);
+        let log = drawn(campaign, number);
         let file = std::fs::File::create(directory.join(format!("{number:05}.bin")));
         write(file.expect("a file"), &log).expect("written");
         truth(number, &log).to_string()

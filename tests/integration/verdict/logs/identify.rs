@@ -8,14 +8,14 @@ use host_sim::log::Log;
 use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
-use integration_tests::logs::{DrawnLog, Effect};
+use integration_tests::logs::{Effect, RecordedLog};
 
 /// Settings of an identification that are compared.
 #[derive(Clone, Copy)]
 pub(super) struct Settings {
     pub(super) name: &'static str,
     /// The lines of `[identifier]` for a log.
-    identifier: fn(&DrawnLog) -> String,
+    identifier: fn(&RecordedLog) -> String,
 }
 
 /// The four parameters.
@@ -29,8 +29,8 @@ pub(super) const FOUR: Settings = Settings {
 pub(super) const ALL_TERMS: Settings = Settings {
     name: "all terms on evidence",
     identifier: |log| {
-        let order = if log.draw.present.contains(&Effect::Ripple) {
-            log.draw.effects.ripple_order
+        let order = if log.setup.present.contains(&Effect::Ripple) {
+            log.setup.effects.ripple_order
         } else {
             12
         };
@@ -54,10 +54,10 @@ pub(super) struct LogFile(PathBuf);
 
 impl LogFile {
     /// Writes the log.
-    pub(super) fn write(log: &DrawnLog) -> Self {
+    pub(super) fn write(log: &RecordedLog) -> Self {
         let mut text = String::from("time_s,position_rad,command\n");
         for (sample, command) in log.commands.iter().enumerate() {
-            let time = sample as f64 * log.draw.sample_time;
+            let time = sample as f64 * log.setup.sample_time;
             let position = log.position(sample);
             writeln!(text, "{time},{position},{command}").expect("a String takes all");
         }
@@ -73,11 +73,15 @@ impl LogFile {
     ///
     /// # Errors
     /// The refusal of the log or the scenario.
-    pub(super) fn identify(&self, log: &DrawnLog, settings: Settings) -> Result<Summary, String> {
+    pub(super) fn identify(
+        &self,
+        log: &RecordedLog,
+        settings: Settings,
+    ) -> Result<Summary, String> {
         let text = format!(
             "[encoder]\ncounts_per_rev = {:?}\n[identifier]\n{}\n\
              [log]\ntime = \"time_s\"\nposition = \"position_rad\"\ncommand = \"command\"\nangle = \"absolute\"\n",
-            log.draw.counts_per_rev,
+            log.setup.counts_per_rev,
             (settings.identifier)(log)
         );
         let scenario = Scenario::parse("drawn", &text, Purpose::Replay).expect("valid settings");

@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use host_sim::analysis::Status;
-use host_sim::result::Summary;
+use host_sim::result::{Summary, TermSize};
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 
 use integration_tests::in_parallel;
-use integration_tests::logs::{Draw, DrawnLog, Effect};
+use integration_tests::logs::{Effect, LoopSetup, RecordedLog, drawn_with};
 
 use super::identify::{LogFile, Settings};
 use super::truth::truth;
@@ -30,12 +30,13 @@ pub(super) struct Judgement {
     pub(super) wrongness: Option<f64>,
     /// Relative error of b.
     pub(super) off_b: Option<f64>,
+    /// Error of the Coulomb friction, relative to it or to what makes its tolerance the same share.
+    pub(super) off_coulomb: Option<f64>,
     /// Errors over standard errors, of parameters whose truth is one value.
     pub(super) deviations: Vec<f64>,
-    /// The cause that is named, and whether the log has it.
-    pub(super) named: Option<(&'static str, bool)>,
-    /// The terms that entered, and whether the log has them.
-    pub(super) entered: Vec<(&'static str, bool)>,
+    /// The effects that the result names, the first of them first, and whether the log has them: the cause that the
+    /// model lacks, the terms that entered, and the effects that a fit found.
+    pub(super) names: Vec<(&'static str, bool)>,
     /// Of a log that is shifted: estimated less true shift, samples.
     pub(super) off_shift: Option<f64>,
     /// Estimated over true noise of the position, less one.
@@ -47,21 +48,26 @@ pub(super) struct Judgement {
 }
 
 impl Judgement {
+    /// Whether the first name is that of an effect which the log has; none without a name.
+    pub(super) fn first_name_is_right(&self) -> Option<bool> {
+        self.names.first().map(|(_, is_right)| *is_right)
+    }
+
     /// True if a, b, c and d are within their tolerances.
     pub(super) fn is_right(&self) -> bool {
         self.wrongness.is_some_and(|wrongness| wrongness <= 1.0)
     }
 }
 
-/// Draws logs by their numbers and judges each under each of some settings: a list per setting, in the order of the
-/// numbers.
-pub(super) fn judge(
+/// Draws a log for each of some items and judges it under each of some settings: a list per setting, in the order of the
+/// items.
+pub(super) fn judge<T: Sync>(
     settings: &[Settings],
-    numbers: &[u32],
-    draw: impl Fn(u32) -> DrawnLog + Sync,
+    items: &[T],
+    draw: impl Fn(&T) -> RecordedLog + Sync,
 ) -> Vec<Vec<Judgement>> {
-    let by_log = in_parallel(numbers, |&number| {
-        let log = draw(number);
+    let by_log = in_parallel(items, |item| {
+        let log = draw(item);
         let file = LogFile::write(&log);
         let of = |&settings: &Settings| {
             let begun = Instant::now();
@@ -74,16 +80,16 @@ pub(super) fn judge(
     (0..settings.len()).map(of_setting).collect()
 }
 
-fn judgement(log: &DrawnLog, result: Result<Summary, String>, seconds: f64) -> Judgement {
-    let draw = &log.draw;
+fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -> Judgement {
+    let setup = &log.setup;
     let refused = Judgement {
-        present: draw.present.clone(),
+        present: setup.present.clone(),
         is_converged: false,
         wrongness: None,
         off_b: None,
+        off_coulomb: None,
         deviations: Vec::new(),
-        named: None,
-        entered: Vec::new(),
+        names: Vec::new(),
         off_shift: None,
         off_noise: None,
         seconds,
@@ -97,36 +103,29 @@ fn judgement(log: &DrawnLog, result: Result<Summary, String>, seconds: f64) -> J
         .iter()
         .map(|&parameter| Error::of(parameter, &summary, log))
         .collect();
-    let has = |name: &str| draw.present.iter().any(|&effect| is_name_of(name, effect));
-    let entered = summary.terms_entered.iter();
+    let has = |name: &str| setup.present.iter().any(|&effect| is_name_of(name, effect));
     // An effect beside which another explains the log nearly as well has no name.
     let fit = summary.fit.iter().flat_map(|fit| &fit.effects);
-    let named = fit
-        .filter(|effect| effect.or.is_none())
-        .map(|effect| effect.name);
+    let found = fit.filter(|effect| effect.or.is_none());
+    let names = (summary.cause.iter().map(|finding| finding.cause.name()))
+        .chain(summary.terms_entered.iter().map(|(term, _)| term.name()))
+        .chain(found.map(|effect| effect.name));
     Judgement {
         is_converged: summary.status() == Status::Converged,
         wrongness: errors.as_ref().map(|errors| {
             let all = errors.iter().map(|error| error.size / error.tolerance);
             all.fold(0.0, f64::max)
         }),
-        off_b: errors.as_ref().map(|errors| errors[1].size / draw.servo.b),
+        off_b: errors.as_ref().map(|errors| errors[1].size / setup.servo.b),
+        off_coulomb: errors.as_ref().map(|errors| errors[2].share()),
         deviations: errors
             .iter()
             .flatten()
             .filter_map(Error::deviation)
             .collect(),
-        named: summary.cause.as_ref().map(|finding| {
-            let name = finding.cause.name();
-            (name, has(name))
-        }),
-        entered: entered
-            .map(|(term, _)| term.name())
-            .chain(named)
-            .map(|name| (name, has(name)))
-            .collect(),
-        off_shift: off_shift(&summary, draw),
-        off_noise: off_noise(&summary, draw),
+        names: names.map(|name| (name, has(name))).collect(),
+        off_shift: off_shift(&summary, setup),
+        off_noise: off_noise(&summary, setup),
         reason: summary.reason,
         ..refused
     }
@@ -136,6 +135,9 @@ fn judgement(log: &DrawnLog, result: Result<Summary, String>, seconds: f64) -> J
 struct Error {
     /// Distance from the truth, or from the range of it.
     size: f64,
+    /// The least error that matters.
+    matters: f64,
+    /// The same where the result says that it is less sure.
     tolerance: f64,
     std_error: Option<f64>,
     /// True if the truth is one value.
@@ -152,7 +154,7 @@ impl Error {
     const WIDEST: f64 = 4.0;
 
     /// Of a parameter; none if the estimate is no number.
-    fn of(parameter: Parameter, summary: &Summary, log: &DrawnLog) -> Option<Self> {
+    fn of(parameter: Parameter, summary: &Summary, log: &RecordedLog) -> Option<Self> {
         let truth = truth(parameter, log);
         let estimate = summary.estimates.get(parameter);
         if !estimate.value.is_finite() {
@@ -162,20 +164,28 @@ impl Error {
             .max(estimate.value - truth[1])
             .max(0.0);
         // The 0.1 % largest commands are left out, for a single peak is no authority.
-        let hardly_matters = Self::OF_AUTHORITY * log.draw.servo.b * log.command_exceeded_by(0.001);
+        let hardly_matters =
+            Self::OF_AUTHORITY * log.setup.servo.b * log.command_exceeded_by(0.001);
         let largest = truth[0].abs().max(truth[1].abs());
         let tolerance = match parameter {
             Parameter::B => Self::OF_B * largest,
             Parameter::A => (Self::OF_OTHERS * largest).max(hardly_matters / log.velocity_rms),
             Parameter::Coulomb | Parameter::Load => (Self::OF_OTHERS * largest).max(hardly_matters),
         };
-        let three = 3.0 * estimate.std_error.unwrap_or(0.0);
+        let std_error = estimate.std_error.filter(|error| !error.is_nan());
+        let three = 3.0 * std_error.unwrap_or(0.0);
         Some(Self {
             size,
+            matters: tolerance,
             tolerance: three.clamp(tolerance, Self::WIDEST * tolerance),
-            std_error: estimate.std_error,
+            std_error,
             is_constant: truth[0] >= truth[1],
         })
+    }
+
+    /// The error in shares of the parameter, as its tolerance has them.
+    fn share(&self) -> f64 {
+        Self::OF_OTHERS * self.size / self.matters
     }
 
     /// The error over the standard error.
@@ -190,22 +200,35 @@ impl Error {
 }
 
 /// The error of the lag between a row and the action of its command, samples, where the record is shifted; none where
-/// none is estimated.
-fn off_shift(summary: &Summary, draw: &Draw) -> Option<f64> {
-    let is_delay = |term: &&host_sim::result::TermSize| term.unknown == Unknown::Delay;
-    let delay = summary.estimates.terms.iter().find(is_delay)?.value;
-    let effects = &draw.effects;
-    let lag = draw.shift + (effects.delay + effects.current_loop) / draw.sample_time;
-    let is_shifted = draw.present.contains(&Effect::Shift);
-    is_shifted.then_some(delay / draw.sample_time - lag)
+/// nothing of it is known.
+fn off_shift(summary: &Summary, setup: &LoopSetup) -> Option<f64> {
+    let is_delay = |term: &&TermSize| term.unknown == Unknown::Delay;
+    let delay = summary.estimates.terms.iter().find(is_delay);
+    let fit = summary.fit.as_ref();
+    let late = fit.and_then(|fit| fit.command_recorded_late);
+    let sizes = fit.iter().flat_map(|fit| &fit.effects);
+    let lags = sizes.flat_map(|effect| &effect.sizes);
+    let lag: f64 = lags
+        .filter(|(name, _)| *name == "time_constant_s")
+        .map(|(_, lag)| lag)
+        .sum();
+    let found = delay.map_or(0.0, |delay| delay.value) + lag;
+    let effects = &setup.effects;
+    let true_lag = setup.shift + (effects.delay + effects.current_loop) / setup.sample_time;
+    let is_known = delay.is_some() || late.is_some();
+    (is_known && setup.present.contains(&Effect::Shift))
+        .then_some(found / setup.sample_time - late.unwrap_or(0.0) - true_lag)
 }
 
-/// The relative error of the position's noise: what the model leaves of it against that of rounding and sensor.
-fn off_noise(summary: &Summary, draw: &Draw) -> Option<f64> {
-    let count = std::f64::consts::TAU / draw.counts_per_rev;
-    let rounding = count / 12.0_f64.sqrt();
-    let noise = draw.sensor.noise.hypot(rounding);
-    summary.residual.map(|residual| residual.rms / noise - 1.0)
+/// The relative error of the position's noise: rounding and the sensor's.
+fn off_noise(summary: &Summary, setup: &LoopSetup) -> Option<f64> {
+    let count = std::f64::consts::TAU / setup.counts_per_rev;
+    let rounding = 1.0 / 12.0_f64.sqrt();
+    let noise = rounding.hypot(setup.sensor.noise / count);
+    summary
+        .fit
+        .as_ref()
+        .map(|fit| fit.noise_counts / noise - 1.0)
 }
 
 /// True if a name that results use stands for an effect.
@@ -214,6 +237,8 @@ fn is_name_of(name: &str, effect: Effect) -> bool {
         // A lag resembles a delay, and so does a record that is early.
         Effect::CurrentLoop | Effect::Shift => &["delay"],
         Effect::LowSpeedFriction => &["low-speed"],
+        Effect::LoadDependentFriction => &["load-friction"],
+        Effect::InertiaVariation => &["varying-inertia"],
         Effect::TorqueRipple => &["ripple"],
         _ => &[],
     };
@@ -222,12 +247,12 @@ fn is_name_of(name: &str, effect: Effect) -> bool {
 
 #[test]
 fn a_result_is_right_for_its_servo_and_wrong_for_another() {
-    let mut log = Draw::log_with(2, 3, &[]);
+    let mut log = drawn_with(2, 3, &[]);
     let file = LogFile::write(&log);
     let result = file.identify(&log, super::identify::FOUR);
-    let is_right = |log: &DrawnLog| judgement(log, result.clone(), 0.0).is_right();
+    let is_right = |log: &RecordedLog| judgement(log, result.clone(), 0.0).is_right();
     assert!(is_right(&log), "{result:?}");
-    let own = log.draw.servo;
+    let own = log.setup.servo;
     let authority = own.b * log.command_exceeded_by(0.0);
     let others = [
         ServoParameters {
@@ -248,7 +273,7 @@ fn a_result_is_right_for_its_servo_and_wrong_for_another() {
         },
     ];
     for other in others {
-        log.draw.servo = other;
+        log.setup.servo = other;
         assert!(!is_right(&log), "{other:?}");
     }
 }

@@ -9,28 +9,30 @@
 mod dump;
 mod identify;
 mod judge;
+mod ridge;
+mod single;
 mod table;
 mod truth;
 
 use integration_tests::environment;
-use integration_tests::logs::Draw;
+use integration_tests::logs::drawn;
 
 use identify::{ALL_TERMS, FIT, FOUR, Settings};
 use judge::{Judgement, judge};
 use table::{count, table};
 
-/// The seed and the number of logs of a campaign on demand: `SEED=7 LOGS=1000`.
-fn campaign() -> (u32, u32) {
+/// The seed of a campaign on demand, and the number of its logs or of those of each kind: `SEED=7 LOGS=1000`.
+fn campaign(usual: u32) -> (u32, u32) {
     (
         environment("SEED").unwrap_or(1),
-        environment("LOGS").unwrap_or(300),
+        environment("LOGS").unwrap_or(usual),
     )
 }
 
 /// Judges the logs of a campaign and prints the table; with `DETAIL`, and of what is wrong in any case, a line per log.
 fn run(settings: &[Settings], (seed, count): (u32, u32)) -> Vec<Vec<Judgement>> {
     let numbers: Vec<u32> = (0..count).collect();
-    let judged = judge(settings, &numbers, |number| Draw::log(seed, number));
+    let judged = judge(settings, &numbers, |&number| drawn(seed, number));
     let all = environment::<u8>("DETAIL").is_some();
     for (settings, judged) in settings.iter().zip(&judged) {
         for (number, judgement) in judged.iter().enumerate() {
@@ -54,7 +56,7 @@ fn run(settings: &[Settings], (seed, count): (u32, u32)) -> Vec<Vec<Judgement>> 
 #[test]
 #[ignore = "minutes: LOGS=1000 SEED=n"]
 fn with_drawn_effects() {
-    run(&[FIT, FOUR, ALL_TERMS], campaign());
+    run(&[FIT, FOUR, ALL_TERMS], campaign(300));
 }
 
 /// A campaign small enough for every change: it may not become worse than it was.

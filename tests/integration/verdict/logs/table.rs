@@ -12,8 +12,8 @@ pub(super) fn table(settings: &[Settings], judged: &[Vec<Judgement>]) -> String 
         writeln!(
             table,
             "{}\n\
-             effects  logs | converged: right wrong | refused: right wrong none | its cause: right wrong none | \
-             terms: right wrong | b off %: 50 %    90 % | converged within 1, 2, 3 σ | refused within 1, 2, 3 σ | \
+             effects  logs | converged: right wrong | refused: right wrong none | its first name: right wrong none | \
+             all names: right wrong | b off %: 50 %    90 % | converged within 1, 2, 3 σ | refused within 1, 2, 3 σ | \
              noise off %: 50 %  90 % | shift off: known 50 %  90 % | s a log",
             settings.name
         )
@@ -42,11 +42,10 @@ pub(super) fn count(judged: &[&Judgement], is: impl Fn(&Judgement) -> bool) -> u
 fn line(name: &str, row: &[&Judgement]) -> String {
     let count = |is: &dyn Fn(&Judgement) -> bool| count(row, is);
     let refused = |judgement: &Judgement| !judgement.is_converged;
-    let named =
-        |is_right| count(&|j| refused(j) && j.named.is_some_and(|(_, right)| right == is_right));
-    let entered = |is_right| {
-        let terms = row.iter().flat_map(|judgement| &judgement.entered);
-        terms.filter(|(_, right)| *right == is_right).count()
+    let first = |is_right| count(&|j| refused(j) && j.first_name_is_right() == is_right);
+    let names = |is_right| {
+        let names = row.iter().flat_map(|judgement| &judgement.names);
+        names.filter(|(_, right)| *right == is_right).count()
     };
     let covered = |is_converged: bool| {
         let judged = row.iter().filter(|j| j.is_converged == is_converged);
@@ -74,7 +73,7 @@ fn line(name: &str, row: &[&Judgement]) -> String {
     );
     let seconds: f64 = row.iter().map(|judgement| judgement.seconds).sum();
     format!(
-        "{name:7} {:5} | {:16} {:5} | {:14} {:5} {:4} | {:16} {:5} {:4} | {:12} {:5} | {:14.4} {:7.3} | {:>26} | {:>24} | \
+        "{name:7} {:5} | {:16} {:5} | {:14} {:5} {:4} | {:21} {:5} {:4} | {:16} {:5} | {:14.4} {:7.3} | {:>26} | {:>24} | \
          {:17.1} {:5.0} | {:16} {:5.2} {:5.2} | {:7.2}\n",
         row.len(),
         count(&|j| j.is_converged && j.is_right()),
@@ -82,11 +81,11 @@ fn line(name: &str, row: &[&Judgement]) -> String {
         count(&|j| refused(j) && j.is_right()),
         count(&|j| refused(j) && !j.is_right() && j.wrongness.is_some()),
         count(&|j| refused(j) && j.wrongness.is_none()),
-        named(true),
-        named(false),
-        count(&|j| refused(j) && j.named.is_none()),
-        entered(true),
-        entered(false),
+        first(Some(true)),
+        first(Some(false)),
+        first(None),
+        names(true),
+        names(false),
         100.0 * quantile(&off_b, 0.5),
         100.0 * quantile(&off_b, 0.9),
         covered(true),

@@ -1,7 +1,7 @@
 //! The true parameters of a drawn log.
 
 use identifier_core::parameters::Parameter;
-use integration_tests::logs::DrawnLog;
+use integration_tests::logs::RecordedLog;
 
 /// The range of a parameter of the true servo in its log, from the lowest to the highest value.
 ///
@@ -10,14 +10,14 @@ use integration_tests::logs::DrawnLog;
 /// - of an inertia, a gain and a load that vary with the angle, or a gain with the sign of the command, the record shows
 ///   the mean over the angles and commands that are in it, which on small travel no identification can tell from the
 ///   servo's own.
-pub(super) fn truth(parameter: Parameter, log: &DrawnLog) -> [f64; 2] {
-    let draw = &log.draw;
-    let own = parameter.value_in(&draw.servo);
-    let samples = [draw.skipped, draw.skipped + draw.samples];
-    let drifting = |rate: f64| samples.map(|sample| 1.0 + rate * sample as f64 * draw.sample_time);
+pub(super) fn truth(parameter: Parameter, log: &RecordedLog) -> [f64; 2] {
+    let setup = &log.setup;
+    let own = parameter.value_in(&setup.servo);
+    let samples = [setup.skipped, setup.skipped + setup.samples];
+    let drifting = |rate: f64| samples.map(|sample| 1.0 + rate * sample as f64 * setup.sample_time);
     let in_time = match parameter {
-        Parameter::A | Parameter::Coulomb => drifting(draw.effects.friction_drift),
-        Parameter::B => drifting(draw.effects.gain_drift),
+        Parameter::A | Parameter::Coulomb => drifting(setup.effects.friction_drift),
+        Parameter::B => drifting(setup.effects.gain_drift),
         Parameter::Load => [1.0, 1.0],
     };
     let shown = Shown::of(log);
@@ -29,7 +29,7 @@ pub(super) fn truth(parameter: Parameter, log: &DrawnLog) -> [f64; 2] {
         .iter()
         .flat_map(|in_time| means.iter().map(move |mean| in_time * mean));
     let values: Vec<f64> = if parameter == Parameter::Load {
-        let steps = draw.load_steps.iter().map(|step| own + step.load);
+        let steps = setup.load_steps.iter().map(|step| own + step.load);
         let levels: Vec<f64> = steps.chain([own, own + shown.load]).collect();
         let all = levels
             .iter()
@@ -55,8 +55,8 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(log: &DrawnLog) -> Self {
-        let effects = &log.draw.effects;
+    fn of(log: &RecordedLog) -> Self {
+        let effects = &log.setup.effects;
         let (mut gains, mut mobilities) = (Mean::default(), Mean::default());
         let mut load = 0.0;
         for (sample, command) in log.commands.iter().enumerate() {
