@@ -1,7 +1,7 @@
 //! Example settings of a drive without a record: the paper's loop, with protections for a bare motor. It does
 //! not start with them: they are not those of its servo.
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
 use identifier_core::settings::diagonal;
 
 use crate::paper;
@@ -31,5 +31,7 @@ pub fn built_in() -> Settings {
             hold: 0.05,
         },
         protection: Protection::OF_A_BARE_MOTOR,
+        homing: None,
+        source: TargetSource::Line,
     }
 }

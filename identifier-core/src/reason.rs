@@ -54,6 +54,16 @@ catalogue! {
     SupplyLow = 13, "supply-low":
         "the supply of the drive's chip sagged below 2.9 V",
         "check the supply's rating, its wires, and what else it feeds";
+    HomeSwitchStuck = 15, "home-switch-stuck":
+        "the home switch stays closed although the axis was driven off it",
+        "free the switch or mend its wire (open is away from home), exchange the sign of the homing speed, or allow \
+         more clearance";
+    HomeNotFound = 16, "home-not-found":
+        "the home switch did not close within the travel",
+        "check the switch and its wire, exchange the sign of the homing speed, or allow more travel";
+    IndexNotFound = 17, "index-not-found":
+        "the encoder gave no index pulse within a revolution behind the home switch",
+        "check the encoder's index and its wire, or home without it";
     EncoderLost = 20, "encoder-lost":
         "the encoder gave no valid reading",
         "check the encoder's supply, wires and magnet";
@@ -81,6 +91,18 @@ catalogue! {
     LinkLost = 40, "link-lost":
         "the host was silent for too long",
         "check the line and the host";
+    StepsTooFast = 50, "steps-too-fast":
+        "the step pulses came faster than the axis may follow",
+        "lower their rate or the distance of a step, or allow more pace";
+    StepsUnclear = 51, "steps-unclear":
+        "the direction input changed more than once between two samples",
+        "check the wires for disturbances, hold the direction for two samples, or sample faster";
+    TargetOutside = 52, "target-outside":
+        "the command from outside asks for a target beyond the travel",
+        "keep it within the travel, or allow more";
+    VoltageInvalid = 53, "voltage-invalid":
+        "the analogue input is beyond 10.5 V",
+        "check its wires and its source";
     DoesNotStand = 100, "does-not-stand":
         "the servo moved on its own before the probing motion, faster than it can be caught within the travel",
         "hold it by a brake or by gains that work, or allow more travel";

@@ -59,6 +59,8 @@ pub struct Board {
     pub oscillator: Oscillator,
     /// Encoder A and B: channels 1 and 2 of TIM3, pulled up.
     pub encoder: [Pin; 2],
+    /// The encoder's index: channel 3 of TIM3, pulled up; it counts by its rising edge.
+    pub index: Pin,
     /// PWM: channel 1 of TIM1.
     pub pwm: Pin,
     /// Direction, high is positive: the complementary output of channel 2 of TIM1.
@@ -71,6 +73,12 @@ pub struct Board {
     pub low_switch: Pin,
     /// The limit switch of the upper end, pulled up, low is healthy.
     pub high_switch: Pin,
+    /// The home switch, pulled up, low is at home.
+    pub home_switch: Pin,
+    /// Step and direction: channels 1 and 2 of TIM4, pulled up. A step is a rising edge.
+    pub step: [Pin; 2],
+    /// The command of ±10 V: channel 1 of ADC1, which is PA1.
+    pub analogue: Pin,
     /// Serial line, transmit and receive: USART2.
     pub serial: [Pin; 2],
     /// The sectors that keep records.

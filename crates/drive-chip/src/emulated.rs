@@ -1,7 +1,7 @@
 //! Memory in place of the registers that an emulated chip lacks, and access to them from outside.
 //!
-//! QEMU's STM32F405 has no pins, TIM1, watchdog, DMA and flash control, keeps RCC as plain storage, and
-//! lets its encoder's timer count the clock. Memory stands in for those; everything else is the
+//! QEMU's STM32F405 has no pins, TIM1, watchdog, converter, DMA and flash control, keeps RCC as plain storage, and
+//! lets the timers of the encoder and of the steps count the clock. Memory stands in for those; everything else is the
 //! emulator's.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -15,9 +15,9 @@ use crate::registers::{dma, flash, gpio, rcc};
 /// Words of each peripheral.
 const WORDS: usize = 40;
 
-/// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, PWR, DBGMCU, the ports A to C, TIM3 and
-/// IWDG.
-const PERIPHERALS: [u32; 10] = [
+/// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, PWR, DBGMCU, the ports A to C, TIM3,
+/// TIM4, IWDG, ADC1 and what the converters share.
+const PERIPHERALS: [u32; 13] = [
     0x4002_3800,
     0x4002_3c00,
     0x4002_6000,
@@ -27,7 +27,10 @@ const PERIPHERALS: [u32; 10] = [
     0x4002_0400,
     0x4002_0800,
     0x4000_0400,
+    0x4000_0800,
     0x4000_3000,
+    0x4001_2000,
+    0x4001_2300,
 ];
 
 /// The two sectors of records, shortened.

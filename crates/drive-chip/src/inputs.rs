@@ -1,17 +1,18 @@
-//! The amplifier's fault line and the limit switches. A broken wire reads as a fault.
+//! The amplifier's fault line and the switches. A broken wire of fault line or limit switch reads as a fault.
 
 use crate::board::Board;
 use crate::bus::Bus;
 use crate::pins::Input;
 use crate::{pwm, supply};
 
-/// The amplifier's fault line and the limit switches.
+/// The amplifier's fault line, the limit switches and the home switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Inputs<B> {
     bus: B,
     fault: Input<B>,
     low_switch: Input<B>,
     high_switch: Input<B>,
+    home_switch: Input<B>,
 }
 
 impl<B: Bus> Inputs<B> {
@@ -21,6 +22,7 @@ impl<B: Bus> Inputs<B> {
             fault: Input::new(bus, board.fault),
             low_switch: Input::new(bus, board.low_switch),
             high_switch: Input::new(bus, board.high_switch),
+            home_switch: Input::new(bus, board.home_switch),
         }
     }
 
@@ -43,5 +45,12 @@ impl<B: Bus> Inputs<B> {
     #[must_use]
     pub fn closed_switches(&self) -> [bool; 2] {
         [self.low_switch.is_low(), self.high_switch.is_low()]
+    }
+
+    /// True if the home switch is closed; an open wire is away from home.
+    #[inline]
+    #[must_use]
+    pub fn home_switch_is_closed(&self) -> bool {
+        self.home_switch.is_low()
     }
 }

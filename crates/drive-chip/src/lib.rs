@@ -9,8 +9,10 @@
 //! | [`pins`] | GPIO | modes, levels |
 //! | [`pwm`] | TIM1 | the output, and the break input that disables it |
 //! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
-//! | [`quadrature`] | TIM3 | the encoder |
-//! | [`inputs`] | GPIO, TIM1 | fault line and limit switches |
+//! | [`quadrature`] | TIM3 | the encoder and its index |
+//! | [`step_input`] | TIM4 | step pulses with a direction |
+//! | [`analogue_input`] | ADC1 | a command of ±10 V |
+//! | [`inputs`] | GPIO, TIM1 | fault line, limit and home switches |
 //! | [`serial`] | USART2, DMA1 | the line to the host |
 //! | [`line_timer`] | SysTick | has the line listened to |
 //! | `supply` | PWR, EXTI | disables the output when the supply sags |
@@ -23,6 +25,7 @@
 #![no_std]
 #![deny(missing_docs)]
 
+pub mod analogue_input;
 pub mod board;
 pub mod bus;
 pub mod clock;
@@ -42,6 +45,7 @@ pub mod quadrature;
 mod registers;
 pub mod sample_timer;
 pub mod serial;
+pub mod step_input;
 mod supply;
 pub mod watchdog;
 mod wiring;

@@ -76,6 +76,12 @@ impl Pin {
         self.set_mode(bus, Mode::Input);
     }
 
+    /// A pin of a converter.
+    pub(crate) fn analogue(self, bus: impl Bus) {
+        self.set_pull(bus, Pull::None);
+        self.set_mode(bus, Mode::Analogue);
+    }
+
     /// A pin of a peripheral, by the number of the function (RM0090, figure 26).
     pub(crate) fn alternate(self, bus: impl Bus, function: u32, pull: Pull) {
         let shift = 4 * (self.number & 0b111);
@@ -101,6 +107,7 @@ enum Mode {
     Input = 0b00,
     Output = 0b01,
     Alternate = 0b10,
+    Analogue = 0b11,
 }
 
 /// The level of a pin that is not driven.

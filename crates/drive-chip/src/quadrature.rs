@@ -18,7 +18,7 @@ const FILTER: u32 = 0b0110;
 /// Highest rate of counts, 1/s: both edges of two lines, each level 24 ticks of 84 MHz.
 pub const MAX_COUNT_RATE: f64 = 2.0 * 84e6 / 24.0;
 
-/// TIM3, which counts both edges of both lines in 16 bits.
+/// TIM3, which counts both edges of both lines in 16 bits, and captures its count at the index pulse.
 ///
 /// It must be read before the servo has moved by half its range: 32 767 counts a sample are beyond
 /// any servo.
@@ -34,6 +34,9 @@ impl<B: Bus> Quadrature<B> {
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
         let filters = FILTER << timer::CCMR1_IC1F | FILTER << timer::CCMR1_IC2F;
         bus.write(TIM3.at(timer::CCMR1), lines | filters);
+        let index = timer::CCMR2_CC3S_TI3 | FILTER << timer::CCMR2_IC3F;
+        bus.write(TIM3.at(timer::CCMR2), index);
+        bus.write(TIM3.at(timer::CCER), timer::CCER_CC3E);
         bus.write(TIM3.at(timer::SMCR), timer::SMCR_ENCODER_3);
         bus.write(TIM3.at(timer::ARR), u32::from(u16::MAX));
         bus.write(TIM3.at(timer::CR1), timer::CR1_CEN);
@@ -41,6 +44,19 @@ impl<B: Bus> Quadrature<B> {
             bus,
             counter: Counter::new(register(bus)),
         }
+    }
+}
+
+impl<B: Bus> Quadrature<B> {
+    /// The count that the timer captured at the last index pulse, if there was one since the last call.
+    #[must_use]
+    pub fn index(&self) -> Option<i32> {
+        let bus = self.bus;
+        if bus.read(TIM3.at(timer::SR)) & timer::SR_CC3IF == 0 {
+            return None;
+        }
+        // Reading it clears the flag.
+        Some(self.counter.at(bus.read(TIM3.at(timer::CCR3)) as u16))
     }
 }
 

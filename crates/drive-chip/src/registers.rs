@@ -44,10 +44,13 @@ pub(crate) mod rcc {
 
     pub(crate) const AHB1_DMA1: u32 = 1 << 21;
     pub(crate) const APB1_TIM3: u32 = 1 << 1;
+    pub(crate) const APB1_TIM4: u32 = 1 << 2;
     pub(crate) const APB1_TIM5: u32 = 1 << 3;
     pub(crate) const APB1_USART2: u32 = 1 << 17;
     pub(crate) const APB1_PWR: u32 = 1 << 28;
     pub(crate) const APB2_TIM1: u32 = 1;
+    /// Its reset is that of all three converters.
+    pub(crate) const APB2_ADC1: u32 = 1 << 8;
 
     pub(crate) const CSR_RMVF: u32 = 1 << 24;
     pub(crate) const CSR_IWDGRSTF: u32 = 1 << 29;
@@ -149,6 +152,7 @@ pub(crate) mod timer {
 
     pub(crate) const TIM1: Timer = Timer(0x4001_0000);
     pub(crate) const TIM3: Timer = Timer(0x4000_0400);
+    pub(crate) const TIM4: Timer = Timer(0x4000_0800);
     pub(crate) const TIM5: Timer = Timer(0x4000_0c00);
 
     impl Timer {
@@ -165,11 +169,13 @@ pub(crate) mod timer {
     pub(crate) const SR: u32 = 0x10;
     pub(crate) const EGR: u32 = 0x14;
     pub(crate) const CCMR1: u32 = 0x18;
+    pub(crate) const CCMR2: u32 = 0x1c;
     pub(crate) const CCER: u32 = 0x20;
     pub(crate) const CNT: u32 = 0x24;
     pub(crate) const ARR: u32 = 0x2c;
     pub(crate) const CCR1: u32 = 0x34;
     pub(crate) const CCR2: u32 = 0x38;
+    pub(crate) const CCR3: u32 = 0x3c;
     pub(crate) const BDTR: u32 = 0x44;
 
     pub(crate) const CR1_CEN: u32 = 1;
@@ -177,10 +183,15 @@ pub(crate) mod timer {
     pub(crate) const CR1_URS: u32 = 1 << 2;
     pub(crate) const CR2_MMS_ENABLE: u32 = 0b001 << 4;
     pub(crate) const SMCR_ENCODER_3: u32 = 0b011;
+    pub(crate) const SMCR_EXTERNAL: u32 = 0b111;
+    pub(crate) const SMCR_TS_TI1: u32 = 0b101 << 4;
     pub(crate) const SMCR_TRIGGER: u32 = 0b110;
     pub(crate) const SMCR_TS_ITR0: u32 = 0;
     pub(crate) const DIER_UIE: u32 = 1;
     pub(crate) const SR_UIF: u32 = 1;
+    pub(crate) const SR_CC2IF: u32 = 1 << 2;
+    pub(crate) const SR_CC3IF: u32 = 1 << 3;
+    pub(crate) const SR_CC2OF: u32 = 1 << 10;
     pub(crate) const SR_BIF: u32 = 1 << 7;
     pub(crate) const EGR_UG: u32 = 1;
     pub(crate) const CCMR1_OC1PE: u32 = 1 << 3;
@@ -191,13 +202,43 @@ pub(crate) mod timer {
     pub(crate) const CCMR1_IC1F: u32 = 4;
     pub(crate) const CCMR1_CC2S_TI2: u32 = 0b01 << 8;
     pub(crate) const CCMR1_IC2F: u32 = 12;
+    pub(crate) const CCMR2_CC3S_TI3: u32 = 0b01;
+    pub(crate) const CCMR2_IC3F: u32 = 4;
     pub(crate) const CCER_CC1E: u32 = 1;
+    pub(crate) const CCER_CC2E: u32 = 1 << 4;
+    pub(crate) const CCER_CC2P: u32 = 1 << 5;
+    pub(crate) const CCER_CC2NP: u32 = 1 << 7;
+    pub(crate) const CCER_CC3E: u32 = 1 << 8;
     pub(crate) const CCER_CC2NE: u32 = 1 << 6;
     pub(crate) const BDTR_OSSI: u32 = 1 << 10;
     pub(crate) const BDTR_OSSR: u32 = 1 << 11;
     pub(crate) const BDTR_BKE: u32 = 1 << 12;
     pub(crate) const BDTR_BKP: u32 = 1 << 13;
     pub(crate) const BDTR_MOE: u32 = 1 << 15;
+}
+
+/// ADC1 and what the converters share (13.13).
+pub(crate) mod adc {
+    use super::Register;
+
+    const BASE: Register = Register::at(0x4001_2000);
+    pub(crate) const CR2: Register = BASE.offset(0x08);
+    pub(crate) const SMPR2: Register = BASE.offset(0x10);
+    pub(crate) const SQR1: Register = BASE.offset(0x2c);
+    pub(crate) const SQR3: Register = BASE.offset(0x34);
+    pub(crate) const DR: Register = BASE.offset(0x4c);
+    pub(crate) const CCR: Register = BASE.offset(0x304);
+
+    /// The channel of the analogue input: PA1.
+    pub(crate) const CHANNEL: u32 = 1;
+
+    pub(crate) const CR2_ADON: u32 = 1;
+    pub(crate) const CR2_CONT: u32 = 1 << 1;
+    pub(crate) const CR2_SWSTART: u32 = 1 << 30;
+    pub(crate) const SMPR2_SMP1_480: u32 = 0b111 << 3;
+    /// A sequence of one conversion.
+    pub(crate) const SQR1_ONE: u32 = 0;
+    pub(crate) const CCR_ADCPRE_4: u32 = 0b01 << 16;
 }
 
 /// USART2 (30.6).

@@ -2,6 +2,7 @@
 
 use drive_link::Fault;
 
+use crate::analogue_input::AnalogueInput;
 use crate::board::Board;
 use crate::bus::{Bus, Register};
 use crate::clock;
@@ -14,6 +15,7 @@ use crate::quadrature::Quadrature;
 use crate::registers::{dbgmcu, rcc};
 use crate::sample_timer::SampleTimer;
 use crate::serial::{self, Bytes, Line, Port, Ring};
+use crate::step_input::StepInput;
 use crate::supply;
 use crate::watchdog::Watchdog;
 
@@ -21,6 +23,7 @@ use crate::watchdog::Watchdog;
 /// the same).
 const TIM1_FUNCTION: u32 = 1;
 const TIM3_FUNCTION: u32 = 2;
+const TIM4_FUNCTION: u32 = 2;
 const USART2_FUNCTION: u32 = 7;
 
 /// Everything of a board that a drive uses.
@@ -34,7 +37,11 @@ pub struct Wired<'a, B> {
     pub direction: Direction<B>,
     /// Enables the amplifier, high is on.
     pub enable: Output<B>,
-    /// The amplifier's fault line and the limit switches.
+    /// Counts steps with their direction.
+    pub steps: StepInput<B>,
+    /// The command of ±10 V.
+    pub analogue: AnalogueInput<B>,
+    /// The amplifier's fault line, the limit switches and the home switch.
     pub inputs: Inputs<B>,
     /// Interrupts at every sample.
     pub timer: SampleTimer<B>,
@@ -81,6 +88,9 @@ pub fn wire<'a, B: Bus>(
         (board.fault, TIM1_FUNCTION, Pull::Up),
         (board.encoder[0], TIM3_FUNCTION, Pull::Up),
         (board.encoder[1], TIM3_FUNCTION, Pull::Up),
+        (board.index, TIM3_FUNCTION, Pull::Up),
+        (board.step[0], TIM4_FUNCTION, Pull::Up),
+        (board.step[1], TIM4_FUNCTION, Pull::Up),
         (board.serial[0], USART2_FUNCTION, Pull::None),
         // Pulled up, an open line is idle.
         (board.serial[1], USART2_FUNCTION, Pull::Up),
@@ -88,16 +98,20 @@ pub fn wire<'a, B: Bus>(
         pin.power(bus);
         pin.alternate(bus, function, pull);
     }
-    for switch in [board.low_switch, board.high_switch] {
+    for switch in [board.low_switch, board.high_switch, board.home_switch] {
         switch.power(bus);
         switch.input(bus);
     }
+    board.analogue.power(bus);
+    board.analogue.analogue(bus);
     let (line, port) = serial::line(bus, &clocks, received, to_send);
     Wired {
         encoder: Quadrature::new(bus),
         pwm,
         direction,
         enable: Output::new(bus, board.enable),
+        steps: StepInput::new(bus, board),
+        analogue: AnalogueInput::new(bus),
         inputs: Inputs::new(bus, board),
         timer: SampleTimer::new(bus, &clocks),
         line,
@@ -125,11 +139,11 @@ fn power_peripherals(bus: impl Bus) {
         bus.modify(reset, peripherals, 0);
     };
     power(rcc::AHB1ENR, rcc::AHB1RSTR, rcc::AHB1_DMA1);
-    power(rcc::APB2ENR, rcc::APB2RSTR, rcc::APB2_TIM1);
+    power(rcc::APB2ENR, rcc::APB2RSTR, rcc::APB2_TIM1 | rcc::APB2_ADC1);
     power(
         rcc::APB1ENR,
         rcc::APB1RSTR,
-        rcc::APB1_TIM3 | rcc::APB1_TIM5 | rcc::APB1_USART2,
+        rcc::APB1_TIM3 | rcc::APB1_TIM4 | rcc::APB1_TIM5 | rcc::APB1_USART2,
     );
 }
 

@@ -10,6 +10,7 @@
 
 mod commissioning;
 mod frame;
+mod guidance;
 mod line;
 mod message;
 mod no_gains;
@@ -17,6 +18,7 @@ mod settings;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use frame::{FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Receiver, StopListener, frame};
+pub use guidance::{Home, Homing, TargetSource};
 pub use line::Line;
 pub use message::{
     Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot,

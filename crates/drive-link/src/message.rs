@@ -5,10 +5,11 @@ use identifier_core::parameters::{PerParameter, ServoParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
+use crate::guidance::Home;
 use crate::settings::{NotAllowed, Settings};
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 9;
+pub const PROTOCOL: u8 = 10;
 
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;
@@ -39,6 +40,8 @@ pub enum Command {
     Start,
     /// Sends the servo to a target, rad from where it started.
     Target(f64),
+    /// Drives the axis home, in a run: targets and travel count from its origin afterwards.
+    Home,
     /// Disables the servo at once: no command before it still moves the servo.
     Stop,
     /// Clears a fault whose cause is gone.
@@ -123,6 +126,8 @@ pub struct Status {
     pub gains: Option<Gains>,
     /// From the reading of the encoder to the change of the output, s.
     pub command_delay: f32,
+    /// The origin of targets and travel.
+    pub home: Home,
     /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
     /// Events of the identifier since the start, as last reported.
@@ -258,6 +263,12 @@ pub enum Refusal {
         /// The largest distance, rad.
         most: f64,
     },
+    /// The settings have no way to the home position: configure it first.
+    NoHoming,
+    /// The axis is on its way home: ask again when it is there.
+    Homing,
+    /// Targets come from outside: configure the line as their source first.
+    TargetsFromOutside,
     /// The interrupt has not yet done the command before: ask again.
     Busy,
     /// The store did not take the record; the one before it still holds.
@@ -287,6 +298,14 @@ impl fmt::Display for Refusal {
             Self::TooFar { most } => write!(
                 f,
                 "the target must be within {most} rad of where the servo started"
+            ),
+            Self::NoHoming => f.write_str(
+                "the drive has no way to a home position: configure it with --home-seek first",
+            ),
+            Self::Homing => f.write_str("the axis is on its way home: ask again when it is there"),
+            Self::TargetsFromOutside => f.write_str(
+                "the targets come from the step or the analogue input: configure it with --source line \
+                 first",
             ),
             Self::Busy => f.write_str("the command before is not done yet: ask again"),
             Self::NotKept => {

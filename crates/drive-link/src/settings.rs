@@ -8,6 +8,8 @@ use identifier_core::settings::MatrixError;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use serde::{Deserialize, Serialize};
 
+use crate::guidance::{Homing, TargetSource};
+
 /// The name of a setting.
 pub type Name = heapless::String<24>;
 
@@ -20,6 +22,10 @@ pub struct Settings {
     pub dither: Dither,
     /// Limits beyond which the servo is disabled.
     pub protection: Protection,
+    /// The way to the home position; none for an axis without one.
+    pub homing: Option<Homing>,
+    /// Where the targets of a run come from.
+    pub source: TargetSource,
 }
 
 /// Settings of a loop.
@@ -217,6 +223,8 @@ impl fmt::Display for Settings {
             closed_loop,
             dither,
             protection,
+            homing,
+            source,
         } = self;
         writeln!(f, "{closed_loop}")?;
         writeln!(
@@ -224,7 +232,11 @@ impl fmt::Display for Settings {
             "dither of {} rad, every {} s",
             dither.amplitude, dither.hold
         )?;
-        protection.fmt(f)
+        writeln!(f, "{protection}")?;
+        if let Some(homing) = homing {
+            writeln!(f, "{homing}")?;
+        }
+        source.fmt(f)
     }
 }
 

@@ -1,9 +1,9 @@
 //! Frames over a line that loses, doubles and changes bytes.
 
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Format, FrameError, Law, LoopSettings,
+    Command, Commissioning, Dither, Estimates, Format, FrameError, Homing, Law, LoopSettings,
     MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, Settings, Snapshot,
-    StopListener, frame,
+    StopListener, TargetSource, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
@@ -98,6 +98,14 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             link_timeout: next(),
             stop_time: next(),
         },
+        homing: Some(Homing {
+            seek: next(),
+            approach: next(),
+            clearance: next(),
+            index: true,
+            offset: next(),
+        }),
+        source: TargetSource::Steps { step: next() },
     }
 }
 
@@ -219,6 +227,7 @@ fn request() -> impl Strategy<Value = Request> {
         any::<u16>().prop_map(Command::Watch),
         (-1e3_f64..1e3).prop_map(Command::Target),
         Just(Command::Save),
+        Just(Command::Home),
         Just(Command::Commission(order())),
         Just(Command::Outcome),
     ];

@@ -16,6 +16,19 @@ pub trait Chip {
     /// Encoder and output stage.
     fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output);
 
+    /// True if the home switch is closed, which it is while the axis is at that end; an open wire is away from home.
+    fn home_switch_is_closed(&self) -> bool;
+
+    /// The count at the encoder's last index pulse, if there was one since the last call.
+    fn index(&mut self) -> Option<i32>;
+
+    /// Step pulses since the last call: those that came while the direction input was high, less the others. None if
+    /// that cannot be known.
+    fn steps(&mut self) -> Option<i16>;
+
+    /// The voltage at the analogue input, parts of 10 V; none beyond 10.5 V.
+    fn voltage(&mut self) -> Option<f32>;
+
     /// True if the time of the next sample has come.
     fn next_is_due(&self) -> bool;
 

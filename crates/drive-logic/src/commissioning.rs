@@ -34,8 +34,8 @@ pub(crate) struct Commissioning {
     late: bool,
     sample: CommissionSample,
     started_at: i32,
-    /// The count at which the run started in whose place it runs; none from rest.
-    run_started_at: Option<i32>,
+    /// The origin of the run in whose place it runs; none from rest.
+    run_origin: Option<i32>,
     /// It holds the servo for a run to resume.
     awaits_resume: bool,
 }
@@ -80,7 +80,7 @@ impl Commissioning {
             late: false,
             sample: CommissionSample::IDLE,
             started_at: 0,
-            run_started_at: None,
+            run_origin: None,
             awaits_resume: false,
         })
     }
@@ -98,11 +98,11 @@ impl Commissioning {
         let Handover {
             last,
             count,
-            started_at,
+            origin,
             ..
         } = handover;
         self.commission.take_over(&mut self.state, *count, last);
-        self.run_started_at = Some(*started_at);
+        self.run_origin = Some(*origin);
         self.begin(*count);
     }
 
@@ -113,11 +113,11 @@ impl Commissioning {
 
     /// The servo, if it holds it for a run to resume.
     pub(crate) fn handover(&self) -> Option<Handover> {
-        let started_at = self.run_started_at.filter(|_| self.awaits_resume)?;
+        let origin = self.run_origin.filter(|_| self.awaits_resume)?;
         Some(Handover {
             last: self.state.last_sample()?,
             count: self.started_at.wrapping_add(self.sample.count),
-            started_at,
+            origin,
             rest_count: self.started_at,
         })
     }
@@ -253,7 +253,7 @@ impl Commissioning {
         }
         if is_end && self.rest.is_over(self.sample.count) {
             // Without a run that may resume, the servo is disabled.
-            if self.run_started_at.is_none() || self.fault.is_some() {
+            if self.run_origin.is_none() || self.fault.is_some() {
                 return Course::Over;
             }
             let is_new = !core::mem::replace(&mut self.awaits_resume, true);

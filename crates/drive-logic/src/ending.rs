@@ -241,6 +241,17 @@ mod tests {
     }
 
     #[test]
+    fn a_line_of_the_encoder_that_flickers_is_rest_and_a_motion_beyond_is_none() {
+        let units = Units::new(1e-3, 1e-3).expect("allowed");
+        for (moved, wanted) in [(REST_COUNTS, 20), (REST_COUNTS + 1, 50)] {
+            let mut rest = Rest::within(0.05, &units);
+            rest.begin(0);
+            let over = (1..).find(|k| rest.is_over((k % 2 * moved).cast_signed()));
+            assert_eq!(over, Some(wanted), "{moved} counts");
+        }
+    }
+
+    #[test]
     fn a_run_survives_while_the_host_talks_and_a_timeout_of_zero_disables_the_watch() {
         let mut bounded = ending(0.0, 0.3);
         for k in 0..10_000 {

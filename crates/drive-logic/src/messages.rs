@@ -4,6 +4,7 @@ use drive_link::{Ended, Fault};
 use identifier_core::commission::Phase;
 
 use crate::commissioning::Commissioning;
+use crate::guide::Origin;
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, Counts, RunSample};
 
@@ -27,6 +28,8 @@ pub(crate) enum Order {
     Replace(Mode),
     /// Send the servo to a target, counts from the start.
     Target(i32),
+    /// Drive the axis home.
+    Home,
     /// Clear a fault, if its cause is gone.
     Clear,
     /// Report samples at this interval; 0 for none.
@@ -55,6 +58,8 @@ pub(crate) struct InterruptState {
     pub(crate) returned: Option<Mode>,
     /// The phase of a commissioning that is under way.
     pub(crate) phase: Option<Phase>,
+    /// The origin of targets and travel, in a run.
+    pub(crate) origin: Option<Origin>,
     /// A commissioning is over and holds the servo for a run to resume.
     pub(crate) awaits_resume: bool,
     /// The stops that were obeyed.

@@ -45,7 +45,8 @@ const DEBOUNCE: f64 = 2e-3;
 pub(crate) struct Protection {
     following_error: f32,
     travel: u32,
-    started_at: i32,
+    /// The count from which the travel counts.
+    origin: i32,
     speed: SpeedWatch,
     stall: StallWatch,
     lines: LineWatch,
@@ -160,7 +161,7 @@ impl Protection {
             following_error: (given.following_error * units.position()) as f32,
             // Within 2³⁰ counts.
             travel: (given.travel * units.position() + ROUNDING) as u32,
-            started_at: 0,
+            origin: 0,
             speed: SpeedWatch {
                 interval,
                 left: interval,
@@ -181,18 +182,22 @@ impl Protection {
         })
     }
 
-    /// From the count at which the servo rests.
-    pub(crate) fn start(&mut self, count: i32) {
-        self.started_at = count;
+    /// From the count at which the servo rests; the travel counts from an origin.
+    pub(crate) fn start(&mut self, count: i32, origin: i32) {
+        self.origin = origin;
         self.speed.from = count;
         self.stall.from = count;
     }
 
     /// From where another mode has held the servo.
     pub(crate) fn take_over(&mut self, handover: &Handover) {
-        self.start(handover.count);
-        self.started_at = handover.started_at;
+        self.start(handover.count, handover.origin);
         self.stall.at_rest = handover.last.command;
+    }
+
+    /// The travel counts from another origin.
+    pub(crate) fn set_origin(&mut self, origin: i32) {
+        self.origin = origin;
     }
 
     /// Checks the lines, before the servo is moved.
@@ -207,7 +212,7 @@ impl Protection {
         if sample.error.abs() > self.following_error {
             return Err(Fault::FollowingError);
         }
-        let gone = count.wrapping_sub(self.started_at);
+        let gone = count.wrapping_sub(self.origin);
         if !is_within(gone, self.travel) {
             return Err(Fault::TravelLeft);
         }
@@ -309,6 +314,6 @@ impl StallWatch {
 
 /// True if a distance is within a bound either way, counts: at most 2³¹ − 1.
 #[inline]
-fn is_within(counts: i32, max: u32) -> bool {
+pub(crate) fn is_within(counts: i32, max: u32) -> bool {
     counts.cast_unsigned().wrapping_add(max) <= max + max
 }

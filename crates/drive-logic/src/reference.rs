@@ -14,13 +14,14 @@ const ORDER: u32 = 9;
 pub(crate) const MAX_DISTANCE_COUNTS: f64 = (1_u32 << 30) as f64;
 
 /// The dither with its progress.
-type Dither = (Prbs<f32>, <Prbs<f32> as Excitation<f32>>::State);
+pub(crate) type Dither = (Prbs<f32>, <Prbs<f32> as Excitation<f32>>::State);
 
 /// The reference with its progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reference {
     dither: Option<Dither>,
-    /// Counts per sample.
+    /// Counts per sample: on the way to a target of the host, and now.
+    usual_pace: f32,
     pace: f32,
     target: i32,
     /// The way to the target: whole counts, and less than one count on top.
@@ -43,9 +44,11 @@ impl Reference {
             )?;
             Some((prbs, Excitation::<f32>::start(&prbs)))
         };
+        let pace = (settings.protection.pace * units.velocity()) as f32;
         Ok(Self {
             dither,
-            pace: (settings.protection.pace * units.velocity()) as f32,
+            usual_pace: pace,
+            pace,
             target: 0,
             at: Setpoint {
                 count: 0,
@@ -75,6 +78,47 @@ impl Reference {
             self.target = target;
             self.arrived = false;
         }
+    }
+
+    /// Sends the servo elsewhere at another pace, counts per sample, until [`resume_pace`](Self::resume_pace).
+    pub(crate) fn send_at(&mut self, target: i32, pace: f32) {
+        self.pace = pace;
+        self.send(target);
+    }
+
+    /// Goes at the usual pace again.
+    pub(crate) fn resume_pace(&mut self) {
+        self.pace = self.usual_pace;
+    }
+
+    /// Takes the dither away.
+    pub(crate) fn take_dither(&mut self) -> Option<Dither> {
+        self.dither.take()
+    }
+
+    /// Dithers again.
+    pub(crate) fn resume_dither(&mut self, dither: Option<Dither>) {
+        self.dither = dither;
+    }
+
+    /// The target.
+    pub(crate) fn target(&self) -> i32 {
+        self.target
+    }
+
+    /// Whole counts to the target.
+    pub(crate) fn distance(&self) -> i32 {
+        self.target.wrapping_sub(self.at.count)
+    }
+
+    /// True if it is at its target.
+    pub(crate) fn has_arrived(&self) -> bool {
+        self.arrived
+    }
+
+    /// True if it stays where it is, in spite of new targets.
+    pub(crate) fn stays(&self) -> bool {
+        self.stays
     }
 
     /// Stays where it is from now on, without dither.
@@ -134,6 +178,7 @@ mod tests {
         ) {
             let mut reference = Reference {
                 dither: None,
+                usual_pace: pace,
                 pace,
                 target: 0,
                 at: Setpoint { count: 0, offset: 0.0 },

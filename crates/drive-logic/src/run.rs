@@ -9,10 +9,11 @@ use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
 
 use crate::background_watch::DRIVEN_PATIENCE;
-use crate::chip::{Lines, OutputStage};
+use crate::chip::{Chip, Lines, OutputStage};
 use crate::closed_loop::{ClosedLoop, Fitted, Handover, StepMonitor, StepResult};
 use crate::conversion;
 use crate::ending::{Course, Ending};
+use crate::guide::{Guide, Origin};
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
@@ -30,10 +31,11 @@ pub(crate) struct Run {
     ending: Ending,
     background_patience: u32,
     sample: u32,
-    /// The last sample, its count, and that of the first.
+    guide: Guide,
+    /// The last sample, its count, and that from which targets and travel count.
     last: ControlSample<f32>,
     count: i32,
-    started_at: i32,
+    origin: i32,
 }
 
 /// Before the first sample.
@@ -59,13 +61,14 @@ impl Run {
             // A contradiction costs nothing to find; the certificate of a box does.
             reference: Reference::new(settings, &units).map_err(range)?,
             protection: Protection::new(settings, controller, &units)?,
+            guide: Guide::new(settings, &units)?,
             ending: Ending::new(&settings.protection, &units),
             background_patience: samples(DRIVEN_PATIENCE, &units),
             closed_loop: ClosedLoop::new(&settings.closed_loop)?,
             sample: 0,
             last: AT_REST,
             count: 0,
-            started_at: 0,
+            origin: 0,
         })
     }
 
@@ -84,7 +87,8 @@ impl Run {
         let units = core.units().map_err(range)?;
         Reference::new(settings, &units).map_err(range)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
-        Protection::new(settings, &none, &units).map(|_| ())
+        Protection::new(settings, &none, &units)?;
+        Guide::new(settings, &units).map(|_| ())
     }
 
     /// Starts from a servo that a commissioning has identified.
@@ -97,8 +101,12 @@ impl Run {
     pub(crate) fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
         self.reference.start(count);
-        self.protection.start(count);
-        self.started_at = count;
+        self.origin = match self.guide.origin() {
+            Origin::Found(origin) => origin,
+            Origin::Start | Origin::Sought => count,
+        };
+        self.protection.start(count, self.origin);
+        self.guide.begin(count);
     }
 
     /// From where a commissioning holds the servo, in the run that was under way before.
@@ -106,13 +114,14 @@ impl Run {
         let Handover {
             last,
             count,
-            started_at,
+            origin,
             rest_count,
         } = *handover;
         self.closed_loop.take_over(handover);
         self.reference.resume_to(rest_count, count, last.error);
         self.protection.take_over(handover);
-        self.started_at = started_at;
+        self.guide.begin(rest_count);
+        self.origin = origin;
     }
 
     /// The servo as it hands it over to a commissioning.
@@ -120,7 +129,7 @@ impl Run {
         Handover {
             last: self.last,
             count: self.count,
-            started_at: self.started_at,
+            origin: self.origin,
             rest_count: self.count,
         }
     }
@@ -135,9 +144,45 @@ impl Run {
         self.ending.link_alive();
     }
 
-    /// Sends the servo to a target, counts from where it started.
+    /// Sends the servo to a target of the host, counts from the origin.
     pub(crate) fn set_target(&mut self, counts: i32) {
-        self.reference.send(self.started_at.wrapping_add(counts));
+        if self.guide.takes_targets() {
+            self.reference.send(self.origin.wrapping_add(counts));
+        }
+    }
+
+    /// Drives the axis home.
+    pub(crate) fn home(&mut self) {
+        self.guide.home();
+    }
+
+    /// The origin of targets and travel.
+    pub(crate) fn origin(&self) -> Origin {
+        self.guide.origin()
+    }
+
+    /// Continues with the origin of a run before.
+    pub(crate) fn set_origin(&mut self, origin: Origin) {
+        self.guide.set_origin(origin);
+    }
+
+    /// Guides the reference after a sample: homing, and commands from outside. True if the origin was found.
+    ///
+    /// # Errors
+    /// The fault by which the run ends.
+    #[inline]
+    pub(crate) fn guide<C: Chip>(&mut self, chip: &mut C) -> Result<bool, Ended> {
+        if self.guide.is_idle() {
+            return Ok(false);
+        }
+        let reference = &mut self.reference;
+        let found = self.guide.step(chip, self.count, self.origin, reference);
+        let Some(origin) = found.map_err(Ended::Faulted)? else {
+            return Ok(false);
+        };
+        self.origin = origin;
+        self.protection.set_origin(origin);
+        Ok(true)
     }
 
     /// Its loop.
@@ -180,7 +225,7 @@ impl Run {
             sample: self.sample,
             learnt: self.closed_loop.learnt(),
             error: control.error,
-            count: self.count.wrapping_sub(self.started_at),
+            count: self.count.wrapping_sub(self.origin),
             command: control.command,
             output_error: update.output_error,
             counts: *counts,

@@ -92,10 +92,15 @@ impl<'a> Sampler<'a> {
             }
             Err(ended) => return self.end_run(ended, output),
         }
+        let guided = run.guide(chip);
         let in_time = self.counts.end_sample(chip);
-        if let Err(ended) = run.end_sample(in_time) {
-            let (_, output) = chip.servo();
-            return self.end_run(ended, output);
+        match guided.and_then(|is_home| run.end_sample(in_time).map(|()| is_home)) {
+            Ok(false) => {}
+            Ok(true) => self.report_state(),
+            Err(ended) => {
+                let (_, output) = chip.servo();
+                return self.end_run(ended, output);
+            }
         }
         self.feed_watchdog(chip);
     }
@@ -213,7 +218,7 @@ impl<'a> Sampler<'a> {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.refuse(mode, Reason::Stopped),
             Order::Watch(interval) => self.report_timer = ReportTimer::every(interval),
-            Order::Target(_) | Order::Clear => {}
+            Order::Target(_) | Order::Home | Order::Clear => {}
         }
     }
 
@@ -230,6 +235,11 @@ impl<'a> Sampler<'a> {
             Order::Target(counts) => {
                 if let Some(Mode::Run(run)) = &mut self.mode {
                     run.set_target(counts);
+                }
+            }
+            Order::Home => {
+                if let Some(Mode::Run(run)) = &mut self.mode {
+                    run.home();
                 }
             }
             Order::Clear => self.clear(lines),
@@ -369,15 +379,17 @@ impl<'a> Sampler<'a> {
 
     #[cold]
     fn try_report_state(&mut self) {
-        let commissioning = match &self.mode {
-            Some(Mode::Commissioning(commissioning)) => Some(commissioning),
-            _ => None,
+        let (commissioning, run) = match &self.mode {
+            Some(Mode::Commissioning(commissioning)) => (Some(commissioning), None),
+            Some(Mode::Run(run)) => (None, Some(run)),
+            None => (None, None),
         };
         let state = InterruptState {
             fault: self.fault,
             ended: self.ended,
             returned: self.returned.take(),
             phase: commissioning.map(|under_way| under_way.report().phase),
+            origin: run.map(|run| run.origin()),
             awaits_resume: commissioning.is_some_and(|over| over.handover().is_some()),
             stops: self.stops,
             counts: self.counts,

@@ -18,6 +18,8 @@ fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
         closed_loop,
         dither,
         protection,
+        homing,
+        ..
     } = settings;
     let core = &mut closed_loop.core;
     let mut numbers = vec![
@@ -36,6 +38,14 @@ fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
         &mut protection.link_timeout,
         &mut protection.stop_time,
     ];
+    if let Some(homing) = homing {
+        numbers.extend([
+            &mut homing.seek,
+            &mut homing.approach,
+            &mut homing.clearance,
+            &mut homing.offset,
+        ]);
+    }
     if let Some(controller) = &mut core.controller {
         let [low, high] = &mut controller.limit;
         numbers.extend([

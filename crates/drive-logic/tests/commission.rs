@@ -240,6 +240,32 @@ fn the_delay_of_the_stage_adds_to_the_one_that_is_given() {
 }
 
 #[test]
+fn a_refused_setting_of_a_commissioning_comes_with_its_range() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for max_sensitivity in [0.5, 50.0] {
+        let order = CommissionSettings {
+            max_sensitivity,
+            ..ORDER
+        };
+        match drive.refusal(Command::Commission(order)) {
+            Refusal::Setting(NotAllowed {
+                why: Why::OutOfRange { least, most, .. },
+                ..
+            }) => {
+                assert!(least < most, "{least} {most}");
+                assert!(!(least..=most).contains(&max_sensitivity), "{least} {most}");
+                assert!(
+                    (least..=most).contains(&ORDER.max_sensitivity),
+                    "{least} {most}"
+                );
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
 fn commissioned_gains_keep_the_limit_that_was_configured() {
     let limit = [-7.0, 9.0];
     let mut limited = settings();

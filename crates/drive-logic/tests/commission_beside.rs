@@ -316,6 +316,26 @@ fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
 }
 
 #[test]
+fn that_it_waits_for_the_loop_is_reported_once() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Probing);
+    drive.refusal(Command::Start);
+    let mut reports = 0;
+    for _ in 0..1000 {
+        // The background takes the reports in, but has not built the loop yet.
+        drive.pass_without_work(1);
+        reports += std::iter::from_fn(|| drive.supervisor.next_report()).count();
+    }
+    // Its end, and that it holds the servo for the loop.
+    assert_eq!(reports, 2);
+    over(&mut drive);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+#[test]
 fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() {
     for (place, state) in [
         (-1.99, State::Running),

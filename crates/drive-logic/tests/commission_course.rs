@@ -5,7 +5,7 @@ mod support;
 
 use drive_link::{Command, Commissioning, Fault, Origin, Progress, Refusal, Report, State};
 use drive_logic::Channel;
-use identifier_core::commission::{Phase, Reason};
+use identifier_core::commission::{CommissionIsr, Phase, Reason};
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, ready, until};
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};
@@ -216,6 +216,25 @@ fn an_output_that_cannot_be_disabled_is_a_fault_while_the_servo_is_not_driven_ye
     assert_eq!(reason, Some(Reason::ActuatorFailed));
     let failed = State::Faulted(Fault::ActuatorFailed);
     assert_eq!(drive.supervisor.state(), failed);
+}
+
+#[test]
+fn the_solver_gets_its_slices_with_every_sample() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    let slices = CommissionIsr::<f32>::new(&ORDER, None)
+        .expect("allowed")
+        .slices();
+    assert!(slices > 1, "{slices}");
+    for _ in 0..3 {
+        drive.sampler.interrupt(&mut bench.pins());
+        let mut done = 1;
+        while drive.supervisor.work() {
+            done += 1;
+        }
+        assert_eq!(done, slices);
+    }
 }
 
 #[test]

@@ -395,7 +395,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
     fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
         &mut settings.closed_loop.core.identifier
     }
-    let changes: [(&str, Change); 24] = [
+    let changes: [(&str, Change); 25] = [
         ("kp", |s| pid(s).kp = 0.0),
         ("kp", |s| pid(s).kp = 1.0),
         ("kd", |s| pid(s).kd = f64::NAN),
@@ -403,6 +403,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("limit_high", |s| pid(s).limit[1] = 0.0),
         ("limit_low", |s| pid(s).limit[0] = f64::NAN),
         ("limit_high", |s| pid(s).limit[1] = 10.1),
+        ("limit_low", |s| pid(s).limit[0] = -10.1),
         ("limit_low", |s| pid(s).limit[0] = f64::NEG_INFINITY),
         ("resolution", |s| s.closed_loop.core.resolution = 0.0),
         ("sample_time", |s| s.closed_loop.core.sample_time = -1e-3),

@@ -169,6 +169,22 @@ impl Chip for Servo {
         (&mut self.sensor, &mut self.output)
     }
 
+    fn home_switch_is_closed(&self) -> bool {
+        false
+    }
+
+    fn index(&mut self) -> Option<i32> {
+        None
+    }
+
+    fn steps(&mut self) -> Option<i16> {
+        Some(0)
+    }
+
+    fn voltage(&mut self) -> Option<f32> {
+        Some(0.0)
+    }
+
     fn next_is_due(&self) -> bool {
         false
     }

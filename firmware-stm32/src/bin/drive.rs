@@ -9,9 +9,11 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{entry, exception};
+use drive_chip::analogue_input::AnalogueInput;
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
+use drive_chip::step_input::StepInput;
 use drive_chip::watchdog::Watchdog;
 use drive_chip::{Mmio, interrupts, sample_timer};
 use drive_link::State;
@@ -40,6 +42,8 @@ struct Wiring {
     encoder: Encoder,
     output: Output,
     inputs: Inputs<Mmio>,
+    steps: StepInput<Mmio>,
+    analogue: AnalogueInput<Mmio>,
     watchdog: Watchdog<Mmio>,
 }
 
@@ -61,6 +65,26 @@ impl Chip for Wiring {
     #[inline]
     fn servo(&mut self) -> (&mut Encoder, &mut Output) {
         (&mut self.encoder, &mut self.output)
+    }
+
+    #[inline]
+    fn home_switch_is_closed(&self) -> bool {
+        self.inputs.home_switch_is_closed()
+    }
+
+    #[inline]
+    fn index(&mut self) -> Option<i32> {
+        self.encoder.index()
+    }
+
+    #[inline]
+    fn steps(&mut self) -> Option<i16> {
+        self.steps.steps()
+    }
+
+    #[inline]
+    fn voltage(&mut self) -> Option<f32> {
+        self.analogue.voltage()
     }
 
     #[inline]
@@ -155,6 +179,8 @@ fn background(
     let Wired {
         encoder,
         inputs,
+        steps,
+        analogue,
         timer,
         mut line,
         port,
@@ -177,6 +203,8 @@ fn background(
             encoder,
             output,
             inputs,
+            steps,
+            analogue,
             watchdog,
         },
     });

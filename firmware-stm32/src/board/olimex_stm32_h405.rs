@@ -3,11 +3,15 @@
 //! | pin | what | towards |
 //! |---|---|---|
 //! | PC6, PC7 | encoder A and B (TIM3), pulled up | encoder |
+//! | PC8 | encoder index (TIM3 channel 3), pulled up: a rising edge counts | encoder |
 //! | PA8 | PWM, 20 kHz (TIM1 channel 1) | amplifier |
 //! | PB14 | direction, high is positive (TIM1 channel 2, complementary) | amplifier |
 //! | PB15 | enable, high is on; pull it down outside | amplifier, brake |
 //! | PB12 | fault (TIM1 break), pulled up: low is healthy | amplifier |
 //! | PC0, PC1 | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
+//! | PC2 | home switch, pulled up: closed to ground is at home | switch |
+//! | PB6, PB7 | step and direction (TIM4), pulled up, 3.3 V or open collector | controller |
+//! | PA1 | command of ±10 V (ADC1), over three resistors | controller |
 //! | PA2, PA3 | serial line, out and in (USART2), 1 Mbaud, 3.3 V | host |
 //! | PA5, PA7, PA4 | with the feature `dac`: clock, data and select of an AD5761 (SPI1) | DAC |
 
@@ -19,12 +23,16 @@ use drive_chip::pins::{Pin, Port};
 pub const BOARD: Board = Board {
     oscillator: Oscillator::crystal(8_000_000),
     encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
+    index: Pin::new(Port::C, 8),
     pwm: Pin::new(Port::A, 8),
     direction: Pin::new(Port::B, 14),
     enable: Pin::new(Port::B, 15),
     fault: Pin::new(Port::B, 12),
     low_switch: Pin::new(Port::C, 0),
     high_switch: Pin::new(Port::C, 1),
+    home_switch: Pin::new(Port::C, 2),
+    step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
+    analogue: Pin::new(Port::A, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
     records: Sectors::starting_at(1),
 };

@@ -1,5 +1,7 @@
 //! The simulated servo behind encoder, output stage and lines of a chip.
 
+use std::f64::consts::TAU;
+
 use drive_logic::{Chip, Lines};
 use identifier_core::commission::{CommissionInputs, Reason};
 use identifier_core::drive::{Actuator, PositionSensor};
@@ -16,7 +18,16 @@ pub(super) struct SimulatedChip {
     output: Held,
     stop: Option<Reason>,
     late: bool,
+    /// The count at the last index pulse, to a sample, and the revolution that it began.
+    index: Option<i32>,
+    revolution: f64,
 }
+
+/// The home switch is closed below this position, rad from the start.
+const HOME_SWITCH: f64 = -2.0;
+
+/// An index pulse, rad from the start; one more in every revolution.
+const INDEX: f64 = -1.0;
 
 /// The count at the beginning of the sample; `None` for an invalid reading.
 pub(super) struct Reading(Option<i32>);
@@ -34,6 +45,8 @@ impl SimulatedChip {
             output: Held(None),
             stop: None,
             late: false,
+            index: None,
+            revolution: 0.0,
         }
     }
 }
@@ -44,6 +57,11 @@ impl SimulatedPins for SimulatedChip {
         self.reading = Reading(count);
         self.stop = stop;
         self.late = late;
+        let revolution = ((self.axis.position() - INDEX) / TAU).floor();
+        let before = std::mem::replace(&mut self.revolution, revolution);
+        if before.to_bits() != revolution.to_bits() {
+            self.index = count;
+        }
     }
 
     /// After a whole number of the axis's steps.
@@ -75,6 +93,24 @@ impl Chip for SimulatedChip {
 
     fn servo(&mut self) -> (&mut Reading, &mut Held) {
         (&mut self.reading, &mut self.output)
+    }
+
+    fn home_switch_is_closed(&self) -> bool {
+        self.axis.position() < HOME_SWITCH
+    }
+
+    fn index(&mut self) -> Option<i32> {
+        self.index.take()
+    }
+
+    /// Nothing is connected to it.
+    fn steps(&mut self) -> Option<i16> {
+        Some(0)
+    }
+
+    /// Nothing is connected to it.
+    fn voltage(&mut self) -> Option<f32> {
+        Some(0.0)
     }
 
     fn next_is_due(&self) -> bool {

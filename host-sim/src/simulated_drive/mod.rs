@@ -12,7 +12,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings};
+use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings, TargetSource};
 use drive_logic::{
     Channel, Chip, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
 };
@@ -248,5 +248,7 @@ fn example(core: identifier_core::Settings) -> Settings {
             hold: 0.05,
         },
         protection: Protection::OF_A_BARE_MOTOR,
+        homing: None,
+        source: TargetSource::Line,
     }
 }

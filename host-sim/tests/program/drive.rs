@@ -483,3 +483,67 @@ fn an_interruption_stops_a_commissioning() {
     assert!(why.contains("reason 170:"), "{why}");
     assert!(person.drive.with(|around| around.held).is_none());
 }
+
+#[test]
+fn an_axis_is_driven_home_and_its_targets_come_from_where_they_are_configured_to() {
+    let person = Person::before_a_drive("homing");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    let configure = "configure my-servo.toml --travel 2 --pace 1 --speed 20 --link-timeout 20";
+
+    // Without a way home.
+    let refused = person.fails(2, &format!("{configure} --home-approach 0.1"));
+    assert!(refused.contains("--home-seek begins one"), "{refused}");
+    person.does(configure);
+    let start = person.begins("start --home");
+    let (status, _, why) = Person::ends(start);
+    assert_eq!(status, Some(1), "{why}");
+    assert!(why.contains("--home-seek first"), "{why}");
+    person.does("stop");
+
+    // The switch closes 0.2 rad below the start.
+    let refused = person.fails(2, &format!("{configure} --home-seek -1 --home-offset 3"));
+    assert!(refused.contains("homing.offset"), "{refused}");
+    person.does(&format!("{configure} --home-seek -1 --home-offset 0.1"));
+    let answer = person.does("status");
+    assert!(
+        answer.contains("homes at -1 rad/s, to the switch at 0.1 rad/s"),
+        "{answer}"
+    );
+    assert!(answer.contains("not homed"), "{answer}");
+    let answer = person.does("start --home --for 1");
+    assert!(
+        answer.contains("homed: positions count from the origin"),
+        "{answer}"
+    );
+    assert!(person.does("status").contains("\nhomed: "));
+    let position = drive.with(|around| around.position);
+    assert!((position + 0.2).abs() < 0.05, "{position}");
+
+    // Options that are not given stay, and a speed of 0 takes the way home away.
+    person.does(&format!("{configure} --home-offset 0.2"));
+    let answer = person.does("status");
+    assert!(
+        answer.contains("the origin is 0.2 rad from there"),
+        "{answer}"
+    );
+    assert!(answer.contains("not homed"), "{answer}");
+    person.does(&format!("{configure} --home-seek 0 --source steps:0.001"));
+    let answer = person.does("status");
+    assert!(!answer.contains("homes at"), "{answer}");
+    assert!(
+        answer.contains("targets come from the step input, 0.001 rad each"),
+        "{answer}"
+    );
+    let refused = person.fails(2, &format!("{configure} --source voltage:2.1"));
+    assert!(refused.contains("source.range"), "{refused}");
+    let refused = person.fails(2, &format!("{configure} --source pulses"));
+    assert!(refused.contains("steps:RAD"), "{refused}");
+
+    let start = person.begins("start --for 5");
+    drive.wait_until_driven();
+    let refused = person.fails(1, "target 0.1");
+    assert!(refused.contains("--source line"), "{refused}");
+    person.does("stop");
+    Person::ends(start);
+}

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use crate::support::simulated_drive::SERVO;
 use drive_link::{
-    Dither, Ended, Estimates, Fault, Format, Kept, Law, LoopSettings, Noticed, PROTOCOL, Progress,
-    Protection, Report, Settings, Snapshot, State as Does, Status,
+    Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed, PROTOCOL,
+    Progress, Protection, Report, Settings, Snapshot, State as Does, Status, TargetSource,
 };
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
@@ -35,6 +35,8 @@ fn settings() -> Settings {
             hold: 0.05,
         },
         protection: Protection::OF_A_BARE_MOTOR,
+        homing: None,
+        source: TargetSource::Line,
     }
 }
 
@@ -48,6 +50,7 @@ fn status(state: Does) -> Status {
         commissioning: None,
         gains: None,
         command_delay: 0.0,
+        home: Home::Unknown,
         estimates: None,
         noticed: Noticed::default(),
         overruns: 0,

@@ -55,6 +55,13 @@ impl<R: CounterRegister> Counter<R> {
         self.count
     }
 
+    /// The count at which the register has a value, within half of its range from the last reading.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, register: R) -> i32 {
+        self.count.wrapping_add(register.moved_since(self.register))
+    }
+
     /// The count at the last reading.
     #[must_use]
     pub fn count(&self) -> i32 {

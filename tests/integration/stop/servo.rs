@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits};
@@ -56,6 +56,8 @@ pub(super) fn settings(rate: u32) -> Settings {
             link_timeout: 0.0,
             stop_time: 0.5,
         },
+        homing: None,
+        source: TargetSource::Line,
     }
 }
 
@@ -136,6 +138,22 @@ impl<'a> Chip for Pins<'a> {
 
     fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output) {
         (&mut self.sensor, &mut self.output)
+    }
+
+    fn home_switch_is_closed(&self) -> bool {
+        false
+    }
+
+    fn index(&mut self) -> Option<i32> {
+        None
+    }
+
+    fn steps(&mut self) -> Option<i16> {
+        Some(0)
+    }
+
+    fn voltage(&mut self) -> Option<f32> {
+        Some(0.0)
     }
 
     fn next_is_due(&self) -> bool {

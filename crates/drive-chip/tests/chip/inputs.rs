@@ -23,3 +23,17 @@ fn every_line_that_is_not_closed_to_ground_is_a_fault_of_its_own() {
         }
     }
 }
+
+#[test]
+fn the_home_switch_is_closed_by_ground_alone() {
+    let chip = healthy();
+    let inputs = wired(&chip).inputs;
+    for (line, closed) in [
+        (Line::Open, false),
+        (Line::Ground, true),
+        (Line::Supply, false),
+    ] {
+        chip.drive(2, 2, line);
+        assert_eq!(inputs.home_switch_is_closed(), closed, "{line:?}");
+    }
+}

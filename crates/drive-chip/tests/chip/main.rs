@@ -1,5 +1,6 @@
 //! The drivers against a model of the chip.
 
+mod analogue_input;
 mod clock;
 mod flash;
 mod inputs;
@@ -11,6 +12,7 @@ mod pwm;
 mod quadrature;
 mod sample_timer;
 mod serial;
+mod step_input;
 mod supply;
 mod watchdog;
 mod wiring;
@@ -26,12 +28,16 @@ use model::{Chip, Line, Source};
 pub(crate) const BOARD: Board = Board {
     oscillator: Oscillator::crystal(8_000_000),
     encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
+    index: Pin::new(Port::C, 8),
     pwm: Pin::new(Port::A, 8),
     direction: Pin::new(Port::B, 14),
     enable: Pin::new(Port::B, 15),
     fault: Pin::new(Port::B, 12),
     low_switch: Pin::new(Port::C, 0),
     high_switch: Pin::new(Port::C, 1),
+    home_switch: Pin::new(Port::C, 2),
+    step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
+    analogue: Pin::new(Port::A, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
     records: Sectors::starting_at(1),
 };

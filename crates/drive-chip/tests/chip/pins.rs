@@ -9,16 +9,21 @@ use crate::{healthy, wired};
 fn every_pin_has_the_function_of_its_board() {
     let chip = healthy();
     let pins = [
+        ((0, 1), Mode::Analog, Pull::None),
         ((0, 2), Mode::Alternate(7), Pull::None),
         ((0, 3), Mode::Alternate(7), Pull::Up),
         ((0, 8), Mode::Alternate(1), Pull::None),
+        ((1, 6), Mode::Alternate(2), Pull::Up),
+        ((1, 7), Mode::Alternate(2), Pull::Up),
         ((1, 12), Mode::Alternate(1), Pull::Up),
         ((1, 14), Mode::Alternate(1), Pull::None),
         ((1, 15), Mode::Output, Pull::None),
         ((2, 0), Mode::Input, Pull::Up),
         ((2, 1), Mode::Input, Pull::Up),
+        ((2, 2), Mode::Input, Pull::Up),
         ((2, 6), Mode::Alternate(2), Pull::Up),
         ((2, 7), Mode::Alternate(2), Pull::Up),
+        ((2, 8), Mode::Alternate(2), Pull::Up),
     ];
     for ((port, number), mode, _) in pins {
         if mode != Mode::Output {
@@ -38,7 +43,7 @@ fn every_pin_has_the_function_of_its_board() {
     for (port, number) in [(0, 13), (0, 14), (0, 15), (1, 3), (1, 4)] {
         assert_eq!(chip.pins.mode(port, number), Mode::Alternate(0));
     }
-    for (port, number) in [(0, 0), (0, 7), (1, 11), (1, 13), (2, 5), (2, 8)] {
+    for (port, number) in [(0, 0), (0, 7), (1, 11), (1, 13), (2, 5), (2, 9)] {
         assert_eq!(chip.pins.mode(port, number), Mode::Input);
         assert_eq!(chip.pins.pull(port, number), Pull::None);
     }

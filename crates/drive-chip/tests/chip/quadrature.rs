@@ -17,6 +17,31 @@ fn every_edge_counts_through_any_wrap() {
 }
 
 #[test]
+fn the_index_captures_the_count_of_its_edge() {
+    let chip = healthy();
+    let mut encoder = wired(&chip).encoder;
+    assert_eq!(encoder.index(), None);
+    for (turned, on) in [
+        (100, 30),
+        (-40, -7),
+        (32_000, 500),
+        (32_000, 500),
+        (32_000, 500),
+    ] {
+        let before = encoder.count().unwrap_or_default();
+        chip.timers.turn(turned);
+        chip.timers.index();
+        chip.timers.turn(on);
+        // Before the sample reads the count, and after it.
+        if turned > 0 {
+            assert_eq!(encoder.count(), Ok(before + turned + on));
+        }
+        assert_eq!(encoder.index(), Some(before + turned));
+        assert_eq!(encoder.index(), None, "once");
+    }
+}
+
+#[test]
 fn the_input_filters_give_the_stated_count_rate() {
     let chip = healthy();
     let _wired = wired(&chip);

@@ -59,8 +59,8 @@ pub(crate) struct Handover {
     pub(crate) last: ControlSample<f32>,
     /// The count of that sample.
     pub(crate) count: i32,
-    /// The count at which its loop was started: targets and travel are counted from there.
-    pub(crate) started_at: i32,
+    /// The count from which targets and travel count.
+    pub(crate) origin: i32,
     /// The count at which the servo rested before, and is to rest again.
     pub(crate) rest_count: i32,
 }

@@ -28,7 +28,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
             return Ok(());
         }
         let replaces_run = self.state() == State::Running && !self.is_stopping();
-        if !replaces_run {
+        if replaces_run {
+            self.must_not_be_homing()?;
+        } else {
             self.must_be_ready()?;
         }
         let commissioning = self.commissioning(given).map_err(Refusal::Setting)?;

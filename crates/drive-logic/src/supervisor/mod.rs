@@ -11,6 +11,7 @@ use core::fmt;
 
 use drive_link::{
     Command, Ended, Estimates, Fault, Kept, Outcome, Refusal, Report, Request, Settings, State,
+    TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase};
@@ -23,6 +24,7 @@ use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
 use crate::commissioning::Commissioning;
+use crate::guide::Origin;
 use crate::messages::{Mode, Order};
 use crate::protection::reach;
 use crate::run::Run;
@@ -53,6 +55,8 @@ pub struct Supervisor<'a, F> {
     requested: Option<CommissionSettings>,
     phase: Phase,
     outcome: Option<Outcome>,
+    /// The origin of targets and travel, by the last report.
+    origin: Origin,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
     /// The settings that hold are to be saved as soon as the servo is disabled.
@@ -115,6 +119,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             requested: None,
             phase: Phase::Idle,
             outcome: record.as_ref().and_then(Self::outcome_in),
+            origin: Origin::Start,
             awaits_resume: false,
             save_pending: false,
             commissioned: record.and_then(|record| record.commissioned),
@@ -256,6 +261,12 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     self.estimates = None;
                     self.commissioned = None;
                 }
+                let resolution = |of: &Settings| of.closed_loop.core.resolution.to_bits();
+                if settings.homing != self.settings.homing
+                    || resolution(&settings) != resolution(&self.settings)
+                {
+                    self.origin = Origin::Start;
+                }
                 self.settings = settings;
                 self.configured = true;
                 self.set_disabled_patience(DISABLED_PATIENCE);
@@ -268,11 +279,24 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.start(listen)?;
             }
             Command::Target(radians) => {
-                if self.state() != State::Running || self.is_stopping() {
-                    return Err(Refusal::NotRunning);
+                self.must_be_running()?;
+                if self.settings.source != TargetSource::Line {
+                    return Err(Refusal::TargetsFromOutside);
                 }
+                self.must_not_be_homing()?;
                 let target = Order::Target(self.counts(radians)?);
                 self.order(target)?;
+            }
+            Command::Home => {
+                self.must_be_running()?;
+                if self.settings.homing.is_none() {
+                    return Err(Refusal::NoHoming);
+                }
+                // Repeated, it is under way already.
+                if self.origin != Origin::Sought {
+                    self.order(Order::Home)?;
+                    self.origin = Origin::Sought;
+                }
             }
             Command::Stop => {
                 if !self.channel.decode_stop() {
@@ -304,6 +328,22 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         } else {
             Ok(())
         }
+    }
+
+    /// The loop is closed, and stays so.
+    fn must_be_running(&self) -> Result<(), Refusal> {
+        if self.state() != State::Running || self.is_stopping() {
+            return Err(Refusal::NotRunning);
+        }
+        Ok(())
+    }
+
+    /// Not on the way home.
+    fn must_not_be_homing(&self) -> Result<(), Refusal> {
+        if self.origin == Origin::Sought {
+            return Err(Refusal::Homing);
+        }
+        Ok(())
     }
 
     /// Disabled and configured.
@@ -338,7 +378,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn take_back(&mut self, order: Order) {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.free(mode),
-            Order::Target(_) | Order::Clear | Order::Watch(_) => {}
+            Order::Target(_) | Order::Home | Order::Clear | Order::Watch(_) => {}
         }
     }
 

@@ -15,7 +15,7 @@ use crate::closed_loop::FORMAT;
 use crate::run::Run;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
-pub(super) const VERSION: u16 = 4;
+pub(super) const VERSION: u16 = 5;
 
 /// All of it, so that nothing of one record ever holds beside something of another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -129,7 +129,7 @@ impl Commissioned {
 
 #[cfg(test)]
 mod tests {
-    use drive_link::{Dither, LoopSettings, Protection};
+    use drive_link::{Dither, Homing, LoopSettings, Protection, TargetSource};
     use identifier_core::parameters::PerParameter;
     use identifier_core::settings::{BoxSettings, RangeSettings, TermSettings};
     use identifier_core::tuning::{Cap, Promise};
@@ -192,6 +192,14 @@ mod tests {
                 link_timeout: ANY,
                 stop_time: ANY,
             },
+            homing: Some(Homing {
+                seek: ANY,
+                approach: ANY,
+                clearance: ANY,
+                index: true,
+                offset: ANY,
+            }),
+            source: TargetSource::Steps { step: ANY },
         }
     }
 

@@ -1,11 +1,12 @@
 //! The reports of the background.
 
-use drive_link::{PROTOCOL, Progress, Report, Snapshot, Status};
+use drive_link::{Fault, PROTOCOL, Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::parameters::IdentifiedServo;
 
 use super::Supervisor;
 use crate::closed_loop::Learnt;
+use crate::guide::Origin;
 use crate::messages::{Event, InterruptState, Mode};
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, RunSample};
@@ -44,11 +45,17 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.stops = state.stops;
         self.phase = state.phase.unwrap_or(self.phase);
         self.awaits_resume = state.awaits_resume;
+        self.origin = state.origin.unwrap_or(self.origin);
         match state.returned {
             Some(Mode::Run(run)) => {
                 if run.has_run() {
                     self.take_in_all(run);
                 }
+                self.origin = if state.fault.is_some_and(loses_count) {
+                    Origin::Start
+                } else {
+                    run.origin().after_run()
+                };
                 self.free(Mode::Run(run));
                 self.save_if_pending();
             }
@@ -67,6 +74,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             commissioning: self.last_commissioning(),
             gains: self.gains(),
             command_delay: self.stage.command_delay as f32,
+            home: self.origin.home(),
             estimates: self.estimates,
             noticed: self.counts.noticed,
             overruns: self.counts.overruns,
@@ -122,4 +130,16 @@ impl<F: NorFlash> Supervisor<'_, F> {
             gain: self.solver.servo().map(gain),
         }
     }
+}
+
+/// True for a fault after which the encoder's count may no longer be that of the axis.
+fn loses_count(fault: Fault) -> bool {
+    matches!(
+        fault,
+        Fault::EncoderLost
+            | Fault::EncoderSilent
+            | Fault::EncoderStuck
+            | Fault::EncoderJumped
+            | Fault::OutOfReach
+    )
 }

@@ -89,7 +89,11 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     fn order_run(&mut self, prepared: Prepared, order: fn(Mode) -> Order) -> Result<(), Refusal> {
-        let Prepared { run, begun_from } = prepared;
+        let Prepared {
+            mut run,
+            begun_from,
+        } = prepared;
+        run.set_origin(self.origin);
         let Some(slot) = self.run_slot.take() else {
             return Err(Refusal::Busy);
         };

@@ -5,10 +5,11 @@
 pub(crate) mod drive;
 pub(crate) mod commission;
 
+use core::f64::consts::TAU;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -64,6 +65,8 @@ pub(crate) fn settings() -> Settings {
             link_timeout: 0.0,
             stop_time: 0.5,
         },
+        homing: None,
+        source: TargetSource::Line,
     }
 }
 
@@ -200,6 +203,16 @@ pub(crate) struct Bench {
     pub(crate) held: Cell<Option<f32>>,
     pub(crate) lines: Cell<Lines>,
     pub(crate) late: Cell<bool>,
+    /// Where the home switch is closed, rad.
+    pub(crate) home_switch: RefCell<std::ops::Range<f64>>,
+    /// Place of an index pulse, rad; there is one in every revolution.
+    pub(crate) index_at: Cell<Option<f64>>,
+    /// Count of the last one.
+    pub(crate) index: Cell<Option<i32>>,
+    /// Steps that were not read yet; none if they are unclear.
+    pub(crate) steps: Cell<Option<i16>>,
+    /// Voltage, parts of 10 V; none if it is invalid.
+    pub(crate) voltage: Cell<Option<f32>>,
     /// Number of times that the watchdog was fed.
     pub(crate) fed: Cell<u32>,
 }
@@ -222,6 +235,11 @@ impl Bench {
             held: Cell::new(None),
             lines: Cell::new(HEALTHY),
             late: Cell::new(false),
+            home_switch: RefCell::new(0.0..0.0),
+            index_at: Cell::new(None),
+            index: Cell::new(None),
+            steps: Cell::new(Some(0)),
+            voltage: Cell::new(Some(0.0)),
             fed: Cell::new(0),
         }
     }
@@ -243,7 +261,17 @@ impl Bench {
     /// Advances by a sample.
     pub(crate) fn pass(&self) {
         let command = self.held.get().unwrap_or(0.0);
-        self.plant.borrow_mut().advance(f64::from(command));
+        let mut plant = self.plant.borrow_mut();
+        let before = plant.position;
+        plant.advance(f64::from(command));
+        if let Some(index_at) = self.index_at.get() {
+            let turns = |position: f64| ((position - index_at) / TAU).floor();
+            let last = turns(before.max(plant.position));
+            if last > turns(before.min(plant.position)) {
+                let count = self.encoder.read(index_at + TAU * last) as i32;
+                self.index.set(Some(self.first.wrapping_add(count)));
+            }
+        }
     }
 }
 
@@ -274,6 +302,23 @@ impl<'a> Chip for Pins<'a> {
 
     fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output) {
         (&mut self.sensor, &mut self.actuator)
+    }
+
+    fn home_switch_is_closed(&self) -> bool {
+        let place = self.bench.plant.borrow().position;
+        self.bench.home_switch.borrow().contains(&place)
+    }
+
+    fn index(&mut self) -> Option<i32> {
+        self.bench.index.take()
+    }
+
+    fn steps(&mut self) -> Option<i16> {
+        self.bench.steps.replace(Some(0))
+    }
+
+    fn voltage(&mut self) -> Option<f32> {
+        self.bench.voltage.get()
     }
 
     fn next_is_due(&self) -> bool {

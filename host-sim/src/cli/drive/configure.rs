@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use drive_link::{Command, Settings};
+use drive_link::{Command, Homing, Settings, TargetSource};
 
 use super::fault;
 use crate::cli::fault::Fault;
@@ -39,6 +39,36 @@ pub(super) struct Arguments {
     /// Longest time to come to rest at the end of a run, s.
     #[arg(long, value_name = "S")]
     stop_time: Option<f64>,
+    /// Velocity at which the home switch is sought, rad/s, negative for one at the lower end; 0 for an axis without a
+    /// home position.
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    home_seek: Option<f64>,
+    /// Speed at which the home switch is left and approached, rad/s; a tenth of the velocity of seeking if it was never
+    /// given.
+    #[arg(long, value_name = "RAD/S")]
+    home_approach: Option<f64>,
+    /// Largest distance in which the home switch must open when the axis drives off it, rad; half a radian if it was
+    /// never given.
+    #[arg(long, value_name = "RAD")]
+    home_clearance: Option<f64>,
+    /// The home position: where the switch closes, or the first index pulse of the encoder behind it.
+    #[arg(long, value_name = "PLACE")]
+    home_at: Option<HomeAt>,
+    /// The origin of targets and travel, rad from the home position.
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
+    home_offset: Option<f64>,
+    /// Where targets come from: line, steps:RAD (a step moves the target by that) or voltage:RAD (the target at 10 V).
+    #[arg(long, value_name = "SOURCE", value_parser = source)]
+    source: Option<TargetSource>,
+}
+
+/// The home position of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum HomeAt {
+    /// Where the home switch closes.
+    Switch,
+    /// The first index pulse behind the home switch.
+    Index,
 }
 
 impl Arguments {
@@ -65,7 +95,66 @@ impl Arguments {
         ] {
             *place = given.unwrap_or(*place);
         }
+        settings.homing = self.homing(settings.homing)?;
+        settings.source = self.source.unwrap_or(settings.source);
         Ok(settings)
+    }
+
+    /// The drive's way home with the options applied.
+    fn homing(&self, now: Option<Homing>) -> Result<Option<Homing>, Fault> {
+        const APPROACH_SHARE: f64 = 0.1;
+        const CLEARANCE: f64 = 0.5;
+        let begun = |seek: f64| Homing {
+            seek,
+            approach: APPROACH_SHARE * seek.abs(),
+            clearance: CLEARANCE,
+            index: false,
+            offset: 0.0,
+        };
+        let mut homing = match (self.home_seek, now) {
+            (Some(0.0), _) => return Ok(None),
+            (Some(seek), Some(now)) => Homing { seek, ..now },
+            (Some(seek), None) => begun(seek),
+            (None, Some(now)) => now,
+            (None, None) => {
+                let is_given = self.home_approach.is_some()
+                    || self.home_clearance.is_some()
+                    || self.home_at.is_some()
+                    || self.home_offset.is_some();
+                if is_given {
+                    return Err(Fault::Input(
+                        "the drive has no way home yet: --home-seek begins one".to_owned(),
+                    ));
+                }
+                return Ok(None);
+            }
+        };
+        for (place, given) in [
+            (&mut homing.approach, self.home_approach),
+            (&mut homing.clearance, self.home_clearance),
+            (&mut homing.offset, self.home_offset),
+        ] {
+            *place = given.unwrap_or(*place);
+        }
+        if let Some(at) = self.home_at {
+            homing.index = at == HomeAt::Index;
+        }
+        Ok(Some(homing))
+    }
+}
+
+fn source(text: &str) -> Result<TargetSource, String> {
+    let wrong = || "it is line, steps:RAD or voltage:RAD, as steps:0.001".to_owned();
+    let number = |text: &str| text.parse::<f64>().map_err(|_| wrong());
+    match text.split_once(':') {
+        None if text == "line" => Ok(TargetSource::Line),
+        Some(("steps", step)) => Ok(TargetSource::Steps {
+            step: number(step)?,
+        }),
+        Some(("voltage", range)) => Ok(TargetSource::Voltage {
+            range: number(range)?,
+        }),
+        _ => Err(wrong()),
     }
 }
 

@@ -3,6 +3,7 @@
 mod commission;
 mod configure;
 mod follow;
+mod home;
 mod monitor;
 mod plan;
 mod simulate;
@@ -40,6 +41,8 @@ enum Verb {
         /// Position, rad from where the servo started.
         radians: f64,
     },
+    /// Drive the axis home: targets and travel count from its origin afterwards. The loop must be closed.
+    Home,
     /// Release the servo: the output stage is disabled, the servo coasts.
     Stop,
     /// Clear a fault whose cause is gone.
@@ -96,6 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Verb::Configure(configure) => configure.run(&mut client),
         Verb::Start(start) => start.run(&mut client),
         Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),
+        Verb::Home => home::run(&mut client),
         Verb::Stop => client.stop().map_err(fault),
         Verb::Clear => client.ask(Command::Clear).map_err(fault),
         Verb::Save => client.ask(Command::Save).map_err(fault),

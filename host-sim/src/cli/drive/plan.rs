@@ -138,5 +138,7 @@ fn unconfigured(
             pace: 0.2 * order.limits.speed,
             ..example.protection
         },
+        homing: example.homing,
+        source: example.source,
     }
 }

@@ -4,6 +4,7 @@ use drive_link::{Command, Ended, Settings, State};
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
+use super::home;
 use super::status::{estimates_line, snapshot_line};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
@@ -18,6 +19,9 @@ pub(super) struct Arguments {
     /// interrupted: the drive then comes to rest when its link timeout has passed.
     #[arg(long = "for", value_name = "S", value_parser = positive, conflicts_with = "leave")]
     time: Option<f64>,
+    /// Drive the axis home first.
+    #[arg(long)]
+    home: bool,
     /// Leave the drive running unattended; only with a link timeout of 0.
     #[arg(long)]
     leave: bool,
@@ -33,12 +37,16 @@ impl Arguments {
         let link_timeout = protection.link_timeout;
         if self.leave {
             may_be_left(link_timeout)?;
-            return client.start().map_err(fault);
+            client.start().map_err(fault)?;
+            return if self.home { home::run(client) } else { Ok(()) };
         }
         let every = samples_in(LINE_INTERVAL, closed_loop.core.sample_time);
         client.ask(Command::Watch(every)).map_err(fault)?;
         client.start().map_err(fault)?;
         client.keep_alive(link_timeout);
+        if self.home {
+            home::run(client)?;
+        }
         // An output that cannot be written is no reason to leave a running drive alone.
         let mut printed = if link_timeout > 0.0 {
             show!("running; it comes to rest when this program has ended for {link_timeout} s")

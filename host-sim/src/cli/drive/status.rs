@@ -55,6 +55,7 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         Some(estimates) => show!("knows: {}", estimates_line(estimates))?,
         None => show!("the servo is not identified yet")?,
     }
+    show!("{}", status.home)?;
     if !status.configured {
         show!("not configured: it does not start; what follows is an example")?;
     }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use host_sim::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
 use identifier_core::ControllerSettings;
@@ -54,6 +54,8 @@ pub(crate) fn built_in(law: Law) -> Settings {
             hold: 0.05,
         },
         protection: Protection::OF_A_BARE_MOTOR,
+        homing: None,
+        source: TargetSource::Line,
     }
 }
 
@@ -249,6 +251,9 @@ impl Actuator<f32> for Held {
     }
 }
 
+/// The home switch is closed below this position, rad.
+const HOME: f64 = -0.2;
+
 impl Chip for Axis<'_> {
     type Sensor = Servo;
     type Output = Held;
@@ -264,6 +269,22 @@ impl Chip for Axis<'_> {
 
     fn servo(&mut self) -> (&mut Servo, &mut Held) {
         (&mut self.servo, &mut self.stage)
+    }
+
+    fn home_switch_is_closed(&self) -> bool {
+        self.servo.plant.position < HOME
+    }
+
+    fn index(&mut self) -> Option<i32> {
+        None
+    }
+
+    fn steps(&mut self) -> Option<i16> {
+        Some(0)
+    }
+
+    fn voltage(&mut self) -> Option<f32> {
+        Some(0.0)
     }
 
     fn next_is_due(&self) -> bool {

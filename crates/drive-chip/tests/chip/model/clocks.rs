@@ -184,6 +184,8 @@ impl Clocks {
             Peripheral::Port(2) => ahb1.gpiocen().is_enabled(),
             Peripheral::Port(_) => false,
             Peripheral::Tim1 => apb2.tim1en().is_enabled(),
+            Peripheral::Tim4 => apb1.tim4en().is_enabled(),
+            Peripheral::Adc1 => apb2.adc1en().is_enabled(),
             Peripheral::Tim3 => apb1.tim3en().is_enabled(),
             Peripheral::Tim5 => apb1.tim5en().is_enabled(),
             Peripheral::Usart2 => apb1.usart2en().is_enabled(),
@@ -208,6 +210,12 @@ impl Clocks {
         }
         if apb1.tim3rst().bit() {
             chip.timers.reset(Peripheral::Tim3);
+        }
+        if apb1.tim4rst().bit() {
+            chip.timers.reset(Peripheral::Tim4);
+        }
+        if apb2.adcrst().bit() {
+            chip.adc.reset();
         }
         if apb1.tim5rst().bit() {
             chip.timers.reset(Peripheral::Tim5);
@@ -347,7 +355,9 @@ pub(crate) enum Peripheral {
     Port(usize),
     Tim1,
     Tim3,
+    Tim4,
     Tim5,
+    Adc1,
     Usart2,
     Dma1,
 }

@@ -4,6 +4,7 @@
 //! through the constants of the drivers. An access that would damage or hang a chip panics, with the section
 //! of RM0090.
 
+mod adc;
 mod block;
 mod clocks;
 mod memory;
@@ -31,6 +32,7 @@ pub(crate) struct Chip {
     pub(crate) clocks: clocks::Clocks,
     pub(crate) pins: pins::Pins,
     pub(crate) timers: timers::Timers,
+    pub(crate) adc: adc::Adc,
     pub(crate) usart: usart::Usart,
     pub(crate) watchdog: watchdog::Watchdog,
     pub(crate) memory: memory::Memory,
@@ -44,6 +46,8 @@ pub(crate) struct Chip {
     /// Barriers at which pending interrupts are taken.
     pub(crate) barriers: Cell<u32>,
     now: Cell<u64>,
+    /// Happens once, after the next read of a timer.
+    while_reading: Cell<Option<fn(&Chip)>>,
 }
 
 struct Nvic {
@@ -63,6 +67,7 @@ impl Chip {
             clocks: clocks::Clocks::new(source),
             pins: pins::Pins::new(),
             timers: timers::Timers::new(),
+            adc: adc::Adc::new(),
             usart: usart::Usart::new(),
             watchdog: watchdog::Watchdog::new(),
             memory: memory::Memory::new(),
@@ -79,6 +84,7 @@ impl Chip {
             alone: Cell::new(false),
             barriers: Cell::new(0),
             now: Cell::new(0),
+            while_reading: Cell::new(None),
         }
     }
 
@@ -87,6 +93,7 @@ impl Chip {
         let found = self.pins.find(address);
         found
             .or_else(|| self.timers.find(address))
+            .or_else(|| self.adc.find(address))
             .or_else(|| self.usart.find(address))
     }
 
@@ -99,9 +106,31 @@ impl Chip {
             _ if !self.clocks.reaches(peripheral) => {}
             Peripheral::Port(number) => self.pins.write(number, address, word, new),
             Peripheral::Usart2 | Peripheral::Dma1 => self.usart.write(address, word, new),
+            Peripheral::Adc1 => self.adc.write(address, word, new, &self.clocks),
             _ => self.timers.write(address, word, new),
         }
         true
+    }
+
+    /// Steps at the step input.
+    pub(crate) fn step(&self, steps: u32) {
+        self.timers.step(steps);
+    }
+
+    /// The direction line of the step input changes to a level.
+    pub(crate) fn direct(&self, high: bool) {
+        self.level_of_direction(high);
+        self.timers.direct();
+    }
+
+    /// The same, before its edge is through the filter.
+    pub(crate) fn level_of_direction(&self, high: bool) {
+        self.drive(1, 7, if high { Line::Supply } else { Line::Ground });
+    }
+
+    /// Has something happen after the next read of a timer.
+    pub(crate) fn while_reading(&self, event: fn(&Chip)) {
+        self.while_reading.set(Some(event));
     }
 
     /// Advances the time, s.
@@ -283,7 +312,14 @@ impl Bus for &Chip {
                 _ if !self.clocks.is_on(peripheral) => 0,
                 Peripheral::Port(number) => self.pins.read(number, address, word),
                 Peripheral::Usart2 | Peripheral::Dma1 => self.usart.read(address, word),
-                _ => word.get(),
+                Peripheral::Adc1 => self.adc.read(address, word, &self.pins),
+                _ => {
+                    let read = self.timers.read(address, word);
+                    if let Some(event) = self.while_reading.take() {
+                        event(self);
+                    }
+                    read
+                }
             };
         }
         self.watchdog

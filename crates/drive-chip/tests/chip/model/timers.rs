@@ -1,8 +1,8 @@
-//! TIM1, TIM3 and TIM5 (RM0090, 17 and 18).
+//! TIM1, TIM3, TIM4 and TIM5 (RM0090, 17 and 18).
 
 use std::cell::Cell;
 
-use stm32f4::stm32f405::{TIM1, TIM3, TIM5, tim1, tim3, tim5};
+use stm32f4::stm32f405::{TIM1, TIM3, TIM4, TIM5, tim1, tim3, tim5};
 
 use super::block::Block;
 use super::clocks::{Clocks, Peripheral};
@@ -24,6 +24,7 @@ pub(crate) enum Output {
 pub(crate) struct Timers {
     pub(crate) tim1: Block<tim1::RegisterBlock>,
     tim3: Block<tim3::RegisterBlock>,
+    tim4: Block<tim3::RegisterBlock>,
     pub(crate) tim5: Block<tim5::RegisterBlock>,
     /// Values in force; those in the registers take effect with the next update.
     top_1: Cell<u32>,
@@ -40,6 +41,7 @@ impl Timers {
         let timers = Self {
             tim1: Block::at(TIM1::ptr()),
             tim3: Block::at(TIM3::ptr()),
+            tim4: Block::at(TIM4::ptr()),
             tim5: Block::at(TIM5::ptr()),
             top_1: Cell::new(0),
             compare_1: Cell::new(0),
@@ -61,6 +63,7 @@ impl Timers {
                 self.top_1.set(0);
             }
             Peripheral::Tim3 => self.tim3.clear(),
+            Peripheral::Tim4 => self.tim4.clear(),
             _ => {
                 self.tim5.clear();
                 self.tim5.set(self.tim5.arr(), u32::MAX);
@@ -267,7 +270,8 @@ impl Timers {
             && tim3.smcr().read().sms().is_encoder_mode_3()
             && lines.cc1s().is_ti1()
             && lines.cc2s().is_ti2()
-            && tim3.get(tim3.ccer()) == 0;
+            // Of the encoder's channels.
+            && tim3.get(tim3.ccer()) & 0xff == 0;
         if counts {
             let top = i64::from(tim3.get(tim3.arr()));
             let count = (i64::from(tim3.get(tim3.cnt())) + i64::from(edges)).rem_euclid(top + 1);
@@ -275,9 +279,69 @@ impl Timers {
         }
     }
 
+    /// A rising edge of the encoder's index: channel 3 captures the count.
+    pub(crate) fn index(&self) {
+        let tim3 = &self.tim3;
+        let captures =
+            tim3.ccmr2_input().read().cc3s().is_ti3() && tim3.get(tim3.ccer()) & 0xb00 == 1 << 8;
+        if captures {
+            tim3.set(tim3.ccr3(), tim3.get(tim3.cnt()));
+            tim3.set(tim3.sr(), tim3.get(tim3.sr()) | 1 << 3);
+        }
+    }
+
+    /// Rising edges of the step line (18.3.3).
+    pub(crate) fn step(&self, edges: u32) {
+        let tim4 = &self.tim4;
+        let slave = tim4.smcr().read();
+        let counts = tim4.cr1().read().cen().is_enabled()
+            && slave.sms().is_ext_clock_mode()
+            && slave.ts().is_ti1fp1()
+            && tim4.ccmr1_input().read().cc1s().is_ti1()
+            // Rising edges.
+            && tim4.get(tim4.ccer()) & 0xa == 0;
+        if counts {
+            let top = tim4.get(tim4.arr());
+            tim4.set(tim4.cnt(), (tim4.get(tim4.cnt()) + edges) % (top + 1));
+        }
+    }
+
+    /// An edge of the direction line: channel 2 captures the count at both (18.3.5).
+    pub(crate) fn direct(&self) {
+        let tim4 = &self.tim4;
+        let captures =
+            tim4.ccmr1_input().read().cc2s().is_ti2() && tim4.get(tim4.ccer()) & 0xb0 == 0xb0;
+        if captures {
+            let flags = tim4.get(tim4.sr());
+            let over = if flags & 1 << 2 == 0 { 0 } else { 1 << 10 };
+            tim4.set(tim4.ccr2(), tim4.get(tim4.cnt()));
+            tim4.set(tim4.sr(), flags | 1 << 2 | over);
+        }
+    }
+
+    /// The time for which a level of the step and the direction line must stand, s.
+    pub(crate) fn step_filters(&self, clocks: &Clocks) -> [f64; 2] {
+        Self::filters(&self.tim4, clocks)
+    }
+
+    /// Reads a word: that of a capture clears its flag.
+    pub(crate) fn read(&self, address: u32, word: &Cell<u32>) -> u32 {
+        let (tim3, tim4) = (&self.tim3, &self.tim4);
+        if address == tim3.address(tim3.ccr3()) {
+            tim3.set(tim3.sr(), tim3.get(tim3.sr()) & !(1 << 3));
+        } else if address == tim4.address(tim4.ccr2()) {
+            tim4.set(tim4.sr(), tim4.get(tim4.sr()) & !(1 << 2));
+        }
+        word.get()
+    }
+
     /// The time for which a level of the encoder's lines must stand to be counted, s (18.4.7).
     pub(crate) fn encoder_filters(&self, clocks: &Clocks) -> [f64; 2] {
-        let lines = self.tim3.ccmr1_input().read();
+        Self::filters(&self.tim3, clocks)
+    }
+
+    fn filters(timer: &Block<tim3::RegisterBlock>, clocks: &Clocks) -> [f64; 2] {
+        let lines = timer.ccmr1_input().read();
         [lines.ic1f().bits(), lines.ic2f().bits()].map(|filter| {
             const SAMPLES: [u32; 16] = [1, 2, 4, 8, 6, 8, 6, 8, 6, 8, 5, 6, 8, 5, 6, 8];
             const DIVIDER: [u32; 16] = [1, 1, 1, 1, 2, 2, 4, 4, 8, 8, 16, 16, 16, 32, 32, 32];
@@ -291,13 +355,20 @@ impl Timers {
         let first = self.tim1.word(address).map(word(Peripheral::Tim1));
         first
             .or_else(|| self.tim3.word(address).map(word(Peripheral::Tim3)))
+            .or_else(|| self.tim4.word(address).map(word(Peripheral::Tim4)))
             .or_else(|| self.tim5.word(address).map(word(Peripheral::Tim5)))
     }
 
     /// Writes a word of theirs.
     pub(crate) fn write(&self, address: u32, word: &Cell<u32>, new: u32) {
         let (tim1, tim5) = (&self.tim1, &self.tim5);
-        if address == tim1.address(tim1.sr()) || address == tim5.address(tim5.sr()) {
+        let flags = [
+            tim1.address(tim1.sr()),
+            self.tim3.address(self.tim3.sr()),
+            self.tim4.address(self.tim4.sr()),
+            tim5.address(tim5.sr()),
+        ];
+        if flags.contains(&address) {
             // Zeros clear.
             word.set(word.get() & new);
             return;

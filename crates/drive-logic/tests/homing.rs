@@ -1,0 +1,391 @@
+//! Homing on a switch and on the encoder's index, and its bad inputs.
+
+#[macro_use]
+mod support;
+
+use core::f64::consts::{FRAC_PI_2, TAU};
+
+use drive_link::{Command, Fault, Home, Homing, Refusal, Report, Settings, State, TargetSource};
+use identifier_core::parameters::ServoParameters;
+use support::commission::{ORDER, outcome, over};
+use support::drive::{Drive, snapshots};
+use support::{Bench, COUNTS, Flash, settings};
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 10.0,
+    load: 0.0,
+};
+
+/// Angle of a count, rad.
+const A_COUNT: f64 = TAU / COUNTS;
+
+/// A switch at the lower end, and the origin in the middle of the travel.
+const HOMING: Homing = Homing {
+    seek: -3.0,
+    approach: 0.2,
+    clearance: 0.5,
+    index: false,
+    offset: 2.0,
+};
+
+fn homed_by(homing: Homing) -> Settings {
+    let mut wanted = settings();
+    wanted.protection.travel = 8.0;
+    wanted.homing = Some(homing);
+    wanted
+}
+
+/// A run with these settings; the switch is closed in a range, rad.
+macro_rules! running {
+    ($drive:ident, $bench:ident, $settings:expr, $switch:expr) => {
+        let ($bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        *$bench.home_switch.borrow_mut() = $switch;
+        boot!($drive, &$bench, &flash);
+        $drive.done(Command::Configure($settings));
+        $drive.done(Command::Start);
+        $drive.pass(10);
+    };
+}
+
+/// Goes home; the reports on the way.
+fn home(drive: &mut Drive<'_>) -> Vec<Report> {
+    drive.done(Command::Home);
+    let mut reports = Vec::new();
+    for _ in 0..60_000 {
+        reports.extend(drive.pass(1));
+        if drive.status().home != Home::Sought {
+            return reports;
+        }
+    }
+    panic!("it never gets home");
+}
+
+fn position(drive: &Drive<'_>) -> f64 {
+    drive.bench.plant.borrow().position
+}
+
+/// The position by the drive's own count, with the place of its origin.
+fn origin(drive: &mut Drive<'_>) -> f64 {
+    drive.done(Command::Watch(1));
+    let at = position(drive);
+    let shown = snapshots(&drive.pass(2));
+    drive.done(Command::Watch(0));
+    drive.pass(1);
+    at - f64::from(shown[0].position)
+}
+
+#[test]
+fn the_edge_of_the_switch_is_the_same_from_everywhere_to_a_count() {
+    // Before the switch and on it, its edge is at −3.
+    for begin in [0.0, 2.0, -2.9, -3.0, -3.2] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        *bench.home_switch.borrow_mut() = -6.0..-3.0;
+        bench.hold_at(begin);
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(homed_by(HOMING)));
+        drive.done(Command::Start);
+        drive.pass(10);
+        assert_eq!(drive.status().home, Home::Unknown);
+        home(&mut drive);
+        assert_eq!(drive.status().home, Home::Known, "from {begin}");
+        let origin = origin(&mut drive);
+        assert!(
+            (origin + 1.0).abs() < 3.0 * A_COUNT,
+            "from {begin}: {origin}"
+        );
+        // It stands where the switch closed.
+        drive.pass(2000);
+        assert!((position(&drive) + 3.0).abs() < 0.4, "{}", position(&drive));
+        // Targets count from the origin.
+        drive.done(Command::Target(1.5));
+        drive.pass(6000);
+        assert!((position(&drive) - 0.5).abs() < 0.4, "{}", position(&drive));
+    }
+}
+
+#[test]
+fn the_index_pulse_behind_the_switch_is_home_to_a_count() {
+    let mut homing = HOMING;
+    homing.index = true;
+    for (switch, index_at, wanted) in [
+        // Both sides of the edge: the pulse on the switch does not count.
+        (-6.0..-3.0, -2.0, -2.0),
+        (-6.0..-3.0, -3.5, -3.5 + TAU),
+        (-6.0..-3.0, FRAC_PI_2, FRAC_PI_2 - TAU + TAU),
+    ] {
+        running!(drive, bench, homed_by(homing), switch);
+        bench.index_at.set(Some(index_at));
+        home(&mut drive);
+        assert_eq!(drive.status().home, Home::Known, "{index_at}");
+        let origin = origin(&mut drive);
+        assert!(
+            (origin - wanted - 2.0).abs() < 2.0 * A_COUNT,
+            "{index_at}: {origin}"
+        );
+    }
+}
+
+#[test]
+fn the_switch_is_left_and_approached_slowly_and_without_dither() {
+    let mut wanted = homed_by(HOMING);
+    wanted.dither.amplitude = 0.05;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    drive.done(Command::Home);
+    let (mut fastest, mut nearest, mut has_left) = (0.0_f64, f64::INFINITY, false);
+    let mut was = position(&drive);
+    let mut backwards = 0.0_f64;
+    for _ in 0..60_000 {
+        drive.pass(1);
+        let now = position(&drive);
+        let velocity = bench.plant.borrow().velocity;
+        nearest = nearest.min(now);
+        if has_left {
+            fastest = fastest.max(velocity.abs());
+            backwards = backwards.max(now - was);
+        }
+        // Once it goes slowly off the switch.
+        has_left |= nearest < -3.0 && now > -3.0;
+        was = now;
+        if drive.status().home == Home::Known {
+            break;
+        }
+    }
+    assert_eq!(drive.status().home, Home::Known);
+    assert!(has_left && fastest < 0.5, "{fastest}");
+    // The dither is back.
+    drive.pass(100);
+    let mut moved = 0.0_f64;
+    let at = position(&drive);
+    for _ in 0..1000 {
+        drive.pass(1);
+        moved = moved.max((position(&drive) - at).abs());
+    }
+    assert!(moved > 0.03, "{moved}");
+}
+
+#[test]
+fn contacts_that_bounce_move_home_by_what_a_bounce_moves_the_axis() {
+    running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
+    drive.done(Command::Home);
+    for k in 0..60_000 {
+        // Every other sample, within 0.05 rad of the edge.
+        let end = if k % 2 == 0 && (position(&drive) + 3.0).abs() < 0.002 {
+            -4.0
+        } else {
+            -3.0
+        };
+        *bench.home_switch.borrow_mut() = -6.0..end;
+        drive.pass(1);
+        if drive.status().home == Home::Known {
+            break;
+        }
+    }
+    let origin = origin(&mut drive);
+    assert!((origin + 1.0).abs() < 0.01, "{origin}");
+}
+
+#[test]
+fn a_switch_that_is_stuck_is_a_fault_with_a_remedy_and_the_axis_stays_within_its_clearance() {
+    // Closed everywhere, as by a short circuit.
+    running!(drive, bench, homed_by(HOMING), -100.0..100.0);
+    drive.done(Command::Home);
+    let mut farthest = 0.0_f64;
+    for _ in 0..20_000 {
+        drive.pass(1);
+        farthest = farthest.max(position(&drive).abs());
+    }
+    let stuck = Fault::HomeSwitchStuck;
+    assert_eq!(drive.supervisor.state(), State::Faulted(stuck));
+    assert_eq!(bench.held.get(), None);
+    assert!(farthest < HOMING.clearance + 0.1, "{farthest}");
+    assert_eq!(drive.status().home, Home::Unknown);
+    assert!(stuck.to_string().contains("free the switch"));
+    assert_eq!(drive.refusal(Command::Home), Refusal::NotRunning);
+}
+
+#[test]
+fn a_switch_that_never_closes_and_an_index_that_never_comes_are_faults() {
+    let mut with_index = HOMING;
+    with_index.index = true;
+    for (homing, switch, fault) in [
+        (HOMING, 0.0..0.0, Fault::HomeNotFound),
+        (with_index, -6.0..-3.0, Fault::IndexNotFound),
+        // At the other end, out of reach.
+        (HOMING, 3.0..6.0, Fault::HomeNotFound),
+    ] {
+        running!(drive, bench, homed_by(homing), switch);
+        home(&mut drive);
+        assert_eq!(drive.supervisor.state(), State::Faulted(fault));
+        assert_eq!(bench.held.get(), None);
+    }
+    // It closes once and never again.
+    running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
+    drive.done(Command::Home);
+    while position(&drive) > -3.0 {
+        drive.pass(1);
+    }
+    drive.pass(5);
+    *bench.home_switch.borrow_mut() = 0.0..0.0;
+    drive.pass(20_000);
+    assert_eq!(
+        drive.supervisor.state(),
+        State::Faulted(Fault::HomeNotFound)
+    );
+}
+
+#[test]
+fn limits_faults_and_a_stop_hold_on_the_way_home() {
+    type Harm = fn(&mut Drive<'_>);
+    let harms: [(Harm, State); 4] = [
+        (|drive| drive.done(Command::Stop), State::Released),
+        (
+            |drive| drive.lines(|lines| lines.low_switch = false),
+            State::Faulted(Fault::LimitSwitch),
+        ),
+        (
+            |drive| drive.bench.sensor_works.set(false),
+            State::Faulted(Fault::EncoderLost),
+        ),
+        (
+            |drive| drive.bench.plant.borrow_mut().position += 6.3,
+            State::Faulted(Fault::FollowingError),
+        ),
+    ];
+    for (harm, state) in harms {
+        running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
+        drive.done(Command::Home);
+        drive.pass(300);
+        assert_eq!(drive.status().home, Home::Sought);
+        harm(&mut drive);
+        drive.pass(5);
+        assert_eq!(bench.held.get(), None, "{state:?}");
+        assert_eq!(drive.supervisor.state(), state);
+        assert_eq!(drive.status().home, Home::Unknown);
+    }
+}
+
+#[test]
+fn a_host_that_falls_silent_brings_it_to_rest_on_the_way() {
+    let mut wanted = homed_by(HOMING);
+    wanted.protection.link_timeout = 0.3;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    drive.done(Command::Home);
+    drive.pass(1000);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
+    assert_eq!(bench.held.get(), None);
+    assert!(position(&drive) > -2.0, "{}", position(&drive));
+}
+
+#[test]
+fn orders_in_the_wrong_state_are_refused_with_the_reason() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    assert_eq!(drive.refusal(Command::Home), Refusal::NotRunning);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.refusal(Command::Home), Refusal::NoHoming);
+    drive.done(Command::Stop);
+    drive.pass(2);
+    *bench.home_switch.borrow_mut() = -6.0..-3.0;
+    drive.done(Command::Configure(homed_by(HOMING)));
+    drive.done(Command::Start);
+    drive.pass(10);
+    drive.done(Command::Home);
+    // Repeated, it is done already.
+    drive.done(Command::Home);
+    assert_eq!(drive.refusal(Command::Target(1.0)), Refusal::Homing);
+    let refused = drive.refusal(Command::Commission(ORDER));
+    assert_eq!(refused, Refusal::Homing);
+    drive.pass(50);
+    assert_eq!(drive.refusal(Command::Target(1.0)), Refusal::Homing);
+}
+
+#[test]
+fn the_origin_holds_for_later_runs_until_the_count_is_doubtful() {
+    running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
+    home(&mut drive);
+    drive.done(Command::Stop);
+    drive.pass(2);
+    assert_eq!(drive.status().home, Home::Known);
+    // Turned by hand meanwhile.
+    bench.hold_at(0.7);
+    drive.pass(2);
+    drive.done(Command::Start);
+    drive.pass(10);
+    let place = origin(&mut drive);
+    assert!((place + 1.0).abs() < 3.0 * A_COUNT, "{place}");
+    // The travel counts from there too.
+    drive.done(Command::Stop);
+    drive.pass(2);
+    bench.hold_at(7.5);
+    drive.done(Command::Start);
+    drive.pass(5);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::TravelLeft));
+    assert_eq!(drive.status().home, Home::Known);
+    bench.hold_at(0.0);
+    drive.done(Command::Clear);
+    drive.pass(2);
+    drive.done(Command::Start);
+    drive.pass(5);
+    bench.sensor_works.set(false);
+    drive.pass(5);
+    assert_eq!(drive.status().home, Home::Unknown);
+}
+
+#[test]
+fn a_commissioning_beside_the_run_keeps_the_origin() {
+    let mut wanted = homed_by(HOMING);
+    wanted.dither.amplitude = 0.0;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    home(&mut drive);
+    drive.done(Command::Target(0.0));
+    drive.pass(3000);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert_eq!(outcome(&mut drive).commissioning.reason, None);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.status().home, Home::Known);
+    let place = origin(&mut drive);
+    assert!((place + 1.0).abs() < 3.0 * A_COUNT, "{place}");
+    drive.done(Command::Target(1.0));
+    drive.pass(3000);
+    assert!(position(&drive).abs() < 0.05, "{}", position(&drive));
+}
+
+#[test]
+fn settings_that_contradict_the_travel_are_refused_by_name() {
+    type Change = fn(&mut Homing);
+    let changes: [(&str, Change); 8] = [
+        ("homing.seek", |homing| homing.seek = 0.0),
+        ("homing.seek", |homing| homing.seek = f64::NAN),
+        ("homing.seek", |homing| homing.seek = -101.0),
+        ("homing.approach", |homing| homing.approach = 0.0),
+        ("homing.approach", |homing| homing.approach = 3.1),
+        ("homing.clearance", |homing| homing.clearance = 7.5),
+        ("homing.clearance", |homing| homing.clearance = 0.0),
+        ("homing.offset", |homing| homing.offset = -7.5),
+    ];
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for (name, change) in changes {
+        let mut homing = HOMING;
+        change(&mut homing);
+        match drive.refusal(Command::Configure(homed_by(homing))) {
+            Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    // Without gains they are checked all the same.
+    let mut wanted = homed_by(Homing {
+        offset: f64::INFINITY,
+        ..HOMING
+    });
+    wanted.closed_loop.core.controller = None;
+    wanted.source = TargetSource::Line;
+    match drive.refusal(Command::Configure(wanted)) {
+        Refusal::Setting(refused) => assert_eq!(refused.name, "homing.offset"),
+        other => panic!("{other:?}"),
+    }
+}

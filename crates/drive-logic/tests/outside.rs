@@ -1,0 +1,333 @@
+//! Targets from outside, step pulses and a voltage, and their bad inputs.
+
+#[macro_use]
+mod support;
+
+use core::f64::consts::TAU;
+
+use drive_link::{Command, Fault, Home, Homing, Refusal, Settings, State, TargetSource};
+use identifier_core::parameters::ServoParameters;
+use support::commission::{ORDER, over};
+use support::drive::{Drive, snapshots};
+use support::{Bench, COUNTS, Flash, settings};
+
+const SERVO: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 0.0,
+    load: 0.0,
+};
+
+/// A step that is no whole number of counts, rad: 1/3600 of a revolution.
+const STEP: f64 = TAU / 3600.0;
+
+fn followed(source: TargetSource) -> Settings {
+    let mut wanted = settings();
+    wanted.dither.amplitude = 0.0;
+    wanted.protection.travel = 8.0;
+    wanted.source = source;
+    wanted
+}
+
+macro_rules! running {
+    ($drive:ident, $bench:ident, $settings:expr) => {
+        let ($bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!($drive, &$bench, &flash);
+        $drive.done(Command::Configure($settings));
+        // What comes before the start does not count.
+        $bench.steps.set(Some(5000));
+        $drive.done(Command::Start);
+        $drive.pass(10);
+    };
+}
+
+/// Steps in every sample.
+fn step(drive: &mut Drive<'_>, each: i16, samples: u32) {
+    for _ in 0..samples {
+        drive.bench.steps.set(Some(each));
+        drive.pass(1);
+    }
+}
+
+/// The reference, rad from the origin.
+fn reference(drive: &mut Drive<'_>) -> f64 {
+    drive.done(Command::Watch(1));
+    let shown = snapshots(&drive.pass(2));
+    drive.done(Command::Watch(0));
+    drive.pass(1);
+    shown[0].reference.into()
+}
+
+fn position(drive: &Drive<'_>) -> f64 {
+    drive.bench.plant.borrow().position
+}
+
+#[test]
+fn steps_are_followed_to_a_count_there_and_back() {
+    for size in [STEP, -STEP] {
+        running!(drive, bench, followed(TargetSource::Steps { step: size }));
+        assert!(position(&drive).abs() < 1e-3);
+        // 2 steps a sample are 3.5 rad/s; 4000 of them are 7 rad.
+        step(&mut drive, 2, 2000);
+        drive.pass(1000);
+        let at = reference(&mut drive);
+        assert!((at - 4000.0 * size).abs() < TAU / COUNTS, "{at}");
+        assert!((position(&drive) - at).abs() < 0.05);
+        step(&mut drive, -2, 4000);
+        drive.pass(1000);
+        let at = reference(&mut drive);
+        assert!((at + 4000.0 * size).abs() < TAU / COUNTS, "{at}");
+        assert!((position(&drive) - at).abs() < 0.05);
+        assert_eq!(drive.supervisor.state(), State::Running);
+    }
+}
+
+#[test]
+fn a_gear_of_any_ratio_does_not_drift() {
+    let mut wanted = followed(TargetSource::Steps { step: STEP });
+    wanted.protection.pace = 10.0;
+    running!(drive, bench, wanted);
+    for _ in 0..300 {
+        step(&mut drive, 3, 100);
+        step(&mut drive, -3, 100);
+    }
+    drive.pass(1000);
+    assert!(bench.held.get().is_some());
+    let at = reference(&mut drive);
+    assert!(at.abs() < 0.5 * TAU / COUNTS, "{at}");
+}
+
+#[test]
+fn steps_that_are_too_fast_are_a_fault_and_a_burst_is_none() {
+    // 5 rad/s are 2.86 steps a sample.
+    let source = TargetSource::Steps { step: STEP };
+    running!(drive, bench, followed(source));
+    // A burst within 20 ms, then a pause.
+    for _ in 0..20 {
+        step(&mut drive, 10, 5);
+        drive.pass(20);
+    }
+    assert_eq!(drive.supervisor.state(), State::Running);
+
+    running!(drive, bench, followed(source));
+    let mut samples = 0;
+    while drive.supervisor.state() == State::Running && samples < 2000 {
+        step(&mut drive, 4, 1);
+        samples += 1;
+    }
+    let fault = Fault::StepsTooFast;
+    assert_eq!(drive.supervisor.state(), State::Faulted(fault));
+    assert_eq!(bench.held.get(), None);
+    // 4 steps a sample are 1.4 of the pace: it lags by 20 ms of the pace after 50 ms.
+    assert!((30..=70).contains(&samples), "{samples}");
+    assert!(fault.to_string().contains("allow more pace"));
+    // One sample with as many as a counter holds.
+    running!(drive, bench, followed(source));
+    for many in [i16::MAX, i16::MIN] {
+        step(&mut drive, many, 1);
+        let state = drive.supervisor.state();
+        assert!(matches!(state, State::Faulted(_)), "{state:?}");
+        assert_eq!(bench.held.get(), None);
+        drive.done(Command::Clear);
+        drive.pass(1);
+        drive.done(Command::Start);
+        drive.pass(5);
+    }
+}
+
+#[test]
+fn steps_beyond_the_travel_and_steps_that_are_unclear_are_faults() {
+    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    step(&mut drive, 2, 2280);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    for _ in 0..20 {
+        if drive.supervisor.state() == State::Running {
+            step(&mut drive, 2, 1);
+        }
+    }
+    let beyond = State::Faulted(Fault::TargetOutside);
+    assert_eq!(drive.supervisor.state(), beyond);
+    assert_eq!(bench.held.get(), None);
+    assert!(position(&drive) < 8.0);
+
+    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    step(&mut drive, 1, 10);
+    bench.steps.set(None);
+    drive.pass(1);
+    let unclear = State::Faulted(Fault::StepsUnclear);
+    assert_eq!(drive.supervisor.state(), unclear);
+    assert_eq!(bench.held.get(), None);
+    // Before a start they do not matter.
+    drive.done(Command::Clear);
+    bench.steps.set(None);
+    drive.pass(2);
+    drive.done(Command::Start);
+    drive.pass(100);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+#[test]
+fn a_voltage_is_followed_at_the_pace() {
+    for range in [6.0, -6.0] {
+        running!(drive, bench, followed(TargetSource::Voltage { range }));
+        bench.voltage.set(Some(0.5));
+        let mut fastest = 0.0_f64;
+        for _ in 0..3000 {
+            drive.pass(1);
+            fastest = fastest.max(bench.plant.borrow().velocity.abs());
+        }
+        let at = reference(&mut drive);
+        assert!((at - 0.5 * range).abs() < 2e-3, "{at}");
+        assert!((position(&drive) - at).abs() < 0.05);
+        assert!(fastest < 1.5 * 5.0, "{fastest}");
+        bench.voltage.set(Some(-1.0));
+        drive.pass(4000);
+        let at = reference(&mut drive);
+        assert!((at + range).abs() < 2e-3, "{at}");
+        // A little beyond 10 V is 10 V.
+        bench.voltage.set(Some(1.05));
+        drive.pass(6000);
+        let at = reference(&mut drive);
+        assert!((at - range).abs() < 2e-3, "{at}");
+        assert_eq!(drive.supervisor.state(), State::Running);
+    }
+}
+
+#[test]
+fn noise_on_the_voltage_hardly_moves_the_axis() {
+    running!(drive, bench, followed(TargetSource::Voltage { range: 6.0 }));
+    let mut farthest = 0.0_f64;
+    for k in 0..2000 {
+        // ± 50 mV, from sample to sample.
+        bench
+            .voltage
+            .set(Some(if k % 2 == 0 { 5e-3 } else { -5e-3 }));
+        drive.pass(1);
+        farthest = farthest.max(position(&drive).abs());
+    }
+    assert!(farthest < 0.01, "{farthest}");
+}
+
+#[test]
+fn an_invalid_voltage_is_a_fault_after_two_milliseconds() {
+    running!(drive, bench, followed(TargetSource::Voltage { range: 6.0 }));
+    for _ in 0..5 {
+        bench.voltage.set(None);
+        drive.pass(1);
+        bench.voltage.set(Some(0.0));
+        drive.pass(1);
+    }
+    assert_eq!(drive.supervisor.state(), State::Running);
+    bench.voltage.set(None);
+    drive.pass(2);
+    let invalid = State::Faulted(Fault::VoltageInvalid);
+    assert_eq!(drive.supervisor.state(), invalid);
+    assert_eq!(bench.held.get(), None);
+}
+
+#[test]
+fn targets_of_the_host_are_refused_and_a_stop_holds() {
+    for source in [
+        TargetSource::Steps { step: STEP },
+        TargetSource::Voltage { range: 6.0 },
+    ] {
+        running!(drive, bench, followed(source));
+        let refused = drive.refusal(Command::Target(1.0));
+        assert_eq!(refused, Refusal::TargetsFromOutside);
+        bench.voltage.set(Some(1.0));
+        step(&mut drive, 2, 100);
+        drive.done(Command::Stop);
+        step(&mut drive, 2, 1);
+        assert_eq!(bench.held.get(), None);
+        step(&mut drive, 2, 100);
+        assert_eq!(bench.held.get(), None);
+        assert_eq!(drive.supervisor.state(), State::Released);
+    }
+}
+
+#[test]
+fn a_silent_host_ends_the_run_although_pulses_come() {
+    let mut wanted = followed(TargetSource::Steps { step: STEP });
+    wanted.protection.link_timeout = 0.3;
+    running!(drive, bench, wanted);
+    step(&mut drive, 2, 1000);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
+    assert_eq!(bench.held.get(), None);
+    // It came to rest where the reference was.
+    assert!(position(&drive) < 1.5, "{}", position(&drive));
+}
+
+#[test]
+fn homing_comes_first_and_steps_count_from_home() {
+    let mut wanted = followed(TargetSource::Steps { step: STEP });
+    wanted.homing = Some(Homing {
+        seek: -3.0,
+        approach: 0.2,
+        clearance: 0.5,
+        index: false,
+        offset: 2.0,
+    });
+    running!(drive, bench, wanted);
+    *bench.home_switch.borrow_mut() = -6.0..-3.0;
+    drive.done(Command::Home);
+    while drive.status().home != Home::Known {
+        // Ignored on the way.
+        step(&mut drive, 1, 1);
+    }
+    drive.pass(100);
+    step(&mut drive, 2, 900);
+    drive.pass(1000);
+    // The origin is 2 rad from home.
+    let at = reference(&mut drive);
+    assert!((at - (1800.0 * STEP - 2.0)).abs() < 2e-3, "{at}");
+    let at = position(&drive);
+    assert!((at - (1800.0 * STEP - 3.0)).abs() < 0.05, "{at}");
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+#[test]
+fn after_a_commissioning_steps_count_from_where_it_stands() {
+    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    step(&mut drive, 2, 500);
+    drive.pass(1000);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    drive.pass(3000);
+    let rest = reference(&mut drive);
+    assert!((rest - 1000.0 * STEP).abs() < 0.05, "{rest}");
+    step(&mut drive, 2, 500);
+    drive.pass(1000);
+    let at = reference(&mut drive);
+    assert!((at - rest - 1000.0 * STEP).abs() < TAU / COUNTS, "{at}");
+}
+
+#[test]
+fn sources_out_of_range_are_refused_by_name() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for (name, source) in [
+        ("source.step", TargetSource::Steps { step: 0.0 }),
+        ("source.step", TargetSource::Steps { step: f64::NAN }),
+        ("source.step", TargetSource::Steps { step: 8.1 }),
+        ("source.range", TargetSource::Voltage { range: 0.0 }),
+        ("source.range", TargetSource::Voltage { range: -8.1 }),
+        (
+            "source.range",
+            TargetSource::Voltage {
+                range: f64::INFINITY,
+            },
+        ),
+    ] {
+        match drive.refusal(Command::Configure(followed(source))) {
+            Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    for source in [
+        TargetSource::Steps { step: -8.0 },
+        TargetSource::Voltage { range: 8.0 },
+    ] {
+        drive.done(Command::Configure(followed(source)));
+    }
+}
