@@ -1,7 +1,7 @@
 //! Simulation, replay and comparison of the identification of servos, and the command line `servo-id`.
 //!
 //! A [`scenario`] describes a servo, its loop and an identifier. [`simulate`] runs it on an exact simulated servo,
-//! [`replay`] on recorded logs; both hand every [`experiment::Sample`] to an observer, and
+//! [`replay`] on recorded logs, which a [`scan`] checks first; both hand every [`experiment::Sample`] to an observer, and
 //! [`analysis`] makes estimates with standard errors and a verdict of them.
 //!
 //! ```
@@ -55,6 +55,7 @@ pub mod provenance;
 pub mod render;
 pub mod replay;
 pub mod result;
+pub mod scan;
 pub mod scenario;
 pub mod simulate;
 pub mod simulated_drive;

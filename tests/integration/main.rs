@@ -9,6 +9,7 @@ mod gauss_newton;
 mod number_formats;
 mod paper_experiment;
 mod random_servos;
+mod scan;
 mod stop;
 mod sweep;
 mod tune;

@@ -9,7 +9,8 @@ use crate::predict;
 use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::replay::{self, ReplayError};
 use crate::result::{LogReading, Prediction, ReplayNotes};
-use crate::scenario::{Purpose, Scenario};
+use crate::scan;
+use crate::scenario::{Purpose, Scan, Scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -78,6 +79,12 @@ impl Replay<'_> {
         let all = read_all(logs.iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(logs.len());
         let scenario = replay::fitted(scenario, learnt);
+        let mut readings = Vec::new();
+        for log in learnt {
+            readings.push(scanned(&scenario, log)?);
+        }
+        let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
+        readings.extend(predicted_only.map(LogReading::new));
 
         let length: f64 = learnt.iter().map(Log::duration).sum();
         let duration = f64::from(passes) * length;
@@ -91,14 +98,10 @@ impl Replay<'_> {
             recording.add(sample);
         })
         .map_err(of_replay)?;
-        let is_learnt = |log: &Log| {
-            let mut others = learnt.iter().map(Log::path);
-            others.any(|other| is_same(other, log.path()))
-        };
         let mut predictions = Vec::new();
         if replayed.outcome.abort.is_none() {
             for log in predicted {
-                let seen = is_learnt(log);
+                let seen = is_among(learnt, log);
                 let predicted = predict::predict(&scenario, &replayed, log).map_err(of_replay)?;
                 if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
                     recording.predicted(open_loop.relative);
@@ -108,11 +111,7 @@ impl Replay<'_> {
         }
         let notes = ReplayNotes {
             agreement: replayed.agreement,
-            logs: learnt
-                .iter()
-                .chain(predicted.iter().filter(|log| !is_learnt(log)))
-                .map(LogReading::new)
-                .collect(),
+            logs: readings,
             predictions,
         };
         recording.conclude(results, replayed.outcome, notes)
@@ -167,6 +166,30 @@ fn read_all<'a>(
         logs.push(log);
     }
     Ok(logs)
+}
+
+/// Properties of a log that is to be identified.
+///
+/// # Errors
+/// One that contradicts itself or the scenario, unless that is to be a warning.
+fn scanned(scenario: &Scenario, log: &Log) -> Result<LogReading, Fault> {
+    let remarks = scan::scan(scenario, log);
+    let refused = remarks.iter().filter(|remark| remark.refuses);
+    let refused: Vec<_> = (refused)
+        .map(|remark| format!("{}: {remark}", log.path().display()))
+        .collect();
+    if log.settings().scan == Scan::Refuse && !refused.is_empty() {
+        return Err(Fault::Input(refused.join("\n")));
+    }
+    Ok(LogReading {
+        remarks,
+        ..LogReading::new(log)
+    })
+}
+
+fn is_among(logs: &[Log], log: &Log) -> bool {
+    let mut others = logs.iter().map(Log::path);
+    others.any(|other| is_same(other, log.path()))
 }
 
 fn is_same(one: &Path, other: &Path) -> bool {

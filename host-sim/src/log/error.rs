@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::scenario::Column;
+
 /// A fault of a log, with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogError {
@@ -39,6 +41,14 @@ impl LogError {
             line: None,
             column: None,
             fault,
+        }
+    }
+
+    /// Of a column as a whole.
+    pub(super) fn in_column(path: &Path, column: &Column, fault: String) -> Self {
+        Self {
+            column: Some(column.to_string()),
+            ..Self::in_file(path, fault)
         }
     }
 

@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::csv::{Dialect, TextRows};
+use super::excerpt::{Excerpt, Segment};
 use super::mcap::{Layout, MessageRows, is_mcap};
 use super::row::{Row, Rows};
-use super::spacing::{EvenRows, usual_step};
+use super::spacing::{EvenRows, Wrapped, usual_step};
+use super::wrap::{Jumps, Period};
 use super::{Jitter, LogError};
-use crate::scenario::{LogSettings, MAX_PLAYED};
+use crate::scenario::{LogQuantity, LogSettings, MAX_PLAYED, PositionUnit};
 
 /// A recorded log with even samples that was judged sound. Its findings are kept, its samples are not: its
 /// size does not matter.
@@ -24,9 +26,13 @@ pub struct Log {
     pub found: Found,
     /// Its stretches, each without a break.
     stretches: Vec<Stretch>,
+    /// Lowest and highest position, and reference.
     positions: (f64, f64),
+    reference_extremes: (f64, f64),
     smallest_step: f64,
     references: Vec<f64>,
+    /// The part of it that a scan looks at.
+    segments: Vec<Segment>,
 }
 
 /// The format of a log's file, detected once.
@@ -85,6 +91,8 @@ pub struct Found {
     pub decimal_commas: bool,
     /// The row of units below the heading.
     pub units_row: Option<String>,
+    /// The period after which its positions begin again, where they do.
+    pub wrapped: Option<Wrapped>,
 }
 
 /// A part of a log without a break.
@@ -123,30 +131,86 @@ impl Log {
                 return Err(LogError::in_file(path, fault.to_owned()));
             }
             let usual = usual_step(rows(f64::NAN)?, settings)?.unwrap_or(f64::NAN);
-            let (mut log, mean) = Self::judge(path, settings, &format, usual)?;
+            check_step(path, settings, usual)?;
+            let (mut log, mean) = Self::unwrapped(path, settings, &format, usual)?;
             log.sample_time = mean.unwrap_or(usual);
             return Ok(log);
         };
-        let log = match Self::judge(path, settings, &format, stated) {
-            Ok((log, mean)) => check_rate(path, mean, stated).map(|()| log)?,
+        let log = match Self::unwrapped(path, settings, &format, stated) {
+            Ok((log, mean)) => check_rate(path, settings, mean, stated).map(|()| log)?,
             // A rate that is not the stated one is why time seems to be wrong.
             Err(error) => {
                 let usual = usual_step(rows(stated)?, settings).ok().flatten();
-                return Err(check_rate(path, usual, stated).err().unwrap_or(error));
+                let rate = check_rate(path, settings, usual, stated);
+                return Err(rate.err().unwrap_or(error));
             }
         };
         Ok(log)
     }
 
-    /// Reads all of it; with its mean time from one sample to the next, s.
-    fn judge(
+    /// Reads all of it, its positions continued where they begin again after a period; with its mean time from one
+    /// sample to the next, s.
+    fn unwrapped(
         path: &Path,
         settings: &LogSettings,
         format: &Format,
         sample_time: f64,
     ) -> Result<(Self, Option<f64>), LogError> {
+        let judge = |wrapped| Self::judge(path, settings, format, sample_time, wrapped);
+        let column = settings
+            .units
+            .scale(LogQuantity::Position, sample_time)
+            .abs();
+        let wrapped = |log: &Self, period| Wrapped {
+            period,
+            reference_too: log.reference_range() <= 1.001 * period,
+        };
+        let (log, jumps, mean) = judge(None)?;
+        let period = match settings.wrap {
+            Some(stated) => (stated > 0.0).then_some(Period::Known(stated * column)),
+            None => jumps.period(log.range(), &settings.units),
+        };
+        let stated = &settings.position;
+        match period {
+            None => Ok((log, mean)),
+            Some(Period::Known(period)) => {
+                let (log, _, mean) = judge(Some(wrapped(&log, period)))?;
+                Ok((log, mean))
+            }
+            Some(Period::OfUnit(unit)) => {
+                let (own, name) = (settings.units.position.name(), unit.name());
+                let counts = match unit {
+                    PositionUnit::Count => " and encoder.counts_per_rev",
+                    _ => "",
+                };
+                let fault = format!(
+                    "the position begins again as one in {name} does, and log.position_unit is \"{own}\": state \
+                     log.position_unit = \"{name}\"{counts}, or log.wrap, after how many {own} it begins again (0: it \
+                     does not)"
+                );
+                Err(LogError::in_column(path, stated, fault))
+            }
+            Some(Period::Unknown(period)) => {
+                let fault = format!(
+                    "the position jumps by about {period:.4} again and again, as one that begins again: state log.wrap, \
+                     the exact period in log.position_unit (0: it does not begin again)"
+                );
+                Err(LogError::in_column(path, stated, fault))
+            }
+        }
+    }
+
+    /// Reads all of it once; with its jumps, and its mean time from one sample to the next, s.
+    fn judge(
+        path: &Path,
+        settings: &LogSettings,
+        format: &Format,
+        sample_time: f64,
+        wrapped: Option<Wrapped>,
+    ) -> Result<(Self, Jumps, Option<f64>), LogError> {
         let rows = format.open(path, settings, sample_time)?;
-        let mut rows = EvenRows::new(path, rows, settings, sample_time);
+        let rows = EvenRows::new(path, rows, settings, sample_time);
+        let mut rows = rows.unwrapping(wrapped.as_ref());
         let mut log = Self {
             path: path.to_owned(),
             settings: settings.clone(),
@@ -155,20 +219,28 @@ impl Log {
             samples: 0,
             found: Found::default(),
             stretches: Vec::new(),
-            positions: (f64::INFINITY, f64::NEG_INFINITY),
+            positions: NOTHING,
+            reference_extremes: NOTHING,
             smallest_step: f64::INFINITY,
             references: Vec::new(),
+            segments: Vec::new(),
         };
         let mut last: Option<Row> = None;
+        let mut jumps = Jumps::default();
+        let mut excerpt = Excerpt::default();
         for row in rows.by_ref() {
             let row = row?;
             log.add(last.as_ref(), &row);
+            jumps.add(row.position, row.begins);
+            excerpt.add(&row);
             last = Some(row);
         }
+        log.segments = excerpt.finish();
+        log.found.wrapped = wrapped;
         log.found.jitter = rows.jitter();
         rows.source().describe(&mut log.found);
         log.check()?;
-        Ok((log, rows.mean_step()))
+        Ok((log, jumps, rows.mean_step()))
     }
 
     fn add(&mut self, last: Option<&Row>, row: &Row) {
@@ -177,8 +249,11 @@ impl Log {
         self.found.bridged += u64::from(row.bridged);
         let was_bridged = last.is_some_and(|last| last.bridged);
         self.found.gaps += u64::from(row.bridged && !was_bridged);
-        let (low, high) = self.positions;
-        self.positions = (low.min(row.position), high.max(row.position));
+        let widened = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
+        self.positions = widened(self.positions, row.position);
+        if let Some(reference) = row.reference {
+            self.reference_extremes = widened(self.reference_extremes, reference);
+        }
         if self.references.len() < MAX_PLAYED {
             self.references.extend(row.reference);
         }
@@ -241,7 +316,8 @@ impl Log {
             ..
         } = self;
         let rows = format.open(path, settings, *sample_time)?;
-        Ok(EvenRows::new(path, rows, settings, *sample_time))
+        let rows = EvenRows::new(path, rows, settings, *sample_time);
+        Ok(rows.unwrapping(self.found.wrapped.as_ref()))
     }
 
     /// Where it is.
@@ -267,6 +343,23 @@ impl Log {
         &self.stretches
     }
 
+    /// The part of it that a scan looks at, a segment for each range without a break: all of a log of 131 072 samples
+    /// or fewer, of a longer one the parts of the largest motion.
+    pub(crate) fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// Distance between the lowest and the highest position.
+    pub(crate) fn range(&self) -> f64 {
+        let (low, high) = self.positions;
+        high - low
+    }
+
+    fn reference_range(&self) -> f64 {
+        let (low, high) = self.reference_extremes;
+        high - low
+    }
+
     /// Its length, s, without what was left out.
     #[must_use]
     pub fn duration(&self) -> f64 {
@@ -284,27 +377,59 @@ impl Log {
     #[must_use]
     pub fn resolution(&self) -> f64 {
         const MIN_RELATIVE: f64 = 1.0 / 8_388_608.0;
-        let (low, high) = self.positions;
-        let smallest = self.smallest_step.max(MIN_RELATIVE * (high - low));
+        let smallest = self.smallest_step.max(MIN_RELATIVE * self.range());
         smallest.clamp(1e-12, 1.0)
     }
 }
 
+/// Extremes of no number.
+const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
 /// Checks that the mean time from one sample to the next, s, is the stated one.
-fn check_rate(path: &Path, mean: Option<f64>, stated: f64) -> Result<(), LogError> {
+fn check_rate(
+    path: &Path,
+    settings: &LogSettings,
+    mean: Option<f64>,
+    stated: f64,
+) -> Result<(), LogError> {
     /// Largest relative difference.
     const TOLERANCE: f64 = 0.01;
     match mean {
         Some(mean) if (mean / stated - 1.0).abs() > TOLERANCE => {
+            let is_stated = |step: f64| (step / stated - 1.0).abs() < TOLERANCE;
+            let advice = match settings.other_time_unit(mean, is_stated) {
+                Some(unit) => format!("; state log.time_unit = \"{}\"", unit.name()),
+                None => "; look at log.time_unit, too".to_owned(),
+            };
             let fault = format!(
                 "its samples are {mean:.6e} s apart, where controller.sample_time or log.sample_time \
-                 is {stated} s: they must agree to {} %; look at log.time_unit, too",
+                 is {stated} s: they must agree to {} %{advice}",
                 100.0 * TOLERANCE
             );
             Err(LogError::in_file(path, fault))
         }
         _ => Ok(()),
     }
+}
+
+/// Checks that the usual time from one sample to the next, s, which nothing states, is that of a servo's loop.
+fn check_step(path: &Path, settings: &LogSettings, usual: f64) -> Result<(), LogError> {
+    /// Sample times of servo loops, s: slower ones do not control a servo, and no bus or drive logs faster.
+    const USUAL: std::ops::RangeInclusive<f64> = 1e-5..=0.04;
+    if usual.is_nan() || USUAL.contains(&usual) {
+        return Ok(());
+    }
+    let is_usual = |step: f64| USUAL.contains(&step);
+    let Some(unit) = settings.other_time_unit(usual, is_usual) else {
+        return Ok(());
+    };
+    let fault = format!(
+        "its samples are {usual:.6e} s apart if log.time is in {}, which no servo's loop is: state log.time_unit = \
+         \"{}\", or log.sample_time if it is right",
+        settings.units.time.name(),
+        unit.name()
+    );
+    Err(LogError::in_file(path, fault))
 }
 
 impl AsRef<[Self]> for Log {

@@ -8,13 +8,17 @@
 mod clock;
 mod csv;
 mod error;
+mod excerpt;
 mod file;
 pub mod mcap;
 mod row;
 mod spacing;
+mod wrap;
 
 pub use clock::Jitter;
 pub use error::LogError;
+pub(crate) use excerpt::{Segment, extremes};
 pub(crate) use file::Stretch;
 pub use file::{Found, Log};
 pub use row::Row;
+pub use spacing::Wrapped;

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::clock::{Clock, Jitter, Tick};
 use super::error::{LogError, rounded};
 use super::row::{Row, Rows};
+use super::wrap::Unwrap;
 use crate::scenario::{LogSettings, TimeUnit};
 
 /// The rows of a log in even time, one at a time.
@@ -16,6 +17,10 @@ pub(super) struct EvenRows<'a> {
     last: Option<(Row, Clock)>,
     gap: Option<Gap>,
     spacing: Spacing,
+    /// Continues positions that begin again after a period.
+    unwrap: Option<Unwrap>,
+    /// True if the reference begins again with them.
+    reference_wraps: bool,
 }
 
 /// Measured spacing of a log's rows.
@@ -26,6 +31,15 @@ pub(super) struct Spacing {
     /// Time that rows cover without those left out, s, and its samples.
     time: f64,
     samples: f64,
+}
+
+/// Positions of a log that begin again after a period, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wrapped {
+    /// The period.
+    pub period: f64,
+    /// True if the reference begins again, too.
+    pub reference_too: bool,
 }
 
 /// A gap that is being bridged.
@@ -52,6 +66,27 @@ impl<'a> EvenRows<'a> {
             last: None,
             gap: None,
             spacing: Spacing::default(),
+            unwrap: None,
+            reference_wraps: false,
+        }
+    }
+
+    /// The same, positions continued where they begin again after a period.
+    pub(super) fn unwrapping(mut self, wrap: Option<&Wrapped>) -> Self {
+        self.unwrap = wrap.map(|wrap| Unwrap::new(wrap.period));
+        self.reference_wraps = wrap.is_some_and(|wrap| wrap.reference_too);
+        self
+    }
+
+    /// Continues position and reference of a row.
+    fn unwrap(&mut self, row: &mut Row) {
+        let Some(unwrap) = &mut self.unwrap else {
+            return;
+        };
+        row.position = unwrap.position(row.position);
+        if self.reference_wraps {
+            row.reference =
+                (row.reference).map(|reference| unwrap.reference(reference, row.position));
         }
     }
 
@@ -182,7 +217,10 @@ impl Iterator for EvenRows<'_> {
             return Some(Ok(record));
         }
         let row = self.rows.next()?;
-        Some(row.and_then(|row| self.after(row)))
+        Some(row.and_then(|mut row| {
+            self.unwrap(&mut row);
+            self.after(row)
+        }))
     }
 }
 

@@ -43,6 +43,13 @@ impl fmt::Display for LogReading {
             };
             write!(f, "; read with {separator}s between columns{commas}")?;
         }
+        if let Some(period) = self.wrapped {
+            write!(
+                f,
+                "; its position begins again every {} rad and was continued",
+                short(period)
+            )?;
+        }
         if let Some(units) = &self.units_row {
             write!(
                 f,

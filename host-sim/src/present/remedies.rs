@@ -27,7 +27,7 @@ pub(super) fn remedies(reason: &VerdictReason) -> Vec<String> {
         VerdictReason::NoMotion { .. } => vec![
             "Move the servo further, with turns: a larger reference, or one that changes more often."
                 .to_owned(),
-            "Check that the encoder counts: a cable, or a wrong log.units, looks the same.".to_owned(),
+            "Check that the encoder counts: a cable, or a wrong log.position_unit, looks the same.".to_owned(),
         ],
         VerdictReason::NotExcited { unknown, .. } => vec![
             format!(

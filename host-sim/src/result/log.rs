@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::log::Log;
 use crate::predict::{ClosedLoop, Predicted};
+use crate::scan::Remark;
 
 /// Properties of a log as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,6 +31,10 @@ pub struct LogReading {
     pub decimal_commas: bool,
     /// Content of the row of units below the heading.
     pub units_row: Option<String>,
+    /// The period after which its positions begin again and were continued, rad.
+    pub wrapped: Option<f64>,
+    /// Findings of the scan of a log that was identified.
+    pub remarks: Vec<Remark>,
 }
 
 impl LogReading {
@@ -49,6 +54,8 @@ impl LogReading {
             separator: found.separator,
             decimal_commas: found.decimal_commas,
             units_row: found.units_row.clone(),
+            wrapped: found.wrapped.map(|wrapped| wrapped.period),
+            remarks: Vec::new(),
         }
     }
 }

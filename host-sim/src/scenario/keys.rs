@@ -25,7 +25,7 @@ use super::range::Range::{
 };
 use super::{
     Arithmetic, Column, CommissionOrder, ExcitationKind, Law, LogSettings, PositionUnit,
-    RivalSettings, Scenario, TimeUnit, Velocity, index_of, parts,
+    RivalSettings, Scan, Scenario, TimeUnit, Velocity, index_of, parts,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -346,6 +346,10 @@ keys! {
     "the most missing samples in a row that straight lines may bridge";
 "log.cut": Pairs(ANY, |s, v| log(s).leave_out(v)), Derived("nothing is left out"), "s",
     "ranges of the log's time that are left out";
+"log.wrap": Number(NOT_NEGATIVE, |s, v| log(s).wrap = Some(v)), Derived("found: a position that begins again after a revolution is continued"), "in position_unit, before position_scale",
+    "period after which the position begins again, such as 360 of degrees; 0 if it does not";
+"log.scan": OneOf(Scan::CHOICES, |s, i| log(s).scan = Scan::ALL[i]), FirstChoice, "",
+    "what follows where the scan of a log finds a reversed sign, a wrong unit, swapped columns or a command without effect";
 }
 
 const FAULTS: Entries = Entries {

@@ -5,6 +5,7 @@ use std::fmt;
 use super::Scenario;
 use super::error::Fault;
 use super::log_units::{LogUnits, PositionUnit, TimeUnit};
+use super::names::named;
 
 /// Which column of a log is what, and in which unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +31,21 @@ pub struct LogSettings {
     pub sample_time: Option<f64>,
     /// Ranges of time that are left out, s, ascending.
     pub cut: Vec<[f64; 2]>,
+    /// The period after which the position begins again, in the column's unit, zero for none; where nothing states it,
+    /// it is found.
+    pub wrap: Option<f64>,
+    /// The consequence of a log that contradicts itself or the scenario.
+    pub scan: Scan,
+}
+
+named! {
+    /// The consequence of a log that contradicts itself or the scenario.
+    pub enum Scan {
+        /// It is refused.
+        Refuse = "refuse",
+        /// It is identified all the same, with a warning.
+        Warn = "warn",
+    }
 }
 
 /// The quantity in a column of a log.
@@ -44,6 +60,19 @@ pub enum LogQuantity {
     Position,
     Command,
     Injection,
+}
+
+impl LogQuantity {
+    /// The key that states its column.
+    const fn key(self) -> &'static str {
+        match self {
+            Self::Time => "log.time",
+            Self::Reference => "log.reference",
+            Self::Position => "log.position",
+            Self::Command => "log.command",
+            Self::Injection => "log.injection",
+        }
+    }
 }
 
 /// A column of a log.
@@ -107,6 +136,8 @@ impl LogSettings {
             units: LogUnits::SI,
             sample_time: None,
             cut: Vec::new(),
+            wrap: None,
+            scan: Scan::Refuse,
         }
     }
 
@@ -140,6 +171,20 @@ impl LogSettings {
     #[must_use]
     pub fn has_sample_time(&self) -> bool {
         self.time.is_some() && self.units.time != TimeUnit::Sample
+    }
+
+    /// The first other unit of log.time in which a time from one sample to the next, s, is one that `fits`.
+    pub(crate) fn other_time_unit(
+        &self,
+        step: f64,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<TimeUnit> {
+        self.time.as_ref()?;
+        let own = self.units.time.seconds()?;
+        let others = TimeUnit::ALL.iter().copied();
+        others
+            .filter(|unit| *unit != self.units.time)
+            .find(|unit| unit.seconds().is_some_and(|other| fits(step * other / own)))
     }
 
     /// Keeps ranges of time to be left out, in their order.
@@ -199,6 +244,18 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
             "log.sample_time",
             format!("the log has one sample time: {stated} s here, {needed} s in [controller]"),
         ));
+    }
+    let columns: Vec<_> = log.columns().collect();
+    for (place, (quantity, column)) in columns.iter().enumerate() {
+        if let Some((other, _)) = columns[..place].iter().find(|(_, other)| other == column) {
+            return Err(Fault::new(
+                quantity.key(),
+                format!(
+                    "{column} is {} already: each quantity has a column of its own",
+                    other.key()
+                ),
+            ));
+        }
     }
     for (key, unit) in [
         ("log.position_unit", Some(log.units.position)),

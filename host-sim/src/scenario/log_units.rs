@@ -56,6 +56,19 @@ named! {
     }
 }
 
+impl TimeUnit {
+    /// Its length, s; none of a counter of samples.
+    #[must_use]
+    pub const fn seconds(self) -> Option<f64> {
+        match self {
+            Self::Second => Some(1.0),
+            Self::Millisecond => Some(1e-3),
+            Self::Microsecond => Some(1e-6),
+            Self::Sample => None,
+        }
+    }
+}
+
 impl LogUnits {
     /// rad, s and command units.
     pub const SI: Self = Self {
@@ -72,21 +85,10 @@ impl LogUnits {
     #[must_use]
     pub fn scale(&self, quantity: LogQuantity, sample_time: f64) -> f64 {
         match quantity {
-            LogQuantity::Time => self.seconds(sample_time),
+            LogQuantity::Time => self.time.seconds().unwrap_or(sample_time),
             LogQuantity::Reference => self.reference(),
             LogQuantity::Position => self.position(),
             LogQuantity::Command | LogQuantity::Injection => self.command_scale,
-        }
-    }
-
-    /// Seconds for one of the time column's units; a sample lasts `sample_time`, s.
-    #[must_use]
-    fn seconds(&self, sample_time: f64) -> f64 {
-        match self.time {
-            TimeUnit::Second => 1.0,
-            TimeUnit::Millisecond => 1e-3,
-            TimeUnit::Microsecond => 1e-6,
-            TimeUnit::Sample => sample_time,
         }
     }
 

@@ -31,7 +31,7 @@ pub use error::{Fault, ScenarioError};
 pub use key::Key;
 pub(crate) use kind::MAX_COLUMNS;
 pub use law::{Closing, Law, RivalSettings};
-pub use log::{Column, LogQuantity, LogSettings};
+pub use log::{Column, LogQuantity, LogSettings, Scan};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
 pub(crate) use parts::{MAX_PLAYED, index_of};
 pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceState};

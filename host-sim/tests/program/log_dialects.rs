@@ -510,3 +510,96 @@ fn files_that_are_no_logs_are_answered_with_place_and_remedy() {
     let answer = standard_error(&servo_id(&["replay", &log, "--scenario", &scenario]));
     assert!(answer.contains("save the log in UTF-8"), "{answer}");
 }
+
+#[test]
+fn a_position_that_begins_again_is_continued_and_the_result_says_so() {
+    let plain = result("unwrapped", &text(&samples()), PLAIN);
+    assert!(plain["logs"][0]["wrapped"].is_null(), "{plain}");
+    let columns = format!("{PLAIN}\nposition_unit = \"deg\"");
+    let wrapped = rows("t,r,q,u", |[t, r, q, u]| {
+        let [r, q] = [r, q].map(|angle| angle.to_degrees().rem_euclid(360.0));
+        format!("{t},{r:.9},{q:.9},{u}")
+    });
+    let continued = result("wrapped", &wrapped, &columns);
+    assert_alike("wrapped", &continued, &plain, 1e-4);
+    assert_eq!(continued["agreement"]["holds"], true, "{continued}");
+    let period = continued["logs"][0]["wrapped"].as_f64().expect("a period");
+    assert!((period - std::f64::consts::TAU).abs() < 1e-9, "{period}");
+    let stated = result("wrap-stated", &wrapped, &format!("{columns}\nwrap = 360"));
+    assert_alike("wrap-stated", &stated, &continued, 1e-12);
+    let files = files("wrap-printed", &wrapped, &columns);
+    let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
+    let printed = servo_id(&["replay", &log, "--scenario", &scenario]);
+    let printed = String::from_utf8_lossy(&printed.stdout).replace('\n', " ");
+    assert!(
+        printed.contains("begins again every 6.28319 rad and was continued"),
+        "{printed}"
+    );
+    // Stated not to begin again, it jumps.
+    let jumping = replay("wrap-none", &wrapped, &format!("{columns}\nwrap = 0"));
+    assert_ne!(jumping.status.code(), Some(0));
+}
+
+#[test]
+fn a_log_that_contradicts_its_scenario_is_refused_with_a_sentence_for_each_fault() {
+    let reversed = rows("t,r,q,u", |[t, r, q, u]| {
+        format!("{t},{r},{},{}", q.to_degrees(), -u)
+    });
+    let answer = refusal("reversed-degrees", &reversed, PLAIN);
+    let lines: Vec<_> = answer.lines().collect();
+    assert_eq!(lines.len(), 2, "{answer}");
+    assert!(lines[0].contains("log.position_unit = \"deg\""), "{answer}");
+    assert!(lines[1].contains("log.command_scale = -1"), "{answer}");
+    let few: String = text(&samples())
+        .lines()
+        .take(11)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let answer = refusal("ten-rows", &few, PLAIN);
+    assert!(
+        answer.contains("the log has 10 samples: at least 100 are needed"),
+        "{answer}"
+    );
+    let worded = text(&samples()).replacen("\n0.1,", "\nstart,", 1);
+    let answer = refusal("text-in-a-cell", &worded, PLAIN);
+    assert!(
+        answer.contains("column t: \"start\" is not allowed"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn a_contradiction_that_is_to_be_a_warning_is_one_in_every_output() {
+    let reversed = rows("t,r,q,u", |[t, r, q, u]| format!("{t},{r},{q},{}", -u));
+    let columns = format!("{PLAIN}\nscan = \"warn\"");
+    let files = files("warned", &reversed, &columns);
+    let report = files.log.with_file_name("report.html");
+    let json = files.log.with_file_name("result.json");
+    let [log, scenario, report, json] =
+        [files.log, files.scenario, report, json].map(|path| path.display().to_string());
+    let output = servo_id(&[
+        "replay",
+        &log,
+        "--scenario",
+        &scenario,
+        "--report",
+        &report,
+        "--json",
+        &json,
+    ]);
+    assert_done(&output);
+    let printed = String::from_utf8_lossy(&output.stdout).replace('\n', " ");
+    let read = |path: &str| std::fs::read_to_string(path).expect("written");
+    let result: Value = serde_json::from_str(&read(&json)).expect("JSON");
+    let remark = &result["logs"][0]["remarks"][0];
+    assert_eq!(remark["kind"], "reversed", "{remark}");
+    assert_eq!(remark["refuses"], true, "{remark}");
+    for text in [
+        remark["text"].as_str().expect("a text"),
+        &printed,
+        &read(&report),
+    ] {
+        assert!(text.contains("log.command_scale = -1"), "{text}");
+    }
+    assert_ne!(result["status"], "converged", "{result}");
+}

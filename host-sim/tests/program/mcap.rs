@@ -347,7 +347,7 @@ fn a_missing_number_is_reported_with_its_message() {
         answer.contains("log.mcap:42: column s.u: the message has no number there"),
         "{answer}"
     );
-    let cut = format!("{plain}\ncut = [[0.0405, 0.0415]]");
+    let cut = format!("{plain}\ncut = [[0.0405, 0.0415]]\nscan = \"warn\"");
     std::fs::write(&stated, columns(&cut)).expect("written");
     let answer = servo_id(&["replay", &argument(&log), "--scenario", &argument(&stated)]);
     assert!(!standard_error(&answer).contains("no number"), "{answer:?}");

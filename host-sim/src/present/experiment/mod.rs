@@ -12,6 +12,7 @@ use super::remedies::remedies;
 use super::tuning::advice;
 use super::{Block, Page, Section, Tone, Verdict};
 use crate::result::{FitNotes, OutputError, Residual, Summary};
+use crate::scan::Remark;
 use crate::scenario::Scenario;
 use crate::tune::IdentifiedResult;
 use crate::verdict::Status;
@@ -122,7 +123,10 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
 
 fn logs(summary: &Summary) -> Vec<Block> {
     let notes = &summary.replay;
-    let logs = notes.logs.iter().map(|log| Block::Text(log.to_string()));
+    let logs = notes.logs.iter().flat_map(|log| {
+        let remark = |remark: &Remark| Block::Warning(format!("{}: {remark}", log.file));
+        std::iter::once(Block::Text(log.to_string())).chain(log.remarks.iter().map(remark))
+    });
     let agreement = notes.agreement.map(|agreement| match agreement.holds {
         true => Block::Text(sentence(&agreement.to_string())),
         false => Block::Warning(agreement.to_string()),

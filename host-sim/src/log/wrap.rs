@@ -1,0 +1,289 @@
+//! Positions that begin again after a revolution, 359°, 0°, or where a counter overflows.
+
+use std::f64::consts::TAU;
+
+use crate::scenario::{LogUnits, PositionUnit};
+
+/// A step of the position with those beside it, all of the position's column, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Step {
+    before: f64,
+    here: f64,
+    after: f64,
+}
+
+/// Gathers the largest steps of a position.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Jumps {
+    /// The largest steps, at most [`Jumps::MAX_KEPT`].
+    largest: Vec<Step>,
+    /// The smallest step that is none of zero.
+    smallest: Option<f64>,
+    /// The last two positions and the step between those before.
+    last: Option<f64>,
+    step: Option<f64>,
+    before: f64,
+}
+
+/// The period after which positions begin again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Period {
+    /// SI, of the stated unit.
+    Known(f64),
+    /// That of positions in another unit than the stated one.
+    OfUnit(PositionUnit),
+    /// Nothing that a position usually begins again after, column's units.
+    Unknown(f64),
+}
+
+impl Jumps {
+    const MAX_KEPT: usize = 32;
+
+    /// The next position, `None` where the motion before is unknown.
+    pub(super) fn add(&mut self, position: f64, begins: bool) {
+        if begins {
+            self.complete(0.0);
+            (self.last, self.step, self.before) = (Some(position), None, 0.0);
+            return;
+        }
+        let here = position - self.last.unwrap_or(position);
+        self.complete(here);
+        (self.last, self.step) = (Some(position), Some(here));
+    }
+
+    /// Keeps the last step if it is one of the largest.
+    fn complete(&mut self, after: f64) {
+        let Some(here) = self.step else { return };
+        let step = Step {
+            before: self.before,
+            here,
+            after,
+        };
+        self.before = here;
+        let size = here.abs();
+        if size > 0.0 {
+            self.smallest = Some(self.smallest.map_or(size, |smallest| smallest.min(size)));
+        }
+        if self.largest.len() < Self::MAX_KEPT {
+            self.largest.push(step);
+            return;
+        }
+        let smallest = (self.largest.iter_mut())
+            .min_by(|one, other| one.here.abs().total_cmp(&other.here.abs()));
+        if let Some(smallest) = smallest
+            && smallest.here.abs() < step.here.abs()
+        {
+            *smallest = step;
+        }
+    }
+
+    /// The period of positions that cover a `range`, SI, if they jump as if they began again.
+    pub(super) fn period(mut self, range: f64, units: &LogUnits) -> Option<Period> {
+        /// Part of the range from which a step is a jump.
+        const JUMP: f64 = 0.5;
+        self.complete(0.0);
+        let jumps: Vec<_> = (self.largest.into_iter())
+            .filter(|step| step.here.abs() > JUMP * range)
+            .collect();
+        if jumps.is_empty() {
+            return None;
+        }
+        let column = units
+            .scale(crate::scenario::LogQuantity::Position, f64::NAN)
+            .abs();
+        let fits = |period: f64| {
+            range <= 1.001 * period && jumps.iter().all(|step| step.begins_again(period))
+        };
+        let stated = match units.position {
+            PositionUnit::Metre | PositionUnit::Millimetre => None,
+            _ => [TAU, TAU * units.position_scale.abs()]
+                .into_iter()
+                .find(|period| fits(*period)),
+        };
+        if let Some(period) = stated {
+            return Some(Period::Known(period));
+        }
+        // Counters of 8 bits and more.
+        let counter = (8..=32)
+            .map(|bits| 2_f64.powi(bits) * column)
+            .find(|period| fits(*period));
+        let of = [
+            (PositionUnit::Degree, 360.0),
+            (PositionUnit::Radian, TAU),
+            (PositionUnit::Turn, 1.0),
+        ];
+        let other = of
+            .into_iter()
+            .find(|(unit, period)| *unit != units.position && fits(*period * column));
+        match (units.position, counter, other, units.counts_per_rev) {
+            (PositionUnit::Count, Some(period), ..) => Some(Period::Known(period)),
+            (_, _, Some((unit, _)), _) => Some(Period::OfUnit(unit)),
+            (_, Some(_), ..) => Some(Period::OfUnit(PositionUnit::Count)),
+            (_, _, _, Some(counts)) if fits(counts * column) => {
+                Some(Period::OfUnit(PositionUnit::Count))
+            }
+            _ => Period::of_jumps(&jumps, range, self.smallest?)
+                .map(|period| Period::Unknown(period / column)),
+        }
+    }
+}
+
+impl Step {
+    /// True if the motion continues where the position begins again after a period.
+    fn begins_again(&self, period: f64) -> bool {
+        /// Part of the period by which the steps of a motion differ.
+        const MARGIN: f64 = 0.02;
+        let continued = |step: f64| step - period * (step / period).round();
+        let [before, here, after] = [self.before, self.here, self.after].map(continued);
+        let (low, high) = (before.min(after), before.max(after));
+        let margin = MARGIN * period + 0.5 * (high - low);
+        self.here.abs() > 0.5 * period && (low - margin..=high + margin).contains(&here)
+    }
+}
+
+impl Period {
+    /// The size that two or more jumps have in common, of positions whose `smallest` step is much smaller.
+    fn of_jumps(jumps: &[Step], range: f64, smallest: f64) -> Option<f64> {
+        /// Relative difference of jumps that are one size.
+        const TOLERANCE: f64 = 0.02;
+        /// Largest part of a jump that the steps beside it, and the smallest step, may have.
+        const MAX_BESIDE: [f64; 2] = [0.2, 0.02];
+        let largest = jumps
+            .iter()
+            .fold(0.0, |most, step| f64::max(most, step.here.abs()));
+        // A jump beside a jump is where a position moves to and fro over the place at which it begins again.
+        let continued = |step: f64| step - largest * (step / largest).round();
+        let beside = |step: &Step| [step.before, step.after].map(continued);
+        let of = |step: &Step| {
+            let [before, after] = beside(step);
+            (step.here - 0.5 * (before + after)).abs()
+        };
+        let size = jumps.iter().map(of).sum::<f64>() / jumps.len() as f64;
+        let alike = jumps.iter().all(|step| {
+            let [before, after] = beside(step).map(f64::abs);
+            (of(step) / size - 1.0).abs() < TOLERANCE && before.max(after) < MAX_BESIDE[0] * size
+        });
+        let is_jump = alike && smallest < MAX_BESIDE[1] * size && range <= (1.0 + TOLERANCE) * size;
+        (jumps.len() > 1 && is_jump).then_some(size)
+    }
+}
+
+/// Continues a position, and the reference beside it, over the jumps of a period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unwrap {
+    period: f64,
+    turns: f64,
+    last: Option<f64>,
+}
+
+impl Unwrap {
+    /// For a period, SI.
+    pub(super) fn new(period: f64) -> Self {
+        Self {
+            period,
+            turns: 0.0,
+            last: None,
+        }
+    }
+
+    /// The position continued from the last, by less than half a period.
+    pub(super) fn position(&mut self, position: f64) -> f64 {
+        let step = position - self.last.unwrap_or(position);
+        self.turns -= (step / self.period).round();
+        self.last = Some(position);
+        position + self.turns * self.period
+    }
+
+    /// The reference that is nearest to a position that was continued.
+    pub(super) fn reference(&self, reference: f64, position: f64) -> f64 {
+        reference + self.period * ((position - reference) / self.period).round()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Jumps, LogUnits, Period, PositionUnit, TAU, Unwrap};
+    use crate::scenario::LogQuantity;
+
+    /// The period found in a motion, rad, that a column has in a unit and begins again.
+    fn period(wrapped: impl Fn(f64) -> f64, units: &LogUnits) -> Option<Period> {
+        let scale = units.scale(LogQuantity::Position, f64::NAN);
+        let motion = (0..20_000).map(|k| 9.0 * (f64::from(k) * 1e-3).sin());
+        let positions: Vec<f64> = motion.map(|q| scale * wrapped(q)).collect();
+        let (low, high) = super::super::excerpt::extremes(&positions);
+        let mut jumps = Jumps::default();
+        for (k, position) in positions.iter().enumerate() {
+            jumps.add(*position, k == 0);
+        }
+        jumps.period(high - low, units)
+    }
+
+    fn units(position: PositionUnit) -> LogUnits {
+        LogUnits {
+            position,
+            counts_per_rev: Some(4096.0),
+            ..LogUnits::SI
+        }
+    }
+
+    #[test]
+    fn the_period_is_that_of_the_unit_and_tells_a_wrong_one() {
+        let degrees = |q: f64| q.to_degrees().rem_euclid(360.0);
+        let about_zero = |q: f64| (q.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
+        let turns = |q: f64| (q / TAU).rem_euclid(1.0);
+        let counts = |q: f64| (q / TAU * 4096.0).round().rem_euclid(4096.0);
+        let in_deg = units(PositionUnit::Degree);
+        assert_eq!(period(degrees, &in_deg), Some(Period::Known(TAU)));
+        assert_eq!(period(about_zero, &in_deg), Some(Period::Known(TAU)));
+        let in_rad = units(PositionUnit::Radian);
+        assert_eq!(
+            period(degrees, &in_rad),
+            Some(Period::OfUnit(PositionUnit::Degree))
+        );
+        assert_eq!(
+            period(turns, &in_rad),
+            Some(Period::OfUnit(PositionUnit::Turn))
+        );
+        assert_eq!(
+            period(counts, &in_rad),
+            Some(Period::OfUnit(PositionUnit::Count))
+        );
+        assert_eq!(
+            period(counts, &units(PositionUnit::Count)),
+            Some(Period::Known(TAU))
+        );
+        let overflow = |q: f64| (q / TAU * 4096.0).round().rem_euclid(256.0);
+        assert_eq!(
+            period(overflow, &units(PositionUnit::Count)),
+            Some(Period::Known(TAU / 16.0))
+        );
+        let Some(Period::Unknown(found)) = period(|q| q.rem_euclid(5.0), &in_rad) else {
+            panic!("a period without a name");
+        };
+        assert!((found - 5.0).abs() < 0.05, "{found}");
+    }
+
+    #[test]
+    fn motion_without_jumps_and_a_single_spike_have_no_period() {
+        assert_eq!(period(|q| q, &LogUnits::SI), None);
+        let mut jumps = Jumps::default();
+        for k in 0..1000 {
+            let spike = if k == 500 { TAU } else { 0.0 };
+            jumps.add(f64::from(k) * 1e-4 + spike, k == 0);
+        }
+        assert_eq!(jumps.period(0.05 + TAU, &LogUnits::SI), None);
+    }
+
+    #[test]
+    fn a_position_is_continued_through_every_turn() {
+        let mut unwrap = Unwrap::new(TAU);
+        for k in 0..10_000 {
+            let truth = 1.0 + 40.0 * (f64::from(k) * 1e-3).sin();
+            let continued = unwrap.position(truth.rem_euclid(TAU));
+            assert!((continued - truth).abs() < 1e-9, "{k}");
+            let reference = truth + 1.5;
+            let nearest = unwrap.reference(reference.rem_euclid(TAU), continued);
+            assert!((nearest - reference).abs() < 1e-9, "{k}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! The grid that recorded positions lie on: the counts of an encoder, or the decimals of a log.
+
+/// The different positions of a log, column units, ascending from the lowest at zero.
+#[derive(Debug, Clone)]
+pub(super) struct Positions(Vec<f64>);
+
+impl Positions {
+    /// Fewest different positions that show a grid.
+    const MIN_COUNT: usize = 20;
+    /// Most that are examined.
+    const MAX_COUNT: usize = 20_000;
+    /// Part of the range below which two positions are one.
+    const ROUNDING: f64 = 1e-9;
+
+    /// Those among some; none where there are too few to show a grid.
+    pub(super) fn of(positions: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut all: Vec<f64> = positions.collect();
+        all.sort_by(f64::total_cmp);
+        let (lowest, highest) = (*all.first()?, *all.last()?);
+        let least = Self::ROUNDING * (highest - lowest);
+        all.iter_mut().for_each(|position| *position -= lowest);
+        all.dedup_by(|next, before| *next - *before <= least);
+        // The lowest of them are neighbours, which a step is measured from.
+        all.truncate(Self::MAX_COUNT);
+        (all.len() >= Self::MIN_COUNT).then_some(Self(all))
+    }
+
+    /// True if each lies on a multiple of a step of its own, to a tenth of the step.
+    pub(super) fn lie_on(&self, step: f64) -> bool {
+        /// Largest distance from a multiple, part of the step, and the share of positions within it; a fifth is by chance.
+        const MAX_DISTANCE: f64 = 0.1;
+        const MIN_SHARE: f64 = 0.85;
+        let mut last = None;
+        let mut on = 0.0;
+        for position in &self.0 {
+            let steps = position / step;
+            let multiple = steps.round();
+            if (steps - multiple).abs() <= MAX_DISTANCE && last != Some(multiple) {
+                on += 1.0;
+                last = Some(multiple);
+            }
+        }
+        on >= MIN_SHARE * self.0.len() as f64
+    }
+
+    /// The largest step that they lie on multiples of; none for a position without steps.
+    pub(super) fn step(&self) -> Option<f64> {
+        /// Smallest differences are at most this many steps.
+        const MAX_STEPS: u32 = 6;
+        let differences = self.0.windows(2).map(|pair| pair[1] - pair[0]);
+        let smallest = differences.min_by(f64::total_cmp)?;
+        (1..=MAX_STEPS)
+            .map(|steps| self.refined(smallest / f64::from(steps)))
+            .find(|step| self.lie_on(*step))
+    }
+
+    /// A step that is nearly right, by least squares over ever longer distances.
+    fn refined(&self, step: f64) -> f64 {
+        const MAX_DISTANCE: f64 = 0.25;
+        let (mut step, mut products, mut squares) = (step, 0.0, 0.0);
+        for distance in &self.0[1..] {
+            let steps = (distance / step).round();
+            if steps > 0.0 && (distance / step - steps).abs() < MAX_DISTANCE {
+                products += distance * steps;
+                squares += steps * steps;
+                step = products / squares;
+            }
+        }
+        step
+    }
+
+    /// True if they are whole numbers of some thousandfold or finer part of one: written with a few decimals.
+    pub(super) fn is_decimal(step: f64) -> bool {
+        /// Rounding of the step.
+        const TOLERANCE: f64 = 1e-5;
+        let decade = 10_f64.powf(step.log10().floor());
+        let leading = step / decade;
+        [1.0, 2.0, 5.0, 10.0]
+            .iter()
+            .any(|x| (leading / x - 1.0).abs() < TOLERANCE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Positions;
+
+    fn positions(step: f64, of: impl Fn(f64) -> f64) -> Positions {
+        let motion = (0..5000).map(|k| 1.0 + 0.7 * (f64::from(k) * 1e-2).sin());
+        Positions::of(motion.map(|q| of((q / step).round() * step))).expect("enough")
+    }
+
+    #[test]
+    fn the_step_is_that_of_the_encoder_to_the_rounding_of_the_log() {
+        for step in [std::f64::consts::TAU / 500.0, 0.036, 1.0 / 4096.0, 1e-3] {
+            let found = positions(step, |x| x).step().expect("a grid");
+            assert!((found / step - 1.0).abs() < 1e-9, "{step}: {found}");
+        }
+        let decimals = |x: f64| (x * 1e5).round() / 1e5;
+        let found = positions(std::f64::consts::TAU / 500.0, decimals);
+        assert!(found.lie_on(std::f64::consts::TAU / 500.0));
+        assert!(!found.lie_on(std::f64::consts::TAU / 250.0));
+        assert!(!found.lie_on(std::f64::consts::TAU / 2000.0 * 1.1));
+        assert!(Positions::is_decimal(5e-4) && !Positions::is_decimal(0.036));
+    }
+
+    #[test]
+    fn positions_without_steps_have_no_grid() {
+        let smooth = (0..5000).map(|k| (f64::from(k) * 1e-2).sin());
+        let smooth = Positions::of(smooth).expect("enough");
+        assert_eq!(smooth.step(), None);
+        assert!(!smooth.lie_on(1e-3));
+    }
+}
