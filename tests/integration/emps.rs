@@ -13,6 +13,7 @@ use host_sim::predict::predict;
 use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, LogSettings, Purpose, Scenario};
+use host_sim::verdict::Status;
 use identifier_core::parameters::{ServoParameters, Unknown};
 use integration_tests::{Random, in_parallel, skipped};
 
@@ -163,6 +164,43 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
         for i in 0..4 {
             assert!(in_one_place(found.iter().map(|values| values[i]), apart));
         }
+    }
+}
+
+/// One fit to the whole log, of which nothing is known beforehand, and no term is asked for.
+#[test]
+fn one_fit_finds_the_asymmetry_first_and_then_the_published_values() {
+    let Some(log) = log() else { return };
+    let text = "[amplifier]\nlimit = 10.0\n[identifier]\nlaw = \"fit\"\n[log]\ntime = \"t_s\"\n\
+                position = \"q_m\"\ncommand = \"vir_V\"\n";
+    let scenario = Scenario::parse("emps", text, Purpose::Replay).expect("valid settings");
+    let scenario = fitted(scenario, &log);
+    let mut summariser = Summariser::lasting(&scenario, log.duration());
+    let replayed = replay(&scenario, &log, 1, &mut |_, sample| summariser.add(sample))
+        .expect("it can be replayed");
+    let summary = summariser.finish(&scenario, replayed.outcome);
+    assert_eq!(summary.status(), Status::Converged, "{}", summary.reason);
+    let fit = summary.fit.as_ref().expect("a fit");
+    let first = fit.effects.first().map(|effect| (effect.name, effect.or));
+    assert_eq!(first, Some(("asymmetry", None)), "{fit:?}");
+    let size = |unknown| {
+        let mut terms = summary.estimates.terms.iter();
+        terms
+            .find(|term| term.unknown == unknown)
+            .map(|term| term.value)
+    };
+    let mass = FORCE / summary.estimates.b.last;
+    let asymmetry = size(Unknown::Asymmetry).expect("it entered");
+    let found = [
+        mass,
+        (summary.estimates.a.last + asymmetry) * mass,
+        (summary.estimates.a.last - asymmetry) * mass,
+        summary.estimates.coulomb.last * mass,
+    ];
+    println!("M, Fv+, Fv-, Fc = {found:.3?}");
+    for (i, most) in [0.01, 0.04, 0.04, 0.05].into_iter().enumerate() {
+        let off = found[i] / ASYMMETRIC[i] - 1.0;
+        assert!(off.abs() < most, "{found:?}");
     }
 }
 

@@ -118,8 +118,7 @@ impl Tournament<'_> {
         const MIN_HELD_OUT: [f64; 2] = [10.0, 4.0];
         const MIN_SIGNIFICANCE: f64 = 12.0;
         const MIN_CONSISTENCY: f64 = 2.0;
-        /// A current loop looks like the delay that is in the model already, and is fitted in any case.
-        const MIN_LAG_SIGNIFICANCE: f64 = 20.0;
+        /// A current loop looks like the delay that is in the model already, and is fitted in any case, samples.
         const MIN_LAG_DELAY: f64 = 0.3;
         let is_worth = |answer: &&Answer| {
             let sizes = answer.sizes.len() as f64;
@@ -141,11 +140,9 @@ impl Tournament<'_> {
             }
         }
         let delayed = model.fitted.values.get(Effect::Delay) - self.fitter.earliest.max(0.0);
-        let lag = answers.iter().find(|answer| {
-            answer.candidate.cause == Cause::CurrentLoop
-                && delayed > MIN_LAG_DELAY
-                && answer.significance > MIN_LAG_SIGNIFICANCE
-        });
+        let lag = answers
+            .iter()
+            .find(|answer| answer.candidate.cause == Cause::CurrentLoop && delayed > MIN_LAG_DELAY);
         if let Some(lag) = lag
             && promising
                 .iter()

@@ -9,6 +9,7 @@ mod drive_settings;
 mod effects;
 mod faults;
 #[cfg(target_os = "linux")]
+mod fit;
 mod guides;
 mod init_and_check;
 mod log_dialects;

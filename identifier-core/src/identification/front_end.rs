@@ -97,23 +97,27 @@ impl FrontEnd {
             part.command = self.shape(part.recorded);
             part.last = i;
         }
-        if let Some(lags) = &self.lag {
-            if !current.is_known {
-                *current = Current {
-                    value: parts[0].command,
-                    per_lag: 0.0,
-                    is_known: true,
-                };
-            }
-            for (part, lag) in parts.iter_mut().zip(lags) {
-                let target = part.command;
-                let off = current.value - target;
-                part.command = target + off * lag.mean;
-                part.per_lag = current.per_lag * lag.mean + off * lag.mean_per_lag;
-                part.slope = off * (lag.left - 1.0) * lag.per_length;
-                current.per_lag = current.per_lag * lag.left + off * lag.left_per_lag;
-                current.value = target + off * lag.left;
-            }
+        let Some(lags) = &self.lag else {
+            // The first derivative of a current loop that is none: what a step loses.
+            let [earlier, later] = &mut parts;
+            later.per_lag = (earlier.command - later.command) / self.lengths[1];
+            return parts;
+        };
+        if !current.is_known {
+            *current = Current {
+                value: parts[0].command,
+                per_lag: 0.0,
+                is_known: true,
+            };
+        }
+        for (part, lag) in parts.iter_mut().zip(lags) {
+            let target = part.command;
+            let off = current.value - target;
+            part.command = target + off * lag.mean;
+            part.per_lag = current.per_lag * lag.mean + off * lag.mean_per_lag;
+            part.slope = off * (lag.left - 1.0) * lag.per_length;
+            current.per_lag = current.per_lag * lag.left + off * lag.left_per_lag;
+            current.value = target + off * lag.left;
         }
         parts
     }

@@ -1,0 +1,111 @@
+//! One fit to a whole log, from the command line.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::support::{folder, printed_json, servo_id};
+
+/// The trace of a simulated servo, and the scenario of the page on the fit.
+fn trace(name: &str) -> (PathBuf, PathBuf) {
+    let folder = folder(&format!("fit-{name}"));
+    let log = folder.join("trace.csv");
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/friction.toml");
+    let path = log.display().to_string();
+    let output = servo_id(&["run", own, "--csv", &path]);
+    assert!(output.status.success());
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/fit.md");
+    let page = std::fs::read_to_string(page).expect("the page is there");
+    let example = page.split("```").nth(1).expect("an example");
+    let scenario = folder.join("fit.toml");
+    std::fs::write(&scenario, example.trim_start_matches("toml")).expect("written");
+    (log, scenario)
+}
+
+fn replayed(log: &Path, scenario: &Path) -> Value {
+    let [log, scenario] = [log, scenario].map(|path| path.display().to_string());
+    printed_json(&servo_id(&[
+        "replay",
+        &log,
+        "--scenario",
+        &scenario,
+        "--json",
+        "-",
+    ]))
+}
+
+/// Changes the commands of a trace.
+fn with_commands(log: &Path, change: impl FnOnce(&mut Vec<f64>)) {
+    let text = std::fs::read_to_string(log).expect("a trace");
+    let mut rows: Vec<Vec<String>> = text
+        .lines()
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect();
+    let place = rows[0].iter().position(|name| name == "command");
+    let place = place.expect("a column of commands");
+    let mut commands: Vec<f64> = rows[1..]
+        .iter()
+        .map(|row| row[place].parse().expect("a number"))
+        .collect();
+    change(&mut commands);
+    for (row, command) in rows[1..].iter_mut().zip(commands) {
+        row[place] = command.to_string();
+    }
+    let lines: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    std::fs::write(log, lines.join("\n") + "\n").expect("written");
+}
+
+fn number(result: &Value, pointer: &str) -> f64 {
+    let value = result.pointer(pointer).and_then(Value::as_f64);
+    value.unwrap_or_else(|| panic!("no {pointer} in {result}"))
+}
+
+#[test]
+fn a_log_is_identified_without_a_first_guess() {
+    let (log, scenario) = trace("plain");
+    let result = replayed(&log, &scenario);
+    assert_eq!(result["status"], "converged", "{}", result["reason"]);
+    let off = |name: &str, truth: f64| {
+        let value = number(&result, &format!("/estimates/{name}/final"));
+        let error = number(&result, &format!("/estimates/{name}/std_error"));
+        assert!(
+            (value - truth).abs() < 4.0 * error,
+            "{name} {value} ± {error}"
+        );
+        value / truth - 1.0
+    };
+    assert!(off("b", 257.7).abs() < 2e-3);
+    assert!(off("coulomb", 10.0).abs() < 0.01);
+    let noise = number(&result, "/fit/noise_counts");
+    assert!((0.25..0.35).contains(&noise), "{noise}");
+    assert_eq!(result["fit"]["effects"], Value::Array(Vec::new()));
+    assert!(result["fit"]["command_recorded_late"].is_null());
+}
+
+#[test]
+fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
+    let (log, scenario) = trace("late");
+    with_commands(&log, |commands| commands.rotate_right(1));
+    let result = replayed(&log, &scenario);
+    let late = number(&result, "/fit/command_recorded_late");
+    assert!((late - 1.0).abs() < 0.05, "{late}");
+    let coulomb = number(&result, "/estimates/coulomb/final");
+    assert!((coulomb - 10.0).abs() < 0.5, "{coulomb}");
+    assert_eq!(result["status"], "converged", "{}", result["reason"]);
+}
+
+#[test]
+fn a_reversed_or_foreign_command_is_never_converged() {
+    let (log, scenario) = trace("reversed");
+    with_commands(&log, |commands| {
+        commands.iter_mut().for_each(|command| *command = -*command);
+    });
+    let reversed = replayed(&log, &scenario);
+    assert_ne!(reversed["status"], "converged", "{reversed}");
+    with_commands(&log, |commands| {
+        let half = commands.len() / 2;
+        commands.rotate_left(half);
+    });
+    let foreign = replayed(&log, &scenario);
+    assert_ne!(foreign["status"], "converged", "{foreign}");
+}
