@@ -23,10 +23,16 @@ pub(super) fn std_errors(
     let spread = spread(fitter, model);
     let (_, load) = fitter.load(&model.fitted, &model.free);
     let load = load.hypot(inseparable);
+    let sums = &model.fitted.sums;
     (0..count)
         .map(|i| {
             let own = match model.free[i] {
                 Effect::Load => load,
+                // No delay is a bound at which everything else is free.
+                Effect::Delay if !own[i].is_finite() => {
+                    let variance = sums.noise() / sums.hessian[i][i].max(f64::MIN_POSITIVE);
+                    (variance * model.rows_per_row).sqrt()
+                }
                 _ => own[i],
             };
             (own * own + missing[i] + spread[i]).sqrt()
