@@ -5,9 +5,13 @@ use identifier_core::identification::{Effect, Fitter, Horizon, Search, segments}
 use super::scan::Answer;
 use super::tournament::Model;
 
+/// The part of a usual size to which a servo is its model.
+const MODEL_ACCURACY: f64 = 1e-3;
+
 /// Standard errors of the free effects, in their order; `inseparable` is the part of a load that may be gravity.
 ///
-/// σ² = sandwich + ∑ w shift² + spread²: a missing effect counts with the weight of its evidence (Hoeting,
+/// σ² = sandwich + ideal² + ∑ w shift² + spread²: no servo is its model to better than a thousandth (jitter of
+/// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record shows; a missing effect counts with the weight of its evidence (Hoeting,
 /// Madigan, Raftery and Volinsky, "Bayesian model averaging", Statistical Science 14(4), 1999), and the
 /// spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
 /// the horizon or four times it (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
@@ -35,7 +39,8 @@ pub(super) fn std_errors(
                 }
                 _ => own[i],
             };
-            (own * own + missing[i] + spread[i]).sqrt()
+            let ideal = MODEL_ACCURACY * fitter.usual_size(&model.fitted.values, model.free[i]);
+            (own * own + ideal * ideal + missing[i] + spread[i]).sqrt()
         })
         .collect()
 }

@@ -115,6 +115,20 @@ impl<'a> Fitter<'a> {
         }
     }
 
+    /// The size beside which an error of one of the four parameters is small or large: b itself, for friction and
+    /// load the acceleration by the largest command, for a that over the velocity; zero for other effects.
+    #[must_use]
+    pub fn usual_size(&self, values: &Values, effect: Effect) -> f64 {
+        let gain = values.get(Effect::B).abs();
+        let acceleration = gain * self.survey.command;
+        match effect {
+            Effect::A => acceleration / self.survey.velocity,
+            Effect::B => gain,
+            Effect::Coulomb | Effect::Load => acceleration,
+            _ => 0.0,
+        }
+    }
+
     /// A step of a search for an effect's value, no further than the search's model of it holds.
     fn moved(&self, values: &Values, effect: Effect, step: f64) -> f64 {
         /// Factor by which a positive quantity changes at most.
@@ -464,8 +478,8 @@ impl<'a> Fitter<'a> {
             place.map_or(f64::NAN, |place| errors[place])
         };
         let values = &fitted.values;
-        let usual = values.get(Effect::B).abs() * self.survey.command;
-        let rate = usual / self.survey.velocity;
+        let usual = self.usual_size(values, Effect::Coulomb);
+        let rate = self.usual_size(values, Effect::A);
         let floor = |value: f64, share: f64| value.abs() + share;
         let log = |error: f64, scale: f64, least: f64| {
             let error = if error.is_finite() { error } else { least };

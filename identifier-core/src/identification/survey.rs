@@ -159,6 +159,6 @@ impl Survey {
     /// whatever the model lacks.
     #[must_use]
     pub fn shortest_horizon(&self, samples: usize) -> f64 {
-        (1.0 / self.bandwidth).clamp(6.0, (samples as f64 / 100.0).max(8.0))
+        (0.7 / self.bandwidth).clamp(6.0, (samples as f64 / 100.0).max(8.0))
     }
 }
