@@ -168,7 +168,7 @@ impl Homing {
                     self.send(here, -self.direction * to_index, origin, reference);
                 } else {
                     self.phase = Phase::Approach;
-                    let way = CLEARANCES_OF_APPROACH * self.clearance;
+                    let way = self.clearance.saturating_mul(CLEARANCES_OF_APPROACH);
                     self.send(here, self.direction * way, origin, reference);
                 }
             }

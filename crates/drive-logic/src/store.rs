@@ -88,7 +88,10 @@ impl core::error::Error for StoreError {}
 
 impl<F: NorFlash> Store<F> {
     /// Slots of an area.
-    const SLOTS: u32 = (F::ERASE_SIZE / SLOT) as u32;
+    const SLOTS: u32 = {
+        assert!(F::ERASE_SIZE >= SLOT, "an area holds a record at least");
+        (F::ERASE_SIZE / SLOT) as u32
+    };
 
     /// Opens the two areas that begin at `start`, and reads the newest record of a version.
     pub fn open<T: DeserializeOwned>(

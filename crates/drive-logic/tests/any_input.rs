@@ -6,7 +6,9 @@ mod support;
 
 use std::collections::VecDeque;
 
-use drive_link::{Command, Format, Law, Line, Report, Request, Settings, State, frame};
+use drive_link::{
+    Command, Format, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
+};
 use drive_logic::Conversation;
 use proptest::prelude::*;
 use support::drive::{Drive, SERVO};
@@ -91,14 +93,31 @@ fn law() -> impl Strategy<Value = (Law, Format)> {
     (law, prop_oneof![4 => Just(FORMAT), 1 => Just(OTHER_FORMAT)])
 }
 
+fn source() -> impl Strategy<Value = TargetSource> {
+    prop_oneof![
+        2 => Just(TargetSource::Line),
+        1 => number().prop_map(|step| TargetSource::Steps { step }),
+        1 => number().prop_map(|range| TargetSource::Voltage { range }),
+    ]
+}
+
 /// Settings with a few arbitrary numbers, as factors of the former ones or in their place.
 fn any_settings() -> impl Strategy<Value = Settings> {
     let changes = prop::collection::vec(
         (any::<prop::sample::Index>(), number(), any::<bool>()),
         0..4,
     );
-    (changes, law(), 0_u8..4).prop_map(|(changes, (law, format), overruns)| {
+    let of_run = (0_u8..4, source(), any::<bool>());
+    (changes, law(), of_run).prop_map(|(changes, (law, format), (overruns, source, index))| {
         let mut wanted = settings();
+        wanted.source = source;
+        wanted.homing = Some(Homing {
+            seek: -3.0,
+            approach: 0.2,
+            clearance: 0.5,
+            index,
+            offset: 2.0,
+        });
         wanted.closed_loop.law = law;
         wanted.closed_loop.format = format;
         wanted.protection.overruns = overruns;
@@ -117,6 +136,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         Just(Command::Hello),
         Just(Command::Show),
         Just(Command::Start),
+        Just(Command::Home),
         Just(Command::Stop),
         Just(Command::Clear),
         Just(Command::Save),
@@ -158,14 +178,26 @@ impl Line for Wire {
 
 proptest! {
     #[test]
-    fn settings_of_any_numbers_are_refused_or_run_within_their_limits(wanted in any_settings()) {
+    fn settings_of_any_numbers_are_refused_or_run_within_their_limits(
+        wanted in any_settings(),
+        outside in prop::collection::vec((prop::option::of(any::<i16>()), prop::option::of(-1.05_f32..1.05)), 1..10),
+        homes in any::<bool>(),
+        switch in (-1.0..1.0, 0.0..2.0),
+    ) {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!(drive, &bench, &flash);
         if let Report::Done { .. } = drive.ask(Command::Configure(wanted)) {
             drive.done(Command::Watch(1));
             let limit = wanted.closed_loop.core.controller.expect("taken").limit;
             if let Report::Done { .. } = drive.ask(Command::Start) {
-                for _ in 0..300 {
+                if homes {
+                    *bench.home_switch.borrow_mut() = switch.0..switch.0 + switch.1;
+                    drive.ask(Command::Home);
+                }
+                for k in 0..300 {
+                    let (steps, voltage) = outside[k / 20 % outside.len()];
+                    bench.steps.set(steps);
+                    bench.voltage.set(voltage);
                     for report in drive.pass(1) {
                         if let Report::Snapshot(shown) = report {
                             let command = f64::from(shown.command);

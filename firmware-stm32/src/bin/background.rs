@@ -222,7 +222,7 @@ impl ReadNorFlash for NoFlash {
 
 impl NorFlash for NoFlash {
     const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 1024;
+    const ERASE_SIZE: usize = 2048;
 
     fn erase(&mut self, _: u32, _: u32) -> Result<(), Refused> {
         Err(Refused)
