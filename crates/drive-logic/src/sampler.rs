@@ -147,7 +147,11 @@ impl<'a> Sampler<'a> {
         let (sensor, output) = chip.servo();
         // Read even so: a counter of few bits that wraps unread loses its turns.
         let _ = sensor.count();
-        let _ = output.release();
+        let is_disabled = output.release().is_ok();
+        if !is_disabled && self.fault.is_none() {
+            self.fault = Some(Fault::ActuatorFailed);
+            self.report_state();
+        }
         // It follows the sample time that was configured since.
         let patience = self.channel.disabled_patience();
         self.background.set_patience(patience);
@@ -193,7 +197,7 @@ impl<'a> Sampler<'a> {
         if stops != self.stops {
             self.stops = stops;
             if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
-                // It ends with this sample.
+                // It ends with this sample, which disables the output again and notices if that fails.
                 commissioning.abort(Reason::Stopped);
                 let _ = actuator.release();
             } else {
@@ -358,7 +362,9 @@ impl<'a> Sampler<'a> {
 
     /// Disables the servo and returns the mode that has driven it.
     fn end_mode<A: Actuator<f32>>(&mut self, actuator: &mut A) {
-        let _ = actuator.release();
+        if actuator.release().is_err() {
+            self.fault = self.fault.or(Some(Fault::ActuatorFailed));
+        }
         if let Some(mode) = self.mode.take() {
             if let Mode::Commissioning(commissioning) = &mode {
                 self.fault = commissioning.fault().or(self.fault);

@@ -469,3 +469,34 @@ fn the_law_that_needs_no_guess_starts_from_kept_estimates() {
     }
     assert!(bench.held.get().is_some());
 }
+
+#[test]
+fn an_output_that_cannot_be_disabled_is_a_fault_in_every_state() {
+    let failed = State::Faulted(Fault::ActuatorFailed);
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    // At rest, before and after a clear.
+    bench.releases.set(false);
+    drive.pass(2);
+    assert_eq!(drive.supervisor.state(), failed);
+    drive.done(Command::Clear);
+    drive.pass(5);
+    assert_eq!(drive.supervisor.state(), failed);
+    bench.releases.set(true);
+    drive.done(Command::Clear);
+    drive.pass(5);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    // At the end of a run whose time is over, if only in that sample.
+    let mut short = settings();
+    short.protection.duration = 0.05;
+    drive.done(Command::Configure(short));
+    drive.done(Command::Start);
+    drive.pass(20);
+    bench.releases.set(false);
+    while bench.held.get().is_some() {
+        drive.sample();
+    }
+    bench.releases.set(true);
+    drive.pass(5);
+    assert_eq!(drive.supervisor.state(), failed);
+}
