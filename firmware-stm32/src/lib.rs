@@ -16,8 +16,11 @@ pub mod emulated_servo;
 pub mod ending;
 pub mod hand_off;
 pub mod host;
+#[cfg(target_os = "none")]
+pub mod image;
 pub mod instructions;
 pub mod measured;
+mod memory_test;
 mod panic;
 pub mod paper;
 pub mod settings;

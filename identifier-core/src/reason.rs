@@ -42,6 +42,9 @@ catalogue! {
     ResetByWatchdog = 3, "reset-by-watchdog":
         "the watchdog reset the drive: a sample did not end in time",
         "lower the sample rate and start again";
+    ImageDamaged = 4, "image-damaged":
+        "the program in the drive's flash is not the one that was built",
+        "flash the firmware again; if it returns, replace the chip";
     AmplifierFault = 10, "amplifier-fault":
         "the amplifier reports a fault or too large a current",
         "check wiring and current limit of the amplifier";
@@ -230,7 +233,10 @@ impl Reason {
     /// True for a fault that only a reset clears, because it is tested at boot alone.
     #[must_use]
     pub const fn needs_reset(self) -> bool {
-        matches!(self, Self::ClockNotStable | Self::SelfTestFailed)
+        matches!(
+            self,
+            Self::ClockNotStable | Self::SelfTestFailed | Self::ImageDamaged
+        )
     }
 
     /// True if a commissioning disables the stage for it instead of holding the servo with the gains from

@@ -7,14 +7,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use drive_link::{
-    Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, PROTOCOL, Refusal,
-    Report, Snapshot, State,
+    BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, PROTOCOL,
+    Refusal, Report, Snapshot, State,
 };
 use host_sim::drive::{Client, DriveError};
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use identifier_core::tuning::Goal;
 
-use crate::{emulator, firmware};
+use crate::{emulator, firmware, seal};
 
 /// Time limit of the emulator for half a minute of the drive.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
@@ -23,7 +23,19 @@ const TIME_LIMIT: Duration = Duration::from_secs(300);
 pub(crate) fn check() -> Result<(), String> {
     firmware::build(&["drive"], &["emulator"])?;
     let (_running, port) = emulator::Running::start(&firmware::path("drive"), &[])?;
-    operate(&mut Client::new(port)).map_err(|error| error.to_string())
+    operate(&mut Client::new(port)).map_err(|error| error.to_string())?;
+    refuse_damage().map_err(|error| error.to_string())
+}
+
+/// Boots a drive whose program does not fit its seal.
+fn refuse_damage() -> Result<(), Box<dyn Error>> {
+    let damaged = seal::damaged(&firmware::path("drive"))?;
+    let (_running, port) = emulator::Running::start(&damaged, &[])?;
+    let status = Client::new(port).status()?;
+    let fault = Fault::ImageDamaged;
+    expect("a damaged program", status.state, State::Faulted(fault))?;
+    println!("{fault}");
+    Ok(())
 }
 
 fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
@@ -31,6 +43,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     expect("protocol", status.protocol, PROTOCOL)?;
     expect("state after the boot", status.state, State::Released)?;
     expect("configured", status.configured, false)?;
+    expect("the boot", status.boot, BootChecks::PASSED)?;
     let refused = refusal(drive, Command::Start)?;
     expect("a start of a new drive", refused, Refusal::NotConfigured)?;
     expect("the store at first", status.kept, Kept::Nothing)?;

@@ -4,6 +4,8 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::seal::seal;
+
 /// The chip.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -15,13 +17,29 @@ pub(crate) fn root() -> &'static Path {
 }
 
 /// Builds the release of some binaries, all if none is named, with some features. It links only without
-/// a panic.
+/// a panic. The drive is sealed.
 pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> {
+    let has_drive = binaries.is_empty() || binaries.contains(&"drive");
     let features = format!("--features={}", features.join(","));
     let binaries = binaries.iter().flat_map(|binary| ["--bin", binary]);
     let what: Vec<&str> = binaries.chain([features.as_str()]).collect();
     // The settings beside the firmware name its target and make its release fit the chip.
-    release(&root().join("firmware-stm32"), &what)
+    release(&root().join("firmware-stm32"), &what)?;
+    if has_drive {
+        seal(&path("drive"))?;
+    }
+    Ok(())
+}
+
+/// Builds and seals the drive for a board.
+pub(crate) fn image(board: &str, features: &[String]) -> Result<(), String> {
+    let features = format!("--features={board},{}", features.join(","));
+    let what = ["--bin", "drive", "--no-default-features", &features];
+    release(&root().join("firmware-stm32"), &what)?;
+    let drive = path("drive");
+    seal(&drive)?;
+    println!("sealed: {}", drive.display());
+    Ok(())
 }
 
 /// Builds the emulator's plugin for this machine and returns its file.

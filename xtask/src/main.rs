@@ -14,6 +14,7 @@ mod lead;
 mod listing;
 mod metered;
 mod same_bits;
+mod seal;
 mod soak;
 mod thumb;
 
@@ -38,6 +39,15 @@ enum Verb {
         /// Hours of the drive's time.
         #[arg(long, default_value_t = 2.0)]
         hours: f64,
+    },
+    /// Build the drive firmware for a board and seal it: it checks itself when it boots.
+    Image {
+        /// The board.
+        #[arg(long, default_value = "olimex-stm32-h405")]
+        board: String,
+        /// A further feature: dac or fixed-point.
+        #[arg(long)]
+        feature: Vec<String>,
     },
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
@@ -72,6 +82,7 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
+        Verb::Image { board, feature } => firmware::image(&board, &feature),
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),

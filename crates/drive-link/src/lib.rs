@@ -21,8 +21,8 @@ pub use frame::{FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Receiver, StopLi
 pub use guidance::{Home, Homing, TargetSource};
 pub use line::Line;
 pub use message::{
-    Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report, Request, Snapshot,
-    State, Status,
+    BootChecks, Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report,
+    Request, Snapshot, State, Status,
 };
 pub use no_gains::NoGains;
 pub use settings::{

@@ -138,10 +138,27 @@ pub struct Status {
     pub dropped: u32,
     /// Frames that could not be decoded.
     pub garbled: u32,
-    /// The chip resets itself before its supply is too low for it. If not, its option bytes are to be set.
-    pub resets_in_time: bool,
+    /// Findings of the boot that are no faults.
+    pub boot: BootChecks,
     /// Disturbances of the line: bytes that were lost, framing errors and breaks.
     pub disturbed: u32,
+}
+
+/// Findings of the boot that are no faults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BootChecks {
+    /// The chip resets itself before its supply is too low for it. If not, its option bytes are to be set.
+    pub resets_in_time: bool,
+    /// The program in the flash was checked against its seal, which it has.
+    pub image_checked: bool,
+}
+
+impl BootChecks {
+    /// Nothing found.
+    pub const PASSED: Self = Self {
+        resets_in_time: true,
+        image_checked: true,
+    };
 }
 
 /// Counts of an identifier's events.

@@ -16,13 +16,13 @@ use drive_chip::serial::{Port, Reception};
 use drive_chip::step_input::StepInput;
 use drive_chip::watchdog::Watchdog;
 use drive_chip::{Mmio, interrupts, sample_timer};
-use drive_link::State;
+use drive_link::{BootChecks, State};
 use drive_logic::{
     Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, Supervisor, self_test,
 };
 use firmware_stm32::board::{self, Encoder, Output, Wired};
 use firmware_stm32::hand_off::HandOff;
-use firmware_stm32::settings;
+use firmware_stm32::{image, settings};
 use stm32f4xx_hal::pac::interrupt;
 
 /// State of the sample interrupt.
@@ -148,6 +148,7 @@ fn PVD() {
 }
 
 firmware_stm32::give_up_at_every_end!();
+firmware_stm32::test_memory_after_reset!();
 
 #[entry]
 fn main() -> ! {
@@ -191,11 +192,15 @@ fn background(
         found,
         ..
     } = wired;
-    let found = self_test().and(found);
+    let image = image::check();
+    let found = self_test().and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
     let mut supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, board::STAGE, found);
-    supervisor.set_resets_in_time(resets_in_time);
+    supervisor.set_boot_checks(BootChecks {
+        resets_in_time,
+        image_checked: image == Ok(true),
+    });
     watchdog.start();
     CONTROL.give(Control {
         sampler: Sampler::new(interrupt, found),

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use crate::support::simulated_drive::SERVO;
 use drive_link::{
-    Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed, PROTOCOL,
-    Progress, Protection, Report, Settings, Snapshot, State as Does, Status, TargetSource,
+    BootChecks, Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed,
+    PROTOCOL, Progress, Protection, Report, Settings, Snapshot, State as Does, Status,
+    TargetSource,
 };
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
@@ -56,7 +57,7 @@ fn status(state: Does) -> Status {
         overruns: 0,
         dropped: 0,
         garbled: 0,
-        resets_in_time: true,
+        boot: BootChecks::PASSED,
         disturbed: 0,
     }
 }

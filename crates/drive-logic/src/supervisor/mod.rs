@@ -10,8 +10,8 @@ mod solver;
 use core::fmt;
 
 use drive_link::{
-    Command, Ended, Estimates, Fault, Kept, Outcome, Refusal, Report, Request, Settings, State,
-    TargetSource,
+    BootChecks, Command, Ended, Estimates, Fault, Kept, Outcome, Refusal, Report, Request,
+    Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase};
@@ -71,7 +71,7 @@ pub struct Supervisor<'a, F> {
     /// Samples of the interrupt that were not reported for want of room on the line.
     reports_dropped: u32,
     garbled: u32,
-    resets_in_time: bool,
+    boot: BootChecks,
 }
 
 impl<F> fmt::Debug for Supervisor<'_, F> {
@@ -128,7 +128,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             counts: Counts::default(),
             reports_dropped: 0,
             garbled: 0,
-            resets_in_time: true,
+            boot: BootChecks::PASSED,
         };
         if record.is_some_and(|record| record.under_way) {
             // Reported once. If it cannot be saved, it is reported again.
@@ -138,9 +138,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         supervisor
     }
 
-    /// Sets whether the chip resets itself before its supply is too low for it, which the status reports.
-    pub fn set_resets_in_time(&mut self, resets_in_time: bool) {
-        self.resets_in_time = resets_in_time;
+    /// Sets what the boot has found, which the status reports.
+    pub fn set_boot_checks(&mut self, boot: BootChecks) {
+        self.boot = boot;
     }
 
     /// Sets the time for which the background may not run while the servo is disabled, s.

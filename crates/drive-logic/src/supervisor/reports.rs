@@ -80,7 +80,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             overruns: self.counts.overruns,
             dropped: self.counts.dropped.saturating_add(self.reports_dropped),
             garbled: self.garbled,
-            resets_in_time: self.resets_in_time,
+            boot: self.boot,
             disturbed: self.channel.disturbances(),
         };
         Report::Status { id, status }

@@ -85,10 +85,15 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         status.garbled,
         status.disturbed
     )?;
-    if !status.resets_in_time {
+    if !status.boot.resets_in_time {
         show!(
             "the chip does not reset itself when its supply falls below 2.7 V: set level 3 of its brown-out reset \
              (BOR_LEV = 0 in its option bytes)"
+        )?;
+    }
+    if !status.boot.image_checked {
+        show!(
+            "the program in its flash has no seal and was not checked: flash one of `cargo xtask image`"
         )?;
     }
     show!(
