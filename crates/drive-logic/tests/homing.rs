@@ -112,7 +112,7 @@ fn the_index_pulse_behind_the_switch_is_home_to_a_count() {
     for (switch, index_at, wanted) in [
         // Both sides of the edge: the pulse on the switch does not count.
         (-6.0..-3.0, -2.0, -2.0),
-        (-6.0..-3.0, -3.5, -3.5 + TAU),
+        (-6.0..-3.0, -3.01, -3.01 + TAU),
         (-6.0..-3.0, FRAC_PI_2, FRAC_PI_2 - TAU + TAU),
     ] {
         running!(drive, bench, homed_by(homing), switch);
@@ -184,6 +184,23 @@ fn contacts_that_bounce_move_home_by_what_a_bounce_moves_the_axis() {
     }
     let origin = origin(&mut drive);
     assert!((origin + 1.0).abs() < 0.01, "{origin}");
+}
+
+#[test]
+fn a_disturbance_of_one_sample_is_no_switch() {
+    running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
+    drive.done(Command::Home);
+    drive.pass(300);
+    assert!(position(&drive) > -2.0);
+    *bench.home_switch.borrow_mut() = -6.0..6.0;
+    drive.pass(1);
+    *bench.home_switch.borrow_mut() = -6.0..-3.0;
+    while drive.status().home == Home::Sought {
+        drive.pass(1);
+    }
+    assert_eq!(drive.supervisor.state(), State::Running);
+    let origin = origin(&mut drive);
+    assert!((origin + 1.0).abs() < 3.0 * A_COUNT, "{origin}");
 }
 
 #[test]
