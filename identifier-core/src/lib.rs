@@ -45,7 +45,7 @@ mod fit;
 mod linalg;
 mod model;
 mod reason;
-mod watch;
+pub mod watch;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

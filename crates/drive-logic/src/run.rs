@@ -7,6 +7,9 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
+use identifier_core::watch::{
+    KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
+};
 
 use crate::background_watch::DRIVEN_PATIENCE;
 use crate::chip::{Chip, Lines, OutputStage};
@@ -28,6 +31,12 @@ pub(crate) struct Run {
     closed_loop: ClosedLoop,
     reference: Reference,
     protection: Protection,
+    watch: ServoWatch<f32>,
+    watched: ServoWatchState<f32>,
+    /// The count from which the watch has its positions, whatever the origin is.
+    watched_from: i32,
+    /// What the watch was built from.
+    axis: WatchSettings,
     ending: Ending,
     background_patience: u32,
     sample: u32,
@@ -57,7 +66,21 @@ impl Run {
         controller.command_limit().map_err(range)?;
         conversion::check_stage_limits(controller.limit, stage)?;
         let units = core.units().map_err(range)?;
+        let axis = WatchSettings {
+            sample_time: core.sample_time,
+            resolution: core.resolution,
+            // These two are the protection's, by the settings of the run.
+            travel: [f64::NEG_INFINITY, f64::INFINITY],
+            speed: f64::INFINITY,
+            command: controller.limit,
+            used_for: Use::Operation,
+        };
+        let watch = ServoWatch::new(&axis).map_err(range)?;
         Ok(Self {
+            watched: watch.start(),
+            watched_from: 0,
+            watch,
+            axis,
             // A contradiction costs nothing to find; the certificate of a box does.
             reference: Reference::new(settings, &units).map_err(range)?,
             protection: Protection::new(settings, controller, &units)?,
@@ -94,6 +117,9 @@ impl Run {
     /// Starts from a servo that a commissioning has identified.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         self.closed_loop.know(servo, motion);
+        if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
+            self.watch.know(&mut self.watched, &known);
+        }
     }
 
     /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
@@ -101,6 +127,7 @@ impl Run {
     pub(crate) fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
         self.reference.start(count);
+        self.watched_from = count;
         self.origin = match self.guide.origin() {
             Origin::Found(origin) => origin,
             Origin::Start | Origin::Sought => count,
@@ -122,6 +149,7 @@ impl Run {
         self.protection.take_over(handover);
         self.guide.begin(rest_count);
         self.origin = origin;
+        (self.last, self.count, self.watched_from) = (last, count, count);
     }
 
     /// The servo as it hands it over to a commissioning.
@@ -249,16 +277,22 @@ impl Run {
             closed_loop,
             reference,
             protection,
+            watch,
+            watched,
             ending,
             sample,
             last,
             count: last_count,
+            watched_from,
             ..
         } = self;
         protection.check_lines(lines).map_err(Ended::Faulted)?;
         let setpoint = reference.next();
         let monitor = RunMonitor {
             protection,
+            watch,
+            watched,
+            watched_from: *watched_from,
             ending,
             reference,
             last,
@@ -281,6 +315,9 @@ fn check_sample_time(given: f64, stage: &OutputStage) -> Result<(), NotAllowed> 
 /// The watches over every step of a run.
 struct RunMonitor<'a> {
     protection: &'a mut Protection,
+    watch: &'a ServoWatch<f32>,
+    watched: &'a mut ServoWatchState<f32>,
+    watched_from: i32,
     ending: &'a mut Ending,
     reference: &'a mut Reference,
     last: &'a mut ControlSample<f32>,
@@ -296,10 +333,22 @@ impl StepMonitor for RunMonitor<'_> {
         step: StepResult<S, A>,
     ) -> Result<ControlSample<f32>, Ended> {
         let (control, count) = step.map_err(|error| Ended::Faulted(fault_of(&error)))?;
-        *self.last = control;
+        let before = core::mem::replace(self.last, control);
         *self.last_count = count;
         let checked = self.protection.check(&control, count);
         checked.map_err(Ended::Faulted)?;
+        // Counts from the start, as exact as a float has them.
+        let position = count.wrapping_sub(self.watched_from) as f32;
+        let observation = Observation {
+            increment: Some(control.increment),
+            command: before.command,
+            position,
+            setpoint: Some(position + control.error),
+            late: false,
+            must_move: false,
+        };
+        let watched = self.watch.process(self.watched, &observation);
+        watched.map_err(Ended::Faulted)?;
         match self.ending.check(count) {
             Course::Continues => {}
             Course::Rests => self.reference.stay(),

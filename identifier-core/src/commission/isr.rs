@@ -197,8 +197,11 @@ impl<N: Number> CommissionIsr<N> {
         state.velocity_now = self
             .velocity
             .process(&mut state.velocity, increment.unwrap_or(N::ZERO));
-        state.is_watched = !state.phase.is_end();
-        if let Some(reason) = inputs.stop.filter(|_| state.is_watched) {
+        let is_end = state.phase.is_end();
+        // For as long as anything drives the servo.
+        state.was_end = is_end;
+        state.is_watched = !is_end || !matches!(state.activity, Activity::Free);
+        if let Some(reason) = inputs.stop.filter(|_| !is_end) {
             self.end(state, reason);
             state.is_watched = false;
         }
@@ -219,7 +222,12 @@ impl<N: Number> CommissionIsr<N> {
         let increment = state.observation.increment;
         let decided = self.monitored(state).and_then(|()| self.proceed(state));
         if let Err(reason) = decided {
-            self.end(state, reason);
+            if self.is_back(state) {
+                // The gains before fail too.
+                state.activity = Activity::Free;
+            } else {
+                self.end(state, reason);
+            }
             state.acting = increment.and_then(|_| self.command(state, N::ZERO));
             state.command = state.acting.unwrap_or(N::ZERO);
         }
@@ -288,7 +296,17 @@ impl<N: Number> CommissionIsr<N> {
         if !state.is_watched {
             return Ok(());
         }
-        self.watch.process(&mut state.watch, &state.observation)
+        let checked = self.watch.process(&mut state.watch, &state.observation);
+        // The gains before bring it back from beyond the limits of the commissioning.
+        checked.or_else(|reason| match reason {
+            limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
+            fault => Err(fault),
+        })
+    }
+
+    /// True once the gains before hold the servo again.
+    fn is_back(&self, state: &CommissionState<N>) -> bool {
+        state.was_end && state.phase != Phase::Applied
     }
 
     /// Continues the activity after its command, or goes on to the next one.

@@ -1,7 +1,7 @@
 use super::{CommissionError, FitSettings, ProbingSettings};
 use crate::error::Allowed;
 use crate::tuning::{Goal, Tuner, TuningSettings};
-use crate::watch::WatchSettings;
+use crate::watch::{Use, WatchSettings};
 
 /// Limits of a commissioning, SI. For a linear axis read m for rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,7 @@ impl CommissionSettings {
     /// Settings of the watch.
     pub(super) fn watch(&self) -> WatchSettings {
         WatchSettings {
+            used_for: Use::Commissioning,
             sample_time: self.sample_time,
             resolution: self.resolution,
             travel: self.limits.travel,

@@ -26,9 +26,10 @@ pub struct CommissionState<N: Number> {
     pub(super) held: N,
     /// The same as the caller gets it: none where the stage is disabled.
     pub(super) acting: Option<N>,
-    /// The sample, for the watch, and whether it is watched.
+    /// The sample, for the watch, whether it is watched, and whether all was over before it.
     pub(super) observation: Observation<N>,
     pub(super) is_watched: bool,
+    pub(super) was_end: bool,
     pub(super) watch: ServoWatchState<N>,
     recorder: MotionRecorder<N>,
     block: Option<MotionBlock<N>>,
@@ -129,6 +130,7 @@ impl<N: Number> CommissionState<N> {
                 must_move: false,
             },
             is_watched: false,
+            was_end: false,
             watch,
             recorder,
             block: None,

@@ -11,7 +11,7 @@ use crate::units::Units;
 /// The data of an identified servo that a watch needs, in the units of its loop: computed in f64, so
 /// prepared where there is time for that.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct KnownServo<N> {
+pub struct KnownServo<N> {
     /// By how many counts an increment may differ from the one before.
     pub(super) change: N,
     pub(super) able: Able<N>,
@@ -27,16 +27,15 @@ pub(super) const MAX_DELAY_SAMPLES: usize = 16;
 impl<N: Number> KnownServo<N> {
     /// Of an axis with these settings; none if they are not allowed, or the servo has no gain to speak of.
     #[must_use]
-    pub(crate) fn from_identified(
-        settings: &WatchSettings,
-        servo: &IdentifiedServo,
-    ) -> Option<Self> {
+    pub fn from_identified(settings: &WatchSettings, servo: &IdentifiedServo) -> Option<Self> {
         let units = settings.check().ok()?;
         let model = Model::from_identified(servo, settings, &units, MAX_DELAY_SAMPLES - 2)?;
+        let range = settings.used_for.gain_range();
+        let lightest = model.with_gain(range);
         Some(Self {
-            change: Readings::change_of(&model),
-            able: StandstillWatch::able(&model, settings, units.sample_time()),
-            response: Known::new(&model),
+            change: Readings::change_of(&lightest),
+            able: StandstillWatch::able(&model, settings, units.sample_time()).braked_by(&lightest),
+            response: Known::new(&model.with_gain(1.0 / range)),
             delay: model.delay,
             part: N::from_f64(model.part),
         })
@@ -73,6 +72,20 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// The same servo with another inertia, by which b and all accelerations are larger.
+    fn with_gain(&self, factor: f64) -> Self {
+        Self {
+            gain: factor * self.gain,
+            coulomb: factor * self.coulomb,
+            load: factor * self.load,
+            load_step: factor * self.load_step,
+            braking: factor * self.braking,
+            most_acceleration: factor * self.most_acceleration,
+            x: factor * self.x,
+            ..*self
+        }
+    }
+
     /// None if the servo has no gain to speak of.
     pub(super) fn from_identified(
         servo: &IdentifiedServo,

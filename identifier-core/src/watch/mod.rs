@@ -20,10 +20,13 @@
 //! that must move it. That is called a dead actuator. A reversed encoder and a reversed actuator are the
 //! same to a loop, and have one reason.
 //!
-//! A load may step by [`ServoWatch::LOAD_STEP`] of the command limit without being taken for a fault.
+//! A load may step by [`ServoWatch::LOAD_STEP`] of the command limit without being taken for a fault. In operation,
+//! [`Use::Operation`], loads may act at any time and inertia may change: there a command that does not act as the model
+//! says is a fault only where the servo does not follow its setpoint, and no fault at all of a servo that is not known.
 
 mod blocks;
 mod bounds;
+mod following;
 mod known_servo;
 mod oscillation;
 mod readings;
@@ -34,8 +37,8 @@ mod standstill;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use known_servo::KnownServo;
-pub(crate) use servo_watch::{ServoWatch, ServoWatchState};
+pub use known_servo::KnownServo;
+pub use servo_watch::{ServoWatch, ServoWatchState};
 #[cfg(test)]
 use settings::DetectionTimes;
-pub(crate) use settings::{Observation, WatchSettings};
+pub use settings::{Observation, Use, WatchSettings};

@@ -5,7 +5,7 @@
 //! T. Hägglund, "A control-loop performance monitor", Control Engineering Practice 3, 1995). Swings that
 //! the setpoint makes are its own.
 
-use super::WatchSettings;
+use super::{Use, WatchSettings};
 use crate::number::Number;
 use crate::reason::Reason;
 use crate::units::Units;
@@ -17,6 +17,8 @@ pub(super) struct Oscillation<N> {
     command: N,
     /// Its length, at most, samples.
     pub(super) longest: i32,
+    /// Minimum ratio of a swing to the one before.
+    min_ratio: N,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +45,10 @@ impl<N: Number> Oscillation<N> {
     pub(super) const MIN_PEAK: i32 = 8;
     /// Half of it: the error must pass this on the other side to begin a new swing.
     const TURN_COUNTS: i32 = 4;
-    /// Minimum ratio of a swing to the one before.
+    /// Minimum ratio of a swing to the one before,
     const MIN_DECAY_RATIO: f64 = 0.7;
+    /// and in operation, where a load that swings makes the loop swing evenly: there a loop must grow by itself.
+    const MIN_GROWTH_RATIO: f64 = 1.1;
     /// The share of the command's limit that it moves through at least.
     const MIN_COMMAND_SHARE: f64 = 0.2;
     /// The longest, s.
@@ -55,6 +59,10 @@ impl<N: Number> Oscillation<N> {
         Self {
             command: N::from_f64(Self::MIN_COMMAND_SHARE * settings.limit()),
             longest: longest as i32,
+            min_ratio: N::from_f64(match settings.used_for {
+                Use::Commissioning => Self::MIN_DECAY_RATIO,
+                Use::Operation => Self::MIN_GROWTH_RATIO,
+            }),
         }
     }
 
@@ -87,7 +95,7 @@ impl<N: Number> Oscillation<N> {
         let size = error.magnitude();
         let positive = error > N::ZERO;
         let moved = (setpoint - state.setpoint).magnitude();
-        if moved > N::from_count(Self::MIN_PEAK) && moved > state.peak {
+        if moved > N::from_count(Self::MIN_PEAK) && moved + moved > state.peak {
             state.setpoint = setpoint;
             state.swings = 0;
         }
@@ -128,7 +136,7 @@ impl<N: Number> Oscillation<N> {
         let [low, high] = state.command;
         state.age <= self.longest
             && state.peak >= N::from_count(Self::MIN_PEAK)
-            && state.peak >= N::from_f64(Self::MIN_DECAY_RATIO) * state.before
+            && state.peak >= self.min_ratio * state.before
             && high - low >= self.command
     }
 }

@@ -2,23 +2,26 @@
 use super::DetectionTimes;
 use super::blocks::{BlockPart, Parts, PartsState};
 use super::bounds::{Bounds, BoundsState};
+use super::following::{Following, FollowingState};
 use super::known_servo::{KnownServo, MAX_DELAY_SAMPLES};
 use super::oscillation::{Oscillation, OscillationState};
 use super::readings::{Readings, ReadingsState};
 use super::response::{Known, ResponseCheck, ResponseCheckState};
 use super::standstill::{StandstillWatch, StandstillWatchState, Under};
-use super::{Observation, WatchSettings};
+use super::{Observation, Use, WatchSettings};
 use crate::error::OutOfRange;
 use crate::number::Number;
 use crate::reason::Reason;
 
 /// Configuration of the watch over a servo and its encoder.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ServoWatch<N> {
+pub struct ServoWatch<N> {
     bounds: Bounds<N>,
     readings: Readings<N>,
     motion: StandstillWatch<N>,
     oscillation: Oscillation<N>,
+    following: Following,
+    used_for: Use,
     parts: Parts,
     /// Samples of the longer blocks.
     longer: i32,
@@ -28,11 +31,14 @@ pub(crate) struct ServoWatch<N> {
 
 /// State of the watch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ServoWatchState<N> {
+pub struct ServoWatchState<N> {
     bounds: BoundsState<N>,
     readings: ReadingsState<N>,
     motion: StandstillWatchState<N>,
     oscillation: OscillationState<N>,
+    following: FollowingState<N>,
+    /// Longer blocks that contradict the command while the servo does not follow.
+    contradicted: u32,
     parts: PartsState<N>,
     /// A part that the longer blocks take in the next sample, for no sample to end both.
     part: Option<BlockPart<N>>,
@@ -54,7 +60,7 @@ const LONGER_BLOCKS: usize = 1;
 
 impl<N: Number> ServoWatch<N> {
     /// The share of the command limit by which a load may step without being a fault.
-    pub(crate) const LOAD_STEP: f64 = 0.3;
+    pub const LOAD_STEP: f64 = 0.3;
     /// Length of the shorter blocks over which motion and command are compared, s,
     const SHORT_BLOCK_TIME: f64 = 2.5e-3;
     /// and in samples at least, so that what is not known of a delay is a small part.
@@ -64,7 +70,7 @@ impl<N: Number> ServoWatch<N> {
 
     /// # Errors
     /// The setting that is not allowed, by name.
-    pub(crate) fn new(settings: &WatchSettings) -> Result<Self, OutOfRange> {
+    pub fn new(settings: &WatchSettings) -> Result<Self, OutOfRange> {
         let units = settings.check()?;
         let samples = libm::round(Self::SHORT_BLOCK_TIME / units.sample_time());
         let shorter = samples.max(Self::MIN_BLOCK_SAMPLES) as i32;
@@ -73,6 +79,8 @@ impl<N: Number> ServoWatch<N> {
             readings: Readings::new(settings, &units),
             motion: StandstillWatch::new(settings, &units),
             oscillation: Oscillation::new(settings, &units),
+            following: Following::new(&units),
+            used_for: settings.used_for,
             parts: Parts::new(shorter),
             longer: Self::LONG_BLOCK_FACTOR * shorter,
             response: [1, Self::LONG_BLOCK_FACTOR]
@@ -82,12 +90,14 @@ impl<N: Number> ServoWatch<N> {
 
     /// Begins with a servo of which nothing is known.
     #[must_use]
-    pub(crate) fn start(&self) -> ServoWatchState<N> {
+    pub fn start(&self) -> ServoWatchState<N> {
         ServoWatchState {
             bounds: self.bounds.start(),
             readings: self.readings.start(),
             motion: self.motion.start(),
             oscillation: self.oscillation.start(),
+            following: Following::start(),
+            contradicted: 0,
             parts: PartsState::START,
             part: None,
             response: [ResponseCheck::<N>::start(); 2],
@@ -101,7 +111,7 @@ impl<N: Number> ServoWatch<N> {
     }
 
     /// From now on the servo is known.
-    pub(crate) fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
+    pub fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
         Readings::know(&mut state.readings, servo.change);
         StandstillWatch::know(&mut state.motion, &servo.able);
         state.known = Some(servo.response);
@@ -114,7 +124,7 @@ impl<N: Number> ServoWatch<N> {
     ///
     /// # Errors
     /// The fault. The state has taken the sample nevertheless; the next sample reports it again.
-    pub(crate) fn process(
+    pub fn process(
         &self,
         state: &mut ServoWatchState<N>,
         seen: &Observation<N>,
@@ -141,6 +151,8 @@ impl<N: Number> ServoWatch<N> {
         };
         self.motion
             .process(&mut state.motion, increment, command, under)?;
+        self.following
+            .process(&mut state.following, seen.setpoint, seen.position);
         let waiting = state.part.take();
         state.part = self.parts.process(&mut state.parts, increment, command);
         if let Some(part) = waiting {
@@ -170,8 +182,12 @@ impl<N: Number> ServoWatch<N> {
         else {
             return Ok(());
         };
-        let Some(block) = response.take(past, part, state.known.as_ref(), relay)? else {
-            return Ok(());
+        let judged = response.take(past, part, state.known.as_ref(), relay);
+        let block = match judged {
+            Ok(Some(block)) => block,
+            Ok(None) => return Ok(()),
+            Err(reason) if self.is_explained(state, of, reason) => return Ok(()),
+            Err(reason) => return Err(reason),
         };
         if relay {
             StandstillWatch::learn(&mut state.motion, block.acceleration.magnitude());
@@ -180,6 +196,24 @@ impl<N: Number> ServoWatch<N> {
             StandstillWatch::jolts(&mut state.motion, &block)?;
         }
         Ok(())
+    }
+
+    /// True if loads, or another inertia, may explain a motion that is not the command's.
+    fn is_explained(&self, state: &mut ServoWatchState<N>, of: usize, reason: Reason) -> bool {
+        /// Longer blocks that must agree: a push that sets in is over by then.
+        const MIN_BLOCKS: u32 = 5;
+        if self.used_for == Use::Commissioning {
+            return false;
+        }
+        // A weak actuator and a heavy load are the same.
+        let is_sure =
+            state.known.is_some() && of == LONGER_BLOCKS && reason != Reason::ActuatorWeak;
+        if Following::follows(&state.following) {
+            state.contradicted = 0;
+        } else if is_sure {
+            state.contradicted = state.contradicted.saturating_add(1);
+        }
+        !is_sure || state.contradicted < MIN_BLOCKS
     }
 
     /// Within how many samples each fault is found, as the servo is known now.

@@ -5,7 +5,7 @@ use crate::units::Units;
 
 /// Limits of an axis, known before the servo is identified, SI. For a linear axis read m for rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct WatchSettings {
+pub struct WatchSettings {
     /// Sample time, s.
     pub sample_time: f64,
     /// Position of a count, rad.
@@ -16,6 +16,30 @@ pub(crate) struct WatchSettings {
     pub speed: f64,
     /// Lowest and highest command, command units.
     pub command: [f64; 2],
+    /// What the axis is used for meanwhile.
+    pub used_for: Use,
+}
+
+/// The use of an axis, by which its motion may differ from that of its model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    /// A commissioning: nothing but its command moves the axis, and a load steps once in a while.
+    Commissioning,
+    /// Operation: loads act at any time, and inertia changes with what the axis carries.
+    Operation,
+}
+
+impl Use {
+    /// Largest ratio of b in operation to b as it was identified, either way.
+    const INERTIA_RANGE: f64 = 2.5;
+
+    /// The factor by which b may differ from its model's, either way.
+    pub(super) fn gain_range(self) -> f64 {
+        match self {
+            Self::Commissioning => 1.0,
+            Self::Operation => Self::INERTIA_RANGE,
+        }
+    }
 }
 
 impl WatchSettings {
@@ -48,7 +72,7 @@ impl WatchSettings {
 
 /// A sample as the watch sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Observation<N> {
+pub struct Observation<N> {
     /// Counts that the encoder has moved since its last valid reading; none if there is no valid one now.
     pub increment: Option<N>,
     /// The command that acted since the last sample, command units.

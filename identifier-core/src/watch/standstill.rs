@@ -1,8 +1,8 @@
 //! Detection of a standstill that is none: a stuck encoder, a dead actuator.
 
-use super::WatchSettings;
 use super::blocks::WatchBlock;
 use super::known_servo::{MODEL_ERROR, Model};
+use super::{Use, WatchSettings};
 use crate::number::Number;
 use crate::reason::Reason;
 use crate::units::Units;
@@ -60,6 +60,17 @@ pub(super) struct Able<N> {
     reach: N,
     /// Samples that it may stand where it must move.
     patience: i32,
+}
+
+impl<N: Number> Able<N> {
+    /// The same, and braked as this servo may be.
+    pub(super) fn braked_by(self, model: &Model) -> Self {
+        Self {
+            braking: N::from_f64(MODEL_ERROR * model.braking),
+            gain: N::from_f64(MODEL_ERROR * model.gain),
+            ..self
+        }
+    }
 }
 
 impl<N: Number> StandstillWatch<N> {
@@ -140,21 +151,26 @@ impl<N: Number> StandstillWatch<N> {
 
     /// Capabilities of a known servo.
     pub(super) fn able(model: &Model, settings: &WatchSettings, sample_time: f64) -> Able<N> {
-        /// The share of the command's limit beyond breakaway that a command which must move the servo has.
-        const PUSH: f64 = 0.05;
+        // The share of the command's limit beyond breakaway that a command which must move the servo has: in operation
+        // a load may change a little in any moment.
+        // It may also swing from a step to one side to a step to the other.
+        let (push_share, load_steps) = match settings.used_for {
+            Use::Commissioning => (0.05, 1.0),
+            Use::Operation => (0.08, 2.0),
+        };
         // To either side of the holding command, and a step of the load.
         let load_step = MODEL_ERROR * model.load_step / model.gain;
-        let friction = 2.0 * Self::LOW_SPEED * model.breakaway + PUSH * settings.limit();
-        let reach = Self::LOW_SPEED * model.breakaway + load_step + PUSH * settings.limit();
+        let friction = 2.0 * Self::LOW_SPEED * model.breakaway + push_share * settings.limit();
+        let reach = Self::LOW_SPEED * model.breakaway + load_step + push_share * settings.limit();
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
-        let push = PUSH * settings.limit() * model.gain;
+        let push = push_share * settings.limit() * model.gain;
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED_COUNTS) / push);
         let least = f64::from(Self::samples(Self::MIN_PATIENCE, sample_time));
         let most = f64::from(Self::longest_patience(sample_time));
         Able {
             braking: N::from_f64(MODEL_ERROR * model.braking),
             gain: N::from_f64(MODEL_ERROR * model.gain),
-            stands: [friction + load_step, friction].map(N::from_f64),
+            stands: [friction + load_steps * load_step, friction].map(N::from_f64),
             holding: N::from_f64(-model.load / model.gain),
             reach: N::from_f64(reach),
             patience: (moves + model.delay as f64).max(least.min(most)).min(most) as i32,

@@ -116,8 +116,17 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                     }
                     continue;
                 };
+                let runs_away = matches!(
+                    kind,
+                    FaultKind::EncoderReversed | FaultKind::ActuatorReversed
+                );
                 let safe = if bench.before.is_some() && !reason.disables_stage() {
-                    course.after.iter().all(Option::is_some)
+                    // A limit was exceeded before the cause was certain: then the gains before run away too, and the
+                    // stage is disabled for good.
+                    let held = course.after.iter().take_while(|command| command.is_some());
+                    let held = held.count();
+                    let disabled = course.after[held..].iter().all(Option::is_none);
+                    held > 0 && disabled && runs_away == (held < course.after.len())
                 } else {
                     course.after.iter().all(Option::is_none)
                 };

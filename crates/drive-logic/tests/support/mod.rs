@@ -252,6 +252,13 @@ impl Bench {
         *plant = other;
     }
 
+    /// From now on the encoder shows this count.
+    pub(crate) fn stick(&self) {
+        let count = self.encoder.read(self.plant.borrow().position) as i32;
+        self.flicker.set(count);
+        self.connected.set(false);
+    }
+
     /// Puts the axis at a place, rad, at rest.
     pub(crate) fn hold_at(&self, position: f64) {
         let mut plant = self.plant.borrow_mut();

@@ -3,6 +3,7 @@
 use std::vec::Vec;
 
 use crate::parameters::ServoParameters;
+use crate::watch::{Use, WatchSettings};
 use virtual_servo::SplitMix64;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
@@ -86,6 +87,49 @@ fn a_sound_servo_raises_no_alarm() {
         }
     }
     assert!(samples > 1_000_000, "{samples}");
+    assert!(
+        alarms.is_empty(),
+        "{} of {RUNS}: {:#?}",
+        alarms.len(),
+        alarms
+    );
+}
+
+#[test]
+fn a_sound_servo_in_rough_operation_raises_no_alarm() {
+    let mut random = SplitMix64::new(5);
+    let mut alarms = Vec::new();
+    for _ in 0..RUNS {
+        let mut axis = axis(&mut random);
+        // The rates of a drive.
+        axis.sample_time = axis.sample_time.min(1e-3);
+        // What it carries weighs up to twice the rest, or was there when it was identified.
+        let range = log_uniform(&mut random, 0.45, 2.2);
+        let drive = random.one_of(&[Drive::Steps, Drive::Shake, Drive::Hold]);
+        axis.servo.load *= 0.5;
+        let authority = axis.servo.b * axis.limit;
+        let swing = [
+            authority * random.uniform(0.0, 0.3),
+            log_uniform(&mut random, 0.3, 8.0),
+        ];
+        let knowledge = if random.uniform(0.0, 1.0) < 0.8 {
+            Knowledge::Model([1.0, range, range])
+        } else {
+            Knowledge::Nothing
+        };
+        let run = Run {
+            amplitude: log_uniform(&mut random, 0.02, 0.4).max(30.0 * axis.units()),
+            settings: WatchSettings {
+                used_for: Use::Operation,
+                ..axis.settings()
+            },
+            swing,
+            ..Run::new(axis, drive, knowledge, &[])
+        };
+        if let Some(found) = run.run() {
+            alarms.push(format!("{found:?} {run:?}"));
+        }
+    }
     assert!(
         alarms.is_empty(),
         "{} of {RUNS}: {:#?}",

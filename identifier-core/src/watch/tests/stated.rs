@@ -6,7 +6,7 @@ use std::vec::Vec;
 use crate::commission::{IdentifiedServo, Reason};
 use crate::number::Number;
 use crate::parameters::ServoParameters;
-use crate::watch::{DetectionTimes, KnownServo, Observation, ServoWatch, WatchSettings};
+use crate::watch::{DetectionTimes, KnownServo, Observation, ServoWatch, Use, WatchSettings};
 
 const RATES: [f64; 5] = [250.0, 1e3, 4e3, 10e3, 20e3];
 
@@ -17,6 +17,7 @@ fn settings(rate: f64) -> WatchSettings {
         travel: [-0.5, 2.0],
         speed: 30.0,
         command: [-8.0, 8.0],
+        used_for: Use::Commissioning,
     }
 }
 

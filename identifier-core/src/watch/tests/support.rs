@@ -3,7 +3,7 @@
 use crate::commission::{IdentifiedServo, Reason};
 use crate::parameters::ServoParameters;
 use crate::watch::{
-    DetectionTimes, KnownServo, Observation, ServoWatch, ServoWatchState, WatchSettings,
+    DetectionTimes, KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
 };
 use std::f64::consts::TAU;
 use virtual_servo::faults::{Faults, InjectedFault};
@@ -83,6 +83,7 @@ impl Axis {
             travel: [f64::NEG_INFINITY, f64::INFINITY],
             speed: f64::INFINITY,
             command: [-self.limit, self.limit],
+            used_for: Use::Commissioning,
         }
     }
 
@@ -110,6 +111,8 @@ pub(crate) struct Run<'f> {
     pub(crate) knowledge: Knowledge,
     pub(crate) settings: WatchSettings,
     pub(crate) faults: &'f [InjectedFault],
+    /// A load that swings: by how much, rad/s², and how often, Hz.
+    pub(crate) swing: [f64; 2],
     /// S.
     pub(crate) duration: f64,
     /// The amplitude of relay and steps, rad.
@@ -132,6 +135,7 @@ impl<'f> Run<'f> {
             knowledge,
             settings: axis.settings(),
             faults,
+            swing: [0.0; 2],
             duration: 1.0,
             amplitude: axis.amplitude(drive),
         }
@@ -174,6 +178,11 @@ impl<'f> Run<'f> {
         let (mut last, mut acted) = (None, controller.integral);
         for sample in 0..samples {
             let now = faults.begin_sample(&mut servo);
+            let [load, frequency] = self.swing;
+            if load != 0.0 {
+                let phase = TAU * frequency * sample as f64 * sample_time;
+                servo.disturb(load * phase.sin(), 0.0);
+            }
             let count = faults.seen(servo.position()).map(|seen| encoder.read(seen));
             let increment = count.map(|count| (count - last.unwrap_or(count)) as f32);
             last = count.or(last);

@@ -1,0 +1,128 @@
+//! A run is watched as a commissioning is, for as long as the servo is driven.
+
+#[macro_use]
+mod support;
+
+use drive_link::{Command, Fault, State};
+use identifier_core::commission::Phase;
+use identifier_core::parameters::ServoParameters;
+
+use support::commission::{ORDER, SERVO, outcome, over};
+use support::drive::Drive;
+use support::{Bench, Flash, SAMPLE_TIME, settings};
+
+/// A drive that was commissioned and runs with the new gains, without a dither.
+fn running(drive: &mut Drive<'_>) {
+    let mut settings = settings();
+    settings.dither.amplitude = 0.0;
+    drive.done(Command::Configure(settings));
+    drive.done(Command::Commission(ORDER));
+    over(drive);
+    assert_eq!(outcome(drive).commissioning.phase, Phase::Applied);
+    drive.done(Command::Start);
+    drive.pass(500);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+/// Samples until a drive has ended its run with a fault, and the fault.
+fn fault_within(drive: &mut Drive<'_>, most: u32) -> (u32, Fault) {
+    for sample in 1..=most {
+        drive.pass(1);
+        if let State::Faulted(fault) = drive.supervisor.state() {
+            assert_eq!(drive.bench.held.get(), None);
+            return (sample, fault);
+        }
+    }
+    panic!("no fault in {most} samples");
+}
+
+fn samples(time: f64) -> u32 {
+    (time / SAMPLE_TIME).round() as u32
+}
+
+#[test]
+fn a_stuck_encoder_after_a_commissioning_disables_within_fifty_milliseconds_of_motion() {
+    for target in [2.0, -0.5] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        running(&mut drive);
+        bench.stick();
+        // At rest it does not show.
+        drive.pass(200);
+        assert_eq!(drive.supervisor.state(), State::Running);
+        drive.done(Command::Target(target));
+        let (taken, fault) = fault_within(&mut drive, samples(0.05));
+        assert_eq!(fault, Fault::ActuatorDead, "after {taken} samples");
+    }
+}
+
+#[test]
+fn an_encoder_that_sticks_in_motion_disables_too() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    running(&mut drive);
+    drive.done(Command::Target(20.0));
+    drive.pass(300);
+    bench.stick();
+    let (_, fault) = fault_within(&mut drive, samples(0.1));
+    assert!(
+        matches!(fault, Fault::EncoderStuck | Fault::ActuatorDead),
+        "{fault}"
+    );
+}
+
+#[test]
+fn an_actuator_that_dies_or_turns_round_disables() {
+    for b in [1e-3, -SERVO.b] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        running(&mut drive);
+        drive.done(Command::Target(20.0));
+        drive.pass(300);
+        bench.change(&ServoParameters { b, ..SERVO });
+        let (_, fault) = fault_within(&mut drive, samples(0.5));
+        let named = [
+            Fault::ActuatorDead,
+            Fault::Reversed,
+            Fault::FollowingError,
+            Fault::SpeedExceeded,
+        ];
+        assert!(named.contains(&fault), "{b}: {fault}");
+    }
+}
+
+#[test]
+fn a_sound_servo_runs_on_whatever_it_carries() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    running(&mut drive);
+    let heavy = ServoParameters {
+        a: SERVO.a / 2.0,
+        b: SERVO.b / 2.0,
+        coulomb: 10.0,
+        load: 100.0,
+    };
+    let light = ServoParameters {
+        a: 2.0 * SERVO.a,
+        b: 2.0 * SERVO.b,
+        coulomb: 30.0,
+        load: -300.0,
+    };
+    for (carried, target) in [heavy, light, heavy, SERVO, light]
+        .iter()
+        .zip([5.0, -5.0, 9.0, 0.0, 3.0])
+    {
+        drive.pass(150);
+        bench.change(carried);
+        drive.pass(150);
+        drive.done(Command::Target(target));
+        for _ in 0..5000 {
+            drive.pass(1);
+            assert_eq!(
+                drive.supervisor.state(),
+                State::Running,
+                "{carried:?} {target}"
+            );
+        }
+    }
+}
