@@ -9,7 +9,7 @@ use crate::experiment::TermEstimate;
 use crate::identify::{Identified, Logged, Recording, identify};
 use crate::result::{EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
-use crate::verdict::FitEvidence;
+use crate::verdict::{Cause, FitEvidence};
 
 /// The servo of a record.
 #[derive(Debug, Clone)]
@@ -112,9 +112,7 @@ impl Scale {
             name: entered.cause.name(),
             meaning: entered.cause.meaning(),
             gain: entered.gain,
-            or: (entered.runner_up)
-                .filter(|_| !entered.is_certain())
-                .map(|(cause, _)| cause.name()),
+            or: entered.rival().map(Cause::name),
             sizes: sizes(crate::identify::effects(entered.cause)),
         });
         WholeRecord {

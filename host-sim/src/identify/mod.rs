@@ -8,9 +8,10 @@ mod uncertainty;
 
 use identifier_core::identification::{Effect, Fitted, Fitter, Search, Values};
 
-use crate::verdict::Cause;
 use candidate::Range;
 use tournament::{Model, Tournament};
+
+pub(crate) use tournament::Entered;
 
 pub(crate) use candidate::effects;
 pub(crate) use recording::{Logged, Recording};
@@ -22,7 +23,7 @@ pub(crate) struct Identified {
     pub(crate) values: Values,
     /// The effects that were estimated, and their standard errors.
     pub(crate) estimated: Vec<(Effect, f64)>,
-    /// The effects that entered, first things first, and whether each is certainly the one.
+    /// The effects that entered, in the order in which they did.
     pub(crate) entered: Vec<Entered>,
     /// Deviation of the sensor's noise, counts.
     pub(crate) noise: f64,
@@ -39,25 +40,6 @@ pub(crate) struct Identified {
     pub(crate) command: f64,
     /// True if the servo moved in both directions.
     pub(crate) reverses: bool,
-}
-
-/// An effect that entered.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Entered {
-    pub(crate) cause: Cause,
-    /// The gain, and the next best with its own, −2 ln L in independent rows.
-    pub(crate) gain: f64,
-    pub(crate) runner_up: Option<(Cause, f64)>,
-}
-
-impl Entered {
-    /// True if the next best is worse by a clear factor.
-    pub(crate) fn is_certain(&self) -> bool {
-        /// Factor between the gains.
-        const CLEAR: f64 = 1.35;
-        self.runner_up
-            .is_none_or(|(_, gain)| self.gain > CLEAR * gain)
-    }
 }
 
 /// Identifies the servo of a record; none where there is no motion or nothing explains it. `known` are values
@@ -81,7 +63,7 @@ pub(crate) fn identify(
     };
     let record = recording.record();
     let mut fitter = Fitter::new(&record)?;
-    let (start, _) = fitter.start()?;
+    let start = fitter.start()?;
     let mut values = *known;
     for effect in Effect::BASE {
         values.set(effect, start.get(effect));
@@ -153,18 +135,11 @@ pub(crate) fn identify(
     } = &model.fitted;
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
-    let entered = (model.entered.iter())
-        .map(|entry| Entered {
-            cause: entry.cause,
-            gain: entry.gain,
-            runner_up: entry.runner_up,
-        })
-        .collect();
     let (load, _) = fitter.load(&model.fitted, &model.free);
     Some(Identified {
         values: values.with(Effect::Load, load),
         estimated: model.free.iter().copied().zip(std_errors).collect(),
-        entered,
+        entered: model.entered,
         noise: fitter.survey.noise,
         lateness: lateness.map(|_| -values.get(Effect::Delay)),
         profile,

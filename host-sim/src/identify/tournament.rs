@@ -12,19 +12,29 @@ use crate::verdict::Cause;
 pub(super) struct Model {
     pub(super) free: Vec<Effect>,
     pub(super) fitted: Fitted,
-    pub(super) entered: Vec<Entry>,
+    pub(super) entered: Vec<Entered>,
     /// Rows that count as one: how coloured the innovations are.
     pub(super) rows_per_row: f64,
 }
 
 /// An effect that has entered.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Entry {
-    pub(super) cause: Cause,
+pub(crate) struct Entered {
+    pub(crate) cause: Cause,
     /// Gain in −2 ln L, in independent rows.
-    pub(super) gain: f64,
+    pub(crate) gain: f64,
     /// The next best, and its gain.
-    pub(super) runner_up: Option<(Cause, f64)>,
+    runner_up: Option<(Cause, f64)>,
+}
+
+impl Entered {
+    /// Another effect that explains the record nearly as well, where there is one.
+    pub(crate) fn rival(&self) -> Option<Cause> {
+        /// Factor by which the gain must be above the next best's.
+        const CLEAR: f64 = 1.35;
+        let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
+        close.map(|(cause, _)| cause)
+    }
 }
 
 /// The least gain with which an effect enters, in independent rows.
@@ -93,7 +103,7 @@ impl Tournament<'_> {
         }
         model.free = free;
         model.fitted = fitted;
-        model.entered.push(Entry {
+        model.entered.push(Entered {
             cause,
             gain,
             runner_up,

@@ -293,7 +293,7 @@ impl<'a> Fitter<'a> {
 
     /// The first estimates, at the likeliest of the starts, their delay free.
     #[must_use]
-    pub fn start(&self) -> Option<(Values, Start)> {
+    pub fn start(&self) -> Option<Values> {
         /// Starts whose gains differ by less than this factor are one.
         const SAME: f64 = 1.22;
         /// Starts that are searched from.
@@ -336,7 +336,7 @@ impl<'a> Fitter<'a> {
             .map(|start| (HORIZONS[1][0] * start.width).max(HORIZONS[1][1]))
             .fold(0.0, f64::max)
             .min(most);
-        let mut best: Option<(f64, Values, Start)> = None;
+        let mut best: Option<(f64, Values)> = None;
         for start in tried.iter().flatten() {
             let mut values = start.values;
             let [low, high] = self.bounds(&values, Effect::Delay);
@@ -358,11 +358,11 @@ impl<'a> Fitter<'a> {
                 values = found;
                 likelihood = sums.minus_two_log_likelihood();
             }
-            if best.is_none_or(|(least, ..)| likelihood < least) && likelihood.is_finite() {
-                best = Some((likelihood, values, *start));
+            if best.is_none_or(|(least, _)| likelihood < least) && likelihood.is_finite() {
+                best = Some((likelihood, values));
             }
         }
-        best.map(|(_, values, start)| (values, start))
+        best.map(|(_, values)| values)
     }
 
     /// Where the command acts before it was recorded it was recorded late: by how much, samples, and its

@@ -3,7 +3,7 @@
 //!
 //! The servo's model, driven by the recorded command, is kept with the recorded position by a Kalman
 //! filter, and Levenberg and Marquardt's search makes its innovations small ([`Fitter::search`]). The noise
-//! is the innovations' scale, the start is the equation of motion in its weak form ([`starts`]), and the
+//! is the innovations' scale, the start is the equation of motion in its weak form ([`Fitter::start`]), and the
 //! horizon over which the model is trusted is the one at which the estimates scatter least
 //! ([`Fitter::best_horizon`]).
 //!
@@ -29,7 +29,6 @@ pub use record::Record;
 pub use spectrum::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
 pub use sums::{Covariances, Sums, segments};
 pub use survey::Survey;
-pub use weak_form::{MAX_STARTS, Start, starts};
 
 /// Standard deviation of a count's rounding, counts.
 pub const ROUNDING_DEVIATION: f64 = 0.288_675;

@@ -156,7 +156,7 @@ fn every_tangent_is_the_derivative() {
 
 fn fitted(record: &Record<'_>) -> (Fitted, Lateness) {
     let mut fitter = Fitter::new(record).expect("a motion");
-    let (values, _) = fitter.start().expect("a start");
+    let values = fitter.start().expect("a start");
     let late = fitter.lateness(&values).expect("a long horizon");
     let mut values = values;
     fitter.earliest = 0.0;

@@ -6,19 +6,17 @@ use super::{Effect, Record, Survey, Values};
 
 /// An estimate from windows of one width.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start {
+pub(super) struct Start {
     /// a, b, c, d and the delay.
-    pub values: Values,
+    pub(super) values: Values,
     /// Deviation of the windows' weights, samples.
-    pub width: f64,
+    pub(super) width: f64,
     /// The part of the acceleration's variance that it explains, at most 1.
-    pub explained: f64,
-    /// b over its standard error; negative where the servo moves against its command.
-    pub significance: f64,
+    pub(super) explained: f64,
 }
 
 /// The most starts: half widths from 6 samples by a factor of 1.6.
-pub const MAX_STARTS: usize = 14;
+pub(super) const MAX_STARTS: usize = 14;
 
 /// Estimates from windows of several widths: with weights g that vanish at both ends,
 ///
@@ -26,8 +24,7 @@ pub const MAX_STARTS: usize = 14;
 ///
 /// is linear in a, b, bτ, c and d, and no noise is differentiated (Preisig and Rippin, "Theory and application
 /// of the modulating function method", Computers & Chemical Engineering 17(1), 1993).
-#[must_use]
-pub fn starts(record: &Record<'_>, survey: &Survey) -> [Option<Start>; MAX_STARTS] {
+pub(super) fn starts(record: &Record<'_>, survey: &Survey) -> [Option<Start>; MAX_STARTS] {
     let mut starts = [None; MAX_STARTS];
     let mut half_width = 6;
     for start in &mut starts {
@@ -85,7 +82,6 @@ fn one(record: &Record<'_>, survey: &Survey, half_width: usize) -> Option<Start>
         })
         .sum();
     let rest = (squares - explained).max(0.0);
-    let variance = spectrum.inverse()[1][1] * rest / (count - UNKNOWNS as f64).max(1.0);
     let gain = solution[1];
     let total = squares - sum * sum / count;
     let mut values = Values::NONE;
@@ -98,6 +94,5 @@ fn one(record: &Record<'_>, survey: &Survey, half_width: usize) -> Option<Start>
         values,
         width: DEVIATION * half_width as f64,
         explained: 1.0 - rest / total.max(f64::MIN_POSITIVE),
-        significance: gain / libm::sqrt(variance.max(f64::MIN_POSITIVE)),
     })
 }
