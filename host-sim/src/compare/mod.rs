@@ -46,12 +46,18 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     scenario.in_own_loop()
 }
 
+/// The laws that are compared: those that work in the loop, and the off-line methods of the literature.
+fn compared() -> Vec<Law> {
+    let all = Law::ALL.iter().copied();
+    all.filter(|law| !law.takes_whole_record()).collect()
+}
+
 /// Number of runs of a comparison.
 ///
 /// # Errors
 /// The scenario has no servo.
 pub fn runs(base: &Scenario) -> Result<usize, Fault> {
-    Ok(Law::ALL.len() * Case::all(base)?.len())
+    Ok(compared().len() * Case::all(base)?.len())
 }
 
 /// Runs every method in every case, on all cores, and calls `done` at each run's end.
@@ -60,18 +66,14 @@ pub fn runs(base: &Scenario) -> Result<usize, Fault> {
 /// The scenario has no servo.
 pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonResult, Fault> {
     let cases = Case::all(base)?;
-    let methods: Vec<Method> = Law::ALL
+    let laws = compared();
+    let methods: Vec<Method> = laws
         .par_iter()
         .map(|&law| method(law, cases.first()))
         .collect();
     let found: Vec<MethodErrors> = cases
         .par_iter()
-        .flat_map(|case| {
-            Law::ALL
-                .par_iter()
-                .zip(&methods)
-                .map(move |pair| (case, pair))
-        })
+        .flat_map(|case| laws.par_iter().zip(&methods).map(move |pair| (case, pair)))
         .map(|(case, (&law, method))| {
             let found = run(&with_law(&case.scenario, law), method);
             done();
