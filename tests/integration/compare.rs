@@ -78,7 +78,7 @@ fn each_method_keeps_its_own_claim() {
 #[test]
 fn the_methods_that_model_friction_identify_it() {
     let knowing = that_find(Parameter::Coulomb);
-    assert_eq!(knowing.len(), 6);
+    assert_eq!(knowing.len(), 7);
     let found = in_parallel(&knowing, |law| {
         let mut scenario = at_its_best(*law);
         servo(&mut scenario).coulomb = 10.0;

@@ -22,7 +22,8 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     let mut scenario = base.clone();
     scenario.identifier.set_law(law);
     // A controller's integral finds the load in any case.
-    let wanted = |parameter: &Parameter| law.is_rival() || *parameter != Parameter::Load;
+    let finds_all = law.is_rival() || law.takes_whole_record();
+    let wanted = |parameter: &Parameter| finds_all || *parameter != Parameter::Load;
     scenario.identifier.parameters = law.finds().iter().copied().filter(wanted).collect();
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         scenario.identifier.arithmetic = Arithmetic::F32;

@@ -294,7 +294,10 @@ impl Identification {
     pub fn set_law(&mut self, law: Law) {
         self.law = law;
         self.rival = RivalSettings::for_law(law);
-        let default = if law.is_rival() { law.finds() } else { AB };
+        let default = match law.row().kind {
+            Kind::Rival | Kind::Record => law.finds(),
+            Kind::Gradient | Kind::Fit => AB,
+        };
         self.parameters = default.to_vec();
     }
 
