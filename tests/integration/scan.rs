@@ -18,6 +18,8 @@ struct Drawn {
     text: String,
     counts: f64,
     rate: f64,
+    /// Time from which it is logged, s.
+    begins: f64,
 }
 
 const RATES: [f64; 7] = [250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 20_000.0];
@@ -40,7 +42,20 @@ fn drawn(number: usize, random: &mut Random) -> Drawn {
     let (load, coulomb, gravity) = (share(0.5, 30.0), share(0.6, 25.0), share(0.3, 40.0));
     let (delay, noise) = (share(0.4, 2.5), share(0.4, 3.0));
     let step = if counts > 0.0 { TAU / counts } else { 1e-4 };
-    let power = if number % 5 == 4 { 2e-5 } else { 0.005 };
+    // Small travel, and slow links, whose command holds their weight.
+    let small = number % 5 == 4;
+    let hangs = number % 11 == 7;
+    let power = if small { 2e-5 } else { 0.005 };
+    let excitation = match hangs {
+        true => {
+            "kind = \"multisine\"\namplitudes = [0.9, 0.3]\nfrequencies = [1.5, 4.0]".to_owned()
+        }
+        false => format!(
+            "kind = \"band-limited-white-noise\"\npower = {power:?}\nsample_time = 0.1\nseed = {}",
+            random.seed()
+        ),
+    };
+    let gravity = if hangs { -0.3 * b } else { gravity };
     let duration = (20_000.0 / rate).clamp(4.0, 8.0);
     let text = format!(
         "[plant]\na = {a:?}\nb = {b:?}\nload = {load:?}\ncoulomb = {coulomb:?}\ndelay = {:?}\n\
@@ -48,7 +63,7 @@ fn drawn(number: usize, random: &mut Random) -> Drawn {
          [encoder]\ncounts_per_rev = {counts:?}\nnoise = {:?}\n\
          [amplifier]\nlimit = {:?}\n\
          [controller]\nkp = {:?}\nkd = {:?}\nki = {:?}\nsample_time = {:?}\n\
-         [excitation]\nkind = \"band-limited-white-noise\"\npower = {power:?}\nsample_time = 0.1\nseed = {}\n\
+         [excitation]\n{excitation}\n\
          [run]\nduration = {duration:?}\n\
          [identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n",
         delay / rate,
@@ -59,9 +74,15 @@ fn drawn(number: usize, random: &mut Random) -> Drawn {
         0.19 * scale,
         4.0 * scale,
         1.0 / rate,
-        random.seed(),
     );
-    Drawn { text, counts, rate }
+    // Where the log of a hanging link begins, it moves already.
+    let begins = if hangs { 1.0 } else { 0.0 };
+    Drawn {
+        text,
+        counts,
+        rate,
+        begins,
+    }
 }
 
 fn samples(drawn: &Drawn) -> Vec<Sample> {
@@ -121,7 +142,8 @@ fn nothing_is_said_of_a_healthy_log() {
         .collect();
     let alarms = in_parallel(&all, |(number, drawn)| {
         let mut log = "t,r,q,u\n".to_owned();
-        for sample in samples(drawn) {
+        let all = samples(drawn);
+        for sample in all.into_iter().filter(|sample| sample.time >= drawn.begins) {
             let Sample {
                 time,
                 reference,

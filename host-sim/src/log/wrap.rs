@@ -163,7 +163,12 @@ impl Period {
             let [before, after] = beside(step).map(f64::abs);
             (of(step) / size - 1.0).abs() < TOLERANCE && before.max(after) < MAX_BESIDE[0] * size
         });
-        let is_jump = alike && smallest < MAX_BESIDE[1] * size && range <= (1.0 + TOLERANCE) * size;
+        // A spike goes forth and back.
+        let is_alone = |step: &Step| step.before.abs().max(step.after.abs()) < MAX_BESIDE[0] * size;
+        let is_jump = alike
+            && jumps.iter().any(is_alone)
+            && smallest < MAX_BESIDE[1] * size
+            && range <= (1.0 + TOLERANCE) * size;
         (jumps.len() > 1 && is_jump).then_some(size)
     }
 }

@@ -95,7 +95,7 @@ fn command(scenario: &Scenario, log: &Log) -> Option<Remark> {
         Beside::Nothing,
     );
     let beside_place = respond(log, Of::Position, Of::Command, Order::Second, Beside::Place);
-    wrong_column(log, &plain)
+    wrong_column(log, &plain, &beside_place)
         .or_else(|| reversed(log, &plain, &beside_place))
         .or_else(|| without_effect(&plain, &beside_place))
 }
@@ -131,11 +131,10 @@ fn ramp(log: &Log) -> Option<Remark> {
 }
 
 /// A reading of the columns that explains the motion where the stated one does not.
-fn wrong_column(log: &Log, plain: &[Response]) -> Option<Remark> {
+fn wrong_column(log: &Log, plain: &[Response], beside_place: &[Response]) -> Option<Remark> {
     /// What the stated reading leaves, times what another one leaves, from which the other is right.
     const CLEARLY_MORE: f64 = 4.0;
-    let stated = best(plain).map_or(0.0, |of| of.explained);
-    let is_clearer = |found: Vec<Response>| {
+    let is_clearer = |found: Vec<Response>, stated: f64| {
         best(&found).is_some_and(|found| {
             found.gain > 0.0
                 && found.significance > CLEAR
@@ -143,9 +142,16 @@ fn wrong_column(log: &Log, plain: &[Response]) -> Option<Remark> {
                 && CLEARLY_MORE * (1.0 - found.explained) < 1.0 - stated
         })
     };
+    // The weight of a link may explain what its command does not.
+    let alone = best(plain).map_or(0.0, |of| of.explained);
+    let with_place = best(beside_place).map_or(0.0, |of| of.total);
     let explains = |position: Of, command: Of, order: Order| {
         let is_there = position.is_in(log) && command.is_in(log);
-        is_there && is_clearer(respond(log, position, command, order, Beside::Nothing))
+        is_there
+            && is_clearer(
+                respond(log, position, command, order, Beside::Nothing),
+                alone.max(with_place),
+            )
     };
     let settings = log.settings();
     let [position, command] = [Some(&settings.position), settings.command.as_ref()]
@@ -174,10 +180,10 @@ fn wrong_column(log: &Log, plain: &[Response]) -> Option<Remark> {
             "command and reference seem to be exchanged: state log.command = \"{reference}\" and log.reference = \
              \"{command}\""
         )
-    } else if is_clearer(respond_to_error(log)) {
+    } else if is_clearer(respond_to_error(log), alone) {
         format!(
             "the position follows the column {command} as it follows a reference: state the column of the command that \
-             acted as log.command"
+             acted as log.command, or log.scan = \"warn\" where a spring or a weight holds it there"
         )
     } else if explains(Of::Position, Of::Command, Order::First) {
         format!(

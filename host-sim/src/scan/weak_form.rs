@@ -374,6 +374,31 @@ mod tests {
         }
     }
 
+    /// The command of a slow link that hangs goes against the acceleration, because it holds the weight.
+    #[test]
+    fn a_weight_does_not_reverse_the_gain() {
+        let (time, b, weight) = (1e-3, 200.0, 60.0);
+        let position = |t: f64| 0.9 * (1.5 * t).sin() + 0.3 * (4.0 * t).sin();
+        let acceleration = |t: f64| -2.025 * (1.5 * t).sin() - 4.8 * (4.0 * t).sin();
+        let (output, input): (Vec<f64>, Vec<f64>) = (0..20_000)
+            .map(|k| {
+                let (now, middle) = (f64::from(k) * time, (f64::from(k) + 0.5) * time);
+                let command = (acceleration(middle) + weight * position(middle).sin()) / b;
+                (position(now), command)
+            })
+            .unzip();
+        let signals = [Signals {
+            output: &output,
+            input: &input,
+        }];
+        let [alone, with_weight] = [Beside::Nothing, Beside::Place].map(|beside| {
+            let all = responses(&signals, 1e-9, Order::Second, beside);
+            all.last().copied().expect("some width")
+        });
+        assert!(alone.significance < -5.0, "{alone:?}");
+        assert!(with_weight.significance > 5.0, "{with_weight:?}");
+    }
+
     #[test]
     fn a_late_input_is_found_late() {
         let (output, input) = motion(200.0);
@@ -395,8 +420,14 @@ mod tests {
         );
         let velocity: Vec<f64> = output.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let input = &input[..velocity.len()];
-        let [first, second] =
-            [Order::First, Order::Second].map(|order| best(&velocity, input, order));
+        let signals = [Signals {
+            output: &velocity,
+            input,
+        }];
+        let [first, second] = [Order::First, Order::Second].map(|order| {
+            let all = responses(&signals, 1e-9, order, Beside::Place);
+            all.last().copied().expect("some width")
+        });
         assert!(
             first.explained > 0.999 && second.explained < 0.95,
             "{first:?} {second:?}"
