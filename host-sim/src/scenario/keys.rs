@@ -47,6 +47,10 @@ const ANGULAR: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_ACCELERATION,
     Effects::LARGEST_ACCELERATION,
 ));
+const SHARE: Range = Fixed(Allowed::Within(
+    -Effects::LARGEST_SHARE,
+    Effects::LARGEST_SHARE,
+));
 const DRIFT: Range = Fixed(Allowed::Within(
     -Effects::FASTEST_DRIFT,
     Effects::FASTEST_DRIFT,
@@ -85,12 +89,26 @@ keys! {
     "what Coulomb friction has in addition at low speed, s exp(-(q'/low_speed_velocity)²); at least -coulomb";
 "plant.low_speed_velocity": Number(POSITIVE, |s, v| s.effects.low_speed_velocity = v), Derived("none; required with low_speed_friction"), "rad/s",
     "the speed at which 37 % of it are left";
+"plant.quadratic_friction": Number(Fixed(Allowed::Within(0.0, Effects::LARGEST_DRAG)), |s, v| s.effects.quadratic_friction = v), Value(0.0), "1/rad",
+    "drag in addition, this value times q'², against the motion";
+"plant.load_dependent_friction": Number(Fixed(Allowed::Within(0.0, Effects::LARGEST_SHARE)), |s, v| s.effects.load_dependent_friction = v), Value(0.0), "",
+    "what Coulomb friction has in addition, as a share of the motor's acceleration |b u|: that of a gear under load";
 "plant.gravity": Two(ANGULAR, |s, v| s.effects.gravity = v), Derived("none"), "rad/s²",
     "[g_s, g_c]: acceleration by gravity, g_s sin q + g_c cos q, q being 0 where the servo starts";
 "plant.ripple": Two(ANGULAR, |s, v| s.effects.ripple = v), Derived("none"), "rad/s²",
     "[r_s, r_c]: acceleration by cogging, r_s sin Nq + r_c cos Nq";
 "plant.ripple_order": Whole([1, Effects::HIGHEST_ORDER], |s, v| s.effects.ripple_order = v), Derived("none; required with ripple"), "",
     "its order N, periods per revolution";
+"plant.torque_ripple": Two(SHARE, |s, v| s.effects.torque_ripple = v), Derived("none"), "",
+    "[t_s, t_c]: b at an angle is b (1 + t_s sin Nq + t_c cos Nq)";
+"plant.torque_ripple_order": Whole([1, Effects::HIGHEST_ORDER], |s, v| s.effects.torque_ripple_order = v), Derived("none; required with torque_ripple"), "",
+    "its order N, periods per revolution";
+"plant.inertia_variation": Two(SHARE, |s, v| s.effects.inertia_variation = v), Derived("none"), "",
+    "[j_s, j_c]: the inertia at an angle is 1 + j_s sin Nq + j_c cos Nq of its mean, of two masses the load's";
+"plant.inertia_order": Whole([1, Effects::HIGHEST_ORDER], |s, v| s.effects.inertia_order = v), Derived("none; required with inertia_variation"), "",
+    "its order N, periods per revolution";
+"plant.gain_asymmetry": Number(SHARE, |s, v| s.effects.gain_asymmetry = v), Value(0.0), "",
+    "half of what b has more for positive commands than for negative, as a share of b";
 "plant.dead_band": Number(NOT_NEGATIVE, |s, v| s.effects.dead_band = v), Value(0.0), "command units",
     "the part of the command, to either side, that the bridge lets pass without effect";
 "plant.resonance": Number(Fixed(Allowed::PositiveUpTo(Effects::HIGHEST_RESONANCE)), |s, v| s.effects.resonance = v), Derived("none, one rigid body"), "rad/s",

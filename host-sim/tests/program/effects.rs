@@ -24,13 +24,18 @@ fn positions(scenario: &Scenario) -> Vec<f64> {
 }
 
 /// Every effect by itself, as large as one sees it in a second.
-const EFFECTS: [(&str, &str); 17] = [
+const EFFECTS: [(&str, &str); 22] = [
     ("delay = 0.0024", ""),
     ("current_loop = 0.002", ""),
     ("asymmetry = 0.4", ""),
     ("low_speed_friction = 3.0\nlow_speed_velocity = 0.2", ""),
     ("gravity = [-20.0, 4.0]", ""),
     ("ripple = [0.0, 5.0]\nripple_order = 24", ""),
+    ("quadratic_friction = 0.05", ""),
+    ("load_dependent_friction = 0.1", ""),
+    ("torque_ripple = [0.05, 0.0]\ntorque_ripple_order = 6", ""),
+    ("inertia_variation = [0.0, 0.1]\ninertia_order = 1", ""),
+    ("gain_asymmetry = -0.05", ""),
     ("dead_band = 0.02", ""),
     ("resonance = 300.0\ninertia_ratio = 0.5", ""),
     (
@@ -61,6 +66,8 @@ fn a_run_takes_each_and_is_the_same_every_time() {
 #[test]
 fn an_effect_that_is_stated_as_none_is_none() {
     let none = "delay = 0.0\ncurrent_loop = 0\nasymmetry = 0.0\nlow_speed_friction = 0.0\n\
+                quadratic_friction = 0.0\nload_dependent_friction = 0.0\ntorque_ripple = [0.0, 0.0]\n\
+                inertia_variation = [0.0, 0.0]\ngain_asymmetry = 0.0\n\
                 gravity = [0.0, 0.0]\ndead_band = 0.0\nbacklash = 0.0\ngain_drift = 0.0\n\
                 friction_drift = 0.0\nload_wander = [0.0, 0.0]";
     let sensor = "[encoder]\nnoise = 0.0\neccentricity = 0.0\njitter = 0.0";
@@ -144,6 +151,12 @@ fn impossible_effects_are_refused_at_their_key_with_the_allowed_range() {
         ("ripple_order = 12", "", &["plant.ripple_order", "without ripple"]),
         ("ripple = [1.0, 0.0]\nripple_order = 0", "", &["ripple_order = 0 is not allowed", "from 1 to 10000"]),
         ("ripple = [1.0, 0.0]\nripple_order = 2.5", "", &["a number stands where a whole number belongs"]),
+        ("quadratic_friction = -0.1", "", &["plant.quadratic_friction", "from 0 to 1000000"]),
+        ("load_dependent_friction = 1.0", "", &["plant.load_dependent_friction", "from 0 to 0.9"]),
+        ("torque_ripple = [0.7, 0.7]\ntorque_ripple_order = 6", "", &["plant.torque_ripple", "from -0.9 to 0.9"]),
+        ("torque_ripple_order = 6", "", &["plant.torque_ripple_order", "without torque_ripple"]),
+        ("inertia_variation = [0.1, 0.0]", "", &["plant.inertia_variation", "without inertia_order"]),
+        ("gain_asymmetry = 2", "", &["plant.gain_asymmetry", "from -0.9 to 0.9"]),
         ("dead_band = -1", "", &["plant.dead_band"]),
         ("resonance = 300.0", "", &["plant.resonance", "without inertia_ratio"]),
         ("inertia_ratio = 0.5", "", &["plant.inertia_ratio", "without resonance"]),
