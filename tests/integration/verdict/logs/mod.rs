@@ -64,7 +64,7 @@ fn with_drawn_effects() {
 fn of_a_few_drawn_logs_as_many_are_right_as_ever() {
     const LEAST_RIGHT: usize = 14;
     const MOST_WRONG: usize = 2;
-    let [judged] = &run(&[FOUR], (2, 40))[..] else {
+    let [judged] = &run(&[FIT], (2, 40))[..] else {
         panic!("one list for one setting")
     };
     let judged: Vec<&Judgement> = judged.iter().collect();
