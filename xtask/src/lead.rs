@@ -47,19 +47,6 @@ fn count() -> Result<Vec<(f64, Driven)>, String> {
     measured.into_iter().collect()
 }
 
-/// Median cycles until the command is out, and of the whole interrupt, by name.
-pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
-    let counted = count()?;
-    let named = counted.iter().flat_map(|(rate, driven)| {
-        let name = |what| format!("interrupt-commission-{}-khz-{what}-cycles", rate / 1e3);
-        [
-            (name("command"), share(&driven.command, 0.5)),
-            (name("typical"), share(&driven.whole, 0.5)),
-        ]
-    });
-    Ok(named.collect())
-}
-
 /// Commissions at every rate, prints the cycles, and fails where a command comes too late.
 pub(crate) fn check() -> Result<(), String> {
     let mut objections = Vec::new();
