@@ -10,7 +10,7 @@ use crate::Random;
 /// The most effects of a log.
 const MAX_EFFECTS: usize = 5;
 
-/// The log of a number in the campaign of a seed, with zero to [`MAX_EFFECTS`] effects. Loops that do not
+/// The log of a number in the campaign of a seed, with zero to five effects. Loops that do not
 /// work are drawn again.
 ///
 /// # Panics
