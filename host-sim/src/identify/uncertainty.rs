@@ -11,7 +11,7 @@ const MODEL_ACCURACY: f64 = 1e-3;
 /// Standard errors of the free effects, in their order; `inseparable` is the part of a load that may be gravity.
 ///
 /// σ² = sandwich + ideal² + ∑ w shift² + spread²: no servo is its model to better than a thousandth (jitter of
-/// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record shows; a missing effect counts with the weight of its evidence (Hoeting,
+/// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record shows; a missing effect counts by its probability (Hoeting,
 /// Madigan, Raftery and Volinsky, "Bayesian model averaging", Statistical Science 14(4), 1999), and the
 /// spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
 /// the horizon or four times it (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
@@ -45,15 +45,16 @@ pub(super) fn std_errors(
         .collect()
 }
 
-/// Squares of the shifts by what may be missing, weighted by its evidence.
+/// Squares of the shifts by the effect that may be missing, each weighted by the probability that it is the one:
+/// two that explain the same of the record share its weight.
 fn missing(answers: &[Answer], count: usize, samples: usize) -> Vec<f64> {
     /// χ² of a size that chance gives one time in twenty.
     const CHANCE: f64 = 4.0;
     let price = (segments(samples) as f64).ln();
-    let mut sum = vec![0.0; count];
     let mut seen = Vec::new();
     let mut by_gain: Vec<&Answer> = answers.iter().collect();
     by_gain.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    let mut missing: Vec<(f64, &[f64])> = Vec::new();
     for answer in by_gain {
         let cause = answer.candidate.cause;
         if seen.contains(&cause) {
@@ -62,13 +63,21 @@ fn missing(answers: &[Answer], count: usize, samples: usize) -> Vec<f64> {
         seen.push(cause);
         let ratio = answer.significance.min(answer.gain);
         // What chance alone gives moves an estimate far where the two look alike.
-        if ratio < CHANCE * answer.sizes.len() as f64 {
-            continue;
+        if ratio >= CHANCE * answer.sizes.len() as f64 {
+            let log_odds = 0.5 * (ratio - answer.sizes.len() as f64 * price - 2.0);
+            missing.push((log_odds, &answer.shifts));
         }
-        let odds = 0.5 * (ratio - answer.sizes.len() as f64 * price - 2.0);
-        let weight = 1.0 / (1.0 + (-odds).min(50.0).exp());
-        for (sum, shift) in sum.iter_mut().zip(&answer.shifts) {
-            *sum += weight * shift * shift;
+    }
+    // A model that lacks nothing has odds of one.
+    let likeliest = missing
+        .iter()
+        .fold(0.0_f64, |most, (odds, _)| most.max(*odds));
+    let odds = |log_odds: f64| (log_odds - likeliest).exp();
+    let all = odds(0.0) + missing.iter().map(|one| odds(one.0)).sum::<f64>();
+    let mut sum = vec![0.0; count];
+    for (log_odds, shifts) in missing {
+        for (sum, shift) in sum.iter_mut().zip(shifts) {
+            *sum += odds(log_odds) / all * shift * shift;
         }
     }
     sum

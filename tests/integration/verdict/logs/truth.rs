@@ -9,7 +9,8 @@ use integration_tests::logs::RecordedLog;
 /// - what drifts and steps has those from the beginning to the end of the record;
 /// - of an inertia, a gain and a load that vary with the angle, or a gain with the sign of the command, the record shows
 ///   the mean over the angles and commands that are in it, which on small travel no identification can tell from the
-///   servo's own.
+///   servo's own; where the size of the command hardly changes, as a relay's, a gain that differs with its sign is a
+///   load to any of them.
 pub(super) fn truth(parameter: Parameter, log: &RecordedLog) -> [f64; 2] {
     let setup = &log.setup;
     let own = parameter.value_in(&setup.servo);
@@ -30,7 +31,9 @@ pub(super) fn truth(parameter: Parameter, log: &RecordedLog) -> [f64; 2] {
         .flat_map(|in_time| means.iter().map(move |mean| in_time * mean));
     let values: Vec<f64> = if parameter == Parameter::Load {
         let steps = setup.load_steps.iter().map(|step| own + step.load);
-        let levels: Vec<f64> = steps.chain([own, own + shown.load]).collect();
+        let levels: Vec<f64> = steps
+            .chain([own, own + shown.load, own + shown.load + shown.load_by_sign])
+            .collect();
         let all = levels
             .iter()
             .flat_map(|level| means.map(|mean| mean * level));
@@ -52,13 +55,30 @@ struct Shown {
     mobilities: [f64; 3],
     /// Mean load by the angle, rad/s².
     load: f64,
+    /// Load that a gain by the command's sign is where the command has one size, rad/s²; else zero.
+    load_by_sign: f64,
 }
 
 impl Shown {
     fn of(log: &RecordedLog) -> Self {
         let effects = &log.setup.effects;
         let (mut gains, mut mobilities) = (Mean::default(), Mean::default());
+        /// Deviation of the command's size, of its mean, below which it has one.
+        const ONE_SIZE: f64 = 0.2;
         let mut load = 0.0;
+        let size = log
+            .commands
+            .iter()
+            .map(|command| command.abs())
+            .sum::<f64>()
+            / log.commands.len() as f64;
+        let squares = log
+            .commands
+            .iter()
+            .map(|command| command * command)
+            .sum::<f64>()
+            / log.commands.len() as f64;
+        let has_one_size = squares - size * size < (ONE_SIZE * size).powi(2);
         for (sample, command) in log.commands.iter().enumerate() {
             let angle = log.position(sample);
             let wave = |[sine, cosine]: [f64; 2], order: u32| {
@@ -79,6 +99,11 @@ impl Shown {
             gains: gains.values(),
             mobilities: mobilities.values(),
             load: load / log.commands.len() as f64,
+            load_by_sign: if has_one_size {
+                log.setup.servo.b * effects.gain_asymmetry * size
+            } else {
+                0.0
+            },
         }
     }
 }
