@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::elf::Elf;
-use crate::{emulator, firmware, listing};
+use crate::{emulator, firmware, interrupt, lead, listing};
 
 /// The budget, beside the firmware.
 const FILE: &str = "firmware-stm32/budget.toml";
@@ -117,6 +117,18 @@ fn count() -> Result<Figures, String> {
             for (name, bound) in listing::bounds(&elf)? {
                 counted.insert(format!("drive-{name}"), bound.into());
             }
+        }
+    }
+    // The last, as they build the drive again, for the emulator.
+    counted.extend(lead::figures()?);
+    for (law, summary) in interrupt::count(interrupt::COUNTED_BY_BUDGET)? {
+        for (which, taken) in summary.named() {
+            let name = format!("interrupt-{law}-{which}");
+            // The cycles of one interrupt depend on the flash's cache; a median does not.
+            if matches!(which, "typical" | "shown") {
+                counted.insert(format!("{name}-cycles"), taken.cycles);
+            }
+            counted.insert(name, taken.instructions);
         }
     }
     Ok(counted)

@@ -41,8 +41,10 @@ const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
-/// Interrupts that are counted, from the one that begins the run.
+/// Interrupts that are counted, from the one that begins the run: for a person who asks, and for the budget, to which
+/// their medians and their first matter.
 const COUNTED: usize = 100_000;
+pub(crate) const COUNTED_BY_BUDGET: usize = 20_000;
 
 /// Samples from one that is shown to the next.
 const WATCHED: u16 = 20;
@@ -65,7 +67,7 @@ pub(crate) struct Summary {
 
 /// Prints the cost of every law.
 pub(crate) fn print() -> Result<(), String> {
-    let counted = count()?;
+    let counted = count(COUNTED)?;
     println!(
         "{:<18} {:<8} {:>12} {:>8} {:>8}",
         "law", "", "instructions", "cycles", "µs"
@@ -87,13 +89,13 @@ pub(crate) fn print() -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the drive of each arithmetic for the emulator and counts every law.
-pub(crate) fn count() -> Result<Vec<(&'static str, Summary)>, String> {
+/// Builds the drive of each arithmetic for the emulator and counts so many interrupts of every law.
+pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_trace()?;
     let mut counted = Vec::new();
     for (format, features, laws) in DRIVES {
         firmware::build(&["drive"], features)?;
-        counted.extend(count_laws(format, laws, &plugin)?);
+        counted.extend(count_laws(format, laws, &plugin, interrupts)?);
     }
     Ok(counted)
 }
@@ -103,10 +105,13 @@ fn count_laws(
     format: Format,
     laws: &[NamedLaw],
     plugin: &Path,
+    interrupts: usize,
 ) -> Result<Vec<(&'static str, Summary)>, String> {
     let drive = firmware::path("drive");
     let count_one = |&(name, law): &NamedLaw| {
-        let costs = measure(&drive, plugin, |client| start(client, law, format))?;
+        let costs = measure(&drive, plugin, interrupts, |client| {
+            start(client, law, format)
+        })?;
         let summary = Summary::new(&costs).map_err(|fault| format!("{name}: {fault}"))?;
         Ok((name, summary))
     };
@@ -138,13 +143,14 @@ fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// The costs of [`COUNTED`] interrupts from the one that begins a run.
+/// The costs of so many interrupts from the one that begins a run.
 fn measure(
     drive: &Path,
     plugin: &Path,
+    interrupts: usize,
     conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
-    let mut costs = Vec::with_capacity(COUNTED);
+    let mut costs = Vec::with_capacity(interrupts);
     let take = |cost: Cost| {
         if costs.is_empty() && !has(cost, FIRST) {
             return Ok(Next::Interrupt);
@@ -157,7 +163,7 @@ fn measure(
             ));
         }
         costs.push(cost);
-        Ok(if costs.len() == COUNTED {
+        Ok(if costs.len() == interrupts {
             Next::Enough
         } else {
             Next::Interrupt
