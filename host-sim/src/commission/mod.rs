@@ -95,20 +95,37 @@ impl Commissioning {
     /// # Errors
     /// As [`Commissioning::new`].
     pub fn run(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+        self.run_beside(&mut |slices| slices, observe)
+    }
+
+    /// The same where the background is faster or has other work: the slices of work that it does in a sample, from those
+    /// that it should.
+    ///
+    /// # Errors
+    /// As [`Commissioning::new`].
+    pub fn run_beside(
+        self,
+        background: &mut dyn FnMut(u32) -> u32,
+        observe: &mut dyn FnMut(&Sample),
+    ) -> Result<Outcome, Fault> {
         match self.arithmetic {
-            Arithmetic::F64 => self.run_here::<f64>(observe),
-            Arithmetic::F32 | Arithmetic::Fixed => self.run_here::<f32>(observe),
+            Arithmetic::F64 => self.run_here::<f64>(background, observe),
+            Arithmetic::F32 | Arithmetic::Fixed => self.run_here::<f32>(background, observe),
         }
     }
 
-    fn run_here<N: Number>(self, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+    fn run_here<N: Number>(
+        self,
+        background: &mut dyn FnMut(u32) -> u32,
+        observe: &mut dyn FnMut(&Sample),
+    ) -> Result<Outcome, Fault> {
         let built = SynchronousCommission::<N, RECORD>::new(
             &self.settings,
             self.before.as_ref(),
             self.held(),
         );
         let commissioner = built.map_err(|error| Fault::new("commission", error))?;
-        Ok(self.run_by(commissioner, observe))
+        Ok(self.run_by(commissioner, background, observe))
     }
 
     /// The command that the gains before hold the servo with, if there are any, command units.
@@ -119,6 +136,7 @@ impl Commissioning {
     fn run_by<N: Number>(
         mut self,
         mut commissioner: SynchronousCommission<N, RECORD>,
+        background: &mut dyn FnMut(u32) -> u32,
         observe: &mut dyn FnMut(&Sample),
     ) -> Outcome {
         let sample_time = self.settings.sample_time;
@@ -130,7 +148,7 @@ impl Commissioning {
             let time = course.samples() as f64 * sample_time;
             let (position, velocity) = (self.axis.position(), self.axis.velocity());
             let seen = self.axis.sense();
-            let done = commissioner.sample(&seen);
+            let done = commissioner.sample_with_slices(&seen, background(commissioner.slices()));
             known.extend(done.servo.map(|servo| Known { time, servo }));
             tuning = done.tuning.or(tuning);
             let sample = Sample {

@@ -90,6 +90,14 @@ impl<N: Number> Holding<N> {
         self.state = self.state.with_integral(integral);
     }
 
+    /// Holds the servo where it is by the command that balances the load and nothing else. The integral of an error that
+    /// friction has left would sooner or later move it on.
+    pub(super) fn stay(&mut self, position: N, command: N) {
+        self.send(position);
+        self.reference = position;
+        self.balance(command);
+    }
+
     /// Disturbs the servo by a command on top of the controller's.
     pub(super) fn disturb(&mut self, command: N) {
         self.disturbance = command;

@@ -383,6 +383,12 @@ impl<N: Number> CommissionIsr<N> {
             }
             Next::MotionRecord { again } => {
                 if is_at_rest {
+                    state.next = Next::Stay { again };
+                    state.stay()?;
+                }
+            }
+            Next::Stay { again } => {
+                if is_at_rest {
                     self.begin_lead(state, again);
                 }
             }

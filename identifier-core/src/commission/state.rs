@@ -81,6 +81,8 @@ pub(super) enum Next {
     Hold { again: bool },
     /// The next motion once it is at rest.
     MotionRecord { again: bool },
+    /// The next motion once it is at rest where it came to rest, under the command that balances the load.
+    Stay { again: bool },
     /// The next motion after this many samples of its record.
     Lead(u32),
     /// Gains are looked for.
@@ -219,6 +221,16 @@ impl<N: Number> CommissionState<N> {
     pub(super) fn begin(&mut self, activity: Activity<N>) {
         self.activity = activity;
         self.passed = 0;
+    }
+
+    /// Has the servo stay where it is, under the command that balances its load.
+    pub(super) fn stay(&mut self) -> Result<(), Reason> {
+        let (Some(known), Activity::Holding(holding)) = (&self.identified, &mut self.activity)
+        else {
+            return Err(Reason::TooLittleEvidence);
+        };
+        holding.stay(self.position, known.rough.holding());
+        Ok(())
     }
 
     pub(super) fn begin_record(&mut self) {

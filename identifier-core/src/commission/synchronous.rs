@@ -60,6 +60,22 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
 
     /// One sample. It begins with the first.
     pub fn sample(&mut self, seen: &CommissionInputs) -> CommissionReading {
+        self.sample_with_slices(seen, self.slices())
+    }
+
+    /// The slices of work that the background should do in each sample.
+    #[must_use]
+    pub fn slices(&self) -> u32 {
+        self.commission.slices()
+    }
+
+    /// One sample in which the background does this many slices of work: more than it should where it is faster, fewer
+    /// where it has other work.
+    pub fn sample_with_slices(
+        &mut self,
+        seen: &CommissionInputs,
+        slices: u32,
+    ) -> CommissionReading {
         let Self {
             commission,
             study,
@@ -73,7 +89,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
             study.take(finding);
         }
         let mut servo = None;
-        for answer in (0..commission.slices()).filter_map(|_| study.work()) {
+        for answer in (0..slices).filter_map(|_| study.work()) {
             servo = answer.servo().copied().or(servo);
             commission.accept(state, &answer);
         }

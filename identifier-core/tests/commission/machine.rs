@@ -1,6 +1,7 @@
 use identifier_core::commission::{CommissionError, CommissionIsr, HoldingGains, Phase, Reason};
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
+use virtual_servo::SplitMix64;
 
 use crate::rig::{Bench, ordinary};
 
@@ -57,6 +58,26 @@ fn a_sound_servo_is_predicted_from_any_rest_between_two_counts() {
         let course = bench.commission(&mut |_| None);
         let state = &course.state;
         assert_eq!(state.phase(), Phase::Applied, "{k} {:?}", state.reason());
+    }
+}
+
+#[test]
+fn a_servo_held_by_friction_stands_while_its_rest_is_recorded_whenever_the_solver_decides() {
+    let mut random = SplitMix64::new(26);
+    for seed in 0..60 {
+        let mut bench = ordinary();
+        bench.servo.load = random.uniform(-2.0, 2.0) * bench.servo.coulomb;
+        bench.offset = random.next_uniform();
+        bench.settings.goal = Goal::Bandwidth(40.0);
+        bench.settings.limits.travel = [-1.0, 1.0];
+        bench.background = Some(seed);
+        let course = bench.commission(&mut |_| None);
+        assert_eq!(course.state.reason(), None, "{seed}");
+        assert!(
+            course.speed_at_rest <= 0.0,
+            "{seed} {}",
+            course.speed_at_rest
+        );
     }
 }
 

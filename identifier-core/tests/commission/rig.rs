@@ -1,13 +1,13 @@
 //! A servo with its encoder, and a commissioning of it.
 
 use identifier_core::commission::{
-    CommissionInputs, CommissionSettings, CommissionState, HoldingGains, Limits, Phase, Reason,
-    SynchronousCommission,
+    CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, HoldingGains, Limits,
+    Phase, Reason, SynchronousCommission,
 };
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
-use virtual_servo::{Effects, Encoder, Servo};
+use virtual_servo::{Effects, Encoder, Servo, SplitMix64};
 
 /// The axis that is commissioned.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +19,27 @@ pub(crate) struct Bench {
     pub(crate) offset: f64,
     pub(crate) settings: CommissionSettings,
     pub(crate) before: Option<HoldingGains>,
+    /// The seed by which the background does more or fewer slices of work in each sample; none: as many as it should.
+    pub(crate) background: Option<u64>,
+}
+
+/// A background with other work: its slices in a sample are random, and so is their mean, half to twice as many as it
+/// should do.
+struct Background {
+    random: SplitMix64,
+    mean: f64,
+}
+
+impl Background {
+    fn new(seed: u64, slices: u32) -> Self {
+        let mut random = SplitMix64::new(seed);
+        let mean = f64::from(slices) * f64::exp2(random.uniform(-1.0, 1.0));
+        Self { random, mean }
+    }
+
+    fn slices(&mut self) -> u32 {
+        self.random.uniform(0.0, 2.0 * self.mean).round() as u32
+    }
 }
 
 /// A permanent fault in a phase, some samples after the phase began.
@@ -39,6 +60,8 @@ pub(crate) struct Course {
     /// Extremes of the true motion, rad and rad/s, and of the command.
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
+    /// The largest true speed in the recorded rest before the second and the third motion, rad/s.
+    pub(crate) speed_at_rest: f64,
     pub(crate) command: [f64; 2],
     /// The commands after the end; `None` while it coasts.
     pub(crate) after: Vec<Option<f64>>,
@@ -89,6 +112,7 @@ pub(crate) fn ordinary() -> Bench {
             trial_step: None,
         },
         before: None,
+        background: None,
     }
 }
 
@@ -126,9 +150,12 @@ impl Bench {
         let mut commission =
             SynchronousCommission::<f32>::new(&self.settings, self.before.as_ref(), held)
                 .expect("allowed");
+        let mut background = self
+            .background
+            .map(|seed| Background::new(seed, commission.slices()));
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
-        let mut speed = 0.0_f64;
+        let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
         let mut after = Vec::new();
         for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
@@ -140,11 +167,15 @@ impl Bench {
                 () => None,
             };
             let phase = phases.last().map_or(Phase::Idle, |last| last.0);
-            let done = commission.sample(&CommissionInputs {
+            let inputs = CommissionInputs {
                 count,
                 late: condition.late,
                 stop: disturb(phase).or(line),
-            });
+            };
+            let done = match &mut background {
+                Some(background) => commission.sample_with_slices(&inputs, background.slices()),
+                None => commission.sample(&inputs),
+            };
             if phase != done.phase {
                 phases.push((done.phase, k as f64 * sample_time));
             }
@@ -154,6 +185,13 @@ impl Bench {
             let position = servo.position();
             travel = [travel[0].min(position), travel[1].max(position)];
             speed = speed.max(servo.velocity().abs());
+            if matches!(done.phase, Phase::Refine | Phase::Verify) {
+                let &(_, began) = phases.last().expect("it began");
+                let recorded = (k as f64 * sample_time - began) / sample_time;
+                if recorded < CommissionIsr::<f32>::LEAD.1 {
+                    speed_at_rest = speed_at_rest.max(servo.velocity().abs());
+                }
+            }
             if done.phase.is_end() {
                 after.push(done.command);
                 if after.len() as f64 * sample_time > AFTERWARDS {
@@ -166,6 +204,7 @@ impl Bench {
             phases,
             travel,
             speed,
+            speed_at_rest,
             command,
             after,
             last: servo.position(),

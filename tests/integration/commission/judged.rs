@@ -3,6 +3,7 @@
 use host_sim::commission::{Commissioning, Outcome, StepResponse};
 use host_sim::scenario::Scenario;
 use identifier_core::commission::Phase;
+use integration_tests::Random;
 
 /// Rise time against the promise, and overshoot beyond it.
 pub(super) const RISE: f64 = 0.15;
@@ -36,7 +37,8 @@ impl Kept {
     }
 }
 
-/// Commissions a scenario's servo.
+/// Commissions a scenario's servo. In each sample the background does a random number of slices of work, whose mean over
+/// those that it should do is random too, a half to two.
 pub(super) fn commission(scenario: &Scenario) -> Judged {
     let commissioning = Commissioning::new(scenario).expect("it was built when it was read");
     let limits = commissioning.settings().limits;
@@ -45,8 +47,12 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
     let mut broken = Vec::new();
     let mut coasts = None;
     let mut last = Phase::Idle;
+    let mut random = Random::new(scenario.noise_seed());
+    let speed = random.log_uniform(0.5, 2.0);
+    let mut background =
+        |slices: u32| (random.uniform(0.0, 2.0) * speed * f64::from(slices)).round() as u32;
     let outcome = commissioning
-        .run(&mut |sample| {
+        .run_beside(&mut background, &mut |sample| {
             if sample.phase.is_end() {
                 coasts = Some(sample.command.is_none());
             }
