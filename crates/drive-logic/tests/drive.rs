@@ -3,7 +3,9 @@
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Fault, Kept, Law, Noticed, Refusal, Report, Settings, State};
+use drive_link::{
+    Command, Fault, Kept, Law, NotAllowed, Noticed, Refusal, Report, Settings, State, Why,
+};
 use drive_logic::{Channel, OutputStage, Store, self_test};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
@@ -122,6 +124,47 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
         ..Noticed::default()
     };
     assert_eq!(status.noticed, noticed);
+}
+
+#[test]
+fn behind_a_declared_amplifier_every_law_finds_the_servo_and_undeclared_it_is_missed() {
+    let delayed = |mut wanted: Settings, declared: f64| {
+        wanted.closed_loop.core.identifier.terms.delay = declared;
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        bench.delay_commands(2);
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(wanted));
+        drive.done(Command::Start);
+        drive.pass(10_000);
+        drive.done(Command::Stop);
+        drive.pass(1);
+        let found = drive.supervisor.estimates().expect("learnt").servo;
+        [found.b / SERVO.b - 1.0, found.a - SERVO.a].map(f64::abs)
+    };
+    for wanted in [first_contact(), settings()] {
+        let law = wanted.closed_loop.law;
+        let [declared, undeclared] = [0.002, 0.0].map(|delay| delayed(wanted, delay));
+        assert!(
+            declared[0] < 0.001 && declared[1] < 0.02,
+            "{law}: {declared:?}"
+        );
+        assert!(undeclared[1] > 0.1, "{law}: {undeclared:?}");
+    }
+}
+
+#[test]
+fn a_delay_longer_than_the_drive_remembers_is_refused() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = settings();
+    wanted.closed_loop.core.identifier.terms.delay = 0.0061;
+    let refusal = drive.refusal(Command::Configure(wanted));
+    let longest = Why::OutOfRange {
+        given: 0.0061,
+        least: 0.0,
+        most: 0.006,
+    };
+    assert_eq!(refusal, Refusal::Setting(NotAllowed::new("delay", longest)));
 }
 
 #[test]

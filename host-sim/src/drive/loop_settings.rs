@@ -66,16 +66,6 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
             return refused(key, "the models of the firmware have no optional terms");
         }
     }
-    for (key, declared) in [
-        ("amplifier.delay", terms.delay),
-        ("amplifier.dead_band", terms.dead_band),
-        ("amplifier.current_loop", terms.current_loop),
-    ] {
-        if declared != 0.0 {
-            let fault = "the firmware takes every command as what acts at once: leave it out";
-            return refused(key, fault);
-        }
-    }
     let core = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;

@@ -27,15 +27,12 @@ fn bounds_that_follow_from_the_box_are_sent() {
     assert!(bounds.coulomb.is_some() && bounds.load.is_some());
 }
 
-/// Keys that the drive would refuse, or worse, ignore.
+/// Keys that the drive would refuse.
 #[test]
-fn terms_and_declared_effects_of_the_amplifier_are_refused() {
+fn terms_are_refused() {
     for (key, asked) in [
         ("identifier.terms", "terms = [\"delay\"]"),
         ("identifier.required_terms", "required_terms = [\"delay\"]"),
-        ("amplifier.delay", "[amplifier]\ndelay = 1e-3"),
-        ("amplifier.dead_band", "[amplifier]\ndead_band = 0.1"),
-        ("amplifier.current_loop", "[amplifier]\ncurrent_loop = 1e-3"),
     ] {
         let text = format!(
             "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
@@ -44,6 +41,17 @@ fn terms_and_declared_effects_of_the_amplifier_are_refused() {
         let fault = settings_of("drive-settings-terms", &text).expect_err(key);
         assert!(fault.to_string().starts_with(key), "{fault}");
     }
+}
+
+#[test]
+fn a_declared_amplifier_is_sent() {
+    let text = "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+                arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+                [amplifier]\ndelay = 1e-3\ndead_band = 0.1\ncurrent_loop = 2e-3\n";
+    let sent = settings_of("drive-settings-amplifier", text).expect("the firmware has it");
+    let terms = &sent.core.identifier.terms;
+    let declared = [terms.delay, terms.dead_band, terms.current_loop].map(f64::to_bits);
+    assert_eq!(declared, [1e-3, 0.1, 2e-3_f64].map(f64::to_bits));
 }
 
 #[test]

@@ -43,6 +43,11 @@ impl<N, T, const L: usize> BehindAmplifierState<N, T, L> {
     pub fn identification(&self) -> &T {
         &self.identification
     }
+
+    /// The same, to be changed.
+    pub fn identification_mut(&mut self) -> &mut T {
+        &mut self.identification
+    }
 }
 
 impl<N, I, const L: usize> BehindAmplifier<N, I, L> {

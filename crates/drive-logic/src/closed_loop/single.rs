@@ -6,8 +6,8 @@ use identifier_core::control::ControlSample;
 use identifier_core::control::Setpoint;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion, Identify, NumberedBlock,
-    RecordBlocks, ServoLoop, ServoLoopState, Update,
+    BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion, Identify,
+    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters};
@@ -18,8 +18,14 @@ use crate::conversion;
 
 type Velocity = LowPass<f32>;
 
+/// An identifier behind the declared amplifier.
+type Behind<I> = BehindAmplifier<f32, I, MAX_DELAYED>;
+
+/// Commands that a declared delay may hold back: six samples, above which a loop should be slower.
+const MAX_DELAYED: usize = 8;
+
 /// Gauss–Newton in the sample interrupt; its first fit is made in the background.
-type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>;
+type Recursion = Behind<GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>>;
 
 /// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +42,8 @@ enum Laws {
     GaussNewton(With<Recursion>),
 }
 
-type Gradient = DiagonalGradientIdentifier<f32, Velocity, Ab, 2>;
-type GradientWithFriction = DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>;
+type Gradient = Behind<DiagonalGradientIdentifier<f32, Velocity, Ab, 2>>;
+type GradientWithFriction = Behind<DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>>;
 
 /// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -173,8 +179,9 @@ impl ClosedLoop {
     /// always.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         if let Laws::GaussNewton(own) = &mut self.0 {
-            let identifier = own.servo_loop.identifier();
-            *own.state.identification_mut() = identifier.start_from_known(servo, motion);
+            let identifier = own.servo_loop.identifier().identifier();
+            *own.state.identification_mut().identification_mut() =
+                identifier.start_from_known(servo, motion);
         }
     }
 
@@ -188,8 +195,8 @@ impl ClosedLoop {
         let Laws::GaussNewton(own) = &mut self.0 else {
             return false;
         };
-        let identifier = own.servo_loop.identifier();
-        let state = own.state.identification_mut();
+        let identifier = own.servo_loop.identifier().identifier();
+        let state = own.state.identification_mut().identification_mut();
         let Some(block) = identifier.take_block(state) else {
             return false;
         };

@@ -7,6 +7,7 @@ pub(crate) mod commission;
 
 use core::f64::consts::TAU;
 use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
@@ -215,6 +216,8 @@ pub(crate) struct Bench {
     pub(crate) voltage: Cell<Option<f32>>,
     /// Number of times that the watchdog was fed.
     pub(crate) fed: Cell<u32>,
+    /// Commands that have not acted yet.
+    waiting: RefCell<VecDeque<f32>>,
 }
 
 impl Bench {
@@ -241,7 +244,13 @@ impl Bench {
             steps: Cell::new(Some(0)),
             voltage: Cell::new(Some(0.0)),
             fed: Cell::new(0),
+            waiting: RefCell::default(),
         }
+    }
+
+    /// From now on a command acts some samples after it was held.
+    pub(crate) fn delay_commands(&self, samples: usize) {
+        *self.waiting.borrow_mut() = vec![0.0; samples].into();
     }
 
     /// From now on another servo, at the same place and speed.
@@ -267,7 +276,9 @@ impl Bench {
 
     /// Advances by a sample.
     pub(crate) fn pass(&self) {
-        let command = self.held.get().unwrap_or(0.0);
+        let mut waiting = self.waiting.borrow_mut();
+        waiting.push_back(self.held.get().unwrap_or(0.0));
+        let command = waiting.pop_front().unwrap_or(0.0);
         let mut plant = self.plant.borrow_mut();
         let before = plant.position;
         plant.advance(f64::from(command));
