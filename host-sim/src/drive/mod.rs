@@ -1,6 +1,7 @@
 //! The host's end of a drive's link.
 
 mod loop_settings;
+mod silence;
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -8,6 +9,7 @@ use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, St
 use identifier_core::commission::CommissionSettings;
 
 pub use self::loop_settings::loop_settings;
+pub use self::silence::Silence;
 use crate::port::{Port, PortError};
 
 /// Longest wait for a report.

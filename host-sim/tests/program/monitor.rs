@@ -261,6 +261,22 @@ fn a_silent_drive_is_reported() {
 }
 
 #[test]
+fn a_monitor_that_was_suspended_does_not_call_the_drive_silent() {
+    let bench = Bench::new("monitor_suspended");
+    let mut monitor = bench.monitor("");
+    monitor.shows(" RELEASED ");
+    monitor.signal("-STOP");
+    std::thread::sleep(Duration::from_secs(6));
+    monitor.signal("-CONT");
+    starts(&mut monitor);
+    monitor.types("q");
+    monitor.shows("Leaving releases it");
+    monitor.types("y");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 0, "{text}");
+}
+
+#[test]
 fn leaving_releases_the_servo() {
     let bench = Bench::new("monitor_leaves");
     for keys in ["qy", "\x03"] {

@@ -1,18 +1,15 @@
 //! The reports of a drive while a verb waits for it.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use drive_link::{Progress, Report, Snapshot, State, Status};
 
 use super::fault;
 use crate::cli::fault::Fault;
-use crate::drive::{Client, DriveError};
+use crate::drive::{Client, DriveError, Silence};
 
 /// Longest time from one call of the observer to the next: how long an interruption may have to wait.
 const TICK: Duration = Duration::from_millis(50);
-
-/// Longest silence of a drive, s: it is asked for a sign of life several times within that.
-const MAX_SILENCE: Duration = Duration::from_secs(5);
 
 /// A report of a drive at work.
 pub(super) enum Event {
@@ -50,14 +47,14 @@ pub(super) fn follow<T>(
     client: &mut Client,
     mut observe: impl FnMut(&mut Client, Option<Event>) -> Result<Option<T>, Fault>,
 ) -> Result<T, Fault> {
-    let mut last_report = Instant::now();
+    let mut silence = Silence::begin();
     loop {
         let event = client
             .next_within(TICK, Event::from_report)
             .map_err(fault)?;
         if event.is_some() {
-            last_report = Instant::now();
-        } else if last_report.elapsed() > MAX_SILENCE {
+            silence.end();
+        } else if silence.is_too_long() {
             return Err(fault(DriveError::Silent));
         }
         if let Some(end) = observe(client, event)? {

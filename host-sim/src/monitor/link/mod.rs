@@ -8,8 +8,8 @@ use std::thread::{self, JoinHandle};
 
 use drive_link::{Command, Refusal, Report};
 
-use self::talk::{MAX_SILENCE, Talk};
-use crate::drive::{Client, DriveError};
+use self::talk::Talk;
+use crate::drive::{Client, DriveError, Silence};
 
 /// The end of a session whose servo is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub enum LinkError {
     /// The line works, and the drive is silent.
     #[error(
         "the drive has been silent for {} s: is it switched on, and its line connected?",
-        MAX_SILENCE.as_secs()
+        Silence::MAX.as_secs()
     )]
     Silent,
     /// The thread of the line has ended by a defect of this program.

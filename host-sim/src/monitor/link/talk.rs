@@ -6,13 +6,10 @@ use std::time::{Duration, Instant};
 use drive_link::{Command, Report, State};
 
 use super::{AtEnd, Ending, LinkError, LinkEvent};
-use crate::drive::{Client, DriveError};
+use crate::drive::{Client, DriveError, Silence};
 
 /// Longest wait of a command.
 const MAX_COMMAND_WAIT: Duration = Duration::from_millis(5);
-
-/// Longest silence of a drive.
-pub(super) const MAX_SILENCE: Duration = Duration::from_secs(5);
 
 /// Time after which an unanswered command is sent again, and after which it is given up.
 const REPEAT_AFTER: Duration = Duration::from_millis(200);
@@ -23,7 +20,7 @@ pub(super) struct Talk {
     client: Client,
     events: Sender<LinkEvent>,
     unanswered: Vec<Unanswered>,
-    last_report: Instant,
+    silence: Silence,
     /// The servo is driven, by the last report.
     drives: bool,
 }
@@ -42,7 +39,7 @@ impl Talk {
             client,
             events,
             unanswered: Vec::new(),
-            last_report: Instant::now(),
+            silence: Silence::begin(),
             drives: false,
         }
     }
@@ -61,10 +58,10 @@ impl Talk {
                 .next_within(MAX_COMMAND_WAIT, |report| Some(report.clone()))?
             {
                 Some(report) => {
-                    self.last_report = Instant::now();
+                    self.silence.end();
                     self.take(report);
                 }
-                None if self.last_report.elapsed() > MAX_SILENCE => return Err(LinkError::Silent),
+                None if self.silence.is_too_long() => return Err(LinkError::Silent),
                 None => {}
             }
         }

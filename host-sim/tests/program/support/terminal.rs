@@ -3,8 +3,9 @@
 use std::io::{Read, Write};
 use std::num::NonZero;
 use std::path::Path;
+use std::process::Command;
 use std::sync::{Arc, Mutex};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
@@ -17,6 +18,8 @@ pub(crate) struct Terminal {
     master: Box<dyn MasterPty + Send>,
     keyboard: Box<dyn Write + Send>,
     screen: Arc<Mutex<vt100::Parser>>,
+    /// Ends with the program, once all that it has printed is on the screen.
+    reader: JoinHandle<()>,
     child: Box<dyn Child + Send + Sync>,
     /// The terminal's settings before.
     before: String,
@@ -36,10 +39,10 @@ impl Terminal {
         let child = pair.slave.spawn_command(builder).expect("it starts");
         let screen = Arc::new(Mutex::new(vt100::Parser::new(some(rows), some(columns), 0)));
         let seen = Arc::clone(&screen);
-        let mut reader = pair.master.try_clone_reader().expect("a terminal");
-        thread::spawn(move || {
+        let mut output = pair.master.try_clone_reader().expect("a terminal");
+        let reader = thread::spawn(move || {
             let mut bytes = [0; 4096];
-            while let Ok(read @ 1..) = reader.read(&mut bytes) {
+            while let Ok(read @ 1..) = output.read(&mut bytes) {
                 seen.lock()
                     .expect("no thread panicked")
                     .process(&bytes[..read]);
@@ -49,6 +52,7 @@ impl Terminal {
             keyboard: pair.master.take_writer().expect("a terminal"),
             master: pair.master,
             screen,
+            reader,
             child,
             before,
         }
@@ -60,6 +64,13 @@ impl Terminal {
             .write_all(keys.as_bytes())
             .and_then(|()| self.keyboard.flush())
             .expect("the channel is read");
+    }
+
+    /// Sends a signal to the program.
+    pub(crate) fn signal(&self, name: &str) {
+        let pid = self.child.process_id().expect("it runs").to_string();
+        let done = Command::new("kill").args([name, &pid]).status();
+        assert!(done.is_ok_and(|status| status.success()));
     }
 
     /// The screen's text.
@@ -119,7 +130,10 @@ impl Terminal {
             thread::sleep(Duration::from_millis(20));
         };
         // Its last output is on its way.
-        thread::sleep(Duration::from_millis(300));
+        while !self.reader.is_finished() {
+            assert!(Instant::now() < until, "the terminal stays open");
+            thread::sleep(Duration::from_millis(20));
+        }
         assert_eq!(settings(self.master.as_ref()), self.before);
         let screen = self.screen.lock().expect("no thread panicked");
         let screen = screen.screen();
