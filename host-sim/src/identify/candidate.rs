@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::identification::{Column, Effect, Values};
+use identifier_core::identification::{Column, Effect, Fitter, Values};
 
 use crate::verdict::Cause;
 
@@ -22,6 +22,9 @@ const GAIN_ORDERS: [f64; 3] = [2.0, 6.0, 12.0];
 /// Speeds at which friction may fade, of a large velocity of the motion.
 const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 
+/// Way above which both parts of a wave may show, and above which no part does alone, rad.
+const SEPARABLE: [f64; 2] = [0.1 * TAU, 0.5 * TAU];
+
 /// The figures of a record that candidates depend on.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Range {
@@ -29,8 +32,36 @@ pub(super) struct Range {
     pub(super) velocity: f64,
     /// Distance between the ends of the motion, rad; zero on an axis without angle.
     pub(super) angle: f64,
+    /// The means of sin and cos over the motion.
+    pub(super) mean_wave: [f64; 2],
     /// Levels of the command below which half, three quarters, nine tenths and most of it lies.
     pub(super) levels: [f64; 4],
+}
+
+/// Sizes of a motion, by which effects are small or large.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Usual {
+    /// The largest command.
+    command: f64,
+    /// The acceleration by it, counts/sample².
+    acceleration: f64,
+    /// A large velocity, counts/sample.
+    velocity: f64,
+    /// Reciprocal of the motion's bandwidth, samples.
+    time: f64,
+}
+
+impl Usual {
+    /// Of a record with some values.
+    pub(super) fn new(fitter: &Fitter<'_>, values: &Values) -> Self {
+        let survey = &fitter.survey;
+        Self {
+            command: survey.command,
+            acceleration: fitter.usual_size(values, Effect::Load),
+            velocity: survey.velocity,
+            time: 1.0 / survey.bandwidth,
+        }
+    }
 }
 
 impl Candidate {
@@ -67,14 +98,19 @@ impl Candidate {
             let fading = share * range.velocity;
             all.push(Self::at(Cause::LowSpeedFriction, &[E::LowSpeed], fading));
         }
-        if range.angle > 0.0 {
+        // Over a short way only the odd part of a wave shows beside a constant, over a long one both do.
+        let [short, long] = SEPARABLE;
+        if range.angle > 0.0 && range.angle < long {
+            all.push(Self::plain(Cause::Gravity, &[E::GravitySine]));
+            all.push(Self::plain(Cause::VaryingInertia, &[E::InertiaSine]));
+        }
+        if range.angle > short {
             let gravity = [E::GravitySine, E::GravityCosine];
             all.push(Self::plain(Cause::Gravity, &gravity));
-            // Over a small angle it is a change of b.
-            if range.angle > 0.5 * TAU {
-                let inertia = [E::InertiaSine, E::InertiaCosine];
-                all.push(Self::plain(Cause::VaryingInertia, &inertia));
-            }
+        }
+        if range.angle >= long {
+            let inertia = [E::InertiaSine, E::InertiaCosine];
+            all.push(Self::plain(Cause::VaryingInertia, &inertia));
         }
         let seen = |order: &f64| range.angle > TAU / order;
         for order in ORDERS.into_iter().filter(seen) {
@@ -99,6 +135,25 @@ impl Candidate {
                 | Cause::Resonance
                 | Cause::HiddenLimit
         )
+    }
+
+    /// Its usual size.
+    pub(super) fn usual_size(&self, usual: &Usual) -> f64 {
+        match self.cause {
+            Cause::CurrentLoop => 0.1 * usual.time,
+            Cause::Asymmetry => 0.05 * usual.acceleration / usual.velocity,
+            Cause::QuadraticFriction => 0.05 * usual.acceleration / usual.velocity.powi(2),
+            Cause::LowSpeedFriction | Cause::Gravity => 0.05 * usual.acceleration,
+            Cause::Ripple => 0.02 * usual.acceleration,
+            Cause::DeadBand => 0.02 * usual.command,
+            Cause::LoadFriction => 0.07,
+            Cause::VaryingInertia => 0.1,
+            Cause::GainDrift => 0.05,
+            Cause::FrictionDrift => 0.2,
+            Cause::HiddenLimit => 0.5,
+            Cause::Resonance => 0.03 * usual.time.powi(2),
+            _ => 0.02,
+        }
     }
 
     /// The values with which a search for it begins, its sizes by linear algebra, and the effects that are

@@ -88,6 +88,7 @@ pub(crate) fn identify(
     let range = Range {
         velocity: fitter.survey.velocity,
         angle: recording.span(),
+        mean_wave: recording.mean_wave(),
         levels: recording.levels([0.5, 0.75, 0.9, 0.97]),
     };
     let tournament = Tournament {
@@ -121,12 +122,7 @@ pub(crate) fn identify(
     tournament.prune(&mut model);
     rehorizon(&mut model, LAST, false);
     let answers = tournament.answers(&model);
-    let std_errors = uncertainty::std_errors(
-        &fitter,
-        &model,
-        &answers,
-        recording.inseparable_gravity(&model.fitted.values),
-    );
+    let std_errors = uncertainty::std_errors(&fitter, &model, &answers);
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
     let Fitted {
         values,
@@ -136,9 +132,11 @@ pub(crate) fn identify(
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
     let (load, _) = fitter.load(&model.fitted, &model.free);
+    let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
+    let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load), &estimated);
     Some(Identified {
-        values: values.with(Effect::Load, load),
-        estimated: model.free.iter().copied().zip(std_errors).collect(),
+        values: found,
+        estimated,
         entered: model.entered,
         noise: fitter.survey.noise,
         lateness: lateness.map(|_| -values.get(Effect::Delay)),

@@ -1,7 +1,5 @@
 //! A run or a log as the fit takes it: counts, commands, angles.
 
-use std::f64::consts::TAU;
-
 use identifier_core::identification::{Effect, Record, Values};
 
 /// A recorded motion.
@@ -9,6 +7,7 @@ use identifier_core::identification::{Effect, Record, Values};
 pub(crate) struct Recording {
     positions: Vec<f64>,
     commands: Vec<f64>,
+    /// Of the angle from the middle of the motion.
     angles: Vec<[f64; 2]>,
     begins: Vec<usize>,
     /// Samples of the log to one of the record.
@@ -16,6 +15,9 @@ pub(crate) struct Recording {
     stride: usize,
     /// Distance between the ends of the motion, rad; zero on an axis without angle.
     span: f64,
+    /// The mean angle, rad, from which angles count: there sin goes with the angle and cos hardly, so that over a
+    /// short way a wave is one unknown and a constant.
+    middle: f64,
 }
 
 /// A sample of a log.
@@ -61,14 +63,25 @@ impl Recording {
             block: if block > 1 { 0.5 * block as f64 } else { 1.0 },
             stride: if block > 1 { 2 } else { 1 },
             span: 0.0,
+            middle: 0.0,
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-        for motion in &motions {
-            let blocks = if block > 1 {
-                in_blocks(motion, block)
-            } else {
-                motion.clone()
-            };
+        if block > 1 {
+            motions = motions
+                .iter()
+                .map(|motion| in_blocks(motion, block))
+                .collect();
+        }
+        if turns {
+            let count = motions.iter().map(Vec::len).sum::<usize>().max(1);
+            let sum = motions
+                .iter()
+                .flatten()
+                .map(|one| one.position)
+                .sum::<f64>();
+            recording.middle = sum / count as f64;
+        }
+        for blocks in &motions {
             // Differences count alone: a far origin would cost digits.
             let Some(origin) = blocks.first().map(|first| first.position) else {
                 continue;
@@ -81,8 +94,8 @@ impl Recording {
                 ends = [ends[0].min(position), ends[1].max(position)];
                 if turns {
                     let next = blocks.get(k + 1).map_or(position, |next| next.position);
-                    let middle = 0.5 * (position + next);
-                    recording.angles.push([middle.sin(), middle.cos()]);
+                    let (sine, cosine) = (0.5 * (position + next) - recording.middle).sin_cos();
+                    recording.angles.push([sine, cosine]);
                 }
             }
         }
@@ -108,14 +121,44 @@ impl Recording {
         self.span
     }
 
-    /// The mean of gravity over the motion, as far as less than a revolution leaves it alike to a load,
-    /// counts/sample².
-    pub(super) fn inseparable_gravity(&self, values: &Values) -> f64 {
+    /// The means of sin and cos over the motion.
+    pub(super) fn mean_wave(&self) -> [f64; 2] {
         let count = self.angles.len().max(1) as f64;
-        let mean = |axis: usize| self.angles.iter().map(|wave| wave[axis]).sum::<f64>() / count;
-        let gravity =
-            values.get(Effect::GravitySine) * mean(0) + values.get(Effect::GravityCosine) * mean(1);
-        gravity.abs() * (1.0 - self.span / TAU).max(0.0)
+        [0, 1].map(|axis| self.angles.iter().map(|wave| wave[axis]).sum::<f64>() / count)
+    }
+
+    /// Values whose waves count from angle zero, and the standard errors of effects with them: a wave of which one
+    /// part was estimated has both.
+    pub(super) fn about_zero(
+        &self,
+        values: &Values,
+        estimated: &[(Effect, f64)],
+    ) -> (Values, Vec<(Effect, f64)>) {
+        use Effect as E;
+        let (mut values, mut estimated) = (*values, estimated.to_vec());
+        let orders = [1.0, values.order, values.order, 1.0];
+        let waves = [
+            [E::GravitySine, E::GravityCosine],
+            [E::RippleSine, E::RippleCosine],
+            [E::TorqueRippleSine, E::TorqueRippleCosine],
+            [E::InertiaSine, E::InertiaCosine],
+        ];
+        for (wave, order) in waves.into_iter().zip(orders) {
+            let (sin, cos) = (order * self.middle).sin_cos();
+            let [sine, cosine] = wave.map(|effect| values.get(effect));
+            values.set(wave[0], sine * cos + cosine * sin);
+            values.set(wave[1], cosine * cos - sine * sin);
+            let error = |effect: E| estimated.iter().find(|(one, _)| *one == effect);
+            if wave.iter().all(|&effect| error(effect).is_none()) {
+                continue;
+            }
+            // About the middle one is odd and the other even: their errors do not go together.
+            let [odd, even] = wave.map(|effect| error(effect).map_or(0.0, |(_, error)| *error));
+            estimated.retain(|(one, _)| !wave.contains(one));
+            estimated.push((wave[0], (odd * cos).hypot(even * sin)));
+            estimated.push((wave[1], (odd * sin).hypot(even * cos)));
+        }
+        (values, estimated)
     }
 
     /// True if the servo moved in both directions, by more than its encoder's noise can.
@@ -166,4 +209,55 @@ fn in_blocks(motion: &[Logged], block: usize) -> Vec<Logged> {
         blocks.push(half(0.5 * (first + next), mean + 4.0 * moment));
     }
     blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waves_about_zero_are_those_from_the_middle() {
+        let samples: Vec<Logged> = (0..100)
+            .map(|k| Logged {
+                position: 0.9 + 0.004 * f64::from(k),
+                command: 0.0,
+                begins: k == 0,
+            })
+            .collect();
+        let recording = Recording::new(samples.into_iter(), 100.0, true);
+        let waves = [
+            ([Effect::GravitySine, Effect::GravityCosine], 1.0),
+            ([Effect::TorqueRippleSine, Effect::TorqueRippleCosine], 3.0),
+        ];
+        let mut values = Values::NONE;
+        values.order = 3.0;
+        for (wave, _) in waves {
+            values.set(wave[0], 0.7);
+            values.set(wave[1], -0.2);
+        }
+        let one = [(Effect::GravitySine, 0.1), (Effect::B, 0.3)];
+        let (found, errors) = recording.about_zero(&values, &one);
+        for ([sine, cosine], order) in waves {
+            for angle in [0.9, 1.1] {
+                let at = |values: &Values, angle: f64| {
+                    let (sin, cos) = (order * angle).sin_cos();
+                    values.get(sine) * sin + values.get(cosine) * cos
+                };
+                let off = at(&found, angle) - at(&values, angle - recording.middle);
+                assert!(off.abs() < 1e-12, "{order} {angle}: {off}");
+            }
+        }
+        // Of an odd part alone both parts are known as well as it.
+        let error = |effect| {
+            errors
+                .iter()
+                .find(|(one, _)| *one == effect)
+                .map(|one| one.1)
+        };
+        let [sine, cosine] = [Effect::GravitySine, Effect::GravityCosine].map(error);
+        let both = sine.unwrap_or(0.0).hypot(cosine.unwrap_or(0.0));
+        assert!((both - 0.1).abs() < 1e-12, "{errors:?}");
+        assert_eq!(error(Effect::B), Some(0.3));
+        assert_eq!(error(Effect::InertiaSine), None);
+    }
 }

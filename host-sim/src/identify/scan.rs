@@ -4,17 +4,18 @@ use identifier_core::identification::{
     Column, Effect, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Spectrum, Vector, segments,
 };
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, Range};
+use crate::verdict::Cause;
 
 /// A candidate's answer.
 #[derive(Debug, Clone)]
 pub(super) struct Answer {
     pub(super) candidate: Candidate,
-    /// Gain in −2 ln L in segments that it was not fitted to.
+    /// Gain in −2 ln L, in independent rows, in segments that it was not fitted to.
     pub(super) held_out: f64,
     /// Mean of that gain over its standard error.
     pub(super) consistency: f64,
-    /// Gain in −2 ln L in all segments.
+    /// The same in all segments.
     pub(super) gain: f64,
     /// χ² of its sizes by the segments' disagreement.
     pub(super) significance: f64,
@@ -89,11 +90,13 @@ fn explained(matrix: &Matrix, right: &Vector, solution: &Vector, count: usize) -
         .sum()
 }
 
-/// Asks all candidates beside a fit; the most convincing first.
+/// Asks all candidates beside a fit, of whose rows so many count as one; the most convincing first.
 pub(super) fn scan(
     fitter: &Fitter<'_>,
     fitted: &Fitted,
     free: &[Effect],
+    rows_per_row: f64,
+    range: &Range,
     candidates: Vec<Candidate>,
 ) -> Vec<Answer> {
     let mut columns: Vec<Column> = free.iter().copied().map(Column::from).collect();
@@ -109,7 +112,7 @@ pub(super) fn scan(
         return Vec::new();
     };
     let count = grams.segments.len();
-    let noise = fitted.sums.noise();
+    let noise = fitted.sums.noise() * rows_per_row;
     // A load that walks takes a constant one over.
     let own: Vec<usize> = (0..free.len())
         .filter(|&i| fitted.horizon.walk.is_none() || free[i] != Effect::Load)
@@ -146,6 +149,13 @@ pub(super) fn scan(
             let mut shifts = vec![0.0; free.len()];
             for (i, &place) in own.iter().enumerate() {
                 shifts[place] = (solution[i] - base[i]) / scales[place];
+            }
+            // The load of the record is what counts, and the mean of gravity is a part of it.
+            if let Some(&place) = own.iter().find(|&&place| free[place] == Effect::Load)
+                && candidate.cause == Cause::Gravity
+            {
+                let means = sizes.iter().zip(range.mean_wave);
+                shifts[place] += means.map(|(size, mean)| size * mean).sum::<f64>();
             }
             Some(Answer {
                 candidate,

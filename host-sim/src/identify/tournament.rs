@@ -94,10 +94,11 @@ impl Tournament<'_> {
             }
         }
         fits.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let runner_up = fits.get(1).map(|(gain, cause, ..)| (*cause, *gain));
-        let Some((gain, cause, fitted, free)) = fits.into_iter().next() else {
+        let Some((gain, cause, fitted, free)) = fits.first().cloned() else {
             return false;
         };
+        let runner_up = (fits.iter().find(|(_, other, ..)| *other != cause))
+            .map(|(gain, other, ..)| (*other, *gain));
         if gain < MIN_GAIN {
             return false;
         }
@@ -119,7 +120,14 @@ impl Tournament<'_> {
     pub(super) fn answers(&self, model: &Model) -> Vec<Answer> {
         let entered: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
         let candidates = Candidate::all(self.range, &entered);
-        scan(self.fitter, &model.fitted, &model.free, candidates)
+        scan(
+            self.fitter,
+            &model.fitted,
+            &model.free,
+            model.rows_per_row,
+            self.range,
+            candidates,
+        )
     }
 
     /// The answers that are worth a fit, one of each cause.
@@ -132,7 +140,7 @@ impl Tournament<'_> {
         const MIN_LAG_DELAY: f64 = 0.3;
         let is_worth = |answer: &&Answer| {
             let sizes = answer.sizes.len() as f64;
-            answer.held_out > MIN_HELD_OUT[0] + MIN_HELD_OUT[1] * sizes
+            answer.held_out * model.rows_per_row > MIN_HELD_OUT[0] + MIN_HELD_OUT[1] * sizes
                 && answer.consistency > MIN_CONSISTENCY
                 && answer.significance > MIN_SIGNIFICANCE
         };
@@ -143,7 +151,10 @@ impl Tournament<'_> {
         let mut promising: Vec<&Answer> = Vec::new();
         for answer in answers.iter().filter(is_worth) {
             let cause = answer.candidate.cause;
-            let is_new = promising.iter().all(|other| other.candidate.cause != cause);
+            let is_new = promising.iter().all(|other| {
+                let sizes = other.sizes.len();
+                (other.candidate.cause, sizes) != (cause, answer.sizes.len())
+            });
             let is_weak = answer.held_out < MIN_SHARE * best && cause != Cause::CurrentLoop;
             if is_new && !is_weak && promising.len() < MAX_FITTED {
                 promising.push(answer);
@@ -167,7 +178,11 @@ impl Tournament<'_> {
     pub(super) fn prune(&self, model: &mut Model) {
         let causes: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
         for cause in causes {
-            let own = effects(cause);
+            let own: Vec<Effect> = effects(cause)
+                .iter()
+                .copied()
+                .filter(|effect| model.free.contains(effect))
+                .collect();
             let errors = model.fitted.std_errors();
             let is_sure = own.iter().any(|effect| {
                 let place = model.free.iter().position(|one| one == effect);
@@ -186,7 +201,7 @@ impl Tournament<'_> {
                 MIN_SURE_GAIN
             };
             let mut values = model.fitted.values;
-            for &effect in own {
+            for &effect in &own {
                 if effect != Effect::LowSpeedVelocity {
                     values.set(effect, 0.0);
                 }

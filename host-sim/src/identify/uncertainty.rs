@@ -1,32 +1,27 @@
 //! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
 
-use identifier_core::identification::{Effect, Fitter, Horizon, Search, segments};
+use identifier_core::identification::{Effect, Fitter, Horizon, Search};
 
+use super::candidate::Usual;
 use super::scan::Answer;
 use super::tournament::Model;
 
 /// The part of a usual size to which a servo is its model.
 const MODEL_ACCURACY: f64 = 1e-3;
 
-/// Standard errors of the free effects, in their order; `inseparable` is the part of a load that may be gravity.
+/// Standard errors of the free effects, in their order.
 ///
 /// σ² = sandwich + ideal² + ∑ w shift² + spread²: no servo is its model to better than a thousandth (jitter of
-/// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record shows; a missing effect counts by its probability (Hoeting,
-/// Madigan, Raftery and Volinsky, "Bayesian model averaging", Statistical Science 14(4), 1999), and the
-/// spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
+/// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record
+/// shows; a missing effect counts by its probability (Hoeting, Madigan, Raftery and Volinsky, "Bayesian model
+/// averaging", Statistical Science 14(4), 1999), and the spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
 /// the horizon or four times it (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
-pub(super) fn std_errors(
-    fitter: &Fitter<'_>,
-    model: &Model,
-    answers: &[Answer],
-    inseparable: f64,
-) -> Vec<f64> {
+pub(super) fn std_errors(fitter: &Fitter<'_>, model: &Model, answers: &[Answer]) -> Vec<f64> {
     let count = model.free.len();
     let own = model.fitted.std_errors();
-    let missing = missing(answers, count, fitter.record.len());
+    let missing = missing(answers, count, &Usual::new(fitter, &model.fitted.values));
     let spread = spread(fitter, model);
     let (_, load) = fitter.load(&model.fitted, &model.free);
-    let load = load.hypot(inseparable);
     let sums = &model.fitted.sums;
     (0..count)
         .map(|i| {
@@ -45,39 +40,67 @@ pub(super) fn std_errors(
         .collect()
 }
 
-/// Squares of the shifts by the effect that may be missing, each weighted by the probability that it is the one:
-/// two that explain the same of the record share its weight.
-fn missing(answers: &[Answer], count: usize, samples: usize) -> Vec<f64> {
-    /// χ² of a size that chance gives one time in twenty.
-    const CHANCE: f64 = 4.0;
-    let price = (segments(samples) as f64).ln();
+/// Squares of the shifts by effects that may be missing.
+///
+/// Each has a size of which a usual one is known beforehand, s₀, and the record tells ŝ ± σ. The odds that it is there
+/// are those of Bayes' factor, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [`PRIOR_ODDS`]; its size is then
+/// ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects that explain the same of a record share its weight, each being the
+/// one; what the record leaves open of a size is there beside any other.
+fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
+    /// Odds that a servo has a certain effect of those that are looked for.
+    const PRIOR_ODDS: f64 = 0.1;
+    /// An effect that is possible.
+    struct Missing<'a> {
+        log_odds: f64,
+        /// Squares of its size over ŝ²: of that which was found, and of that which is open.
+        found: f64,
+        open: f64,
+        shifts: &'a [f64],
+    }
     let mut seen = Vec::new();
     let mut by_gain: Vec<&Answer> = answers.iter().collect();
     by_gain.sort_by(|one, other| other.gain.total_cmp(&one.gain));
-    let mut missing: Vec<(f64, &[f64])> = Vec::new();
+    let mut missing: Vec<Missing<'_>> = Vec::new();
     for answer in by_gain {
-        let cause = answer.candidate.cause;
-        if seen.contains(&cause) {
+        let candidate = &answer.candidate;
+        if seen.contains(&candidate.cause) {
             continue;
         }
-        seen.push(cause);
-        let ratio = answer.significance.min(answer.gain);
-        // What chance alone gives moves an estimate far where the two look alike.
-        if ratio >= CHANCE * answer.sizes.len() as f64 {
-            let log_odds = 0.5 * (ratio - answer.sizes.len() as f64 * price - 2.0);
-            missing.push((log_odds, &answer.shifts));
-        }
+        let sizes = answer.sizes.len() as f64;
+        let square: f64 = answer.sizes.iter().map(|size| size * size).sum();
+        let ratio = answer.significance.min(answer.gain).max(f64::EPSILON);
+        // Variances over ŝ².
+        let own = sizes / ratio;
+        let before = candidate.usual_size(usual).powi(2) / square.max(f64::MIN_POSITIVE);
+        let kept = before / (before + own);
+        let is_possible = !candidate.is_positive() || answer.sizes[0] > 0.0;
+        let (log_factor, found) = if is_possible {
+            seen.push(candidate.cause);
+            let narrowed = sizes * (own / (before + own)).max(f64::MIN_POSITIVE).ln();
+            (0.5 * (ratio * kept + narrowed), kept * kept)
+        } else {
+            // It is there if chance made its size negative, and is small.
+            (-0.5 * ratio, 0.0)
+        };
+        missing.push(Missing {
+            log_odds: log_factor + PRIOR_ODDS.ln(),
+            found,
+            open: before * (1.0 - kept),
+            shifts: &answer.shifts,
+        });
     }
     // A model that lacks nothing has odds of one.
     let likeliest = missing
         .iter()
-        .fold(0.0_f64, |most, (odds, _)| most.max(*odds));
+        .fold(0.0_f64, |most, one| most.max(one.log_odds));
     let odds = |log_odds: f64| (log_odds - likeliest).exp();
-    let all = odds(0.0) + missing.iter().map(|one| odds(one.0)).sum::<f64>();
+    let all = odds(0.0) + missing.iter().map(|one| odds(one.log_odds)).sum::<f64>();
     let mut sum = vec![0.0; count];
-    for (log_odds, shifts) in missing {
-        for (sum, shift) in sum.iter_mut().zip(shifts) {
-            *sum += odds(log_odds) / all * shift * shift;
+    for one in missing {
+        let alone = 1.0 / (1.0 + (-one.log_odds).exp());
+        let weight = odds(one.log_odds) / all * one.found + alone * one.open;
+        for (sum, shift) in sum.iter_mut().zip(one.shifts) {
+            *sum += weight * shift * shift;
         }
     }
     sum

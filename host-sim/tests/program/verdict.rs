@@ -1,7 +1,8 @@
 //! The verdict of each kind of evidence, beside any other.
 
 use host_sim::verdict::{
-    Cause, Evidence, Lack, Motion, Residual, Status, UnknownEvidence, Verdict, VerdictReason,
+    Cause, Evidence, FitEvidence, Lack, Motion, Residual, Status, UnknownEvidence, Verdict,
+    VerdictReason,
 };
 use identifier_core::parameters::Unknown;
 
@@ -57,6 +58,20 @@ fn lacking(cause: Option<Cause>, unknown: Unknown, shift: f64) -> Evidence {
     evidence
 }
 
+/// A fit to a whole record that nothing speaks against, changed.
+fn fitted(change: impl Fn(&mut FitEvidence)) -> Evidence {
+    let mut fit = FitEvidence {
+        profile: [1e3; 2],
+        condition: 100.0,
+        reverses: true,
+        delay_at_bound: false,
+    };
+    change(&mut fit);
+    let mut evidence = known();
+    evidence.fit = Some(fit);
+    evidence
+}
+
 fn assert_verdict(evidence: &Evidence, status: Status, code: u8, unknown: Option<Unknown>) {
     let verdict = Verdict::on(evidence);
     let found = (
@@ -70,6 +85,38 @@ fn assert_verdict(evidence: &Evidence, status: Status, code: u8, unknown: Option
 #[test]
 fn a_fully_identified_servo_is_converged() {
     assert_verdict(&known(), Status::Converged, 0, None);
+    assert_verdict(&fitted(|_| {}), Status::Converged, 0, None);
+}
+
+#[test]
+fn a_fit_that_does_not_separate_gain_from_friction_is_not_converged() {
+    let objections: [(u8, fn(&mut FitEvidence)); 5] = [
+        (25, |fit| fit.profile[0] = 8.0),
+        (25, |fit| fit.profile[1] = 8.0),
+        (25, |fit| fit.condition = 1e9),
+        (26, |fit| fit.reverses = false),
+        (28, |fit| fit.delay_at_bound = true),
+    ];
+    for (code, objection) in objections {
+        assert_verdict(&fitted(objection), Status::NoInformation, code, None);
+    }
+}
+
+#[test]
+fn a_fit_need_not_know_the_size_of_an_effect_but_the_four_parameters() {
+    let unsure = |unknown: Unknown| {
+        let mut evidence = fitted(|_| {});
+        let of = UnknownEvidence {
+            estimate: 1.0,
+            std_error: Some(1.0),
+            ..UnknownEvidence::at(1.0)
+        };
+        evidence.add(unknown, of);
+        evidence
+    };
+    assert_verdict(&unsure(Unknown::Delay), Status::Converged, 0, None);
+    let coulomb = unsure(Unknown::Coulomb);
+    assert_verdict(&coulomb, Status::NoInformation, 23, Some(Unknown::Coulomb));
 }
 
 #[test]

@@ -49,9 +49,10 @@ pub(super) fn windows(
     observe: &mut impl FnMut(&Window),
 ) {
     let width = half_width as f64;
-    // A direction is told from the noise over a sixth of the window to either side.
-    let beside = (half_width / 6).max(1);
-    let threshold = 2.8 * noise + 0.7;
+    // A direction is told from the noise by the means over a quarter of the half width to either side.
+    let beside = (half_width / 4).max(1);
+    let threshold = beside as f64 * (2.8 * noise / libm::sqrt(beside as f64) + 0.35);
+    let positions = record.positions;
     let step = (half_width / 3).max(1);
     for (first, end) in record.motions() {
         let mut centre = first + half_width + beside + 1;
@@ -65,7 +66,12 @@ pub(super) fn windows(
                 direction: 0.0,
                 moving: 0.0,
             };
-            for sample in centre - half_width + 1..centre + half_width {
+            // Sum of the positions ahead of a sample less that behind.
+            let begin = centre - half_width + 1;
+            let mut moved: f64 = (1..=beside)
+                .map(|k| positions[begin + k] - positions[begin - k])
+                .sum();
+            for sample in begin..centre + half_width {
                 let x = (sample as f64 - centre as f64) / width;
                 let weight = (1.0 - x * x) * (1.0 - x * x) * (1.0 - x * x);
                 sum += weight;
@@ -75,11 +81,12 @@ pub(super) fn windows(
                 window.velocity += weight * 0.5 * (before + after);
                 window.command += weight * 0.5 * (earlier + command);
                 window.command_change += weight * (command - earlier);
-                let moved = record.positions[sample + beside] - record.positions[sample - beside];
                 if moved.abs() > threshold {
                     window.direction += weight * moved.signum();
                     window.moving += weight;
                 }
+                moved += positions[sample + 1 + beside] - positions[sample + 1] - positions[sample]
+                    + positions[sample - beside];
             }
             let per = 1.0 / sum;
             observe(&Window {

@@ -55,14 +55,20 @@ fn run(settings: &[Settings], (seed, count): (u32, u32)) -> Vec<Vec<Judgement>> 
 
 #[test]
 #[ignore = "minutes: LOGS=1000 SEED=n"]
-fn with_drawn_effects() {
-    run(&[FIT, FOUR, ALL_TERMS], campaign(300));
+fn with_drawn_effects_by_one_fit() {
+    run(&[FIT], campaign(300));
+}
+
+#[test]
+#[ignore = "minutes: LOGS=1000 SEED=n"]
+fn with_drawn_effects_by_recursion() {
+    run(&[FOUR, ALL_TERMS], campaign(300));
 }
 
 /// A campaign small enough for every change: it may not become worse than it was.
 #[test]
 fn of_a_few_drawn_logs_as_many_are_right_as_ever() {
-    const LEAST_RIGHT: usize = 20;
+    const LEAST_RIGHT: usize = 28;
     const MOST_WRONG: usize = 1;
     let [judged] = &run(&[FIT], (2, 40))[..] else {
         panic!("one list for one setting")
