@@ -5,7 +5,7 @@ use super::message::DecisionKind;
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
-    ProbingProgress, Reason, RecordEvent, RoughModel,
+    ProbingProgress, ProbingState, Reason, RecordEvent, RoughModel,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -32,8 +32,7 @@ pub struct CommissionIsr<N: Number> {
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
-    /// Samples of the released check, of a rest, and that the solver may take.
-    released: u32,
+    /// Samples of a rest, and that the solver may take.
     rest: u32,
     patience: u32,
     /// Samples that are recorded before a motion.
@@ -63,12 +62,6 @@ pub struct CommissionStep<N> {
 }
 
 impl<N: Number> CommissionIsr<N> {
-    /// Time for which a released servo must stand, s.
-    pub const RELEASED: f64 = 0.02;
-
-    /// Counts that such a servo may move.
-    pub const STANDS_WITHIN: f64 = 3.0;
-
     /// Time for which a servo must be still to be at rest, s, and samples.
     pub const REST: (f64, f64) = (0.02, 8.0);
 
@@ -120,7 +113,6 @@ impl<N: Number> CommissionIsr<N> {
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
             // Casts saturate.
-            released: samples(Self::RELEASED) as u32 + 1,
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
             lead: samples(lead).max(fewest_of_lead) as u32,
@@ -318,9 +310,10 @@ impl<N: Number> CommissionIsr<N> {
         let position = state.position;
         match &mut state.activity {
             Activity::Free => {
-                let moved = position.magnitude() > N::from_f64(Self::STANDS_WITHIN);
-                if state.phase == Phase::ReleasedCheck && (moved || state.passed >= self.released) {
-                    self.begin_probing(state, None);
+                if state.phase == Phase::ReleasedCheck
+                    && let Some(probing) = self.probing.start_released(position, state.passed)
+                {
+                    self.begin_probing(state, probing);
                 }
                 Ok(())
             }
@@ -365,7 +358,8 @@ impl<N: Number> CommissionIsr<N> {
     ) -> Result<(), Reason> {
         if state.phase == Phase::ReleasedCheck {
             if is_at_rest {
-                self.begin_probing(state, Some(state.command));
+                let held = Some(state.command);
+                self.begin_probing(state, self.probing.start(held));
             }
             return Ok(());
         }
@@ -407,10 +401,13 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    fn begin_probing(&self, state: &mut CommissionState<N>, held: Option<N>) {
+    fn begin_probing(&self, state: &mut CommissionState<N>, probing: ProbingState<N>) {
         state.phase = Phase::Probing;
-        state.begin_record();
-        state.begin(Activity::Probing(self.probing.start(held)));
+        // A fall is recorded from the rest before it.
+        if !probing.is_away() {
+            state.begin_record();
+        }
+        state.begin(Activity::Probing(probing));
     }
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the

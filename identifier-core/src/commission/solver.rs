@@ -131,7 +131,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub fn take(&mut self, finding: &RecordEvent<N>) {
         match &finding.0 {
             EventKind::Begins(phase) => {
-                if *phase == Phase::Probing {
+                if matches!(phase, Phase::ReleasedCheck | Phase::Probing) {
                     self.servo = None;
                     self.suspect = None;
                     self.refined = 0;

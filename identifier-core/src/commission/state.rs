@@ -136,7 +136,10 @@ impl<N: Number> CommissionState<N> {
             watch,
             recorder,
             block: None,
-            recording: Recording::None,
+            recording: match activity {
+                Activity::Free => Recording::Begins,
+                _ => Recording::None,
+            },
             next: Next::Decision,
             identified: None,
             candidate: None,

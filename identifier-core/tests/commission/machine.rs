@@ -1,4 +1,5 @@
 use identifier_core::commission::{CommissionError, CommissionIsr, HoldingGains, Phase, Reason};
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
 use virtual_servo::SplitMix64;
@@ -78,6 +79,35 @@ fn a_servo_held_by_friction_stands_while_its_rest_is_recorded_whenever_the_solve
             "{seed} {}",
             course.speed_at_rest
         );
+    }
+}
+
+/// Servos that full command takes to half of their speed in a sample, with a delay of two samples and a load that friction
+/// does not hold: one with a fine encoder, one with a coarse one.
+#[test]
+fn a_strong_servo_that_falls_when_it_is_released_is_caught_within_its_speed() {
+    let fine = (16.7, 4260.0, 372.5, 5694.7, 1.747e-3, 131_072.0);
+    let coarse = (8.25, 4350.6, 2669.8, 12_607.5, 2e-3, 4096.0);
+    for (a, b, coulomb, load, delay, counts) in [fine, coarse] {
+        let mut bench = ordinary();
+        bench.servo = ServoParameters {
+            a,
+            b,
+            coulomb,
+            load,
+        };
+        bench.effects.delay = delay;
+        bench.counts = counts;
+        bench.settings.resolution = std::f64::consts::TAU / counts;
+        bench.settings.limits.travel = [-0.9, 0.9];
+        bench.settings.limits.speed = 84.35;
+        for place in 0..8 {
+            bench.offset = f64::from(place) / 8.0;
+            let course = bench.commission(&mut |_| None);
+            let speed = course.speed / bench.settings.limits.speed;
+            assert_eq!(course.state.reason(), None, "{counts} {place}");
+            assert!(speed < 1.0, "{counts} {place} {speed}");
+        }
     }
 }
 

@@ -1,14 +1,17 @@
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
 use super::super::{CommissionError, Reason};
-use super::observer::Observer;
+use super::observer::{Observer, ObserverState};
 use super::plan::{COMMANDS, Plan};
-use super::state::{ProbingStage, ProbingState};
+use super::state::{Fall, ProbingStage, ProbingState};
 use super::{LargestMotion, ProbingSettings};
 use crate::number::Number;
 
 /// Counts that a servo that moves cannot have missed.
 const MISSED: f64 = 2.5;
+
+/// Counts that a released servo that stands may move.
+const STANDS_WITHIN: f64 = 3.0;
 
 /// The probing motion, in the sample interrupt: it takes the encoder's increment and gives a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +74,35 @@ impl<N: Number> Probing<N> {
     #[must_use]
     pub(crate) fn start(&self, held: Option<N>) -> ProbingState<N> {
         ProbingState::new(&self.plan, held)
+    }
+
+    /// Begins with a servo that has been released for some samples, this one included, and is `position` counts from where
+    /// it stood; none as long as it may still fall. If it falls so fast that it would soon reach a limit, the ramp pushes
+    /// against it from the first.
+    #[must_use]
+    pub(crate) fn start_released(&self, position: N, samples: u32) -> Option<ProbingState<N>> {
+        if position.magnitude() <= N::from_f64(STANDS_WITHIN) {
+            return (samples > self.plan.released).then(|| self.start(None));
+        }
+        let fall = Fall::released(samples.saturating_sub(1));
+        let observed = ObserverState::falling(position, fall.time);
+        let mut state = ProbingState {
+            position,
+            extreme: position,
+            origin: position,
+            ..ProbingState::new(&self.plan, None)
+        };
+        let plan = &self.plan;
+        let speed = observed.acceleration.magnitude() * plan.soon;
+        if speed > plan.usable_speed || N::from_f64(0.5) * speed * plan.soon > plan.half_room() {
+            let direction = if position > N::ZERO { N::ONE } else { -N::ONE };
+            state.direction = -direction;
+            state.way = direction;
+            state.origin = N::ZERO;
+            state.fall = fall;
+            state.observed = observed;
+        }
+        Some(state)
     }
 
     /// Begins a later motion of a servo that is known, `position` counts from where the first began, with

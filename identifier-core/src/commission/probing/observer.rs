@@ -30,6 +30,19 @@ impl<N: Number> ObserverState<N> {
         acceleration: N::ZERO,
     };
 
+    /// Of a servo that has fallen this far in this time from rest: q = w t²/2.
+    pub(super) fn falling(fallen: N, time: N) -> Self {
+        let mean = fallen * time.reciprocal();
+        let velocity = mean + mean;
+        let acceleration = velocity * time.reciprocal();
+        Self {
+            error: N::ZERO,
+            velocity,
+            rest: acceleration,
+            acceleration,
+        }
+    }
+
     /// Where the servo is known to stand.
     pub(super) fn stand(&mut self) {
         *self = Self::AT_REST;

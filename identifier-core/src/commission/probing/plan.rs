@@ -51,6 +51,10 @@ pub(super) struct Plan<N> {
     pub(super) off: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,
+    /// Samples for which a released servo must stand.
+    pub(super) released: u32,
+    /// Samples within which a ramp that must be noticed before it turns against a fall does not catch it.
+    pub(super) soon: N,
 }
 
 impl<N: Number> Plan<N> {
@@ -60,6 +64,12 @@ impl<N: Number> Plan<N> {
 
     /// Samples by which a command may be later than known.
     const UNKNOWN_DELAY: f64 = 2.0;
+
+    /// Time for which a released servo must stand, s.
+    const RELEASED: f64 = 0.02;
+
+    /// The time that a ramp takes to catch a servo, s, and samples.
+    const SOON: (f64, f64) = (0.06, 32.0);
 
     /// The time after which a motion of a servo that is known may end, s.
     const LATER: f64 = 0.15;
@@ -122,6 +132,8 @@ impl<N: Number> Plan<N> {
             off: number(0.3 + 0.003 * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
                 + samples(0.001) as u32,
+            released: (Self::RELEASED / time) as u32,
+            soon: number((Self::SOON.0 / time).max(Self::SOON.1)),
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
         }
     }

@@ -58,6 +58,14 @@ impl<N: Number> Probing<N> {
             });
         }
         let furthest = state.fall.furthest[3];
+        let against = -(state.direction * state.observed.velocity);
+        if furthest * state.direction < N::ZERO && against > N::ZERO {
+            let (direction, given) = (state.direction, state.given(0));
+            let caught = state.fall.turns(direction, against, given, plan.horizon);
+            if let Some(guess) = caught {
+                return self.know(state, &guess);
+            }
+        }
         let comes_back = (moved - furthest) * state.direction > N::ZERO;
         if furthest.magnitude() >= plan.noticed && self.is_timed(state, moved) {
             if furthest * state.direction > N::ZERO {

@@ -91,6 +91,8 @@ pub(super) enum ProbingStage {
 pub(super) struct Fall<N> {
     /// The command with which it began.
     pub(super) base: N,
+    /// True if it began when the servo was released.
+    pub(super) is_released: bool,
     /// Samples, the integral of the command beyond that one, and the integral of that.
     pub(super) time: N,
     pub(super) pushed: N,
@@ -100,10 +102,20 @@ pub(super) struct Fall<N> {
 }
 
 impl<N: Number> Fall<N> {
+    /// Of a servo that was released this many samples ago.
+    pub(super) fn released(samples: u32) -> Self {
+        Self {
+            is_released: true,
+            time: N::from_count(samples.clamp(1, 1 << 20) as i32),
+            ..Self::from(N::ZERO)
+        }
+    }
+
     /// One that begins under a command.
     pub(super) fn from(base: N) -> Self {
         Self {
             base,
+            is_released: false,
             time: N::ZERO,
             pushed: N::ZERO,
             way: N::ZERO,
@@ -124,6 +136,33 @@ impl<N: Number> Fall<N> {
 }
 
 impl<N: Number> Fall<N> {
+    /// A servo that turns within a number of samples under the commands given so far, by how far it fell and how fast it
+    /// falls `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. `given` is the last command. None
+    /// where it does not, or the encoder hardly shows that it is braked.
+    pub(super) fn turns(&self, direction: N, against: N, given: N, within: N) -> Option<Guess<N>> {
+        /// Counts by which the ramp must have held it back, and counts a sample that it must have fallen in the mean.
+        const HELD_BACK: f64 = 4.0;
+        const FAST: f64 = 4.0;
+        let half = N::from_f64(0.5);
+        let fallen = self.furthest[3].magnitude();
+        let held_back = fallen - half * against * self.time;
+        let pushed = direction * self.pushed;
+        let against_it = half * pushed * self.time - direction * self.way;
+        let is_fast = fallen > N::from_f64(FAST) * self.time;
+        let is_braked = held_back > N::from_f64(HELD_BACK) && against_it > N::ZERO;
+        if !(self.is_released && is_fast && is_braked) {
+            return None;
+        }
+        let gain = held_back * against_it.reciprocal();
+        let falls = (against + gain * pushed) * self.time.reciprocal();
+        let braking = gain * direction * (given - self.base) - falls;
+        (braking * within > against).then(|| Guess {
+            gain,
+            without: -(direction * falls) - gain * self.base,
+            forward: direction < N::ZERO,
+        })
+    }
+
     /// Of a fall whose last count has just been taken back: midway between the two.
     pub(super) fn turning(&self) -> [N; 4] {
         let half = N::from_f64(0.5);
@@ -204,6 +243,11 @@ impl<N: Number> ProbingState<N> {
     #[must_use]
     pub(crate) fn evidence(&self) -> Option<u32> {
         self.evidence
+    }
+
+    /// True if it is away from where the first motion began.
+    pub(in crate::commission) fn is_away(&self) -> bool {
+        self.position != N::ZERO
     }
 
     /// True if it accelerates or brakes a servo whose friction is known.

@@ -7,14 +7,16 @@ use crate::parameters::ServoParameters;
 #[test]
 fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {
     let (mut servos, mut at_rest) = (0, 0);
-    for unknown in unknown_servos() {
+    let motions = unknown_servos()
+        .flat_map(|unknown| [unknown.probe(), unknown.probe_released()].map(|it| (unknown, it)));
+    for (unknown, moved) in motions {
         let Probed {
             progress,
             travel,
             speed,
             evidence,
             ..
-        } = unknown.probe();
+        } = moved;
         assert!(travel < 1.0, "travel {travel:.3}: {unknown:?}");
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
         servos += 1;
@@ -96,7 +98,7 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
         };
         let probing = Probing::new(&held.settings()).expect("allowed");
         let sizes = [1.0, 0.6].map(|part| {
-            let moved = held.moved_by(&probing, probing.start_from_known(&known, 0.0, part));
+            let moved = held.moved_by(&probing, Some(probing.start_from_known(&known, 0.0, part)));
             assert_eq!(moved.progress, ProbingProgress::AtRest, "{unknown:?}");
             assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
             moved.travel

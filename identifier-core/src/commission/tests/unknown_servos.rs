@@ -115,11 +115,22 @@ impl Unknown {
     pub(crate) fn probe(&self) -> Probed {
         let probing = Probing::new(&self.settings()).expect("these limits are allowed");
         let held = self.held.map(|held| held as f32);
-        self.moved_by(&probing, probing.start(held))
+        self.moved_by(&probing, Some(probing.start(held)))
     }
 
-    /// A motion from a state.
-    pub(crate) fn moved_by(&self, probing: &Probing<f32>, mut state: ProbingState<f32>) -> Probed {
+    /// The same after the check of a released servo, if it coasts.
+    pub(crate) fn probe_released(&self) -> Probed {
+        let probing = Probing::new(&self.settings()).expect("these limits are allowed");
+        let held = self.held.map(|held| probing.start(Some(held as f32)));
+        self.moved_by(&probing, held)
+    }
+
+    /// A motion from a state, or once it has been released.
+    pub(crate) fn moved_by(
+        &self,
+        probing: &Probing<f32>,
+        mut state: Option<ProbingState<f32>>,
+    ) -> Probed {
         let time = self.sample_time;
         // The command that holds it is taken for none, and its load for what is left: so it has stood
         // under it for ever.
@@ -131,18 +142,29 @@ impl Unknown {
         };
         let mut servo = Servo::at_rest(&balanced.into(), &effects, time, 1).expect("a servo");
         let encoder = Encoder::new(self.counts);
-        let start = f64::from(state.position()) * self.resolution();
-        let mut last = 0;
+        let start = state.map_or(0.0, |state| f64::from(state.position()) * self.resolution());
+        let (mut last, mut released) = (0, 0);
         let mut result = Probed::NOTHING;
         while result.progress == ProbingProgress::Going {
             let between = self.between_edges * self.resolution();
             let count = encoder.read(servo.position() + between);
             let increment = (count - last) as f32;
             last = count;
-            let command = probing.control(&mut state, increment);
+            let command = match &mut state {
+                Some(state) => {
+                    let command = probing.control(state, increment);
+                    result.samples.push([increment, command]);
+                    result.progress = probing.learn(state, increment);
+                    command
+                }
+                None => {
+                    released += 1;
+                    state = probing.start_released(count as f32, released);
+                    result.samples.push([increment, 0.0]);
+                    0.0
+                }
+            };
             assert!(command.is_finite());
-            result.samples.push([increment, command]);
-            result.progress = probing.learn(&mut state, increment);
             servo.advance(f64::from(command) - held);
             result.observe(&self.limits, start + servo.position(), servo.velocity());
             assert!(
@@ -150,7 +172,8 @@ impl Unknown {
                 "it ends: {self:?}"
             );
         }
-        result.evidence = state.evidence().map(|samples| f64::from(samples) * time);
+        let evidence = state.and_then(|state| state.evidence());
+        result.evidence = evidence.map(|samples| f64::from(samples) * time);
         result
     }
 }
