@@ -1,0 +1,310 @@
+//! A drive for a day at 10 kHz, with its host at the other end of the line: every request is answered, every target is
+//! reached, no sample shown is missing, every fault is reported once and disables the stage, and every stop is obeyed.
+
+#[macro_use]
+mod support;
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use drive_link::{Command, Ended, Fault, Law, Line, Receiver, Report, Request, State, frame};
+use drive_logic::{Conversation, PolledLine};
+use identifier_core::parameters::ServoParameters;
+use support::drive::{Drive, SERVO};
+use support::{Bench, Flash, settings};
+use virtual_servo::Plant;
+
+const RATE: u32 = 10_000;
+
+/// Between two samples shown, samples.
+const SHOWN: u16 = 1000;
+
+/// The longest time from a request to its answer, and from an event to its effect on the output, samples.
+const MAX_ANSWER: u32 = 10;
+const MAX_EFFECT: u32 = 2;
+
+/// Targets, rad: the axis has a second to reach the next one.
+const TARGETS: f64 = 1.5;
+
+/// Largest distance of the reference from its target then, rad: the dither.
+const DITHER: f64 = 0.3;
+
+/// The wires of a line that is faster than the samples.
+#[derive(Default)]
+struct Wires {
+    to_drive: VecDeque<u8>,
+    to_host: VecDeque<u8>,
+}
+
+impl Line for Wires {
+    fn listen(&mut self) {}
+
+    fn receive(&mut self) -> Option<u8> {
+        self.to_drive.pop_front()
+    }
+
+    fn room(&self) -> usize {
+        2047_usize.saturating_sub(self.to_host.len())
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.to_host.extend(bytes);
+    }
+}
+
+/// A drive, its servo, its line and its host.
+struct Day<'a> {
+    drive: Drive<'a>,
+    wires: PolledLine<'a, Wires>,
+    conversation: Conversation,
+    receiver: Receiver,
+    id: u8,
+    /// Reports that are no samples shown, since they were last looked at.
+    reports: Vec<Report>,
+    /// The last sample shown of a run, its reference and the b estimated.
+    shown: Option<(u32, f64, f64)>,
+    random: u32,
+}
+
+impl<'a> Day<'a> {
+    fn new(mut drive: Drive<'a>) -> Self {
+        Self {
+            wires: drive.polled(Wires::default()),
+            drive,
+            conversation: Conversation::new(),
+            receiver: Receiver::new(),
+            id: 0,
+            reports: Vec::new(),
+            shown: None,
+            random: 0x2545_f491,
+        }
+    }
+
+    fn below(&mut self, most: u32) -> u32 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 17;
+        self.random ^= self.random << 5;
+        self.random % most
+    }
+
+    fn sample(&mut self) {
+        let Drive {
+            sampler,
+            supervisor,
+            bench,
+            ..
+        } = &mut self.drive;
+        sampler.interrupt(&mut bench.pins());
+        bench.pass();
+        while self.conversation.turn(&mut self.wires, supervisor) {}
+        while let Some(byte) = self.wires.line().to_host.pop_front() {
+            match self.receiver.take::<Report>(byte) {
+                Some(Ok(Report::Snapshot(shown))) => {
+                    let apart = u32::from(SHOWN);
+                    let is_next = self.shown.map_or(shown.sample <= apart, |(last, ..)| {
+                        shown.sample == last + apart
+                    });
+                    assert!(is_next, "a sample shown is missing before {}", shown.sample);
+                    let b = shown.estimates.servo.b;
+                    self.shown = Some((shown.sample, shown.reference.into(), b));
+                }
+                Some(Ok(report)) => self.reports.push(report),
+                Some(Err(error)) => panic!("a frame is damaged: {error:?}"),
+                None => {}
+            }
+        }
+    }
+
+    fn pass(&mut self, samples: u32) {
+        for _ in 0..samples {
+            self.sample();
+        }
+    }
+
+    /// Asks, and returns the answer, which must be the only report meanwhile.
+    fn ask(&mut self, command: Command) -> Report {
+        assert_eq!(self.reports, [], "nothing was reported unasked");
+        self.id = self.id.wrapping_add(1);
+        let id = self.id;
+        let framed = frame(&Request { id, command }).expect("it fits");
+        self.wires.line().to_drive.push_back(0);
+        self.wires.line().to_drive.extend(framed.iter());
+        for _ in 0..MAX_ANSWER {
+            self.sample();
+            let Some(answer) = self.reports.pop() else {
+                continue;
+            };
+            assert_eq!(self.reports, [], "one answer");
+            let (Report::Done { id: same } | Report::Refused { id: same, .. }) = &answer else {
+                assert!(
+                    matches!(&answer, Report::Status { id: Some(same), .. } if *same == id),
+                    "{answer:?}"
+                );
+                return answer;
+            };
+            assert_eq!(*same, id);
+            return answer;
+        }
+        panic!("{command:?} is not answered");
+    }
+
+    fn done(&mut self, command: Command) {
+        let answer = self.ask(command);
+        assert!(
+            matches!(answer, Report::Done { .. }),
+            "{command:?}: {answer:?}"
+        );
+    }
+
+    fn is_driven(&self) -> bool {
+        self.drive.bench.held.get().is_some()
+    }
+
+    /// Runs until the servo is released, which must not take long.
+    fn is_released_soon(&mut self) {
+        let released = (0..MAX_EFFECT).any(|_| {
+            self.sample();
+            !self.is_driven()
+        });
+        assert!(released);
+    }
+
+    fn start(&mut self) {
+        // The counter of the run's samples begins anew.
+        self.shown = None;
+        self.done(Command::Start);
+        self.pass(2);
+        assert!(self.is_driven());
+    }
+
+    /// A second of a run: a target, which must be reached, and signs of life.
+    fn second(&mut self) {
+        let target = TARGETS * (f64::from(self.below(2001)) / 1000.0 - 1.0);
+        self.done(Command::Target(target));
+        for _ in 0..4 {
+            self.pass(RATE / 4 - MAX_ANSWER);
+            let Report::Status { status, .. } = self.ask(Command::Hello) else {
+                panic!("no status");
+            };
+            assert_eq!(status.state, State::Running);
+            assert_eq!((status.overruns, status.dropped, status.garbled), (0, 0, 0));
+        }
+        let (_, reference, _) = self.shown.expect("samples are shown");
+        let off = (reference - target).abs();
+        assert!(
+            off <= DITHER + 0.01,
+            "the target {target} was not reached, by {off} rad"
+        );
+    }
+
+    /// A cause of a fault, which must be reported once and disable the stage; then the next run.
+    fn fault(&mut self, fault: Fault, cause: Cause) {
+        cause(self.drive.bench, true);
+        self.is_released_soon();
+        self.pass(MAX_ANSWER);
+        assert_eq!(self.reports, [Report::Fault(fault)]);
+        self.reports.clear();
+        cause(self.drive.bench, false);
+        self.pass(RATE / 100);
+        self.done(Command::Clear);
+        self.pass(MAX_ANSWER);
+        // Its end is reported by the state.
+        self.reports.clear();
+        self.rest_and_start();
+    }
+
+    fn stop(&mut self) {
+        self.done(Command::Stop);
+        self.is_released_soon();
+        self.pass(MAX_ANSWER);
+        self.reports.clear();
+        let Report::Status { status, .. } = self.ask(Command::Hello) else {
+            panic!("no status");
+        };
+        assert_eq!(status.ended, Some(Ended::Stopped));
+        self.rest_and_start();
+    }
+
+    /// The servo coasts for a while, and is then driven again.
+    fn rest_and_start(&mut self) {
+        self.drive.bench.hold_at(0.0);
+        self.start();
+    }
+}
+
+/// Brings the cause of a fault about, or takes it away.
+type Cause = fn(&Bench, bool);
+
+/// Faults by their causes.
+const FAULTS: [(Fault, Cause); 4] = [
+    (Fault::SupplyLow, |bench, is_there| {
+        let mut lines = bench.lines.get();
+        lines.supply = !is_there;
+        bench.lines.set(lines);
+    }),
+    (Fault::AmplifierFault, |bench, is_there| {
+        let mut lines = bench.lines.get();
+        lines.amplifier = !is_there;
+        bench.lines.set(lines);
+    }),
+    (Fault::EncoderLost, |bench, is_there| {
+        bench.sensor_works.set(!is_there);
+    }),
+    (Fault::ActuatorFailed, |bench, is_there| {
+        bench.stage_works.set(!is_there);
+    }),
+];
+
+/// Hours of a drive, each minute of which ends with a stop or a fault.
+fn hours(hours: f64) {
+    let servo = ServoParameters { load: 0.0, ..SERVO };
+    let (bench, flash) = (Bench::new(&servo), Flash::blank());
+    *bench.plant.borrow_mut() = Plant::at_rest(&servo, 1.0 / f64::from(RATE));
+    boot!(drive, &bench, &flash);
+    let mut settings = settings();
+    settings.closed_loop.core.sample_time = 1.0 / f64::from(RATE);
+    settings.closed_loop.law = Law::GaussNewton;
+    settings.dither.amplitude = DITHER;
+    settings.protection.link_timeout = 1.0;
+    drive.done(Command::Configure(settings));
+    let mut day = Day::new(drive);
+    day.done(Command::Watch(SHOWN));
+    let begun = Instant::now();
+    let minutes = (60.0 * hours).ceil() as usize;
+    day.start();
+    for minute in 0..minutes {
+        for _ in 0..60 {
+            day.second();
+        }
+        let (_, _, b) = day.shown.expect("samples are shown");
+        assert!(
+            (b / servo.b - 1.0).abs() < 0.01,
+            "minute {minute}: b is {b}"
+        );
+        match FAULTS.get(minute % (FAULTS.len() + 1)) {
+            Some(&(fault, cause)) => day.fault(fault, cause),
+            None => day.stop(),
+        }
+    }
+    println!(
+        "{minutes} minutes at {} kHz in {:.0} s: every request answered, {} targets reached, {} faults reported, {} stops \
+         obeyed",
+        RATE / 1000,
+        begun.elapsed().as_secs_f64(),
+        60 * minutes,
+        minutes - minutes / 5,
+        minutes / 5
+    );
+}
+
+#[test]
+fn five_minutes_at_10_khz_lose_no_order_and_no_fault() {
+    hours(5.0 / 60.0);
+}
+
+/// `cargo test -p drive-logic --test day -- --ignored --nocapture`.
+#[test]
+#[ignore = "it takes minutes"]
+fn a_day_at_10_khz_loses_no_order_and_no_fault() {
+    hours(24.0);
+}
