@@ -9,9 +9,9 @@ use std::time::Duration;
 use drive_link::{Command, Format, Law};
 use host_sim::drive::Client;
 
-use crate::cycles::{Cost, Taken};
+use crate::cycles::{Choice, Cost, Taken};
 use crate::firmware;
-use crate::metered::{self, CLOCK, Next};
+use crate::metered::{self, CLOCK, Metered, Next};
 
 /// A law by the name that its figures have.
 type NamedLaw = (&'static str, Law);
@@ -65,9 +65,12 @@ pub(crate) struct Summary {
     pub(crate) worst: Taken,
 }
 
-/// Prints the cost of every law.
-pub(crate) fn print() -> Result<(), String> {
-    let counted = count(COUNTED)?;
+/// Cycles that an interrupt of a run may take: half of a sample at 20 kHz, the fastest.
+const MAX_CYCLES: u64 = 4200;
+
+/// Prints the cost of every law, with the model's choice where the manuals give a range.
+pub(crate) fn print(choice: Choice) -> Result<(), String> {
+    let counted = count(COUNTED, choice)?;
     println!(
         "{:<18} {:<8} {:>12} {:>8} {:>8}",
         "law", "", "instructions", "cycles", "µs"
@@ -90,14 +93,35 @@ pub(crate) fn print() -> Result<(), String> {
 }
 
 /// Builds the drive of each arithmetic for the emulator and counts so many interrupts of every law.
-pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
+///
+/// # Errors
+/// Also where one takes more than half of a sample at 20 kHz.
+pub(crate) fn count(
+    interrupts: usize,
+    choice: Choice,
+) -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_trace()?;
     let mut counted = Vec::new();
     for (format, features, laws) in DRIVES {
         firmware::build(&["drive"], features)?;
-        counted.extend(count_laws(format, laws, &plugin, interrupts)?);
+        counted.extend(count_laws(format, laws, &plugin, (interrupts, choice))?);
     }
+    refuse(&counted)?;
     Ok(counted)
+}
+
+/// An error if an interrupt takes too long.
+fn refuse(counted: &[(&'static str, Summary)]) -> Result<(), String> {
+    let longest = counted
+        .iter()
+        .max_by_key(|(_, summary)| summary.worst.cycles);
+    match longest {
+        Some((law, Summary { worst, .. })) if worst.cycles > MAX_CYCLES => Err(format!(
+            "an interrupt of {law} takes {} cycles, of which {MAX_CYCLES} are allowed: half of a sample at 20 kHz",
+            worst.cycles
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Counts the laws of the drive that was built last.
@@ -105,13 +129,17 @@ fn count_laws(
     format: Format,
     laws: &[NamedLaw],
     plugin: &Path,
-    interrupts: usize,
+    (interrupts, choice): (usize, Choice),
 ) -> Result<Vec<(&'static str, Summary)>, String> {
     let drive = firmware::path("drive");
+    let metered = Metered {
+        drive: &drive,
+        plugin,
+        marks: &MARKS,
+        choice,
+    };
     let count_one = |&(name, law): &NamedLaw| {
-        let costs = measure(&drive, plugin, interrupts, |client| {
-            start(client, law, format)
-        })?;
+        let costs = measure(metered, interrupts, |client| start(client, law, format))?;
         let summary = Summary::new(&costs).map_err(|fault| format!("{name}: {fault}"))?;
         Ok((name, summary))
     };
@@ -145,8 +173,7 @@ fn start(drive: &mut Client, law: Law, format: Format) -> Result<(), Box<dyn Err
 
 /// The costs of so many interrupts from the one that begins a run.
 fn measure(
-    drive: &Path,
-    plugin: &Path,
+    metered: Metered<'_>,
     interrupts: usize,
     conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
@@ -169,7 +196,7 @@ fn measure(
             Next::Interrupt
         })
     };
-    metered::run(drive, plugin, &MARKS, TIME_LIMIT, conversation, take)?;
+    metered::run(metered, TIME_LIMIT, conversation, take)?;
     Ok(costs)
 }
 
@@ -259,6 +286,16 @@ mod tests {
         assert_eq!(summary.shown, taken(300, 400));
         assert_eq!(summary.first, taken(900, 2000));
         assert_eq!(summary.worst, taken(5000, 2000));
+    }
+
+    #[test]
+    fn a_run_keeps_half_of_a_sample_free_at_20_khz() {
+        let counted = |cycles| {
+            let costs = [cost(FIRST, 9, 9), cost(0, 9, cycles), cost(SHOWN, 9, 9)];
+            [("law", Summary::new(&costs).expect("all classes are there"))]
+        };
+        assert_eq!(refuse(&counted(MAX_CYCLES)), Ok(()));
+        assert!(refuse(&counted(MAX_CYCLES + 1)).is_err_and(|fault| fault.contains("law")));
     }
 
     #[test]

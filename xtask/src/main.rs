@@ -60,7 +60,11 @@ enum Verb {
     },
     /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
     /// executed, and cycles by the model of docs/cycles.md.
-    Interrupt,
+    Interrupt {
+        /// What the model takes where the manuals give a range.
+        #[arg(long, value_enum, default_value_t)]
+        choice: cycles::Choice,
+    },
     /// Break the drive's code by the list of crates/drive-logic/breaks.toml, one place after the other, in a copy;
     /// the tests must notice every break.
     Breaks {
@@ -86,7 +90,7 @@ fn main() -> ExitCode {
         Verb::Image { board, feature } => firmware::image(&board, &feature),
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
-        Verb::Interrupt => interrupt::print(),
+        Verb::Interrupt { choice } => interrupt::print(choice),
         Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),
         Verb::Lead => lead::check(),
         Verb::Elsewhere => elsewhere::check(),

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use drive_link::Report;
 use host_sim::drive::Client;
 
-use crate::cycles::{Cost, Lost, Meter, OutputWords, Watched};
+use crate::cycles::{Choice, Cost, Lost, Meter, OutputWords, Watched};
 use crate::elf::{Elf, mangled};
 use crate::emulator;
 use crate::thumb::Instruction;
@@ -48,16 +48,31 @@ pub(crate) enum Next {
     Enough,
 }
 
+/// A drive that is metered.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Metered<'a> {
+    pub(crate) drive: &'a Path,
+    /// The emulator's.
+    pub(crate) plugin: &'a Path,
+    /// Functions, each of which is there once.
+    pub(crate) marks: &'a [&'a str],
+    pub(crate) choice: Choice,
+}
+
 /// Runs a drive in the emulator, has the conversation with it, and passes the cost of every interrupt to `take`, in
-/// order, until that has had enough. Its marks are functions, each of which is there once.
+/// order, until that has had enough.
 pub(crate) fn run(
-    drive: &Path,
-    plugin: &Path,
-    marks: &[&str],
+    metered: Metered<'_>,
     time_limit: Duration,
     conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
     take: impl FnMut(Cost) -> Result<Next, String> + Send,
 ) -> Result<(), String> {
+    let Metered {
+        drive,
+        plugin,
+        marks,
+        choice,
+    } = metered;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
         .map_err(|error| format!("no port is free on this machine: {error}"))?;
     let address = listener.local_addr().map_err(|error| error.to_string())?;
@@ -76,7 +91,7 @@ pub(crate) fn run(
                 )
             })?;
         let mut client = Client::new(port);
-        let reader = scope.spawn(|| read(&listener, &elf, watched, take));
+        let reader = scope.spawn(|| read(&listener, &elf, Meter::new(watched, choice), take));
         conversation(&mut client).map_err(|error| error.to_string())?;
         let mut fault = None;
         let until = Instant::now() + time_limit;
@@ -135,12 +150,11 @@ fn watched(elf: &Elf, marks: &[&str], tim1: u32) -> Result<Watched, String> {
 fn read(
     listener: &TcpListener,
     elf: &Elf,
-    watched: Watched,
+    mut meter: Meter,
     mut take: impl FnMut(Cost) -> Result<Next, String>,
 ) -> Result<(), String> {
     let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
     let mut trace = BufReader::with_capacity(1 << 16, stream);
-    let mut meter = Meter::new(watched);
     let mut decoded: HashMap<u32, Instruction> = HashMap::new();
     let mut interrupts = 0_usize;
     let mut word = [0; 4];

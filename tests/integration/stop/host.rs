@@ -6,7 +6,7 @@ use drive_chip::serial::{self, Bytes, Ring};
 use drive_link::{Command, Line, Request, State, frame};
 use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
-use super::machine::{Handlers, Lengths, Machine, Reception};
+use super::machine::{Handlers, Machine, Mode, Reception};
 use super::servo::{STAGE, settings};
 
 /// Duration of a turn of the background, ns, above its count of instructions (`cargo xtask budget`: `turn-…`) at two cycles
@@ -109,7 +109,7 @@ impl Host {
 
     /// Samples take as long as those of a commissioning from now on.
     pub(super) fn expect_commissioning(&self) {
-        self.machine.take_as_long_as(Lengths::Commissioning);
+        self.machine.set_mode(Mode::Commissioning);
     }
 
     /// Runs the drive's background until a time, and until the turn ends that is under way then.
@@ -206,7 +206,7 @@ impl Host {
     /// Stops until the drive is at rest.
     pub(super) fn come_to_rest(&mut self) {
         for _ in 0..1000 {
-            self.machine.take_as_long_as(Lengths::Run);
+            self.machine.set_mode(Mode::Run);
             if self.supervisor.state() == State::Released && !self.machine.servo.is_driven() {
                 let idle = self.machine.leave_idle(2_000_000);
                 return self.run_to(idle);

@@ -11,6 +11,7 @@ use drive_chip::line_timer;
 use drive_chip::serial::{self, Port, Ring};
 use drive_logic::{LineListener, Sampler};
 
+use super::durations::Durations;
 use super::servo::{Pins, Servo};
 
 /// Time of a byte at 1 Mbaud, ns.
@@ -37,24 +38,12 @@ pub(super) enum Reception {
     Register,
 }
 
-/// Durations of the sample interrupt.
+/// The mode whose samples drive the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Lengths {
-    /// Of a run.
+pub(super) enum Mode {
     Run,
-    /// Of a commissioning.
     Commissioning,
 }
-
-/// Durations of the sample interrupt, ns, by the share of samples that take no longer: while the servo is disabled; of a run,
-/// whose typical sample takes 889 cycles of 168 MHz and whose longest 9.7 µs (`cargo xtask interrupt`, 2026-11-21); of a
-/// commissioning, 14 to 20 µs in the mean, 43 µs at the 90th percentile, 62 µs at most (an audit with the same meter).
-const AT_REST: [(u32, u64); 1] = [(100, 3_000)];
-const RUN: [(u32, u64); 3] = [(90, 5_300), (99, 6_000), (100, 9_700)];
-const COMMISSIONING: [(u32, u64); 4] = [(70, 9_000), (90, 30_000), (98, 43_000), (100, 62_000)];
-
-/// The largest share of a sample that its interrupt takes, %.
-const MAX_LOAD: u64 = 93;
 
 /// What runs, by its priority.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
@@ -75,7 +64,8 @@ pub(super) struct Handlers {
 pub(super) struct Machine {
     reception: Reception,
     pub(super) servo: Servo,
-    lengths: Cell<Lengths>,
+    durations: Durations,
+    mode: Cell<Mode>,
     handlers: RefCell<Option<&'static Handlers>>,
     random: Cell<u32>,
     level: Cell<Level>,
@@ -134,7 +124,8 @@ impl Machine {
         Self {
             reception,
             servo: Servo::new(1.0 / f64::from(rate)),
-            lengths: Cell::new(Lengths::Run),
+            durations: Durations::of(reception, rate),
+            mode: Cell::new(Mode::Run),
             handlers: RefCell::new(None),
             random: Cell::new(0x2545_f491 ^ rate),
             level: Cell::new(Level::Background),
@@ -180,8 +171,8 @@ impl Machine {
         self.last_driven.get()
     }
 
-    pub(super) fn take_as_long_as(&self, lengths: Lengths) {
-        self.lengths.set(lengths);
+    pub(super) fn set_mode(&self, mode: Mode) {
+        self.mode.set(mode);
     }
 
     /// A number that looks random, the same in every run.
@@ -376,15 +367,14 @@ impl Machine {
 
     /// Duration of a sample, ns.
     fn length(&self) -> u64 {
-        let shares: &[_] = match self.lengths.get() {
-            _ if !self.servo.is_driven() => &AT_REST,
-            Lengths::Run => &RUN,
-            Lengths::Commissioning => &COMMISSIONING,
+        let shares = match self.mode.get() {
+            _ if !self.servo.is_driven() => &self.durations.at_rest,
+            Mode::Run => &self.durations.run,
+            Mode::Commissioning => &self.durations.commissioning,
         };
         let drawn = self.below(100);
         let found = shares.iter().find(|(share, _)| drawn < *share);
-        let length = found.map_or(0, |&(_, length)| length);
-        length.min(self.period * MAX_LOAD / 100)
+        found.map_or(0, |&(_, length)| length)
     }
 
     fn word(&self, address: u32) -> usize {

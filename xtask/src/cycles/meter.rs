@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::processor::{ENTRY, EXIT, FLOATS, Processor};
+use super::processor::{Choice, ENTRY, EXIT, FLOATS, Processor};
 use crate::thumb::{Flow, Instruction, Unit};
 
 /// The code that is measured.
@@ -92,10 +92,10 @@ struct Handler {
 pub(crate) struct Lost;
 
 impl Meter {
-    pub(crate) fn new(watched: Watched) -> Self {
+    pub(crate) fn new(watched: Watched, choice: Choice) -> Self {
         Self {
             watched,
-            processor: Processor::new(),
+            processor: Processor::new(choice),
             handler: None,
         }
     }
@@ -264,7 +264,7 @@ mod tests {
 
     /// The costs of the interrupts of a program, each instruction with its address.
     fn costs(program: &[(u32, &[u16])]) -> Vec<Cost> {
-        let mut meter = Meter::new(watched());
+        let mut meter = Meter::new(watched(), Choice::Assumed);
         program
             .iter()
             .filter_map(|&(address, code)| {
@@ -387,7 +387,7 @@ mod tests {
     fn loads_count_unless_they_are_left_out() {
         let peripheral = 0x4000_0424;
         let run = |at: u32| {
-            let mut meter = Meter::new(watched());
+            let mut meter = Meter::new(watched(), Choice::Assumed);
             for (address, code) in [(HANDLER, BL[0]), (at, 0x6808)] {
                 let instruction = Instruction::decode(address, [code, 0xf800]);
                 meter.execute(&instruction).expect("no entry is missed");
@@ -404,7 +404,7 @@ mod tests {
     fn a_command_counts_from_its_request_to_its_last_write_and_only_where_the_output_is_driven() {
         let OutputWords { driven, effective } = OUTPUT;
         let command = |writes: &[u32]| {
-            let mut meter = Meter::new(watched());
+            let mut meter = Meter::new(watched(), Choice::Assumed);
             // A write of the background is none of the sample's.
             meter.store(driven);
             let instructions = (HANDLER..).step_by(2).zip(writes);
@@ -431,7 +431,7 @@ mod tests {
 
     #[test]
     fn an_entry_before_the_return_is_noticed() {
-        let mut meter = Meter::new(watched());
+        let mut meter = Meter::new(watched(), Choice::Assumed);
         let entry = Instruction::decode(HANDLER, [0xbf00, 0]);
         assert_eq!(meter.execute(&entry), Ok(None));
         assert_eq!(meter.execute(&entry), Err(Lost));

@@ -6,3 +6,4 @@ mod meter;
 mod processor;
 
 pub(crate) use meter::{Cost, Lost, Meter, OutputWords, Taken, Watched};
+pub(crate) use processor::Choice;
