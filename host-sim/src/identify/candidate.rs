@@ -156,6 +156,13 @@ impl Candidate {
         }
     }
 
+    /// True if an effect of this size matters: no servo is its model to better than a fiftieth of usual sizes.
+    pub(super) fn matters(&self, values: &Values, usual: &Usual) -> bool {
+        const MIN_SHARE: f64 = 0.02;
+        let squares = (self.columns.iter()).map(|column| values.get(column.effect).powi(2));
+        squares.sum::<f64>().sqrt() >= MIN_SHARE * self.usual_size(usual)
+    }
+
     /// The values with which a search for it begins, its sizes by linear algebra, and the effects that are
     /// free with it.
     pub(super) fn enter(

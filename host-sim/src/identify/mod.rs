@@ -6,7 +6,7 @@ mod scan;
 mod tournament;
 mod uncertainty;
 
-use identifier_core::identification::{Effect, Fitted, Fitter, Search, Values};
+use identifier_core::identification::{Effect, Fitted, Fitter, ROUNDING_DEVIATION, Search, Values};
 
 use candidate::Range;
 use tournament::{Model, Tournament};
@@ -131,6 +131,9 @@ pub(crate) fn identify(
     } = &model.fitted;
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
+    // Of a quick motion third differences see more than noise, and so do the innovations of a model that lacks much.
+    let innovations = model.fitted.sums.noise().sqrt();
+    let noise = fitter.survey.noise.min(innovations.max(ROUNDING_DEVIATION));
     let (load, _) = fitter.load(&model.fitted, &model.free);
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
     let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load), &estimated);
@@ -138,7 +141,7 @@ pub(crate) fn identify(
         values: found,
         estimated,
         entered: model.entered,
-        noise: fitter.survey.noise,
+        noise,
         lateness: lateness.map(|_| -values.get(Effect::Delay)),
         profile,
         condition: covariances.condition,

@@ -3,7 +3,7 @@
 
 use identifier_core::identification::{Effect, Fitted, Fitter, Search, Values, segments};
 
-use super::candidate::{Candidate, Range, effects};
+use super::candidate::{Candidate, Range, Usual, effects};
 use super::scan::{Answer, scan};
 use crate::verdict::Cause;
 
@@ -89,7 +89,8 @@ impl Tournament<'_> {
             let change = Self::likelihood(&model.fitted) - Self::likelihood(&fitted);
             let added = (free.len() - model.free.len()) as f64;
             let gain = change / model.rows_per_row - added * price;
-            if gain.is_finite() {
+            let usual = Usual::new(self.fitter, &fitted.values);
+            if gain.is_finite() && answer.candidate.matters(&fitted.values, &usual) {
                 fits.push((gain, answer.candidate.cause, fitted, free));
             }
         }
