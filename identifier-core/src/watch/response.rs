@@ -99,6 +99,8 @@ impl<N: Number> ResponseCheck<N> {
     /// A dead actuator's share, at most, and a reversed one's.
     const MAX_DEAD_SHARE: f64 = 0.2;
     const MAX_REVERSED_SHARE: f64 = -0.4;
+    /// The share of the limit of a command that a load does not explain, if it does not step.
+    pub(super) const BEYOND_LOAD: f64 = 0.35;
     /// One block weighs no more than this many times what its command explains.
     const MAX_WEIGHT: f64 = 2.5;
 
@@ -109,15 +111,13 @@ impl<N: Number> ResponseCheck<N> {
         const MIN_COMMAND_CHANGE: f64 = 0.05;
         /// The command that neither a load nor a step of it explains: either is 30 %.
         const BEYOND_LOAD_STEP: f64 = 0.7;
-        /// The command that a load does not explain, if it does not step.
-        const BEYOND_LOAD: f64 = 0.35;
         let length = f64::from(parts) * f64::from(part);
         let area = length * length;
         Self {
             blocks: Blocks::new(parts, part),
             least: N::from_f64(MIN_COMMAND_CHANGE * limit * area),
             strong: N::from_f64(BEYOND_LOAD_STEP * limit * area),
-            held: N::from_f64(BEYOND_LOAD * limit * area),
+            held: N::from_f64(Self::BEYOND_LOAD * limit * area),
         }
     }
 

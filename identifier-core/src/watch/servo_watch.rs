@@ -27,6 +27,8 @@ pub struct ServoWatch<N> {
     longer: i32,
     /// Over shorter and over longer blocks.
     response: [ResponseCheck<N>; 2],
+    /// The command that no load explains, if it does not step.
+    beyond_load: N,
 }
 
 /// State of the watch.
@@ -37,6 +39,9 @@ pub struct ServoWatchState<N> {
     motion: StandstillWatchState<N>,
     oscillation: OscillationState<N>,
     following: FollowingState<N>,
+    /// The increment before, counts, and the samples running in which the servo gained speed against the command.
+    last: N,
+    gains_against: u32,
     /// Longer blocks that contradict the command while the servo does not follow.
     contradicted: u32,
     parts: PartsState<N>,
@@ -83,6 +88,7 @@ impl<N: Number> ServoWatch<N> {
             used_for: settings.used_for,
             parts: Parts::new(shorter),
             longer: Self::LONG_BLOCK_FACTOR * shorter,
+            beyond_load: N::from_f64(ResponseCheck::<N>::BEYOND_LOAD * settings.limit()),
             response: [1, Self::LONG_BLOCK_FACTOR]
                 .map(|parts| ResponseCheck::new(parts, shorter, settings.limit())),
         })
@@ -97,6 +103,8 @@ impl<N: Number> ServoWatch<N> {
             motion: self.motion.start(),
             oscillation: self.oscillation.start(),
             following: Following::start(),
+            last: N::ZERO,
+            gains_against: 0,
             contradicted: 0,
             parts: PartsState::START,
             part: None,
@@ -141,6 +149,7 @@ impl<N: Number> ServoWatch<N> {
             state.restart_comparison();
             return Ok(());
         };
+        state.follow_speed(increment, command, self.beyond_load);
         self.bounds
             .motion(&mut state.bounds, increment, seen.position)
             .map_err(|limit| state.suspicion().unwrap_or(limit))?;
@@ -239,8 +248,26 @@ impl<N: Number> ServoWatchState<N> {
         self.response = [ResponseCheck::<N>::start(); 2];
     }
 
+    /// Takes in if the servo gains speed against a command that no load explains.
+    #[inline]
+    fn follow_speed(&mut self, increment: N, command: N, beyond_load: N) {
+        let against = increment * command < N::ZERO && command.magnitude() >= beyond_load;
+        let gains = increment.magnitude() > self.last.magnitude();
+        self.gains_against = if against && gains {
+            self.gains_against.saturating_add(1)
+        } else {
+            0
+        };
+        self.last = increment;
+    }
+
     /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
     fn suspicion(&self) -> Option<Reason> {
+        /// Samples: a command that is two of them late has acted by then.
+        const MIN_SAMPLES: u32 = 4;
+        if self.gains_against >= MIN_SAMPLES {
+            return Some(Reason::Reversed);
+        }
         let [shorter, longer] = self.response.each_ref().map(ResponseCheckState::suspicion);
         match (shorter, longer) {
             (reversed @ Some(Reason::Reversed), _) | (_, reversed @ Some(Reason::Reversed)) => {

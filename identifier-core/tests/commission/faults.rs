@@ -32,12 +32,12 @@ fn servos() -> [(&'static str, Bench); 3] {
 }
 
 /// The reasons by which a fault may be reported in a phase, and the longest time to it, s, or samples. An axis
-/// at rest looks dead whether encoder or actuator is. Under the new gains, or as long as the servo is not known, a loop that
-/// runs away may exceed its speed before its cause is certain, and an axis that coasts or rests shows little.
+/// at rest looks dead whether encoder or actuator is. Of a servo that is not known yet, an axis that coasts or rests shows
+/// little.
 fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
     use Reason::{
         ActuatorDead, ActuatorWeak, AmplifierFault, DoesNotMove, EncoderJumped, EncoderLost,
-        LimitSwitch, Overrun, OvershootExceeded, Reversed, SpeedExceeded, TravelLeft,
+        LimitSwitch, Overrun, OvershootExceeded, Reversed, TravelLeft,
     };
     let is_unknown = matches!(phase, Phase::ReleasedCheck | Phase::Probing | Phase::Fit);
     match kind {
@@ -52,13 +52,9 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
         }
         FaultKind::EncoderLost => (&[EncoderLost], 1e-3, 2),
         FaultKind::EncoderJump => (&[EncoderJumped], 0.0, 1),
-        FaultKind::EncoderReversed | FaultKind::ActuatorReversed if is_unknown => {
-            (&[Reversed, SpeedExceeded], 0.05, 0)
+        FaultKind::EncoderReversed | FaultKind::ActuatorReversed => {
+            (&[Reversed], if is_unknown { 0.05 } else { 0.25 }, 0)
         }
-        FaultKind::EncoderReversed | FaultKind::ActuatorReversed if phase == Phase::Trial => {
-            (&[Reversed, SpeedExceeded], 0.25, 0)
-        }
-        FaultKind::EncoderReversed | FaultKind::ActuatorReversed => (&[Reversed], 0.25, 0),
         FaultKind::ActuatorWeak => (&[ActuatorWeak, OvershootExceeded], 1.6, 0),
         FaultKind::Overrun => (&[Overrun], 0.0, 3),
         FaultKind::LimitSwitch => (&[LimitSwitch], 0.0, 1),
