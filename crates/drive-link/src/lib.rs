@@ -15,6 +15,7 @@ mod line;
 mod message;
 mod no_gains;
 mod settings;
+mod term_sizes;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
 pub use frame::{FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Receiver, StopListener, frame};
@@ -28,3 +29,4 @@ pub use no_gains::NoGains;
 pub use settings::{
     Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,
 };
+pub use term_sizes::TermSizes;

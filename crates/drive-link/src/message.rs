@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
 use crate::guidance::Home;
 use crate::settings::{NotAllowed, Settings};
+use crate::term_sizes::TermSizes;
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 10;
+pub const PROTOCOL: u8 = 11;
 
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;
@@ -360,4 +361,6 @@ pub struct Estimates {
     pub at_bounds: PerParameter<bool>,
     /// Their standard errors, where they are known; a snapshot has none.
     pub standard_errors: Option<ServoParameters>,
+    /// The sizes of the terms, of a model that has some.
+    pub terms: Option<TermSizes>,
 }

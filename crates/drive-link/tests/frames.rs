@@ -3,7 +3,7 @@
 use drive_link::{
     Command, Commissioning, Dither, Estimates, Format, FrameError, Homing, Law, LoopSettings,
     MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, Settings, Snapshot,
-    StopListener, TargetSource, frame,
+    StopListener, TargetSource, TermSizes, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
@@ -335,6 +335,7 @@ proptest! {
                 },
                 at_bounds: PerParameter { a: flags.1, ..PerParameter::default() },
                 standard_errors: flags.0.then_some(SERVO),
+                terms: TermSizes::where_known(|_| flags.1.then_some(f64::from(command))),
             },
         });
         let mut receiver = Receiver::new();

@@ -1,6 +1,6 @@
 //! Conversions between the core's values and the messages of the link.
 
-use drive_link::{Estimates, Name, NotAllowed, Why};
+use drive_link::{Estimates, Name, NotAllowed, TermSizes, Why};
 use identifier_core::commission::CommissionError;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::IdentifiedServo;
@@ -16,6 +16,7 @@ pub(crate) fn estimates<N: Copy, I: Identify<N>>(identifier: &I, shown: &I::Snap
         servo: identifier.estimates_in(shown),
         at_bounds: identifier.at_bounds_in(shown),
         standard_errors: None,
+        terms: TermSizes::where_known(|unknown| identifier.value_in(shown, unknown)),
     }
 }
 
@@ -30,6 +31,7 @@ pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
             coulomb: servo.standard_error(IdentifiedServo::COULOMB),
             load: servo.standard_error(IdentifiedServo::LOAD),
         }),
+        terms: None,
     }
 }
 

@@ -8,7 +8,7 @@ use drive_link::{
 };
 use drive_logic::{Channel, OutputStage, Store, self_test};
 use identifier_core::ControllerSettings;
-use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, Flash, HEALTHY, OTHER_FORMAT, STAGE, diagonal, settings};
@@ -150,6 +150,38 @@ fn behind_a_declared_amplifier_every_law_finds_the_servo_and_undeclared_it_is_mi
         );
         assert!(undeclared[1] > 0.1, "{law}: {undeclared:?}");
     }
+}
+
+#[test]
+fn a_term_that_is_demanded_is_estimated_beside_the_servo() {
+    let mut wanted = first_contact();
+    wanted.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
+    let servo = ServoParameters {
+        coulomb: 10.0,
+        ..SERVO
+    };
+    let (bench, flash) = (Bench::new(&servo), Flash::blank());
+    bench.delay_commands(2);
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(wanted));
+    drive.done(Command::Start);
+    drive.pass(20_000);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let found = drive.supervisor.estimates().expect("learnt");
+    assert!((found.servo.b / servo.b - 1.0).abs() < 0.002, "{found:?}");
+    assert!((found.servo.a - servo.a).abs() < 0.02, "{found:?}");
+    assert!((found.servo.coulomb - 10.0).abs() < 0.2, "{found:?}");
+    let terms = found.terms.expect("a model with terms");
+    let entered: Vec<_> = terms.entered().collect();
+    let [(Unknown::Delay, delay, Some(error))] = entered[..] else {
+        panic!("{entered:?}");
+    };
+    assert!((delay - 0.002).abs() < 2e-5, "{delay} ± {error}");
+    assert!(
+        (delay - 0.002).abs() < 4.0 * error && error < 1e-4,
+        "{delay} ± {error}"
+    );
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use drive_link::{Format, Law as LinkLaw, LoopSettings};
 
+use identifier_core::parameters::Term;
+
 use crate::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
 use crate::simulate::identifier_in;
 
@@ -58,13 +60,14 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         return refused("encoder.counts_per_rev", fault);
     }
     let terms = &scenario.stated.identifier.terms;
-    for (key, asked) in [
-        ("identifier.terms", terms.allowed),
-        ("identifier.required_terms", terms.demanded),
-    ] {
-        if !asked.is_empty() {
-            return refused(key, "the models of the firmware have no optional terms");
-        }
+    if !terms.allowed.is_empty() {
+        let fault = "the firmware gathers no evidence: move those that `run` or `replay` found \
+                     to identifier.required_terms";
+        return refused("identifier.terms", fault);
+    }
+    if terms.demanded.has(Term::WanderingLoad) {
+        let fault = "the firmware has no \"wandering-load\"";
+        return refused("identifier.required_terms", fault);
     }
     let core = scenario
         .settings()

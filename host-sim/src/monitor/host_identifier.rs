@@ -82,6 +82,7 @@ impl HostIdentifier {
             servo: found,
             at_bounds: self.identifier.at_bounds(&self.state),
             standard_errors: Some(standard_errors),
+            terms: None,
         })
     }
 }

@@ -5,6 +5,7 @@ use std::net::{Ipv4Addr, TcpListener};
 use crate::support::{folder, servo_id, standard_error};
 use host_sim::drive::loop_settings;
 use host_sim::scenario::{Fault, Purpose, Scenario};
+use identifier_core::parameters::{Term, Terms};
 
 /// The settings for a scenario of this text.
 fn settings_of(test: &str, text: &str) -> Result<drive_link::LoopSettings, Fault> {
@@ -29,18 +30,32 @@ fn bounds_that_follow_from_the_box_are_sent() {
 
 /// Keys that the drive would refuse.
 #[test]
-fn terms_are_refused() {
+fn terms_that_the_firmware_lacks_are_refused() {
     for (key, asked) in [
         ("identifier.terms", "terms = [\"delay\"]"),
-        ("identifier.required_terms", "required_terms = [\"delay\"]"),
+        (
+            "identifier.required_terms",
+            "required_terms = [\"wandering-load\"]",
+        ),
     ] {
-        let text = format!(
-            "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
-             arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n{asked}\n"
-        );
-        let fault = settings_of("drive-settings-terms", &text).expect_err(key);
+        let fault = settings_of("drive-settings-terms", &with_terms(asked)).expect_err(key);
         assert!(fault.to_string().starts_with(key), "{fault}");
     }
+}
+
+#[test]
+fn required_terms_are_sent() {
+    let asked = with_terms("required_terms = [\"delay\", \"gravity\"]");
+    let sent = settings_of("drive-settings-terms", &asked).expect("the firmware has them");
+    let demanded = Terms::NONE.with(Term::Delay).with(Term::Gravity);
+    assert_eq!(sent.core.identifier.terms.demanded, demanded);
+}
+
+fn with_terms(asked: &str) -> String {
+    format!(
+        "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+         arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n{asked}\n"
+    )
 }
 
 #[test]

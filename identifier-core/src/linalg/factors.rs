@@ -99,6 +99,31 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
         Self { lower, diagonal }
     }
 
+    /// The factors of a covariance over more or fewer unknowns: `places` are those of this one's unknowns in
+    /// `other`, rising; an unknown without one is known, as one of `other` without a place must be.
+    pub(crate) fn placed<K: Lower<N>, const Q: usize>(
+        other: &Factors<N, K, Q>,
+        places: &[Option<usize>; P],
+    ) -> Self {
+        const { Self::FITS };
+        let mut placed = Self {
+            lower: L::ZERO,
+            diagonal: [N::ZERO; P],
+        };
+        for i in 0..P {
+            let Some(row) = places[i] else { continue };
+            if let Some(variance) = other.diagonal.get(row) {
+                placed.diagonal[i] = *variance;
+            }
+            for j in 0..i {
+                if let Some(column) = places[j] {
+                    placed.set(i, j, other.entry(row, column));
+                }
+            }
+        }
+        placed
+    }
+
     /// Begins the update for a measurement with the regressor φ.
     #[inline]
     pub(crate) fn project(&self, regressor: &[N; P]) -> Measurement<N, P> {

@@ -29,15 +29,28 @@ where
         let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u16;
         let block_time = f64::from(GaussNewton::<N, P>::BLOCK) * sample_time;
         let blocks = |time: f64| libm::ceil(time / block_time);
-        let bounds: [[f64; 2]; P] = S::UNKNOWNS.map(|unknown| match place_of(unknown) {
-            Some(i) if fitter.free[i] => [fitter.low[i], fitter.high[i]],
-            Some(i) => [fitter.initial[i].unwrap_or(0.0); 2],
-            None => terms.bounds(unknown, &units),
+        // Bounds, initial value, and whether it is free: looked up without a panic, also where the loop is not
+        // unrolled.
+        let fitted = |i: usize| {
+            let initial = fitter.initial.get(i)?.unwrap_or(0.0);
+            let is_free = *fitter.free.get(i)?;
+            let bounds = match is_free {
+                true => [*fitter.low.get(i)?, *fitter.high.get(i)?],
+                false => [initial; 2],
+            };
+            Some((bounds, initial, is_free))
+        };
+        let unknowns = S::UNKNOWNS.map(|unknown| {
+            place_of(unknown).and_then(fitted).unwrap_or_else(|| {
+                (
+                    terms.bounds(unknown, &units),
+                    terms.initial(unknown) * unknown.scale(&units),
+                    unknown.term().is_some_and(|term| terms.may_enter(term)),
+                )
+            })
         });
-        let initial: [f64; P] = S::UNKNOWNS.map(|unknown| match place_of(unknown) {
-            Some(i) => fitter.initial[i].unwrap_or(0.0),
-            None => terms.initial(unknown) * unknown.scale(&units),
-        });
+        let bounds = unknowns.map(|(bounds, ..)| bounds);
+        let initial = unknowns.map(|(_, initial, _)| initial);
         let law = GaussNewton::new(&GaussNewtonConfig {
             sample_time,
             noise: fitter.noise,
@@ -89,10 +102,7 @@ where
                 .unwrap_or(0),
             has_load: S::UNKNOWNS.last() == Some(&Unknown::Load)
                 && fitter.free[Parameter::Load as usize],
-            free: S::UNKNOWNS.map(|unknown| match place_of(unknown) {
-                Some(i) => fitter.free[i],
-                None => unknown.term().is_some_and(|term| terms.may_enter(term)),
-            }),
+            free: unknowns.map(|(.., is_free)| is_free),
             initial,
             set: PhantomData,
         })
@@ -116,8 +126,8 @@ where
         )?;
         Ok(Self {
             fitter: Fitter::new(&config),
-            free: S::UNKNOWNS.map(|unknown| {
-                place_of(unknown).is_some_and(|i| config.free.get(i) == Some(&true))
+            free: Parameter::ALL.map(|parameter| {
+                S::UNKNOWNS.contains(&parameter.into()) && config.free[parameter as usize]
             }),
             set: PhantomData,
         })

@@ -9,7 +9,7 @@ use identifier_core::fixed_point::{
 };
 use identifier_core::identifier::{Event, ExpectedMotion, Identify, NumberedBlock, Update};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, IdentifiedServo, ServoParameters};
+use identifier_core::parameters::{Ab, IdentifiedServo};
 
 use super::{Fitted, Handover, StepMonitor, check_format};
 use crate::conversion;
@@ -138,9 +138,9 @@ impl ClosedLoop {
         Some(conversion::estimates(self.servo_loop.identifier(), learnt))
     }
 
-    /// The gradient has no standard errors.
-    pub(crate) fn standard_errors(&self) -> Option<ServoParameters> {
-        None
+    /// The same, now: the gradient has no standard errors.
+    pub(crate) fn all_estimates(&self) -> Option<Estimates> {
+        self.estimates(&self.learnt())
     }
 
     /// The gradient starts as always, from its initial estimates.

@@ -5,6 +5,8 @@
 mod fixed_point;
 #[cfg(not(feature = "fixed-point"))]
 mod single;
+#[cfg(not(feature = "fixed-point"))]
+mod unknowns;
 
 use drive_link::{Format, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
@@ -28,7 +30,7 @@ pub(crate) const FORMAT: Format = if cfg!(feature = "fixed-point") {
 /// Blocks of Gauss–Newton's start record on the chip.
 pub(crate) const BLOCKS: usize = 64;
 
-/// The result of Gauss–Newton's first fit, which the background makes.
+/// The result of Gauss–Newton's first fit, which the background makes: for a recursion with terms too.
 pub(crate) type Fitted =
     <GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS> as FitBlocks<f32>>::Fitted;
 

@@ -6,13 +6,14 @@ use identifier_core::control::ControlSample;
 use identifier_core::control::Setpoint;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
-    BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion, Identify,
-    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, Update,
+    BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion,
+    IdentifiableSet, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo};
 use identifier_core::settings::{FromSettings, Settings, SettingsError};
 
+use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
 use super::{BLOCKS, Fitted, Handover, StepMonitor, check_format};
 use crate::conversion;
 
@@ -21,11 +22,11 @@ type Velocity = LowPass<f32>;
 /// An identifier behind the declared amplifier.
 type Behind<I> = BehindAmplifier<f32, I, MAX_DELAYED>;
 
-/// Commands that a declared delay may hold back: six samples, above which a loop should be slower.
-const MAX_DELAYED: usize = 8;
-
 /// Gauss–Newton in the sample interrupt; its first fit is made in the background.
 type Recursion = Behind<GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>>;
+
+/// The same with the terms that are demanded.
+type Termed = Behind<GaussNewtonRecursion<f32, WithTerms, UNKNOWNS, BLOCKS>>;
 
 /// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +41,7 @@ enum Laws {
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),
     GaussNewton(With<Recursion>),
+    WithTerms(With<Termed>),
 }
 
 type Gradient = Behind<DiagonalGradientIdentifier<f32, Velocity, Ab, 2>>;
@@ -51,6 +53,7 @@ pub(crate) enum Learnt {
     Gradient(<Gradient as Identify<f32>>::Snapshot),
     GradientWithFriction(<GradientWithFriction as Identify<f32>>::Snapshot),
     GaussNewton(<Recursion as Identify<f32>>::Snapshot),
+    WithTerms(<Termed as Identify<f32>>::Snapshot),
 }
 
 /// A loop with one identifier.
@@ -71,6 +74,13 @@ impl<I: Identify<f32> + FromSettings> With<I> {
 }
 
 impl<I: Identify<f32>> With<I> {
+    /// Where the servo is: terms that depend on the angle have it from the counter, in every run alike.
+    fn place(&mut self, count: i32) {
+        let identifier = self.servo_loop.identifier();
+        let position = identifier.increment(count);
+        identifier.place(self.state.identification_mut(), position);
+    }
+
     #[inline]
     fn learnt(&self) -> I::Snapshot {
         let identifier = self.servo_loop.identifier();
@@ -82,6 +92,44 @@ impl<I: Identify<f32>> With<I> {
     }
 }
 
+impl<S, const P: usize> With<Behind<GaussNewtonRecursion<f32, S, P, BLOCKS>>>
+where
+    S: IdentifiableSet<P>,
+{
+    fn with_errors(&self, found: Estimates) -> Estimates {
+        let identifier = self.servo_loop.identifier();
+        let state = self.state.identification();
+        let error_of = |unknown| identifier.standard_error_of(state, unknown);
+        Estimates {
+            standard_errors: identifier.standard_errors(state),
+            terms: found.terms.map(|sizes| sizes.with_errors(error_of)),
+            ..found
+        }
+    }
+
+    fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
+        let identifier = self.servo_loop.identifier().identifier();
+        *self.state.identification_mut().identification_mut() =
+            identifier.start_from_known(servo, motion);
+    }
+
+    #[inline]
+    fn exchange<'a>(
+        &mut self,
+        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
+    ) -> bool {
+        let identifier = self.servo_loop.identifier().identifier();
+        let state = self.state.identification_mut().identification_mut();
+        let Some(block) = identifier.take_block(state) else {
+            return false;
+        };
+        if let Some(fitted) = hand_on(block) {
+            identifier.take_over(state, fitted);
+        }
+        true
+    }
+}
+
 /// The same for the loop of each law.
 macro_rules! for_each_law {
     ($laws:expr, $own:pat => $done:expr) => {
@@ -89,6 +137,7 @@ macro_rules! for_each_law {
             Laws::Gradient($own) => $done,
             Laws::GradientWithFriction($own) => $done,
             Laws::GaussNewton($own) => $done,
+            Laws::WithTerms($own) => $done,
         }
     };
 }
@@ -104,22 +153,28 @@ impl ClosedLoop {
         let laws = match settings.law {
             Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),
             Law::Gradient { friction: true } => With::build(core).map(Laws::GradientWithFriction),
-            Law::GaussNewton => With::build(core).map(Laws::GaussNewton),
+            Law::GaussNewton if core.identifier.terms.demanded.is_empty() => {
+                With::build(core).map(Laws::GaussNewton)
+            }
+            Law::GaussNewton => With::build(core).map(Laws::WithTerms),
         };
         laws.map(Self).map_err(conversion::not_allowed)
     }
 
     /// Puts a loop that has done no sample yet at another count.
     pub(crate) fn start(&mut self, count: i32) {
-        for_each_law!(&mut self.0, own => own.state.begin_at(count));
+        for_each_law!(&mut self.0, own => {
+            own.state.begin_at(count);
+            own.place(count);
+        });
     }
 
     /// The same, holding a servo that another controller has held until then.
     pub(crate) fn take_over(&mut self, Handover { last, count, .. }: &Handover) {
-        for_each_law!(
-            &mut self.0,
-            own => own.servo_loop.take_over(&mut own.state, *count, last)
-        );
+        for_each_law!(&mut self.0, own => {
+            own.servo_loop.take_over(&mut own.state, *count, last);
+            own.place(*count);
+        });
     }
 
     /// A sample: measure, control, act; have the step checked, with its count; then learn, while the command acts.
@@ -149,16 +204,18 @@ impl ClosedLoop {
             Laws::Gradient(own) => Learnt::Gradient(own.learnt()),
             Laws::GradientWithFriction(own) => Learnt::GradientWithFriction(own.learnt()),
             Laws::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
+            Laws::WithTerms(own) => Learnt::WithTerms(own.learnt()),
         }
     }
 
-    /// The standard errors of its estimates, SI, where its law has them.
-    pub(crate) fn standard_errors(&self) -> Option<ServoParameters> {
-        let Laws::GaussNewton(own) = &self.0 else {
-            return None;
-        };
-        let identifier = own.servo_loop.identifier();
-        identifier.standard_errors(own.state.identification())
+    /// Estimates with their standard errors, SI, where its law has them; none before the first fit.
+    pub(crate) fn all_estimates(&self) -> Option<Estimates> {
+        let found = self.estimates(&self.learnt())?;
+        Some(match &self.0 {
+            Laws::GaussNewton(own) => own.with_errors(found),
+            Laws::WithTerms(own) => own.with_errors(found),
+            _ => found,
+        })
     }
 
     /// Estimates, SI; none before the first fit, and of a loop of another law.
@@ -171,6 +228,9 @@ impl ClosedLoop {
             (Laws::GaussNewton(own), Learnt::GaussNewton(found)) => {
                 Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
             }
+            (Laws::WithTerms(own), Learnt::WithTerms(found)) => {
+                Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
+            }
             _ => None,
         }
     }
@@ -178,10 +238,10 @@ impl ClosedLoop {
     /// Starts Gauss–Newton from a servo that was identified, in place of its first fit; another law starts as
     /// always.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
-        if let Laws::GaussNewton(own) = &mut self.0 {
-            let identifier = own.servo_loop.identifier().identifier();
-            *own.state.identification_mut().identification_mut() =
-                identifier.start_from_known(servo, motion);
+        match &mut self.0 {
+            Laws::GaussNewton(own) => own.know(servo, motion),
+            Laws::WithTerms(own) => own.know(servo, motion),
+            _ => {}
         }
     }
 
@@ -192,17 +252,10 @@ impl ClosedLoop {
         &mut self,
         hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
     ) -> bool {
-        let Laws::GaussNewton(own) = &mut self.0 else {
-            return false;
-        };
-        let identifier = own.servo_loop.identifier().identifier();
-        let state = own.state.identification_mut().identification_mut();
-        let Some(block) = identifier.take_block(state) else {
-            return false;
-        };
-        if let Some(fitted) = hand_on(block) {
-            identifier.take_over(state, fitted);
+        match &mut self.0 {
+            Laws::GaussNewton(own) => own.exchange(hand_on),
+            Laws::WithTerms(own) => own.exchange(hand_on),
+            _ => false,
         }
-        true
     }
 }

@@ -15,7 +15,7 @@ use crate::closed_loop::FORMAT;
 use crate::run::Run;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
-pub(super) const VERSION: u16 = 5;
+pub(super) const VERSION: u16 = 6;
 
 /// All of it, so that nothing of one record ever holds beside something of another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -129,7 +129,7 @@ impl Commissioned {
 
 #[cfg(test)]
 mod tests {
-    use drive_link::{Dither, Homing, LoopSettings, Protection, TargetSource};
+    use drive_link::{Dither, Homing, LoopSettings, Protection, TargetSource, TermSizes};
     use identifier_core::parameters::PerParameter;
     use identifier_core::settings::{BoxSettings, RangeSettings, TermSettings};
     use identifier_core::tuning::{Cap, Promise};
@@ -259,6 +259,8 @@ mod tests {
                 servo: SERVO,
                 at_bounds: PerParameter::from_fn(|_| true),
                 standard_errors: Some(SERVO),
+                terms: TermSizes::where_known(|_| Some(1.0))
+                    .map(|sizes| sizes.with_errors(|_| Some(1.0))),
             }),
             commissioned: Some(Commissioned::new(&servo(), TUNING, Some(TRIAL))),
             under_way: true,

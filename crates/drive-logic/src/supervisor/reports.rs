@@ -109,10 +109,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Takes in the estimates of a run that has ended, with their standard errors.
     fn take_in_all(&mut self, run: &Run) {
-        self.take_in(&run.closed_loop().learnt());
-        if let Some(estimates) = &mut self.estimates {
-            estimates.standard_errors = run.closed_loop().standard_errors();
-        }
+        self.estimates = run.closed_loop().all_estimates().or(self.estimates);
     }
 
     fn progress(&self, sample: &CommissionSample) -> Progress {

@@ -1,6 +1,6 @@
 //! A drive's state, estimates and settings in words.
 
-use drive_link::{Estimates, Settings, Snapshot, Status};
+use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
 use identifier_core::parameters::ServoParameters;
 
 use crate::cli::fault::Fault;
@@ -30,6 +30,7 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
             },
         at_bounds,
         standard_errors,
+        terms,
     } = estimates;
     let error = |bound: bool, error: fn(&ServoParameters) -> f64, digits: usize| match (
         bound,
@@ -39,13 +40,19 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
         (false, Some(errors)) => format!(" ± {:.digits$}", error(errors)),
         (false, None) => String::new(),
     };
-    format!(
+    let mut line = format!(
         "a {a:.4}{} 1/s, b {b:.3}{} rad/s²/u, coulomb {coulomb:.3}{} rad/s², load {load:.3}{} rad/s²",
         error(at_bounds.a, |errors| errors.a, 4),
         error(at_bounds.b, |errors| errors.b, 3),
         error(at_bounds.coulomb, |errors| errors.coulomb, 3),
         error(at_bounds.load, |errors| errors.load, 3)
-    )
+    );
+    for (unknown, size, error) in terms.iter().flat_map(TermSizes::entered) {
+        let (name, unit) = (unknown.name(), unknown.unit());
+        let error = error.map_or_else(String::new, |error| format!(" ± {error:.2e}"));
+        line += &format!(", {name} {size:.4e}{error} {unit}");
+    }
+    line
 }
 
 /// Prints state, estimates, history and settings.

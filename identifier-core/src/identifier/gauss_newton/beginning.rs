@@ -3,24 +3,29 @@ use super::GaussNewtonRecursion;
 use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::IdentifiableSet;
+use crate::fit::place_of;
 use crate::linalg::Factors;
 use crate::model::{Acting, ModelValues, ObserverModel};
 use crate::number::Number;
+use crate::parameters::Parameter;
 
-/// A fit result prepared for the recursion: 19 words in `f32` with four parameters.
+/// A fit result prepared for a recursion over any unknowns: 19 words in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussNewtonFitted<N: Number, S: IdentifiableSet<P>, const P: usize> {
+pub struct GaussNewtonFitted<N> {
     /// The number of the last block that it used.
     pub(super) last: u32,
     /// None where the motion could not be explained.
-    pub(super) explained: Option<FirstFitSolution<N, S, P>>,
+    pub(super) explained: Option<FirstFitSolution<N>>,
 }
+
+/// The parameters that a fit without terms finds: a, b, Coulomb friction, load.
+pub(super) const FITTED: usize = Parameter::ALL.len();
 
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FirstFitSolution<N: Number, S: IdentifiableSet<P>, const P: usize> {
-    pub(super) estimates: [N; P],
-    pub(super) covariance: Factors<N, S::Lower<N>, P>,
+pub(super) struct FirstFitSolution<N> {
+    pub(super) estimates: [N; FITTED],
+    pub(super) covariance: Factors<N, [N; FITTED * (FITTED - 1) / 2], FITTED>,
     /// Variance of the fit's errors, counts².
     pub(super) unexplained: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
@@ -39,13 +44,16 @@ where
     /// The recursion that starts from a fit result, and keeps the terms that have entered `before`.
     pub(super) fn recursion(
         &self,
-        result: &FirstFitSolution<N, S, P>,
+        result: &FirstFitSolution<N>,
         before: &Recursion<N, S, P>,
         velocity: N,
     ) -> Recursion<N, S, P> {
         let omega = self.bandwidth_of(result);
-        let parameters = ModelValues::from_values::<S, P>(&result.estimates).parameters;
-        let mut law = self.law.start_from(&result.estimates, result.covariance);
+        let places = S::UNKNOWNS.map(place_of);
+        let estimates = places.map(|place| place.map_or(N::ZERO, |place| result.estimates[place]));
+        let parameters = ModelValues::from_values::<S, P>(&estimates).parameters;
+        let covariance = Factors::placed(&result.covariance, &places);
+        let mut law = self.law.start_from(&estimates, covariance);
         if S::HAS_TERMS {
             self.keep_terms(&mut law, before, omega, result.acceleration);
         }
@@ -73,7 +81,7 @@ where
         }
     }
 
-    fn bandwidth_of(&self, result: &FirstFitSolution<N, S, P>) -> N {
+    fn bandwidth_of(&self, result: &FirstFitSolution<N>) -> N {
         self.bandwidth.unwrap_or_else(|| {
             (N::from_f64(Self::BANDWIDTH) * result.bandwidth)
                 .limited(self.min_omega, self.max_omega)
@@ -136,7 +144,7 @@ where
     fn is_due(
         &self,
         state: &GaussNewtonRecursionState<N, S, P>,
-        result: &FirstFitSolution<N, S, P>,
+        result: &FirstFitSolution<N>,
     ) -> bool {
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
@@ -147,16 +155,14 @@ where
     fn corrects(
         &self,
         state: &GaussNewtonRecursionState<N, S, P>,
-        result: &FirstFitSolution<N, S, P>,
+        result: &FirstFitSolution<N>,
     ) -> bool {
         /// The relative difference from which b counts as different.
         const MIN_GAIN_DIFFERENCE: f64 = 0.2;
-        let gain_of =
-            |estimates: &[N; P]| ModelValues::from_values::<S, P>(estimates).parameters.gain;
         let better = result.unexplained < self.unexplained_variance
             || result.unexplained + result.unexplained < state.usual;
-        let gain = gain_of(&state.recursion.law.estimates());
-        let apart = (gain_of(&result.estimates) - gain).magnitude()
+        let gain = self.values(&state.recursion).parameters.gain;
+        let apart = (result.estimates[Parameter::B as usize] - gain).magnitude()
             > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
         better && (apart || !result.one_way)
     }

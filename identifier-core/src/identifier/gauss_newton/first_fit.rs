@@ -1,12 +1,15 @@
 use core::marker::PhantomData;
 
 use super::super::halves::FitBlocks;
-use super::beginning::{FirstFitSolution, GaussNewtonFitted};
+use super::beginning::{FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
-use crate::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock, place_of};
+use crate::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
 use crate::number::Number;
-use crate::parameters::Unknown;
+use crate::parameters::Parameter;
+
+const COULOMB: usize = Parameter::Coulomb as usize;
+const LOAD: usize = Parameter::Load as usize;
 
 /// The background's half of the fast identifier: it collects the blocks that a
 /// [`GaussNewtonRecursion`](super::GaussNewtonRecursion) of the same settings has recorded, at most W of them, and fits the
@@ -14,7 +17,8 @@ use crate::parameters::Unknown;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
     pub(crate) fitter: Fitter<N>,
-    pub(crate) free: [bool; P],
+    /// Those of the parameters that it fits.
+    pub(crate) free: [bool; FITTED],
     pub(crate) set: PhantomData<S>,
 }
 
@@ -43,62 +47,38 @@ where
 
     /// Of d − c sign(q̇), which is all that motion in one direction shows, makes c as much as it can be
     /// and d the rest, so that where the fit happened to end does not matter.
-    fn take_all_for_friction(&self, estimates: &mut [N; P], direction: N) {
-        let mut resistance = N::ZERO;
-        let mut ambiguous = 0;
-        for i in 0..P {
-            match S::UNKNOWNS[i] {
-                Unknown::Coulomb if self.free[i] => resistance += estimates[i],
-                Unknown::Load if self.free[i] => resistance += -direction * estimates[i],
-                _ => continue,
-            }
-            ambiguous += 1;
-        }
-        if ambiguous < 2 {
+    fn take_all_for_friction(&self, estimates: &mut [N; FITTED], direction: N) {
+        if !self.free[COULOMB] || !self.free[LOAD] {
             return;
         }
+        let resistance = estimates[COULOMB] - direction * estimates[LOAD];
         let friction = resistance.limited(N::ZERO, N::REACH);
-        for i in 0..P {
-            match S::UNKNOWNS[i] {
-                Unknown::Coulomb => estimates[i] = friction,
-                Unknown::Load => estimates[i] = direction * (friction - resistance),
-                _ => {}
-            }
-        }
+        estimates[COULOMB] = friction;
+        estimates[LOAD] = direction * (friction - resistance);
     }
 
     /// A fit result with its covariance in factors.
-    fn explained(&self, result: &FitResult<N>) -> FirstFitSolution<N, S, P> {
+    fn explained(&self, result: &FitResult<N>) -> FirstFitSolution<N> {
         /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
         /// errors are not white.
         const COVARIANCE_FACTOR: f64 = 4.0;
-        let places = S::UNKNOWNS.map(place_of);
         let scale = result.acceleration.to_f64();
         // Motion in one direction determines only d − c sign(q̇), not c and d separately.
-        let ambiguity = |i: usize| match S::UNKNOWNS[i] {
-            Unknown::Coulomb => scale * 0.5,
-            Unknown::Load => scale * 0.5 * result.only_direction.to_f64(),
-            _ => 0.0,
-        };
+        let mut ambiguity = [0.0; FITTED];
+        ambiguity[COULOMB] = scale * 0.5;
+        ambiguity[LOAD] = scale * 0.5 * result.only_direction.to_f64();
         let one_way = result.only_direction != N::ZERO;
-        let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
+        let covariance = core::array::from_fn(|i| {
             core::array::from_fn(|j| {
-                let (Some(row), Some(column)) = (places[i], places[j]) else {
-                    return 0.0;
-                };
-                let entry = result.covariance.get(row).and_then(|row| row.get(column));
-                let known = COVARIANCE_FACTOR * entry.map_or(0.0, |entry| entry.to_f64());
+                let known = COVARIANCE_FACTOR * result.covariance[i][j].to_f64();
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
-                    known + ambiguity(i) * ambiguity(j)
+                    known + ambiguity[i] * ambiguity[j]
                 } else {
                     known
                 }
             })
         });
-        let mut estimates = places.map(|place| {
-            let value = place.and_then(|i| result.parameters.get(i));
-            value.copied().unwrap_or(N::ZERO)
-        });
+        let mut estimates = result.parameters;
         if one_way {
             self.take_all_for_friction(&mut estimates, result.only_direction);
         }
@@ -119,7 +99,7 @@ where
     S: IdentifiableSet<P>,
 {
     type State = GaussNewtonFitterState<N, W>;
-    type Fitted = GaussNewtonFitted<N, S, P>;
+    type Fitted = GaussNewtonFitted<N>;
 
     fn start(&self) -> Self::State {
         GaussNewtonFitterState {

@@ -19,7 +19,7 @@ pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: 
     pub(super) recording: bool,
     pub(super) recorder: Recorder<N>,
     /// The fit result from which the next sample continues.
-    pub(super) fitted: Option<GaussNewtonFitted<N, S, P>>,
+    pub(super) fitted: Option<GaussNewtonFitted<N>>,
     /// The unexplained part of the fit that the recursion started from.
     pub(super) usual: N,
 }
@@ -165,7 +165,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    type Fitted = GaussNewtonFitted<N, S, P>;
+    type Fitted = GaussNewtonFitted<N>;
 
     #[inline]
     fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>> {

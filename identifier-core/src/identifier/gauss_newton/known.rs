@@ -5,7 +5,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::identifier::Identify;
 use crate::linalg::Factors;
 use crate::number::Number;
-use crate::parameters::{IdentifiedServo, Unknown};
+use crate::parameters::{IdentifiedServo, Parameter, Unknown};
 
 /// The motion in which a servo that is known already is identified further.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,20 +36,18 @@ where
         motion: &ExpectedMotion,
     ) -> GaussNewtonRecursionState<N, S, P> {
         let units = &self.units;
-        let places = S::UNKNOWNS.map(place_of);
-        let scales = S::UNKNOWNS.map(|unknown| unknown.scale(units));
+        let places = Parameter::ALL.map(place_of);
+        let scales = Parameter::ALL.map(|parameter| Unknown::from(parameter).scale(units));
+        let has = Parameter::ALL.map(|parameter| S::UNKNOWNS.contains(&parameter.into()));
         let values = servo.values();
-        let estimates = core::array::from_fn(|i| {
-            let value = places[i].and_then(|place| values.get(place));
-            N::from_f64(value.map_or(0.0, |value| value * scales[i]))
-        });
-        let covariance: [[f64; P]; P] = core::array::from_fn(|i| {
+        let estimates = core::array::from_fn(|i| N::from_f64(values[places[i]] * scales[i]));
+        let covariance = core::array::from_fn(|i| {
             core::array::from_fn(|j| {
-                let (Some(row), Some(column)) = (places[i], places[j]) else {
+                if !has[i] || !has[j] {
                     return 0.0;
-                };
-                let entry = servo.covariance.get(row).and_then(|row| row.get(column));
-                Self::COVARIANCE_FACTOR * entry.map_or(0.0, |entry| entry * scales[i] * scales[j])
+                }
+                let entry = servo.covariance[places[i]][places[j]];
+                Self::COVARIANCE_FACTOR * entry * scales[i] * scales[j]
             })
         });
         let unexplained = servo.unexplained * units.position();
@@ -72,14 +70,12 @@ where
     }
 }
 
-/// The place of an unknown in the covariance of a servo that was identified.
-fn place_of(unknown: Unknown) -> Option<usize> {
-    match unknown {
-        Unknown::A => Some(IdentifiedServo::A),
-        Unknown::B => Some(IdentifiedServo::B),
-        Unknown::Coulomb => Some(IdentifiedServo::COULOMB),
-        Unknown::Delay => Some(IdentifiedServo::DELAY),
-        Unknown::Load => Some(IdentifiedServo::LOAD),
-        _ => None,
+/// The place of a parameter among the values of a servo that was identified, and in their covariance.
+const fn place_of(parameter: Parameter) -> usize {
+    match parameter {
+        Parameter::A => IdentifiedServo::A,
+        Parameter::B => IdentifiedServo::B,
+        Parameter::Coulomb => IdentifiedServo::COULOMB,
+        Parameter::Load => IdentifiedServo::LOAD,
     }
 }
