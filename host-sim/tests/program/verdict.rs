@@ -90,7 +90,8 @@ fn a_fully_identified_servo_is_converged() {
 
 #[test]
 fn a_fit_that_does_not_separate_gain_from_friction_is_not_converged() {
-    let objections: [(u8, fn(&mut FitEvidence)); 5] = [
+    type Objection = fn(&mut FitEvidence);
+    let objections: [(u8, Objection); 5] = [
         (25, |fit| fit.profile[0] = 8.0),
         (25, |fit| fit.profile[1] = 8.0),
         (25, |fit| fit.condition = 1e9),
