@@ -1,7 +1,7 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
 use crate::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
-use identifier_core::parameters::{Parameter, Unknown};
+use identifier_core::parameters::{Parameter, Term, Terms, Unknown};
 use identifier_core::stability::SampledLoop;
 
 use super::batch::Batch;
@@ -28,6 +28,8 @@ const MAX_SLOWED_SHARE: f64 = 0.5;
 pub(super) struct Known<'a> {
     pub(super) motion: Motion,
     pub(super) outcome: &'a Outcome,
+    /// The terms that are required.
+    pub(super) required: Terms,
     /// The parameters that are estimated, and how each went.
     pub(super) parameters: &'a [(Parameter, &'a Tracked, f64)],
     pub(super) batch: Option<&'a Batch>,
@@ -39,12 +41,19 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     let Known {
         motion,
         outcome,
+        required,
         parameters,
         batch,
         whole,
     } = *known;
     let mut evidence = Evidence::from_motion(motion);
     evidence.aborted = outcome.abort.is_some();
+    evidence.missing_term = Term::ALL.into_iter().find(|&term| {
+        let has_size = |estimate: &TermEstimate| estimate.unknown.term() == Some(term);
+        let has_entered = outcome.entered.iter().any(|(entered, _)| *entered == term)
+            || outcome.terms.iter().any(has_size);
+        required.has(term) && !has_entered
+    });
     let b = parameters
         .iter()
         .find(|(parameter, ..)| *parameter == Parameter::B)

@@ -3,11 +3,13 @@
 mod batch;
 mod estimate;
 mod evidence;
+mod sensor_noise;
 mod statistics;
 mod stretch;
 mod summary;
 mod whole_record;
 
 pub use crate::verdict::Status;
+pub(crate) use sensor_noise::NoiseMeter;
 pub use statistics::Statistics;
 pub use summary::Summariser;

@@ -7,6 +7,7 @@ use crate::verdict::{Motion, Status, Verdict};
 use super::batch::{Batch, Effort, Judged};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
+use super::sensor_noise::NoiseMeter;
 use super::statistics::Statistics;
 use super::stretch::Stretch;
 use super::whole_record::WholeRecord;
@@ -186,6 +187,20 @@ impl Summariser {
         let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
             .chain(outcome.terms.iter().map(|term| term.unknown))
             .collect();
+        let mut meter = NoiseMeter::new(scenario.stated.resolution);
+        for sample in self.stretch.samples() {
+            meter.add(sample.position, sample.begins);
+        }
+        let mut noise = meter.noise();
+        // Differences of a quick motion may hold some of it, which a model explains.
+        if let Some(whole) = &whole
+            && noise
+                .moving_counts
+                .is_some_and(|counts| counts > whole.noise)
+        {
+            noise.moving_counts = Some(whole.noise);
+            noise.moving = Some(whole.noise * scenario.stated.resolution);
+        }
         let batch = (outcome.abort.is_none() && !is_whole)
             .then(|| {
                 let judged = Judged {
@@ -207,6 +222,7 @@ impl Summariser {
                 counts_travelled: self.travelled / scenario.stated.resolution,
             },
             outcome: &outcome,
+            required: scenario.stated.identifier.terms.demanded,
             parameters: &parameters,
             batch: batch.as_ref(),
             whole: whole.as_ref(),
@@ -275,6 +291,7 @@ impl Summariser {
                 .map(|(term, since)| (*term, seconds(*since)))
                 .collect(),
             residual: batch.as_ref().map(|batch| batch.residual),
+            noise,
             findings: batch.map_or_else(Vec::new, |batch| batch.findings),
             outcome,
             fit: whole.map(|whole| whole.notes),

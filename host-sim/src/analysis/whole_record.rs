@@ -1,12 +1,12 @@
 //! The servo of a whole record in SI, by the fit that takes all of it at once.
 
 use identifier_core::identification::{Effect, Values};
-use identifier_core::parameters::{Quantity, ServoParameters, Unknown};
+use identifier_core::parameters::{Quantity, ServoParameters, Terms, Unknown};
 
 use super::batch::Scales;
 use super::stretch::Kept;
 use crate::experiment::TermEstimate;
-use crate::identify::{Identified, Logged, Recording, identify};
+use crate::identify::{Identified, Logged, ModelDemand, Recording, identify};
 use crate::result::{EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
@@ -20,6 +20,8 @@ pub(super) struct WholeRecord {
     /// Sizes of the effects that are terms of the model.
     pub(super) terms: Vec<TermEstimate>,
     pub(super) evidence: FitEvidence,
+    /// Deviation of the sensor's noise, counts.
+    pub(super) noise: f64,
     pub(super) notes: FitNotes,
     pub(super) scales: Scales,
 }
@@ -49,17 +51,49 @@ impl WholeRecord {
             begins: sample.begins,
         });
         let recording = Recording::new(logged, units.position(), terms.revolution > 0.0);
-        let per_block = units.sample_time() * recording.block;
-        let mut known = Values::NONE;
-        known.set(Effect::DeadBand, terms.dead_band);
-        known.set(Effect::CurrentLoop, terms.current_loop / per_block);
-        let found = identify(&recording, &known, MAX_EFFECTS)?;
         let scale = Scale {
-            time: per_block,
+            time: units.sample_time() * recording.block,
             position: units.position_unit(),
         };
+        let mut known = Values::NONE;
+        for (effect, value) in [
+            (Effect::DeadBand, terms.dead_band),
+            (Effect::CurrentLoop, terms.current_loop),
+            (
+                Effect::LowSpeedVelocity,
+                terms.low_speed_velocity.unwrap_or(0.0),
+            ),
+        ] {
+            known.set(effect, value / scale.of(effect));
+        }
+        known.order = terms.ripple_order.unwrap_or(known.order);
+        let found = identify(
+            &recording,
+            &ModelDemand {
+                known,
+                required: required(terms.demanded),
+                max_effects: MAX_EFFECTS,
+            },
+        )?;
         Some(scale.in_si(&found))
     }
+}
+
+/// The effects of the terms that are required.
+fn required(terms: Terms) -> Vec<Effect> {
+    let unknowns = Unknown::ALL.into_iter().filter(|unknown| {
+        // A delay is part of every fit.
+        *unknown != Unknown::Delay && unknown.term().is_some_and(|own| terms.has(own))
+    });
+    let effects = unknowns.filter_map(|unknown| {
+        let mut all = Effect::ALL.into_iter();
+        all.find(|&effect| term(effect) == Some(unknown))
+    });
+    let mut required: Vec<Effect> = effects.collect();
+    if required.contains(&Effect::LowSpeed) {
+        required.push(Effect::LowSpeedVelocity);
+    }
+    required
 }
 
 /// Units of a record.
@@ -125,9 +159,8 @@ impl Scale {
                 reverses: found.reverses,
                 delay_at_bound: found.delay_at_bound,
             },
+            noise: found.noise,
             notes: FitNotes {
-                noise_counts: found.noise,
-                noise: found.noise * self.position,
                 command_recorded_late: found.lateness,
                 effects: effects.collect(),
             },

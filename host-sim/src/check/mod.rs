@@ -54,6 +54,7 @@ pub fn check(scenario: &Scenario) -> Result<CheckResult, Fault> {
         encoder: EncoderFigures {
             resolution,
             motion: rehearsal.position / resolution,
+            noise: rehearsal.noise,
             command_per_count: response.map(|response| response.command_of(resolution)),
         },
         limited: rehearsal.limited,

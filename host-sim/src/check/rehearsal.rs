@@ -4,8 +4,9 @@ use crate::verdict::MIN_TRAVEL_COUNTS;
 use identifier_core::parameters::{Parameter, Unknown};
 
 use super::information::Information;
+use crate::analysis::NoiseMeter;
 use crate::experiment::{Outcome, Sample};
-use crate::result::Known;
+use crate::result::{Known, SensorNoise};
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
@@ -19,6 +20,8 @@ pub(super) struct Rehearsal {
     pub(super) limited: f64,
     /// Accuracy of each unknown, with its time.
     pub(super) known: Vec<Known>,
+    /// Noise of the position sensor.
+    pub(super) noise: SensorNoise,
     /// The record of the run.
     pub(super) outcome: Outcome,
 }
@@ -26,6 +29,7 @@ pub(super) struct Rehearsal {
 /// Sums over the samples.
 struct Motion {
     information: Information,
+    noise: NoiseMeter,
     /// Weight of a new step in the velocity.
     new: f64,
     sample_time: f64,
@@ -57,6 +61,7 @@ impl Rehearsal {
         let sample_time = scenario.sample_time();
         let mut motion = Motion {
             information: Information::new(&parameters, &servo, omega, sample_time, variance),
+            noise: NoiseMeter::new(resolution),
             new: -(-scenario.stated.cutoff * sample_time).exp_m1(),
             sample_time,
             limit: scenario.controller().limit,
@@ -104,6 +109,7 @@ impl Rehearsal {
             command: deviation(motion.command),
             limited: motion.limited / motion.samples.max(1.0),
             known,
+            noise: motion.noise.noise(),
             outcome,
         })
     }
@@ -120,6 +126,7 @@ impl Motion {
         const RATIO: f64 = 1.05;
         let moved = self.last.map_or(0.0, |last| sample.position - last);
         self.last = Some(sample.position);
+        self.noise.add(sample.position, sample.begins);
         self.travel += moved.abs();
         self.velocity += self.new * (moved / self.sample_time - self.velocity);
         self.information.add(self.velocity, sample.command);

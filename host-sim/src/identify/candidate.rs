@@ -77,8 +77,8 @@ impl Candidate {
         }
     }
 
-    /// All that have not entered.
-    pub(super) fn all(range: &Range, entered: &[Cause]) -> Vec<Self> {
+    /// All but those whose effects are free.
+    pub(super) fn all(range: &Range, free: &[Effect]) -> Vec<Self> {
         use Effect as E;
         let mut all = vec![
             Self::plain(Cause::CurrentLoop, &[E::CurrentLoop]),
@@ -121,7 +121,8 @@ impl Candidate {
             let ripple = [E::TorqueRippleSine, E::TorqueRippleCosine];
             all.push(Self::at(Cause::TorqueRipple, &ripple, order));
         }
-        all.retain(|candidate| !entered.contains(&candidate.cause));
+        let is_free = |effect| free.contains(effect);
+        all.retain(|candidate| !effects(candidate.cause).iter().any(is_free));
         all
     }
 

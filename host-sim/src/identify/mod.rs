@@ -42,13 +42,19 @@ pub(crate) struct Identified {
     pub(crate) reverses: bool,
 }
 
-/// Identifies the servo of a record; none where there is no motion or nothing explains it. `known` are values
-/// that are declared and not fitted, and at most `max_effects` enter.
-pub(crate) fn identify(
-    recording: &Recording,
-    known: &Values,
-    max_effects: usize,
-) -> Option<Identified> {
+/// The model with which a record is fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct ModelDemand {
+    /// Values that are declared and not fitted.
+    pub(crate) known: Values,
+    /// Effects that it has from the first fit on, beside those of every servo.
+    pub(crate) required: Vec<Effect>,
+    /// The most others that may enter.
+    pub(crate) max_effects: usize,
+}
+
+/// Identifies the servo of a record; none where there is no motion or nothing explains it.
+pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
     const FIRST: Search = Search {
         steps: 4,
         tolerance: 1e-7,
@@ -64,7 +70,7 @@ pub(crate) fn identify(
     let record = recording.record();
     let mut fitter = Fitter::new(&record)?;
     let start = fitter.start()?;
-    let mut values = *known;
+    let mut values = demand.known;
     for effect in Effect::BASE {
         values.set(effect, start.get(effect));
     }
@@ -83,7 +89,7 @@ pub(crate) fn identify(
     }
     let delay = values.get(Effect::Delay).max(fitter.earliest);
     values.set(Effect::Delay, delay);
-    let free = Effect::BASE.to_vec();
+    let free = [&Effect::BASE[..], &demand.required].concat();
     let fitted = fitter.best_horizon(&values, &free, fitter.horizons(), FIRST)?;
     let range = Range {
         velocity: fitter.survey.velocity,
@@ -113,7 +119,7 @@ pub(crate) fn identify(
             model.rows_per_row = model.fitted.covariances.rows_per_independent_row();
         }
     };
-    for round in 0..max_effects {
+    for round in 0..demand.max_effects {
         if !tournament.round(&mut model) {
             break;
         }
@@ -121,6 +127,10 @@ pub(crate) fn identify(
     }
     tournament.prune(&mut model);
     rehorizon(&mut model, LAST, false);
+    let is_finite = |effect: &Effect| model.fitted.values.get(*effect).is_finite();
+    if !model.free.iter().all(is_finite) {
+        return None;
+    }
     let answers = tournament.answers(&model);
     let std_errors = uncertainty::std_errors(&fitter, &model, &answers);
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));

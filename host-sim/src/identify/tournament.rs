@@ -119,8 +119,7 @@ impl Tournament<'_> {
 
     /// The answers of all candidates that have not entered.
     pub(super) fn answers(&self, model: &Model) -> Vec<Answer> {
-        let entered: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
-        let candidates = Candidate::all(self.range, &entered);
+        let candidates = Candidate::all(self.range, &model.free);
         scan(
             self.fitter,
             &model.fitted,

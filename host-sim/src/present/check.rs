@@ -1,5 +1,6 @@
 //! A check of a scenario.
 
+use super::noise::sensor_noise;
 use super::number::{DASH, figure, fixed, rough};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::result::{CheckResult, Known, LoopFigures};
@@ -93,11 +94,13 @@ fn encoder(result: &CheckResult) -> String {
     let encoder = &result.encoder;
     let moves = encoder.command_per_count.map(figure);
     let moves = moves.map(|step| format!("; a count moves the command by {step}"));
+    let noise = sensor_noise(&encoder.noise).map(|noise| format!("; noise {noise}"));
     format!(
-        "{} rad per count; the servo moves by {} counts rms{}",
+        "{} rad per count; the servo moves by {} counts rms{}{}",
         figure(encoder.resolution),
         fixed(encoder.motion, 0),
-        moves.unwrap_or_default()
+        moves.unwrap_or_default(),
+        noise.unwrap_or_default()
     )
 }
 

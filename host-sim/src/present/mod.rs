@@ -15,6 +15,7 @@ mod experiment;
 mod figure;
 mod heat_map;
 mod log;
+mod noise;
 pub(crate) mod number;
 mod paper;
 mod remedies;

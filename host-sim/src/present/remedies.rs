@@ -54,6 +54,13 @@ pub(super) fn remedies(reason: &VerdictReason) -> Vec<String> {
         VerdictReason::LongestDelay => {
             vec!["Check that command and position have the same clock, row by row.".to_owned()]
         }
+        VerdictReason::TermNotEntered { term } => vec![
+            format!(
+                "Excite what shows {}: move further, with turns, or longer.",
+                term.name()
+            ),
+            "Where the servo has no such effect, take the term out of identifier.required_terms.".to_owned(),
+        ],
         VerdictReason::StillMoving { .. } => vec![
             "Run longer: run.duration, or more --passes over a log.".to_owned(),
             "If it never comes to rest, the servo itself changes: identifier.memory lets the estimates follow."

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::SensorNoise;
+
 /// Properties of a scenario, known before it is run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckResult {
@@ -57,6 +59,8 @@ pub struct EncoderFigures {
     pub resolution: f64,
     /// Deviation of the position, counts.
     pub motion: f64,
+    /// Noise of the measured position.
+    pub noise: SensorNoise,
     /// Change of the command by a count at once, command units.
     pub command_per_count: Option<f64>,
 }

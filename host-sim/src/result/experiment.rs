@@ -6,7 +6,7 @@ use crate::verdict::{Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use serde::{Serialize, Serializer};
 
-use super::{Finding, FitNotes, LogReading, Prediction, Residual};
+use super::{Finding, FitNotes, LogReading, Prediction, Residual, SensorNoise};
 use crate::experiment::Outcome;
 use crate::replay::Agreement;
 
@@ -45,6 +45,8 @@ pub struct Summary {
     /// The output error of the model with the final estimates over the end of the run; none where that is too
     /// short, or the estimates are no servo.
     pub residual: Option<Residual>,
+    /// Noise of the position sensor over the end of the run.
+    pub noise: SensorNoise,
     /// Effects that the model may lack, the largest first.
     #[serde(skip)]
     pub findings: Vec<Finding>,

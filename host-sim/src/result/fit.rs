@@ -5,10 +5,6 @@ use serde::Serialize;
 /// Findings of a fit to a whole record besides the estimates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitNotes {
-    /// Standard deviation of the position's noise, encoder counts: rounding and all else that is white.
-    pub noise_counts: f64,
-    /// The same, rad.
-    pub noise: f64,
     /// Samples by which the command was recorded late, that is in a row after the one from which it acted; none
     /// where it was not. The estimates are those with the command where it acted.
     pub command_recorded_late: Option<f64>,

@@ -9,6 +9,7 @@ mod experiment;
 mod fit;
 mod log;
 mod residual;
+mod sensor_noise;
 mod sweep;
 mod tuning;
 
@@ -22,5 +23,6 @@ pub use experiment::{
 pub use fit::{EnteredEffect, FitNotes};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};
+pub use sensor_noise::SensorNoise;
 pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};
 pub use tuning::{DelayedServo, FeedForward, Gains, StiffPromise, TuningConditions, TuningResult};

@@ -269,10 +269,18 @@ fn direction(scenario: &Scenario, log: &Log) -> Option<Remark> {
     }
     let (more, less) = (f64::max(forth, back), f64::min(forth, back));
     (more > 0.0 && less < MIN_BACK * more).then(|| {
+        // A fit to the whole record always estimates both.
+        let remedy = match scenario.identifier.law.takes_whole_record() {
+            true => "let the servo turn round",
+            false => {
+                "leave coulomb or load out of identifier.parameters, or let the servo turn round"
+            }
+        };
         Remark::refusing(
             RemarkKind::OneDirection,
-            "the servo moves in one direction, in which friction and load are one force: leave coulomb or load out of \
-             identifier.parameters, or let the servo turn round",
+            format!(
+                "the servo moves in one direction, in which friction and load are one force: {remedy}"
+            ),
         )
     })
 }

@@ -14,7 +14,7 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Unknown};
+use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Term, Unknown};
 use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycles,
@@ -276,7 +276,10 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
             fitting::<N, TermWindow<N>>(&with_terms(scenario, settings))
         }
         Law::Window => with_set!(scenario => window::<N>(settings)),
-        Law::Fit => return Ok(Method::Identifier(Box::new(WholeRecord))),
+        Law::Fit => {
+            whole_record_terms(scenario)?;
+            return Ok(Method::Identifier(Box::new(WholeRecord)));
+        }
         law => return rival::<N>(scenario, law).map_err(fault_of_rival),
     };
     built
@@ -407,4 +410,29 @@ fn rival<N: Number>(scenario: &Scenario, law: Law) -> Result<Method, OutOfRange>
 
 fn direct<N: Number, E: DirectEstimator<N> + 'static>(estimator: E) -> Method {
     Method::Identifier(Box::new(Direct::new(estimator)))
+}
+
+/// Checks the terms that a fit to the whole record is required to have.
+fn whole_record_terms(scenario: &Scenario) -> Result<(), Fault> {
+    let terms = &scenario.stated.identifier.terms;
+    let declared = [
+        (
+            Term::LowSpeed,
+            terms.low_speed_velocity,
+            "low_speed_velocity",
+        ),
+        (Term::Ripple, terms.ripple_order, "ripple_order"),
+    ];
+    for (term, value, setting) in declared {
+        if terms.demanded.has(term) && value.is_none() {
+            return Err(scenario.fault(&SettingsError::NotGiven { setting }));
+        }
+    }
+    if terms.demanded.has(Term::WanderingLoad) {
+        return Err(Fault::new(
+            "identifier.required_terms",
+            "\"wandering-load\" is no term of the law \"fit\", which finds by itself whether the load wanders: leave it out",
+        ));
+    }
+    Ok(())
 }

@@ -1,4 +1,4 @@
-use identifier_core::parameters::Unknown;
+use identifier_core::parameters::{Term, Unknown};
 
 use super::Cause;
 
@@ -17,6 +17,8 @@ pub struct Evidence {
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
     pub prediction: Option<f64>,
+    /// A required term that did not enter the model.
+    pub missing_term: Option<Term>,
     /// True if a fit to the whole record found no servo that explains it.
     pub not_a_servo: bool,
     /// The evidence of a fit to the whole record, whose standard errors hold model errors too.
@@ -139,6 +141,7 @@ impl Evidence {
             residual: None,
             lack: None,
             prediction: None,
+            missing_term: None,
             not_a_servo: false,
             fit: None,
             unknowns: [None; Unknown::ALL.len()],

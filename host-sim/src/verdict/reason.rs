@@ -1,6 +1,6 @@
 use std::fmt;
 
-use identifier_core::parameters::Unknown;
+use identifier_core::parameters::{Term, Unknown};
 
 use super::Cause;
 
@@ -60,6 +60,11 @@ pub enum VerdictReason {
     NotAServo,
     /// The delay is the longest that is looked for.
     LongestDelay,
+    /// A required term did not enter the model.
+    TermNotEntered {
+        /// The term.
+        term: Term,
+    },
     /// An estimate still moves.
     StillMoving {
         /// The unknown.
@@ -115,6 +120,7 @@ impl VerdictReason {
     /// | 26 | the servo moved in one direction |
     /// | 27 | no servo explains the record |
     /// | 28 | the delay is the longest that is looked for |
+    /// | 29 | a required term did not enter the model |
     /// | 30 | an estimate still moves |
     /// | 40 | the model lacks an effect that has a name |
     /// | 41 | the model lacks something, nothing stands out |
@@ -134,6 +140,7 @@ impl VerdictReason {
             Self::OneDirection => 26,
             Self::NotAServo => 27,
             Self::LongestDelay => 28,
+            Self::TermNotEntered { .. } => 29,
             Self::StillMoving { .. } => 30,
             Self::Lacks { cause: Some(_), .. } => 40,
             Self::Lacks { cause: None, .. } => 41,
@@ -208,6 +215,12 @@ impl fmt::Display for VerdictReason {
             Self::LongestDelay => f.write_str(
                 "the delay is longer than is looked for: check that command and position are of the same \
                  clock",
+            ),
+            Self::TermNotEntered { term } => write!(
+                f,
+                "the required term {} did not enter the model: the motion does not show it; let the servo move \
+                 further, with turns, or take it out of identifier.required_terms",
+                term.name()
             ),
             Self::StillMoving {
                 unknown,

@@ -138,6 +138,7 @@ impl Verdict {
         let (status, reason) = aborted(evidence)
             .or_else(|| without_estimate(evidence))
             .or_else(|| not_separated(evidence))
+            .or_else(|| not_entered(evidence))
             .or_else(|| named(evidence))
             .or_else(|| not_excited(evidence))
             .or_else(|| moving(evidence))
@@ -219,6 +220,14 @@ fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
         return None;
     };
     Some((Status::NoInformation, reason))
+}
+
+fn not_entered(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let term = evidence.missing_term?;
+    Some((
+        Status::NoInformation,
+        VerdictReason::TermNotEntered { term },
+    ))
 }
 
 fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {

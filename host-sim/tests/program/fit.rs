@@ -79,7 +79,7 @@ fn a_log_is_identified_without_a_first_guess() {
     };
     assert!(off("b", 257.7).abs() < 2e-3);
     assert!(off("coulomb", 10.0).abs() < 0.01);
-    let noise = number(&result, "/fit/noise_counts");
+    let noise = number(&result, "/noise/moving_counts");
     assert!((0.25..0.35).contains(&noise), "{noise}");
     assert_eq!(result["fit"]["effects"], Value::Array(Vec::new()));
     assert!(result["fit"]["command_recorded_late"].is_null());
@@ -110,4 +110,50 @@ fn a_reversed_or_foreign_command_is_refused() {
     });
     let foreign = refused(&log, &scenario);
     assert!(foreign.contains("command"), "{foreign}");
+}
+
+/// The scenario of the page with further keys of the identifier.
+fn with_keys(scenario: &Path, keys: &str) {
+    let text = std::fs::read_to_string(scenario).expect("written");
+    let law = "law = \"fit\"";
+    std::fs::write(scenario, text.replace(law, &format!("{law}\n{keys}"))).expect("written");
+}
+
+#[test]
+fn a_required_term_is_in_the_model_without_evidence() {
+    let (log, scenario) = trace("required");
+    assert!(replayed(&log, &scenario)["estimates"]["asymmetry"].is_null());
+    with_keys(&scenario, "required_terms = [\"asymmetry\"]");
+    let result = replayed(&log, &scenario);
+    assert_eq!(result["status"], "converged", "{}", result["reason"]);
+    let size = number(&result, "/estimates/asymmetry/final");
+    let error = number(&result, "/estimates/asymmetry/std_error");
+    assert!(size.abs() < 4.0 * error && error < 0.1, "{size} ± {error}");
+}
+
+#[test]
+fn a_required_term_that_the_motion_does_not_show_is_the_reason_of_the_status() {
+    let (log, scenario) = trace("not-entered");
+    // No sample is as slow.
+    with_keys(
+        &scenario,
+        "required_terms = [\"low-speed\"]\nlow_speed_velocity = 1e-12",
+    );
+    let result = replayed(&log, &scenario);
+    assert_eq!(
+        (&result["status"], &result["code"]),
+        (&"no-information".into(), &29.into())
+    );
+    let reason = result["reason"].as_str().expect("text");
+    assert!(reason.contains("low-speed"), "{reason}");
+}
+
+#[test]
+fn a_required_term_without_its_setting_is_refused() {
+    let (log, scenario) = trace("without-setting");
+    with_keys(&scenario, "required_terms = [\"ripple\"]");
+    assert!(refused(&log, &scenario).contains("identifier.ripple_order"));
+    let (log, scenario) = trace("wandering");
+    with_keys(&scenario, "required_terms = [\"wandering-load\"]");
+    assert!(refused(&log, &scenario).contains("identifier.required_terms"));
 }

@@ -2,6 +2,7 @@
 //! and its longest tests share the cores.
 
 mod amplifier;
+mod bad_logs;
 mod command_line;
 mod commission;
 mod drive;
@@ -28,6 +29,7 @@ mod report;
 mod report_in_browser;
 mod reproduce;
 mod scenario_reader;
+mod sensor_noise;
 mod support;
 #[cfg(target_os = "linux")]
 mod terminal;

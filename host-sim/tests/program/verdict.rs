@@ -4,7 +4,7 @@ use host_sim::verdict::{
     Cause, Evidence, FitEvidence, Lack, Motion, Residual, Status, UnknownEvidence, Verdict,
     VerdictReason,
 };
-use identifier_core::parameters::Unknown;
+use identifier_core::parameters::{Term, Unknown};
 
 const MOTION: Motion = Motion {
     samples: 60_000,
@@ -155,6 +155,25 @@ fn every_objection_has_its_status_and_code() {
     assert_verdict(&nameless, Status::Unexplained, 41, Some(Unknown::Coulomb));
     let elsewhere = with(Unknown::B, |b| b.pull = Some(-10.0));
     assert_verdict(&elsewhere, Status::Unexplained, 42, b);
+}
+
+#[test]
+fn a_record_that_no_servo_explains_is_code_27() {
+    let mut foreign = known();
+    foreign.not_a_servo = true;
+    assert_verdict(&foreign, Status::NoInformation, 27, None);
+}
+
+#[test]
+fn a_required_term_that_did_not_enter_is_code_29() {
+    let mut without = known();
+    without.missing_term = Some(Term::Gravity);
+    assert_verdict(&without, Status::NoInformation, 29, None);
+    let reason = Verdict::on(&without).reason.to_string();
+    assert!(
+        reason.contains("gravity") && reason.contains("required_terms"),
+        "{reason}"
+    );
 }
 
 #[test]

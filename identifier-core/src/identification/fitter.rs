@@ -136,6 +136,9 @@ impl<'a> Fitter<'a> {
         /// Change of a delay: samples, and of the longest.
         const DELAY: [f64; 2] = [1.0, 0.15];
         let value = values.get(effect);
+        if !step.is_finite() {
+            return value;
+        }
         let wanted = value + step;
         let wanted = match effect {
             Effect::B | Effect::LowSpeedVelocity => wanted.clamp(value / FACTOR, value * FACTOR),

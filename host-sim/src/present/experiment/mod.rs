@@ -7,6 +7,7 @@ mod traces;
 pub use traces::ExperimentTraces;
 
 use super::estimates::{self, Estimated};
+use super::noise::sensor_noise;
 use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
 use super::remedies::remedies;
 use super::tuning::advice;
@@ -152,6 +153,11 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
             term.name()
         ))
     }));
+    blocks.extend(sensor_noise(&summary.noise).map(|noise| {
+        Block::Text(format!(
+            "Noise of the position, standard deviation: {noise}."
+        ))
+    }));
     if let Some(fit) = &summary.fit {
         blocks.extend(fit_notes(fit));
     }
@@ -163,13 +169,9 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     blocks
 }
 
-/// Noise of the sensor, the clock of the command, and the effects that a fit needed.
+/// The clock of the command, and the effects that a fit needed.
 fn fit_notes(fit: &FitNotes) -> Vec<Block> {
-    let mut lines = vec![format!(
-        "Noise of the position: {} counts ({} rad), standard deviation.",
-        fixed(fit.noise_counts, 2),
-        figure(fit.noise)
-    )];
+    let mut lines = Vec::new();
     if let Some(late) = fit.command_recorded_late {
         lines.push(format!(
             "The command was recorded {} samples late; the estimates are those with the command where it acted.",

@@ -225,10 +225,7 @@ fn off_noise(summary: &Summary, setup: &LoopSetup) -> Option<f64> {
     let count = std::f64::consts::TAU / setup.counts_per_rev;
     let rounding = 1.0 / 12.0_f64.sqrt();
     let noise = rounding.hypot(setup.sensor.noise / count);
-    summary
-        .fit
-        .as_ref()
-        .map(|fit| fit.noise_counts / noise - 1.0)
+    summary.noise.moving_counts.map(|found| found / noise - 1.0)
 }
 
 /// True if a name that results use stands for an effect.

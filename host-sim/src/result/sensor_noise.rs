@@ -1,0 +1,17 @@
+//! Noise of the position sensor.
+
+use serde::Serialize;
+
+/// Standard deviation of the noise of the measured position, rounding included; none where there was too little of
+/// the motion, or standstill, to tell.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct SensorNoise {
+    /// In motion, encoder counts; rounding alone is 0.29 counts.
+    pub moving_counts: Option<f64>,
+    /// At standstill, encoder counts; zero where the count does not change.
+    pub standstill_counts: Option<f64>,
+    /// In motion, rad.
+    pub moving: Option<f64>,
+    /// At standstill, rad.
+    pub standstill: Option<f64>,
+}
