@@ -27,7 +27,7 @@ pub(crate) struct Identified {
     pub(crate) entered: Vec<Entered>,
     /// Deviation of the sensor's noise, counts.
     pub(crate) noise: f64,
-    /// By how much the command was recorded late, samples; none where it was not.
+    /// By how much the command was recorded late, samples of the log; none where it was not.
     pub(crate) lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
     pub(crate) profile: [f64; 2],
@@ -152,7 +152,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         estimated,
         entered: model.entered,
         noise,
-        lateness: lateness.map(|_| -values.get(Effect::Delay)),
+        lateness: lateness.map(|_| -values.get(Effect::Delay) * recording.block),
         profile,
         condition: covariances.condition,
         delay_at_bound,

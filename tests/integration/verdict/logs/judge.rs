@@ -212,12 +212,13 @@ fn off_shift(summary: &Summary, setup: &LoopSetup) -> Option<f64> {
         .filter(|(name, _)| *name == "time_constant_s")
         .map(|(_, lag)| lag)
         .sum();
+    // A command that was recorded late is a delay below zero: the same fact twice.
     let found = delay.map_or(0.0, |delay| delay.value) + lag;
+    let found = late.map_or(found / setup.sample_time, |late| -late);
     let effects = &setup.effects;
     let true_lag = setup.shift + (effects.delay + effects.current_loop) / setup.sample_time;
     let is_known = delay.is_some() || late.is_some();
-    (is_known && setup.present.contains(&Effect::Shift))
-        .then_some(found / setup.sample_time - late.unwrap_or(0.0) - true_lag)
+    (is_known && setup.present.contains(&Effect::Shift)).then_some(found - true_lag)
 }
 
 /// The relative error of the position's noise: rounding and the sensor's.

@@ -95,6 +95,23 @@ fn with_noise_of_the_encoder() {
     }
 }
 
+/// A log of so many rows is fitted in blocks: the delay is reported in rows all the same.
+#[test]
+fn a_late_command_of_a_long_log_is_known_in_rows() {
+    const ROWS: usize = 1 << 15;
+    let judged = judge(&[FIT], &[0, 1], |&number| {
+        let mut setup = exact(7, number, 20_000.0, COUNTS).setup;
+        assert!(setup.samples > ROWS, "{} rows", setup.samples);
+        setup.shift = -2.0;
+        setup.present.push(Effect::Shift);
+        setup.record()
+    });
+    for judgement in &judged[0] {
+        let off = judgement.off_shift.expect("the delay is known");
+        assert!(off.abs() < 0.05, "{off} rows");
+    }
+}
+
 #[test]
 #[ignore = "minutes: LOGS=6 SEED=n"]
 fn with_a_record_that_is_late_or_early() {
