@@ -12,11 +12,11 @@ const COUNT: usize = {
     count
 };
 
-/// Sizes of the optional terms of a model, SI: zero for those that have not entered.
+/// Sizes of the optional terms of a model, SI: one that has not entered has the declared value, or zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TermSizes {
     sizes: [f32; COUNT],
-    /// Infinite for those that are not estimated.
+    /// Infinite for those that have not entered.
     standard_errors: Option<[f32; COUNT]>,
 }
 
@@ -34,7 +34,7 @@ impl TermSizes {
         })
     }
 
-    /// With standard errors; none is a size that is not estimated.
+    /// With standard errors; none is a term that has not entered.
     #[must_use]
     pub fn with_errors(self, error: impl Fn(Unknown) -> Option<f64>) -> Self {
         let mut errors = [f32::INFINITY; COUNT];
@@ -47,12 +47,14 @@ impl TermSizes {
         }
     }
 
-    /// Those that have entered: unknown, size, and standard error where it is known.
+    /// Those that have entered, with their standard errors; without errors, as in a snapshot, those that are not
+    /// zero.
     pub fn entered(&self) -> impl Iterator<Item = (Unknown, f32, Option<f32>)> + '_ {
-        let errors = self.standard_errors;
         let own = Self::unknowns().zip(self.sizes).enumerate();
-        own.filter(|(_, (_, size))| *size != 0.0)
-            .map(move |(i, (unknown, size))| (unknown, size, errors.map(|errors| errors[i])))
+        let all = own.map(|(i, (unknown, size))| {
+            (unknown, size, self.standard_errors.map(|errors| errors[i]))
+        });
+        all.filter(|(_, size, error)| error.map_or(*size != 0.0, f32::is_finite))
     }
 
     fn unknowns() -> impl Iterator<Item = Unknown> {

@@ -3,15 +3,18 @@
 #[macro_use]
 mod support;
 
+use core::f64::consts::TAU;
+
 use drive_link::{
-    Command, Fault, Kept, Law, NotAllowed, Noticed, Refusal, Report, Settings, State, Why,
+    Command, Estimates, Fault, Kept, Law, NotAllowed, Noticed, Refusal, Report, Settings, State,
+    TermSizes, Why,
 };
 use drive_logic::{Channel, OutputStage, Store, self_test};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, Flash, HEALTHY, OTHER_FORMAT, STAGE, diagonal, settings};
+use support::{Bench, COUNTS, Flash, HEALTHY, OTHER_FORMAT, STAGE, diagonal, settings};
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
@@ -126,19 +129,25 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
     assert_eq!(status.noticed, noticed);
 }
 
+/// The estimates of a run of so many samples on a bench.
+fn identified(wanted: Settings, bench: &Bench, samples: u32) -> Estimates {
+    let flash = Flash::blank();
+    boot!(drive, bench, &flash);
+    drive.done(Command::Configure(wanted));
+    drive.done(Command::Start);
+    drive.pass(samples);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    drive.supervisor.estimates().expect("learnt")
+}
+
 #[test]
 fn behind_a_declared_amplifier_every_law_finds_the_servo_and_undeclared_it_is_missed() {
     let delayed = |mut wanted: Settings, declared: f64| {
         wanted.closed_loop.core.identifier.terms.delay = declared;
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        let bench = Bench::new(&SERVO);
         bench.delay_commands(2);
-        boot!(drive, &bench, &flash);
-        drive.done(Command::Configure(wanted));
-        drive.done(Command::Start);
-        drive.pass(10_000);
-        drive.done(Command::Stop);
-        drive.pass(1);
-        let found = drive.supervisor.estimates().expect("learnt").servo;
+        let found = identified(wanted, &bench, 10_000).servo;
         [found.b / SERVO.b - 1.0, found.a - SERVO.a].map(f64::abs)
     };
     for wanted in [first_contact(), settings()] {
@@ -152,23 +161,23 @@ fn behind_a_declared_amplifier_every_law_finds_the_servo_and_undeclared_it_is_mi
     }
 }
 
-#[test]
-fn a_term_that_is_demanded_is_estimated_beside_the_servo() {
+/// First contact with a servo that has friction, with a term.
+fn demanding(term: Term) -> (Settings, ServoParameters) {
     let mut wanted = first_contact();
-    wanted.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
+    wanted.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(term);
     let servo = ServoParameters {
         coulomb: 10.0,
         ..SERVO
     };
-    let (bench, flash) = (Bench::new(&servo), Flash::blank());
+    (wanted, servo)
+}
+
+#[test]
+fn a_term_that_is_demanded_is_estimated_beside_the_servo() {
+    let (wanted, servo) = demanding(Term::Delay);
+    let bench = Bench::new(&servo);
     bench.delay_commands(2);
-    boot!(drive, &bench, &flash);
-    drive.done(Command::Configure(wanted));
-    drive.done(Command::Start);
-    drive.pass(20_000);
-    drive.done(Command::Stop);
-    drive.pass(1);
-    let found = drive.supervisor.estimates().expect("learnt");
+    let found = identified(wanted, &bench, 20_000);
     assert!((found.servo.b / servo.b - 1.0).abs() < 0.002, "{found:?}");
     assert!((found.servo.a - servo.a).abs() < 0.02, "{found:?}");
     assert!((found.servo.coulomb - 10.0).abs() < 0.2, "{found:?}");
@@ -182,6 +191,77 @@ fn a_term_that_is_demanded_is_estimated_beside_the_servo() {
         (delay - 0.002).abs() < 4.0 * error && error < 1e-4,
         "{delay} ± {error}"
     );
+}
+
+#[test]
+fn a_declared_delay_whose_term_has_not_entered_is_no_estimate() {
+    let (mut wanted, servo) = demanding(Term::Delay);
+    wanted.closed_loop.core.identifier.terms.delay = 0.002;
+    let bench = Bench::new(&servo);
+    bench.delay_commands(2);
+    let found = identified(wanted, &bench, 1000);
+    let terms = found.terms.expect("a model with terms");
+    let entered: Vec<_> = terms.entered().collect();
+    assert!(entered.is_empty(), "{entered:?}");
+}
+
+/// Wherever the counter stands at the start: the angle is the counter's.
+#[test]
+fn gravity_is_estimated_by_the_angle_of_the_counter() {
+    /// rad/s².
+    const GRAVITY: f64 = 15.0;
+    /// Samples to a target, and targets, rad.
+    const STAY: usize = 1500;
+    const TARGETS: [f64; 4] = [2.5, -2.5, 0.5, -1.5];
+    let (wanted, servo) = demanding(Term::Gravity);
+    for first in [0, 1234] {
+        let (bench, flash) = (Bench::counting_from(first, &servo), Flash::blank());
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(wanted));
+        drive.done(Command::Start);
+        for sample in 0..60_000 {
+            if sample % STAY == 0 {
+                drive.done(Command::Target(TARGETS[sample / STAY % TARGETS.len()]));
+            }
+            bench.change(&ServoParameters {
+                load: servo.load + GRAVITY * bench.position().sin(),
+                ..servo
+            });
+            drive.pass(1);
+        }
+        drive.done(Command::Stop);
+        drive.pass(1);
+        let found = drive.supervisor.estimates().expect("learnt");
+        let terms = found.terms.expect("a model with terms");
+        let (sin, cos) = (f64::from(first) * TAU / COUNTS).sin_cos();
+        for (unknown, true_size) in [
+            (Unknown::GravitySine, GRAVITY * cos),
+            (Unknown::GravityCosine, -GRAVITY * sin),
+        ] {
+            let size = terms.entered().find(|(own, ..)| *own == unknown);
+            let size = size.map_or(f64::NAN, |(_, size, _)| f64::from(size));
+            assert!(
+                (size - true_size).abs() < 0.5,
+                "{unknown:?} {size}: {found:?}"
+            );
+        }
+        assert!((found.servo.load - servo.load).abs() < 0.5, "{found:?}");
+    }
+}
+
+#[test]
+fn terms_that_the_drive_would_ignore_are_refused() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut on_evidence = first_contact();
+    on_evidence.closed_loop.core.identifier.terms.allowed = Terms::NONE.with(Term::Delay);
+    let mut of_gradient = settings();
+    of_gradient.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
+    for (wanted, name) in [(on_evidence, "terms"), (of_gradient, "required_terms")] {
+        let refusal = drive.refusal(Command::Configure(wanted));
+        let expected = Refusal::Setting(NotAllowed::new(name, Why::NotHere));
+        assert_eq!(refusal, expected);
+    }
 }
 
 #[test]

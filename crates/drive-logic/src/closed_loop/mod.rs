@@ -8,7 +8,7 @@ mod single;
 #[cfg(not(feature = "fixed-point"))]
 mod unknowns;
 
-use drive_link::{Format, LoopSettings, NotAllowed, Why};
+use drive_link::{Format, Law, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
@@ -75,4 +75,17 @@ fn check_format(settings: &LoopSettings) -> Result<(), NotAllowed> {
     } else {
         Err(refusal("arithmetic", Why::BuiltFor(FORMAT)))
     }
+}
+
+/// # Errors
+/// The settings ask for terms on evidence, which this drive does not gather, or for terms of a law that has none.
+fn check_terms(settings: &LoopSettings) -> Result<(), NotAllowed> {
+    let terms = &settings.core.identifier.terms;
+    if !terms.allowed.is_empty() {
+        return Err(refusal("terms", Why::NotHere));
+    }
+    if !terms.demanded.is_empty() && settings.law != Law::GaussNewton {
+        return Err(refusal("required_terms", Why::NotHere));
+    }
+    Ok(())
 }

@@ -10,11 +10,11 @@ use identifier_core::identifier::{
     IdentifiableSet, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo};
+use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, Unknown};
 use identifier_core::settings::{FromSettings, Settings, SettingsError};
 
 use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
-use super::{BLOCKS, Fitted, Handover, StepMonitor, check_format};
+use super::{BLOCKS, Fitted, Handover, StepMonitor, check_format, check_terms};
 use crate::conversion;
 
 type Velocity = LowPass<f32>;
@@ -99,7 +99,13 @@ where
     fn with_errors(&self, found: Estimates) -> Estimates {
         let identifier = self.servo_loop.identifier();
         let state = self.state.identification();
-        let error_of = |unknown| identifier.standard_error_of(state, unknown);
+        let entered = identifier.entered(state);
+        let error_of = |unknown: Unknown| {
+            let has_entered = unknown.term().is_some_and(|term| entered.has(term));
+            identifier
+                .standard_error_of(state, unknown)
+                .filter(|_| has_entered)
+        };
         Estimates {
             standard_errors: identifier.standard_errors(state),
             terms: found.terms.map(|sizes| sizes.with_errors(error_of)),
@@ -149,6 +155,7 @@ impl ClosedLoop {
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
         check_format(settings)?;
+        check_terms(settings)?;
         let core = &settings.core;
         let laws = match settings.law {
             Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),

@@ -248,6 +248,11 @@ impl Bench {
         }
     }
 
+    /// The angle of the axis, rad.
+    pub(crate) fn position(&self) -> f64 {
+        self.plant.borrow().position
+    }
+
     /// From now on a command acts some samples after it was held.
     pub(crate) fn delay_commands(&self, samples: usize) {
         *self.waiting.borrow_mut() = vec![0.0; samples].into();
