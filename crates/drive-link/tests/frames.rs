@@ -8,7 +8,7 @@ use drive_link::{
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
 use identifier_core::parameters::IdentifiedServo;
-use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 use identifier_core::tuning::{Cap, Goal, Promise, Tuning};
 use proptest::prelude::*;
@@ -16,7 +16,7 @@ use proptest::prelude::*;
 /// Settings of any numbers, and of everything that may be left out any part.
 fn settings() -> impl Strategy<Value = Settings> {
     let number = any::<f64>().prop_filter("numbers", |number| !number.is_nan());
-    let numbers = prop::collection::vec(number, 96);
+    let numbers = prop::collection::vec(number, 104);
     (numbers, any::<u32>(), any::<u8>()).prop_map(|(n, given, overruns)| {
         let mut numbers = n.into_iter();
         filled(&mut || numbers.next().expect("enough"), given, overruns)
@@ -50,8 +50,16 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         bandwidth: perhaps(next),
         start_time: perhaps(next),
         memory: perhaps(next),
-        // The drive's models have none.
-        terms: TermSettings::NONE,
+        terms: TermSettings {
+            demanded: Terms::NONE.with(Term::Delay).with(Term::Gravity),
+            allowed: Terms::NONE.with(Term::Ripple),
+            delay: next(),
+            dead_band: next(),
+            current_loop: next(),
+            low_speed_velocity: perhaps(next),
+            ripple_order: perhaps(next),
+            revolution: next(),
+        },
         max_speed: perhaps(next),
         ranges: perhaps(next).map(|error| RangeSettings {
             error,

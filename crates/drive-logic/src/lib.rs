@@ -49,6 +49,7 @@ pub use chip::{Chip, Lines, OutputStage};
 pub use conversation::Conversation;
 pub use image::{UNSEALED, check_image, seal};
 pub use listener::{LineListener, PolledLine};
+pub use run::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 pub use sampler::Sampler;
 pub use self_test::self_test;
 pub use store::{Store, StoreError};

@@ -13,7 +13,7 @@ use identifier_core::watch::{
 
 use crate::background_watch::DRIVEN_PATIENCE;
 use crate::chip::{Chip, Lines, OutputStage};
-use crate::closed_loop::{ClosedLoop, Fitted, Handover, StepMonitor, StepResult};
+use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, StepMonitor, StepResult};
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin};
@@ -22,8 +22,14 @@ use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
 use crate::time::samples;
 
-/// The sample times that a drive runs at, s: 20 kHz to 1 kHz.
-const SAMPLE_TIMES: (f64, f64) = (5e-5, 1e-3);
+/// The shortest sample times of a run, s, without terms and with them: of each at least half stays free of its longest
+/// interrupt, on the slowest chip (`cargo xtask interrupt`).
+pub const MIN_SAMPLE_TIME: f64 = 5e-5;
+/// See [`MIN_SAMPLE_TIME`].
+pub const MIN_SAMPLE_TIME_WITH_TERMS: f64 = 1e-4;
+
+/// The longest sample time of a run, s.
+const MAX_SAMPLE_TIME: f64 = 1e-3;
 
 /// A loop that is ready to be closed, with its reference and its watches.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +66,7 @@ impl Run {
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
-        check_sample_time(core.sample_time, stage)?;
+        check_sample_time(core, stage)?;
         let controller = core.own_controller().map_err(conversion::not_allowed)?;
         let range = |error: OutOfRange| conversion::not_allowed(error.into());
         controller.command_limit().map_err(range)?;
@@ -105,7 +111,8 @@ impl Run {
         if core.controller.is_some() {
             return Self::new(settings, stage).map(|_| ());
         }
-        check_sample_time(core.sample_time, stage)?;
+        check_sample_time(core, stage)?;
+        closed_loop::check(&settings.closed_loop)?;
         let range = |error: OutOfRange| conversion::not_allowed(error.into());
         let units = core.units().map_err(range)?;
         Reference::new(settings, &units).map_err(range)?;
@@ -304,10 +311,23 @@ impl Run {
     }
 }
 
-fn check_sample_time(given: f64, stage: &OutputStage) -> Result<(), NotAllowed> {
-    let within @ (least, most) = SAMPLE_TIMES;
+fn check_sample_time(
+    settings: &identifier_core::Settings,
+    stage: &OutputStage,
+) -> Result<(), NotAllowed> {
+    let given = settings.sample_time;
+    let within @ (least, most) = (MIN_SAMPLE_TIME, MAX_SAMPLE_TIME);
     if !(least..=most).contains(&given) {
         return Err(conversion::out_of_range("sample_time", given, within));
+    }
+    let has_terms = !settings.identifier.terms.demanded.is_empty();
+    if has_terms && given < MIN_SAMPLE_TIME_WITH_TERMS {
+        return Err(conversion::too_small(
+            "sample_time",
+            given,
+            MIN_SAMPLE_TIME_WITH_TERMS,
+            "required_terms",
+        ));
     }
     conversion::check_whole_periods(given, stage.period)
 }

@@ -7,9 +7,11 @@ use core::f64::consts::TAU;
 
 use drive_link::{
     Command, Estimates, Fault, Kept, Law, NotAllowed, Noticed, Refusal, Report, Settings, State,
-    TermSizes, Why,
+    Why,
 };
-use drive_logic::{Channel, OutputStage, Store, self_test};
+use drive_logic::{
+    Channel, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store, self_test,
+};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
@@ -257,11 +259,27 @@ fn terms_that_the_drive_would_ignore_are_refused() {
     on_evidence.closed_loop.core.identifier.terms.allowed = Terms::NONE.with(Term::Delay);
     let mut of_gradient = settings();
     of_gradient.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
-    for (wanted, name) in [(on_evidence, "terms"), (of_gradient, "required_terms")] {
-        let refusal = drive.refusal(Command::Configure(wanted));
+    for (mut wanted, name) in [(on_evidence, "terms"), (of_gradient, "required_terms")] {
         let expected = Refusal::Setting(NotAllowed::new(name, Why::NotHere));
-        assert_eq!(refusal, expected);
+        assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
+        wanted.closed_loop.core.controller = None;
+        assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
     }
+}
+
+#[test]
+fn a_rate_at_which_terms_leave_less_than_half_of_a_sample_is_refused_with_one_that_does_not() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let (mut wanted, _) = demanding(Term::Delay);
+    wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME;
+    let refusal = drive.refusal(Command::Configure(wanted)).to_string();
+    assert!(
+        refusal.contains("required_terms") && refusal.contains("at least 0.0001"),
+        "{refusal}"
+    );
+    wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME_WITH_TERMS;
+    drive.done(Command::Configure(wanted));
 }
 
 #[test]

@@ -228,6 +228,31 @@ fn an_excitation_that_the_drive_lacks_is_refused_by_name() {
 }
 
 #[test]
+fn a_term_that_the_scenario_requires_is_estimated_and_kept_by_the_drive() {
+    let person = Person::before_a_drive("drive_terms");
+    person.drive.with(|around| around.supply = true);
+    person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
+    let text = std::fs::read_to_string(&person.scenario).expect("just written");
+    let law = "law = \"gauss-newton\"\n";
+    let with_terms = text.replace(law, &format!("{law}required_terms = [\"asymmetry\"]\n"));
+    std::fs::write(&person.scenario, with_terms).expect("the scenario is written");
+    person.does("configure my-servo.toml --following-error 0.2 --link-timeout 20");
+    let answer = person.does("start --for 10");
+    let known = answer
+        .lines()
+        .find(|line| line.starts_with("knows: "))
+        .expect("it says what it knows");
+    assert!(
+        known.contains(", asymmetry ") && known.contains(" ± "),
+        "{known}"
+    );
+    person.does("save");
+    person.drive.cycle_power();
+    let status = person.does("status");
+    assert!(status.contains(known), "{status}");
+}
+
+#[test]
 fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
     let person = Person::before_a_drive("killed");
     let drive = &person.drive;

@@ -35,9 +35,7 @@ pub struct IdentifierSettings {
     pub start_time: Option<f64>,
     /// The memory of Gauss–Newton, s, for a servo that changes. None: unlimited.
     pub memory: Option<f64>,
-    /// Optional terms of the model, for Gauss–Newton and window. They are not serialised: what
-    /// settings are sent to, a drive and its store, has no terms.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    /// Optional terms of the model, for Gauss–Newton and window, and the declared amplifier, for every law.
     pub terms: TermSettings,
     /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
     /// the number format counts exactly in a sample.

@@ -11,7 +11,7 @@ use identifier_core::identifier::{Event, ExpectedMotion, Identify, NumberedBlock
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, IdentifiedServo};
 
-use super::{Fitted, Handover, StepMonitor, check_format, check_terms};
+use super::{Fitted, Handover, StepMonitor, check};
 use crate::conversion;
 
 /// State of the identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
@@ -39,8 +39,7 @@ impl ClosedLoop {
     /// # Errors
     /// The setting that is not allowed, or does not fit the format.
     pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
-        check_format(settings)?;
-        check_terms(settings)?;
+        check(settings)?;
         if settings.law != (Law::Gradient { friction: false }) {
             return Err(conversion::refusal("law", Why::NotHere));
         }

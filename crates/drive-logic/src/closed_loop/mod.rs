@@ -67,6 +67,15 @@ pub(crate) struct Handover {
     pub(crate) rest_count: i32,
 }
 
+/// Checks settings without building their loop.
+///
+/// # Errors
+/// The arithmetic or the terms that this drive does not have.
+pub(crate) fn check(settings: &LoopSettings) -> Result<(), NotAllowed> {
+    check_format(settings)?;
+    check_terms(settings)
+}
+
 /// # Errors
 /// The settings ask for the arithmetic that this drive is not built for.
 fn check_format(settings: &LoopSettings) -> Result<(), NotAllowed> {

@@ -14,7 +14,7 @@ use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo,
 use identifier_core::settings::{FromSettings, Settings, SettingsError};
 
 use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
-use super::{BLOCKS, Fitted, Handover, StepMonitor, check_format, check_terms};
+use super::{BLOCKS, Fitted, Handover, StepMonitor, check};
 use crate::conversion;
 
 type Velocity = LowPass<f32>;
@@ -154,8 +154,7 @@ impl ClosedLoop {
     /// # Errors
     /// The setting that is not allowed.
     pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
-        check_format(settings)?;
-        check_terms(settings)?;
+        check(settings)?;
         let core = &settings.core;
         let laws = match settings.law {
             Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),

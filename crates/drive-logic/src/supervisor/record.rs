@@ -15,7 +15,7 @@ use crate::closed_loop::FORMAT;
 use crate::run::Run;
 
 /// The version of the [`Record`]: another one is another meaning of the bytes.
-pub(super) const VERSION: u16 = 6;
+pub(super) const VERSION: u16 = 7;
 
 /// All of it, so that nothing of one record ever holds beside something of another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -157,8 +157,11 @@ mod tests {
             bandwidth: Some(ANY),
             start_time: Some(ANY),
             memory: Some(ANY),
-            // The drive's models have none.
-            terms: TermSettings::NONE,
+            terms: TermSettings {
+                low_speed_velocity: Some(ANY),
+                ripple_order: Some(ANY),
+                ..TermSettings::NONE
+            },
             max_speed: Some(ANY),
             ranges: Some(RangeSettings {
                 error: ANY,

@@ -1,6 +1,8 @@
 //! A whole drive on a bench.
 
-use drive_link::{Command, Fault, Refusal, Report, Request, Settings, Snapshot, State, Status};
+use drive_link::{
+    Command, Fault, Receiver, Refusal, Report, Request, Settings, Snapshot, State, Status, frame,
+};
 use drive_logic::{
     Channel, LineListener, Lines, Memory, OutputStage, PolledLine, Sampler, Supervisor,
 };
@@ -22,6 +24,14 @@ pub(crate) struct Drive<'a> {
     pub(crate) bench: &'a Bench,
     pub(crate) listener: Option<LineListener<'a>>,
     id: u8,
+}
+
+/// A request as it arrives, for what is not sent to be missed.
+fn over_the_line(request: &Request) -> Request {
+    let mut receiver = Receiver::new();
+    let bytes = frame(request).expect("it fits");
+    let mut received = bytes.iter().filter_map(|&byte| receiver.take(byte));
+    received.next().expect("a whole frame").expect("understood")
 }
 
 impl<'a> Drive<'a> {
@@ -90,7 +100,9 @@ impl<'a> Drive<'a> {
     pub(crate) fn ask(&mut self, command: Command) -> Report {
         self.id = self.id.wrapping_add(1);
         let id = self.id;
-        let answer = self.supervisor.answer(&Request { id, command });
+        let answer = self
+            .supervisor
+            .answer(&over_the_line(&Request { id, command }));
         if let Report::Done { id: same } | Report::Refused { id: same, .. } = &answer {
             assert_eq!(*same, id);
         }
