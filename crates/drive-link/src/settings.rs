@@ -385,7 +385,7 @@ impl fmt::Display for NotAllowed {
                 other,
             } => write!(
                 f,
-                "{name} = {given} is too small beside the {other}: it must be at least {least:.4}"
+                "{name} = {given} is too small beside the {other}: it must be at least {least:.5}"
             ),
             Why::NotWhole { given, period } => {
                 // A cast saturates.

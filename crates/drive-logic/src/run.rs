@@ -26,7 +26,7 @@ use crate::time::samples;
 /// interrupt, on the slowest chip (`cargo xtask interrupt`).
 pub const MIN_SAMPLE_TIME: f64 = 5e-5;
 /// See [`MIN_SAMPLE_TIME`].
-pub const MIN_SAMPLE_TIME_WITH_TERMS: f64 = 1e-4;
+pub const MIN_SAMPLE_TIME_WITH_TERMS: f64 = 1.5e-4;
 
 /// The longest sample time of a run, s.
 const MAX_SAMPLE_TIME: f64 = 1e-3;

@@ -275,10 +275,11 @@ fn a_rate_at_which_terms_leave_less_than_half_of_a_sample_is_refused_with_one_th
     wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME;
     let refusal = drive.refusal(Command::Configure(wanted)).to_string();
     assert!(
-        refusal.contains("required_terms") && refusal.contains("at least 0.0001"),
+        refusal.contains("required_terms") && refusal.contains("at least 0.00015"),
         "{refusal}"
     );
     wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME_WITH_TERMS;
+    wanted.dither.hold = 300.0 * MIN_SAMPLE_TIME_WITH_TERMS;
     drive.done(Command::Configure(wanted));
 }
 
