@@ -155,8 +155,8 @@ catalogue! {
         "a disturbance moved the servo further than promised",
         "ask for a slower response, or check for play";
     NeverAtRest = 143, "never-at-rest":
-        "the servo did not come to rest under the new gains",
-        "ask for a slower response, or check for play and stiction";
+        "the servo did not come to rest",
+        "ask for a slower response, or check for play, stiction and a compliant coupling";
     EncoderStuck = 150, "encoder-stuck":
         "the encoder stood still in motion",
         "check the encoder's coupling and wires";

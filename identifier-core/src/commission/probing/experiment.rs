@@ -159,6 +159,11 @@ impl<N: Number> Probing<N> {
             ProbingStage::Hold => self.hold(state),
         };
         let [least, most] = plan.command;
+        state.at_limit = if wanted >= most || wanted <= least {
+            state.at_limit.saturating_add(1)
+        } else {
+            0
+        };
         let command = if wanted.is_finite() {
             wanted.limited(least, most)
         } else {
@@ -244,12 +249,19 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    fn progress(&self, state: &ProbingState<N>) -> ProbingProgress {
+    fn progress(&self, state: &mut ProbingState<N>) -> ProbingProgress {
+        let Some(ending) = state.ending else {
+            return ProbingProgress::Going;
+        };
+        state.ending_for = state.ending_for.saturating_add(1);
         let quiet = state.stage == ProbingStage::Hold && state.still >= self.plan.quiet;
-        match state.ending {
-            Some(Err(reason @ Reason::TravelLeft)) => ProbingProgress::Failed(reason),
-            Some(Ok(())) if quiet => ProbingProgress::AtRest,
-            Some(Err(reason)) if quiet => ProbingProgress::Failed(reason),
+        match ending {
+            Err(reason @ Reason::TravelLeft) => ProbingProgress::Failed(reason),
+            Ok(()) if quiet => ProbingProgress::AtRest,
+            Err(reason) if quiet => ProbingProgress::Failed(reason),
+            _ if state.ending_for > self.plan.settling => {
+                ProbingProgress::Failed(Reason::NeverAtRest)
+            }
             _ => ProbingProgress::Going,
         }
     }

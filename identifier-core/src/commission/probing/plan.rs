@@ -34,8 +34,12 @@ pub(super) struct Plan<N> {
     pub(super) least_swing: N,
     /// Samples without an edge after which a servo that should be slow stands.
     pub(super) standing: u32,
+    /// Samples without an edge under all of the command after which nothing moves the servo.
+    pub(super) jammed: u32,
     /// Samples.
     pub(super) longest: u32,
+    /// Samples within which a motion that is to end must be at rest.
+    pub(super) settling: u32,
     /// Samples after which a motion of a servo that is known may end.
     pub(super) later: u32,
     /// The way that there is travel, if only one.
@@ -70,6 +74,12 @@ impl<N: Number> Plan<N> {
 
     /// The time that a ramp takes to catch a servo, s, and samples.
     const SOON: (f64, f64) = (0.06, 32.0);
+
+    /// The time under all of the command within which a servo must move, s.
+    const JAMMED: f64 = 0.02;
+
+    /// The time within which a motion that is to end must be at rest, s.
+    const SETTLING: f64 = 1.0;
 
     /// The time after which a motion of a servo that is known may end, s.
     const LATER: f64 = 0.15;
@@ -119,7 +129,9 @@ impl<N: Number> Plan<N> {
             swing_speed: number(half_swing / (2.0 * time)),
             least_swing: number(40.0),
             standing: samples(0.005).max(3.0) as u32,
+            jammed: samples(Self::JAMMED) as u32,
             longest: samples(limits.duration) as u32,
+            settling: samples(Self::SETTLING) as u32,
             later: samples(Self::LATER.min(limits.duration)) as u32,
             one_way: one_way.map(number),
             first_direction: number(one_way.unwrap_or(if travel[1] >= -travel[0] {

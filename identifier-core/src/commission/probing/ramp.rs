@@ -73,7 +73,9 @@ impl<N: Number> Probing<N> {
                     return self.know(state, &guess);
                 }
                 // Not the ramp has moved it: it must be caught.
-                state.held += state.direction * state.ramp;
+                let [least, most] = plan.command;
+                let given = state.held + state.direction * state.ramp;
+                state.held = given.limited(least, most);
                 state.ramp = N::ZERO;
                 state.direction = -state.direction;
             } else if comes_back {
@@ -93,7 +95,7 @@ impl<N: Number> Probing<N> {
         let [least, most] = plan.command;
         let command = state.held + state.direction * state.ramp;
         if command > most || command < least {
-            if state.still > 4 * plan.standing && state.ending.is_none() {
+            if state.is_jammed(plan) && state.ending.is_none() {
                 state.ending = Some(Err(Reason::DoesNotMove));
                 state.held_at = state.position;
                 state.enter(ProbingStage::Hold);

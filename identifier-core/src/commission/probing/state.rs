@@ -43,6 +43,10 @@ pub(crate) struct ProbingState<N> {
     pub(super) newest: usize,
     /// Samples since the encoder last moved.
     pub(super) still: u32,
+    /// Samples for which all of the command has been given.
+    pub(super) at_limit: u32,
+    /// Samples since the motion is to end.
+    pub(super) ending_for: u32,
     /// Command added beyond the predicted one.
     pub(super) extra: N,
     /// True if the servo was known before the motion.
@@ -211,6 +215,8 @@ impl<N: Number> ProbingState<N> {
             commands: [held; COMMANDS],
             newest: 0,
             still: 0,
+            at_limit: 0,
+            ending_for: 0,
             extra: N::ZERO,
             known_before: false,
             acceleration: N::ZERO,
@@ -269,6 +275,11 @@ impl<N: Number> ProbingState<N> {
     /// True if a servo that is braked has come to its furthest place: it comes back, or stands.
     pub(super) fn has_turned(&self) -> bool {
         self.stands || self.direction * (self.position - self.extreme) < N::ZERO
+    }
+
+    /// True if it has not moved for long enough under all of the command.
+    pub(super) fn is_jammed(&self, plan: &Plan<N>) -> bool {
+        self.still.min(self.at_limit) > plan.jammed
     }
 
     pub(super) fn enter(&mut self, stage: ProbingStage) {

@@ -91,7 +91,7 @@ impl<N: Number> Probing<N> {
             + direction * state.extra;
         let [least, most] = plan.command;
         let all = command > most || command < least;
-        if all && state.still > 4 * plan.standing && plan.one_way.is_none() {
+        if all && state.is_jammed(plan) && plan.one_way.is_none() {
             return self.hit_end_stop(state, command);
         }
         command

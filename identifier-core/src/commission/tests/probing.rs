@@ -1,8 +1,9 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Probed, Unknown, unknown_servos};
-use crate::commission::{CommissionError, Probing, ProbingProgress, Reason, RoughModel};
+use crate::commission::{CommissionError, Limits, Probing, ProbingProgress, Reason, RoughModel};
 use crate::parameters::ServoParameters;
+use virtual_servo::Effects;
 
 #[test]
 fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {
@@ -126,6 +127,80 @@ fn an_axis_that_may_only_move_one_way_does_not_come_back() {
     }
     println!("one way: {at_rest} of {servos} at rest with evidence");
     assert!(10 * at_rest >= 9 * servos, "{at_rest} of {servos}");
+}
+
+/// A servo that coasts, under limits of its own.
+fn coasting(parameters: ServoParameters, counts: f64, sample_time: f64, limits: Limits) -> Unknown {
+    Unknown {
+        parameters,
+        effects: Effects::NONE,
+        delay: 0.0,
+        counts,
+        sample_time,
+        limits,
+        held: None,
+        between_edges: 0.0,
+    }
+}
+
+/// The first count comes when the ramp has long been at the command limit.
+#[test]
+fn a_coarse_encoder_under_all_of_the_command_neither_leaves_the_travel_nor_is_jammed() {
+    let parameters = ServoParameters {
+        a: 0.436,
+        b: 2.0916,
+        coulomb: 30.63,
+        load: -16.88,
+    };
+    let limits = Limits {
+        travel: [-0.5, 0.5],
+        speed: 30.0,
+        command: [-48.0, 48.0],
+        duration: 1.0,
+        one_way: false,
+    };
+    for part in 0..10 {
+        let coarse = Unknown {
+            between_edges: f64::from(part) / 10.0,
+            ..coasting(parameters, 844.0, 1e-3, limits)
+        };
+        let moved = coarse.probe_released();
+        assert!(moved.travel < 0.8, "{}: {coarse:?}", moved.travel);
+        let reason = ProbingProgress::Failed(Reason::TooLittleEvidence);
+        assert_eq!(moved.progress, reason, "{coarse:?}");
+    }
+}
+
+#[test]
+fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
+    let parameters = ServoParameters {
+        a: 5.5014,
+        b: 283.98,
+        coulomb: 2.68,
+        load: -26.25,
+    };
+    let limits = Limits {
+        travel: [-0.3, 0.3],
+        speed: 6.46,
+        command: [-1.0, 1.0],
+        duration: 1.0,
+        one_way: false,
+    };
+    let compliant = Unknown {
+        effects: Effects {
+            current_loop: 3.915e-4,
+            resonance: 2000.58,
+            resonance_damping: Some(0.0053),
+            inertia_ratio: 0.813,
+            ..Effects::NONE
+        },
+        delay: 2.0,
+        ..coasting(parameters, 44_478.0, 1e-4, limits)
+    };
+    let moved = compliant.probe_released();
+    let reason = ProbingProgress::Failed(Reason::NeverAtRest);
+    assert_eq!(moved.progress, reason);
+    assert!(moved.travel < 1.0, "{}", moved.travel);
 }
 
 #[test]
