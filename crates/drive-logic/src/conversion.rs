@@ -104,6 +104,9 @@ pub(crate) fn not_commissioned(error: &CommissionError) -> NotAllowed {
         CommissionError::SpeedTooSmall { speed, needed } => {
             too_small("speed", speed, needed, "encoder's counts")
         }
+        CommissionError::TooStrong {
+            sample_time, most, ..
+        } => out_of_range("sample_time", sample_time, (0.0, most)),
         CommissionError::TooFast { bandwidth, most } => {
             out_of_range("bandwidth", bandwidth, (0.0, most))
         }

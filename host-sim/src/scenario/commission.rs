@@ -166,6 +166,15 @@ impl Scenario {
                 );
                 Fault::new("commission.travel", fault)
             }
+            (CommissionError::TooStrong { .. }, _) => {
+                let own = self.commission.and_then(|order| order.sample_time);
+                let table = if own.is_some() {
+                    "commission"
+                } else {
+                    "controller"
+                };
+                Fault::new(format!("{table}.sample_time"), error)
+            }
             (CommissionError::SpeedTooSmall { .. }, _) => Fault::new("commission.speed", error),
             (CommissionError::OutOfRange { setting, .. }, _) => {
                 let key = match *setting {

@@ -151,6 +151,12 @@ fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_
         "allow 0.1",
     );
     refused(
+        "strong",
+        ("speed =", "most_gain = 600.0\nspeed ="),
+        "commission.sample_time",
+        "sample every 0.000750 s or less, or allow a command of 7.5",
+    );
+    refused(
         "beside",
         ("travel = 0.5 ", "travel = [0.1, 0.5] "),
         "commission.travel",

@@ -29,6 +29,16 @@ pub enum CommissionError {
         /// The least that would do, rad/s.
         needed: f64,
     },
+    /// With the largest b, all of the command changes the speed within a sample by too large a part of its limit, which
+    /// would be passed before the encoder shows it.
+    TooStrong {
+        /// As it was given, s.
+        sample_time: f64,
+        /// The longest sample time that would do, s.
+        most: f64,
+        /// The largest command that would do in its place, command units.
+        command: f64,
+    },
     /// The response asked for is faster than sampling and delay permit, whatever the servo.
     TooFast {
         /// The bandwidth asked for, rad/s.
@@ -83,6 +93,15 @@ impl fmt::Display for CommissionError {
             Self::SpeedTooSmall { speed, needed } => write!(
                 f,
                 "a speed of {speed} rad/s is less than evidence needs with this encoder: allow {needed:.4} rad/s"
+            ),
+            Self::TooStrong {
+                sample_time,
+                most,
+                command,
+            } => write!(
+                f,
+                "in a sample time of {sample_time} s a servo of the largest b changes its speed by too much of the limit: \
+                 sample every {most:.6} s or less, or allow a command of {command:.4} or less"
             ),
             Self::TooFast { bandwidth, most } => write!(
                 f,

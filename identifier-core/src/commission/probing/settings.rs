@@ -22,8 +22,12 @@ impl ProbingSettings {
     /// The least speed, counts per second.
     pub(crate) const MIN_SPEED_COUNTS: f64 = 200.0;
 
+    /// The part of the speed limit by which all of the command may change the speed in a sample.
+    pub(crate) const MAX_SPEED_CHANGE: f64 = 0.15;
+
     /// # Errors
-    /// Limits that contradict themselves, or that are less than evidence needs with this encoder.
+    /// Limits that contradict themselves, that are less than evidence needs with this encoder, or that the strongest
+    /// servo could pass within a few samples.
     pub(crate) fn check(&self) -> Result<(), CommissionError> {
         let limits = &self.limits;
         limits.check()?;
@@ -45,7 +49,27 @@ impl ProbingSettings {
                 needed,
             });
         }
-        Ok(())
+        self.check_strength()
+    }
+
+    /// # Errors
+    /// [`CommissionError::TooStrong`].
+    fn check_strength(&self) -> Result<(), CommissionError> {
+        let Some(gain) = self.max_gain else {
+            return Ok(());
+        };
+        let [least, most] = self.limits.command;
+        let command = most.max(-least);
+        let change = gain * command * self.sample_time;
+        let allowed = Self::MAX_SPEED_CHANGE * self.limits.speed;
+        if change <= allowed {
+            return Ok(());
+        }
+        Err(CommissionError::TooStrong {
+            sample_time: self.sample_time,
+            most: self.sample_time * allowed / change,
+            command: command * allowed / change,
+        })
     }
 }
 

@@ -1,7 +1,9 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Probed, Unknown, unknown_servos};
-use crate::commission::{CommissionError, Limits, Probing, ProbingProgress, Reason, RoughModel};
+use crate::commission::{
+    CommissionError, Limits, Probing, ProbingProgress, ProbingSettings, Reason, RoughModel,
+};
 use crate::parameters::ServoParameters;
 use virtual_servo::Effects;
 
@@ -290,4 +292,27 @@ fn limits_that_are_too_small_are_refused_with_the_figure_that_would_do() {
     };
     slow.limits.speed = 1.001 * needed;
     assert!(Probing::<f32>::new(&slow).is_ok());
+}
+
+#[test]
+fn a_servo_that_may_pass_the_speed_limit_in_few_samples_is_refused_with_what_would_do() {
+    let settings = Unknown::from_seed(2).settings();
+    let strong = |time_factor: f64, command_factor: f64| {
+        // A sixth of the speed limit in a sample.
+        let gain = settings.limits.speed / (6.0 * Unknown::COMMAND * settings.sample_time);
+        let mut strong = ProbingSettings {
+            sample_time: time_factor * settings.sample_time,
+            max_gain: Some(gain),
+            ..settings
+        };
+        strong.limits.command = strong.limits.command.map(|limit| command_factor * limit);
+        Probing::<f32>::new(&strong).map(|_| ())
+    };
+    let Err(CommissionError::TooStrong { most, command, .. }) = strong(1.0, 1.0) else {
+        panic!("too strong")
+    };
+    let [by_time, by_command] = [most / settings.sample_time, command / Unknown::COMMAND];
+    assert!((by_time - 0.9).abs() < 1e-9 && (by_command - 0.9).abs() < 1e-9);
+    assert_eq!(strong(0.999 * by_time, 1.0), Ok(()));
+    assert_eq!(strong(1.0, 0.999 * by_command), Ok(()));
 }
