@@ -52,6 +52,7 @@ pub mod predict;
 pub mod present;
 pub mod program;
 pub mod provenance;
+pub mod recognise;
 pub mod render;
 pub mod replay;
 pub mod result;

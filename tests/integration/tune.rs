@@ -7,7 +7,7 @@ use host_sim::experiment::Sample;
 use host_sim::present;
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
-use host_sim::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
+use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Goal, StepMeasure, TuningSettings};
 use integration_tests::{Random, in_parallel, parse, run};
@@ -107,7 +107,7 @@ impl Axis {
             step: Some(0.1),
             ..Conditions::default()
         };
-        let settings = conditions.settings(self.goal, result, None);
+        let settings = conditions.settings(self.goal, result, &KnownConditions::default());
         let settings = settings.expect("all is known");
         Tuned::new(result, &settings).unwrap_or_else(|refused| match refused {
             NoGains::TooFast { most, .. } => {

@@ -11,6 +11,9 @@ pub(super) enum Fault {
     /// The user's input is wrong: exit status 2.
     #[error("{0}")]
     Input(String),
+    /// The verdict is not the required one: exit status 3.
+    #[error("{0}")]
+    Unmet(String),
     /// Something else failed: exit status 1.
     #[error("{0}")]
     Other(String),
@@ -20,6 +23,7 @@ impl Fault {
     pub(super) fn exit_code(&self) -> ExitCode {
         match self {
             Self::Input(_) => ExitCode::from(2),
+            Self::Unmet(_) => ExitCode::from(3),
             Self::Other(_) => ExitCode::from(1),
         }
     }

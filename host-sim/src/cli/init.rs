@@ -1,8 +1,8 @@
-use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
+use super::asker::{Asker, ask, prompt};
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::show;
@@ -90,7 +90,7 @@ impl Arguments {
             (Some(drive), ..) => drive,
             (None, Some(_), None) => Command::Current,
             (None, None, Some(_)) => Command::Voltage,
-            _ => asker.drive()?,
+            _ => drive(asker)?,
         };
         let number = |stated, name, meaning, usual| asker.number(stated, name, meaning, usual);
         let drive = match drive {
@@ -122,76 +122,21 @@ impl Arguments {
     }
 }
 
-/// Asks for missing options, where there is a terminal.
-struct Asker {
-    is_there: bool,
-}
-
-impl Asker {
-    fn at_terminal() -> Self {
-        Self {
-            is_there: io::stdin().is_terminal() && io::stderr().is_terminal(),
+/// The quantity of the command, asked for.
+fn drive(asker: &Asker) -> Result<Command, Fault> {
+    if !asker.is_there {
+        return Err(Fault::Input(
+            "--drive is missing: current (with --peak-current) or voltage (with --voltage and \
+             --resistance)"
+                .to_owned(),
+        ));
+    }
+    loop {
+        let answer = ask("the command is the motor's current or voltage [current]: ")?;
+        match answer.trim() {
+            "" | "c" | "current" => return Ok(Command::Current),
+            "v" | "voltage" => return Ok(Command::Voltage),
+            _ => prompt("current or voltage\n")?,
         }
     }
-
-    /// A number: stated, asked for, or the usual one.
-    fn number(
-        &self,
-        stated: Option<f64>,
-        name: &str,
-        meaning: &str,
-        usual: Option<f64>,
-    ) -> Result<f64, Fault> {
-        if let Some(stated) = stated {
-            return Ok(stated);
-        }
-        if !self.is_there {
-            return usual.ok_or_else(|| Fault::Input(format!("--{name} is missing: {meaning}")));
-        }
-        let usual_shown = usual.map_or(String::new(), |usual| format!(" [{usual}]"));
-        loop {
-            let answer = ask(&format!("{meaning}{usual_shown}: "))?;
-            match (answer.trim().parse(), usual) {
-                (Ok(number), _) if f64::is_finite(number) => return Ok(number),
-                (Err(_), Some(usual)) if answer.trim().is_empty() => return Ok(usual),
-                _ => prompt("a number, as 0.05 or 5e-2\n")?,
-            }
-        }
-    }
-
-    fn drive(&self) -> Result<Command, Fault> {
-        if !self.is_there {
-            return Err(Fault::Input(
-                "--drive is missing: current (with --peak-current) or voltage (with --voltage and \
-                 --resistance)"
-                    .to_owned(),
-            ));
-        }
-        loop {
-            let answer = ask("the command is the motor's current or voltage [current]: ")?;
-            match answer.trim() {
-                "" | "c" | "current" => return Ok(Command::Current),
-                "v" | "voltage" => return Ok(Command::Voltage),
-                _ => prompt("current or voltage\n")?,
-            }
-        }
-    }
-}
-
-fn ask(question: &str) -> Result<String, Fault> {
-    prompt(question)?;
-    let mut answer = String::new();
-    let read = io::stdin().lock().read_line(&mut answer);
-    match read {
-        Ok(0) | Err(_) => Err(Fault::Input("no answer: nothing is written".to_owned())),
-        Ok(_) => Ok(answer),
-    }
-}
-
-fn prompt(text: &str) -> Result<(), Fault> {
-    let mut terminal = io::stderr();
-    terminal
-        .write_all(text.as_bytes())
-        .and_then(|()| terminal.flush())
-        .map_err(|error| Fault::unwritable("the terminal", &error))
 }

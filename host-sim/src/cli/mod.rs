@@ -1,5 +1,6 @@
 //! The command line: one file for each verb, and the inputs and outputs that all verbs share.
 
+mod asker;
 mod call;
 mod check;
 mod commission;
@@ -9,6 +10,7 @@ mod drift;
 mod drive;
 mod fault;
 mod files;
+mod identify;
 mod init;
 mod interruption;
 mod keys;
@@ -22,6 +24,7 @@ mod progress;
 mod recording;
 mod replay;
 mod reproduce;
+mod required;
 mod run;
 mod standard_output;
 mod streamed;
@@ -42,7 +45,7 @@ use crate::scenario::keys::listing;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///
-/// Exit status: 0 done; 2 bad input; 130 interrupted; 1 anything else.
+/// Exit status: 0 done; 2 bad input; 3 not converged, where --require asks for it; 130 interrupted; 1 anything else.
 #[derive(Debug, Parser)]
 #[command(name = program::NAME, version = program::VERSION, max_term_width = 100)]
 struct Arguments {
@@ -63,7 +66,9 @@ enum Verb {
     Init(init::Arguments),
     /// Analyse a scenario before it is run: bandwidth, margins, how soon each parameter will be known.
     Check(check::Arguments),
-    /// Identify from a recorded log with a declared controller.
+    /// Identify the servo of a recorded log, without a scenario: columns, units and sample time are found.
+    Identify(identify::Arguments),
+    /// Identify from a recorded log with a scenario.
     Replay(replay::Arguments),
     /// Reproduce a result from its provenance and compare the two, to the last bit.
     #[command(alias = "rerun")]
@@ -132,7 +137,8 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
             // The exit status reports the fault even where standard error is closed.
-            let _ = writeln!(anstream::stderr(), "{FAULT}error:{FAULT:#} {fault}");
+            let text = terminal::folded_error(&format!("{FAULT}error:{FAULT:#} {fault}"));
+            let _ = writeln!(anstream::stderr(), "{text}");
             fault.exit_code()
         }
     }
@@ -152,6 +158,7 @@ impl Arguments {
             Verb::Run(arguments) => run::run(&arguments),
             Verb::Init(arguments) => init::run(&arguments),
             Verb::Check(arguments) => check::run(&arguments),
+            Verb::Identify(arguments) => identify::run(&arguments),
             Verb::Replay(arguments) => replay::run(&arguments),
             Verb::Reproduce(arguments) => reproduce::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),

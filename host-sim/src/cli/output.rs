@@ -12,7 +12,7 @@ use super::output_file::Output;
 use super::reproduce;
 use super::standard_output::show;
 use super::streamed::Streamed;
-use super::terminal::width;
+use super::terminal::{folded, width};
 use crate::log::mcap::Recorder;
 use crate::present::Page;
 use crate::provenance::{Kept, Origin, WithOrigin};
@@ -55,6 +55,8 @@ pub(super) struct Outputs {
 pub(super) struct Results {
     pub(super) csv: Option<Output>,
     pub(super) live: Option<Live>,
+    /// The scenario of the result, where it is to be saved.
+    scenario: Option<Result<Output, Fault>>,
     files: Files,
     json: Option<Output>,
     mcap: Option<Output>,
@@ -87,6 +89,7 @@ impl Documents {
             csv: files.output(csv)?,
             mcap: None,
             live: None,
+            scenario: None,
             provenance: None,
             files,
         })
@@ -132,6 +135,19 @@ impl Results {
     /// True if traces are shown in a picture or a page.
     pub(super) fn show_traces(&self) -> bool {
         self.plot.is_some() || self.report.is_some() || self.live.is_some()
+    }
+
+    /// Keeps the text of a scenario for a file, which is completed with the results.
+    ///
+    /// # Errors
+    /// A place where nothing can be written.
+    pub(super) fn save_scenario(&mut self, file: Option<&Path>, text: &str) -> Result<(), Fault> {
+        let output = self.files.output(file)?;
+        self.scenario = output.map(|mut output| {
+            output.bytes(text.as_bytes())?;
+            Ok(output)
+        });
+        Ok(())
     }
 
     /// Begins the requested messages; `begin` writes their channels.
@@ -184,11 +200,11 @@ impl Results {
                 None => json.document(result),
             }),
         ];
-        files::commit(written.into_iter().chain(own))?;
+        files::commit(written.into_iter().chain([self.scenario]).chain(own))?;
         if !silent {
-            show!("{}", terminal::brief(page, width()))?;
+            show!("{}", folded(&terminal::brief(page, width())))?;
             if with_verdict {
-                show!("{}", terminal::verdict(page))?;
+                show!("{}", folded(&terminal::verdict(page)))?;
             }
         }
         if let Some(kept) = &kept {

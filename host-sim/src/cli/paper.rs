@@ -56,7 +56,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let title = "Fig. 03: identified parameters over time";
     written.push(picture.map(|picture| picture.figures(title, 2, &page)));
     files::commit(written)?;
-    show!("{}", render::terminal::brief(&page, terminal::width()))?;
+    show!(
+        "{}",
+        terminal::folded(&render::terminal::brief(&page, terminal::width()))
+    )?;
     show!("\nPicture: {}", out.join(PICTURE).display())?;
     show!(
         "Traces and results: {}",

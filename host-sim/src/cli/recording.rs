@@ -112,7 +112,7 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Publishes the results, with `notes` on the replayed logs.
+    /// Publishes the results, with `notes` on the replayed logs, and returns their verdict.
     ///
     /// # Errors
     /// An experiment that was aborted, and those of [`Results::publish`].
@@ -121,7 +121,7 @@ impl<'a> Recording<'a> {
         mut results: Results,
         outcome: Outcome,
         notes: ReplayNotes,
-    ) -> Result<(), Fault> {
+    ) -> Result<Status, Fault> {
         let mut summary = self.summariser.clone().finish(self.scenario, outcome);
         summary.replay = notes;
         let page = self.page(&summary);
@@ -135,7 +135,7 @@ impl<'a> Recording<'a> {
         })?;
         match summary.status() {
             Status::Aborted => Err(Fault::Other(summary.reason)),
-            _ => Ok(()),
+            status => Ok(status),
         }
     }
 }

@@ -4,6 +4,10 @@ use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
 use super::recording::Recording;
+use super::required::Required;
+use super::standard_output::show;
+use super::terminal::folded;
+use crate::analysis::Status;
 use crate::log::Log;
 use crate::predict;
 use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
@@ -29,17 +33,21 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
     #[command(flatten)]
+    required: Required,
+    #[command(flatten)]
     outputs: Outputs,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    Replay {
+    let status = Replay {
         scenario: &ScenarioText::read(&arguments.scenario)?,
         logs: &arguments.logs,
         predict: &arguments.predict,
         passes: arguments.passes,
+        introduction: None,
     }
-    .experiment(&arguments.outputs, &arguments.scenario, None)
+    .experiment(&arguments.outputs, &arguments.scenario, None)?;
+    arguments.required.check(status)
 }
 
 /// A replay.
@@ -49,22 +57,34 @@ pub(super) struct Replay<'a> {
     pub(super) logs: &'a [PathBuf],
     pub(super) predict: &'a [PathBuf],
     pub(super) passes: u32,
+    /// What is shown before, and where the scenario is saved.
+    pub(super) introduction: Option<&'a Introduction<'a>>,
+}
+
+/// The introduction to a replay whose scenario is not the user's.
+#[derive(Debug)]
+pub(super) struct Introduction<'a> {
+    /// How the log is taken.
+    pub(super) text: String,
+    /// The file of the scenario.
+    pub(super) save_scenario: Option<&'a Path>,
 }
 
 impl Replay<'_> {
-    /// Replays it; the result is to be the one that was `kept`, if one was. Besides the logs this reads
+    /// Replays it and returns the verdict; the result is to be the one that was `kept`, if one was. Besides the logs this reads
     /// `input`.
     pub(super) fn experiment(
         self,
         outputs: &Outputs,
         input: &Path,
         kept: Option<&Kept>,
-    ) -> Result<(), Fault> {
+    ) -> Result<Status, Fault> {
         let Self {
             scenario: text,
             logs,
             predict,
             passes,
+            introduction,
         } = self;
         let of_replay = |error: ReplayError| match error {
             ReplayError::Scenario(error) => Fault::of_scenario(Path::new(&text.file), error),
@@ -76,6 +96,12 @@ impl Replay<'_> {
         let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
         let origin = Origin::new(self.task(outputs.state_origin())?, text, &scenario);
         let mut results = outputs.begin(&inputs, origin, kept)?;
+        if let Some(introduction) = introduction {
+            results.save_scenario(introduction.save_scenario, &text.text)?;
+            if !results.own_standard_output() {
+                show!("{}", folded(&introduction.text))?;
+            }
+        }
         let all = read_all(logs.iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(logs.len());
         let scenario = replay::fitted(scenario, learnt);

@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let outputs = &arguments.outputs;
     let scenario = &kept.origin.scenario;
     match &kept.origin.task {
-        Task::Run => run::experiment(scenario, outputs, &[file], Some(&kept)),
+        Task::Run => run::experiment(scenario, outputs, &[file], Some(&kept)).map(drop),
         Task::Replay {
             passes,
             logs,
@@ -46,8 +46,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             logs: &found(logs)?,
             predict: &found(predict)?,
             passes: *passes,
+            introduction: None,
         }
-        .experiment(outputs, file, Some(&kept)),
+        .experiment(outputs, file, Some(&kept))
+        .map(drop),
         Task::Commission => commission::experiment(scenario, outputs, file, Some(&kept)),
     }
 }

@@ -4,6 +4,8 @@ use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
 use super::recording::Recording;
+use super::required::Required;
+use crate::analysis::Status;
 use crate::provenance::{Kept, Origin, ScenarioText, Task};
 use crate::result::ReplayNotes;
 use crate::scenario::Purpose;
@@ -14,21 +16,25 @@ pub(super) struct Arguments {
     /// The scenario, a TOML file; `--help` ends with its keys.
     scenario: PathBuf,
     #[command(flatten)]
+    required: Required,
+    #[command(flatten)]
     outputs: Outputs,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let text = ScenarioText::read(&arguments.scenario)?;
-    experiment(&text, &arguments.outputs, &[&arguments.scenario], None)
+    let status = experiment(&text, &arguments.outputs, &[&arguments.scenario], None)?;
+    arguments.required.check(status)
 }
 
-/// Runs a scenario, whose result is to be the one that was `kept`, if one was; outputs may be no `inputs`.
+/// Runs a scenario and returns its verdict; the result is to be the one that was `kept`, if one was. Outputs may be no
+/// `inputs`.
 pub(super) fn experiment(
     text: &ScenarioText,
     outputs: &Outputs,
     inputs: &[&Path],
     kept: Option<&Kept>,
-) -> Result<(), Fault> {
+) -> Result<Status, Fault> {
     let scenario = text.scenario(Purpose::Run)?;
     let title = call::title("Run of", Path::new(&text.file));
     let origin = Origin::new(Task::Run, text, &scenario);

@@ -1,4 +1,6 @@
-//! The width of the terminal.
+//! The width of the terminal, and text that fits it.
+
+use std::io::{self, IsTerminal};
 
 use terminal_size::{Width, terminal_size_of};
 
@@ -10,12 +12,90 @@ const MIN_WIDTH: u16 = 20;
 
 /// Characters to a line: COLUMNS, the terminal's width, or 100.
 pub(super) fn width() -> u16 {
-    let stated = std::env::var("COLUMNS").ok();
-    let stated = stated.and_then(|columns| columns.trim().parse().ok());
-    let is_wide_enough = |width: &u16| *width >= MIN_WIDTH;
-    stated
-        .filter(is_wide_enough)
-        .or_else(|| terminal_size_of(std::io::stdout()).map(|(Width(width), _)| width))
+    stated_width()
+        .or_else(|| terminal_size_of(io::stdout()).map(|(Width(width), _)| width))
         .filter(is_wide_enough)
         .unwrap_or(ELSEWHERE)
+}
+
+fn stated_width() -> Option<u16> {
+    let stated = std::env::var("COLUMNS").ok();
+    let stated = stated.and_then(|columns| columns.trim().parse().ok());
+    stated.filter(is_wide_enough)
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a filter passes so")]
+fn is_wide_enough(width: &u16) -> bool {
+    *width >= MIN_WIDTH
+}
+
+/// A text for standard output, its sentences divided at spaces where it is a terminal or COLUMNS states a width; in a
+/// file or a pipe a sentence is one line.
+pub(super) fn folded(text: &str) -> String {
+    match io::stdout().is_terminal() || stated_width().is_some() {
+        true => within(text, usize::from(width())),
+        false => text.to_owned(),
+    }
+}
+
+/// A text for standard error, as [`folded`].
+pub(super) fn folded_error(text: &str) -> String {
+    let terminal = terminal_size_of(io::stderr()).map(|(Width(width), _)| width);
+    match terminal.map(|width| stated_width().unwrap_or(width)) {
+        Some(width) if is_wide_enough(&width) => within(text, usize::from(width)),
+        _ => text.to_owned(),
+    }
+}
+
+/// A text whose lines have at most `width` characters, but for longer words. A line is continued two characters
+/// further to the right than it begins.
+fn within(text: &str, width: usize) -> String {
+    let lines = text.split('\n').map(|line| {
+        if visible(line) <= width {
+            return line.to_owned();
+        }
+        let begins = line.len() - line.trim_start_matches(' ').len();
+        let indent = " ".repeat(begins + 2);
+        let mut folded = String::new();
+        let mut reached = 0;
+        for word in line.split_inclusive(' ') {
+            let length = visible(word.trim_end_matches(' '));
+            if reached > begins && reached + length > width {
+                folded.truncate(folded.trim_end_matches(' ').len());
+                folded.push('\n');
+                folded += &indent;
+                reached = indent.len();
+            }
+            folded += word;
+            reached += visible(word);
+        }
+        folded
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The characters of a text that take a place on the screen: those of colours do not.
+fn visible(text: &str) -> usize {
+    let mut is_colour = false;
+    let takes_place = |character: &char| {
+        is_colour |= *character == '\u{1b}';
+        let takes = !is_colour;
+        is_colour &= *character != 'm';
+        takes
+    };
+    text.chars().filter(takes_place).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn sentences_are_divided_at_spaces_and_colours_take_no_place() {
+        let text = "  one two three four\n\u{1b}[1mfive\u{1b}[0m six\nseventyseven eight";
+        let folded =
+            "  one two\n    three\n    four\n\u{1b}[1mfive\u{1b}[0m six\nseventyseven\n  eight";
+        assert_eq!(within(text, 10), folded);
+        assert_eq!(within(text, 100), text);
+    }
 }

@@ -10,11 +10,11 @@ use super::output::Documents;
 use crate::nearest;
 use crate::present;
 use crate::scenario::{Purpose, Scenario};
-use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
+use crate::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The result that `run` or `replay` wrote with --json.
+    /// The result that `run`, `replay` or `identify` wrote with --json.
     result: PathBuf,
     /// Goal: time from 10 to 90 % of a step, s.
     #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// Goal: as stiff as the servo allows (the default).
     #[arg(long, group = "goal")]
     stiffest: bool,
-    /// The scenario of the result: encoder, limit and declared delay are taken from it.
+    /// The scenario for encoder, limit and declared delay; that of the result by default.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
     #[command(flatten)]
@@ -61,9 +61,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         )));
     }
     arguments.check_conditions()?;
+    let known = match &loaded {
+        Some(scenario) => KnownConditions::of_scenario(scenario, result.has_delay),
+        None => KnownConditions::of_result(&text, result.has_delay),
+    };
     let settings = arguments
         .conditions
-        .settings(arguments.goal(), &result, loaded.as_ref())
+        .settings(arguments.goal(), &result, &known)
         .map_err(|error| of_result(&error))?;
     let tuned = Tuned::new(&result, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
@@ -76,6 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         let assumed = "no delay was identified or declared, so it is assumed to be zero: --command-delay states it";
         warnings.push(assumed.to_owned());
     }
+    warnings.extend(arguments.conditions.assumptions(&known));
     let page = present::tuning(
         &call::title("Tuning for", &arguments.result),
         &call::command(),

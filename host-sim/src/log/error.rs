@@ -44,6 +44,11 @@ impl LogError {
         }
     }
 
+    /// Of a file that is not yet read as a log.
+    pub(crate) fn of_file(path: &Path, fault: &str) -> Self {
+        Self::in_file(path, fault.to_owned())
+    }
+
     /// Of a column as a whole.
     pub(super) fn in_column(path: &Path, column: &Column, fault: String) -> Self {
         Self {

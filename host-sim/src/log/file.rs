@@ -31,13 +31,14 @@ pub struct Log {
     reference_extremes: (f64, f64),
     smallest_step: f64,
     references: Vec<f64>,
+    largest_command: Option<f64>,
     /// The part of it that a scan looks at.
     segments: Vec<Segment>,
 }
 
 /// The format of a log's file, detected once.
 #[derive(Debug, Clone, PartialEq)]
-enum Format {
+pub(super) enum Format {
     /// `.csv`, `.csv.gz`.
     Text(Dialect),
     /// `.mcap`.
@@ -47,7 +48,7 @@ enum Format {
 impl Format {
     /// # Errors
     /// The file that cannot be read; of messages, the column that is missing.
-    fn detect(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
+    pub(super) fn detect(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
         if path.is_file() && is_mcap(path) {
             Layout::detect(path, settings).map(Self::Messages)
         } else {
@@ -59,7 +60,7 @@ impl Format {
     ///
     /// # Errors
     /// The file, or the column that is missing.
-    fn open<'a>(
+    pub(super) fn open<'a>(
         &'a self,
         path: &'a Path,
         settings: &'a LogSettings,
@@ -223,6 +224,7 @@ impl Log {
             reference_extremes: NOTHING,
             smallest_step: f64::INFINITY,
             references: Vec::new(),
+            largest_command: None,
             segments: Vec::new(),
         };
         let mut last: Option<Row> = None;
@@ -254,6 +256,10 @@ impl Log {
         if let Some(reference) = row.reference {
             self.reference_extremes = widened(self.reference_extremes, reference);
         }
+        let size = row.command.map(f64::abs);
+        self.largest_command = size
+            .map(|size| size.max(self.largest_command.unwrap_or(0.0)))
+            .or(self.largest_command);
         if self.references.len() < MAX_PLAYED {
             self.references.extend(row.reference);
         }
@@ -318,6 +324,12 @@ impl Log {
         let rows = format.open(path, settings, *sample_time)?;
         let rows = EvenRows::new(path, rows, settings, *sample_time);
         Ok(rows.unwrapping(self.found.wrapped.as_ref()))
+    }
+
+    /// The largest command, either way; none where the log has no command.
+    #[must_use]
+    pub fn largest_command(&self) -> Option<f64> {
+        self.largest_command
     }
 
     /// Where it is.

@@ -13,12 +13,16 @@ mod file;
 pub mod mcap;
 mod row;
 mod spacing;
+mod times;
 mod wrap;
 
 pub use clock::Jitter;
+pub use csv::{Table, TableColumn};
 pub use error::LogError;
 pub(crate) use excerpt::{Segment, extremes};
 pub(crate) use file::Stretch;
 pub use file::{Found, Log};
 pub use row::Row;
 pub use spacing::Wrapped;
+pub use times::{Gap, Times};
+pub(crate) use wrap::{Jumps, Period};

@@ -14,7 +14,7 @@ struct Step {
 
 /// Gathers the largest steps of a position.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Jumps {
+pub(crate) struct Jumps {
     /// The largest steps, at most [`Jumps::MAX_KEPT`].
     largest: Vec<Step>,
     /// The smallest step that is none of zero.
@@ -27,7 +27,7 @@ pub(super) struct Jumps {
 
 /// The period after which positions begin again.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Period {
+pub(crate) enum Period {
     /// SI, of the stated unit.
     Known(f64),
     /// That of positions in another unit than the stated one.
@@ -40,7 +40,7 @@ impl Jumps {
     const MAX_KEPT: usize = 32;
 
     /// The next position, `None` where the motion before is unknown.
-    pub(super) fn add(&mut self, position: f64, begins: bool) {
+    pub(crate) fn add(&mut self, position: f64, begins: bool) {
         if begins {
             self.complete(0.0);
             (self.last, self.step, self.before) = (Some(position), None, 0.0);
@@ -78,7 +78,7 @@ impl Jumps {
     }
 
     /// The period of positions that cover a `range`, SI, if they jump as if they began again.
-    pub(super) fn period(mut self, range: f64, units: &LogUnits) -> Option<Period> {
+    pub(crate) fn period(mut self, range: f64, units: &LogUnits) -> Option<Period> {
         /// Part of the range from which a step is a jump.
         const JUMP: f64 = 0.5;
         self.complete(0.0);

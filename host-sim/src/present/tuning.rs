@@ -8,7 +8,7 @@ use super::number::{figure, plain, sentence};
 use super::{Block, Column, Figure, Page, Section, TIME, Table, Tone, Trace, Verdict};
 use crate::result::FeedForward;
 use crate::scenario::Scenario;
-use crate::tune::{Conditions, IdentifiedResult, NoGains, Tuned};
+use crate::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 
 /// The page of a tuning; `warnings` are the doubts about its input.
 ///
@@ -133,7 +133,8 @@ fn conditions(tuned: &Tuned) -> Block {
 pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Block> {
     let none =
         |error: &dyn std::fmt::Display| vec![Block::Text(format!("There are no gains: {error}."))];
-    let settings = match Conditions::default().settings(Goal::Stiffest, result, Some(scenario)) {
+    let known = KnownConditions::of_scenario(scenario, result.has_delay);
+    let settings = match Conditions::default().settings(Goal::Stiffest, result, &known) {
         Ok(settings) => settings,
         Err(error) => return none(&error),
     };

@@ -31,6 +31,10 @@ pub struct LogReading {
     pub decimal_commas: bool,
     /// Content of the row of units below the heading.
     pub units_row: Option<String>,
+    /// Smallest change of its positions, rad, and no finer than 2⁻²³ of their range.
+    pub resolution: f64,
+    /// Its largest command, either way, command units; none where it has no command.
+    pub largest_command: Option<f64>,
     /// The period after which its positions begin again and were continued, rad.
     pub wrapped: Option<f64>,
     /// Findings of the scan of a log that was identified.
@@ -54,6 +58,8 @@ impl LogReading {
             separator: found.separator,
             decimal_commas: found.decimal_commas,
             units_row: found.units_row.clone(),
+            resolution: log.resolution(),
+            largest_command: log.largest_command(),
             wrapped: found.wrapped.map(|wrapped| wrapped.period),
             remarks: Vec::new(),
         }

@@ -2,7 +2,7 @@
 
 /// The different positions of a log, column units, ascending from the lowest at zero.
 #[derive(Debug, Clone)]
-pub(super) struct Positions(Vec<f64>);
+pub(crate) struct Positions(Vec<f64>);
 
 impl Positions {
     /// Fewest different positions that show a grid.
@@ -13,7 +13,7 @@ impl Positions {
     const ROUNDING: f64 = 1e-9;
 
     /// Those among some; none where there are too few to show a grid.
-    pub(super) fn of(positions: impl Iterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn of(positions: impl Iterator<Item = f64>) -> Option<Self> {
         let mut all: Vec<f64> = positions.collect();
         all.sort_by(f64::total_cmp);
         let (lowest, highest) = (*all.first()?, *all.last()?);
@@ -26,7 +26,7 @@ impl Positions {
     }
 
     /// True if each lies on a multiple of a step of its own, to a tenth of the step.
-    pub(super) fn lie_on(&self, step: f64) -> bool {
+    pub(crate) fn lie_on(&self, step: f64) -> bool {
         /// Largest distance from a multiple, part of the step, and the share of positions within it; a fifth is by chance.
         const MAX_DISTANCE: f64 = 0.1;
         const MIN_SHARE: f64 = 0.85;
@@ -44,7 +44,7 @@ impl Positions {
     }
 
     /// The largest step that they lie on multiples of; none for a position without steps.
-    pub(super) fn step(&self) -> Option<f64> {
+    pub(crate) fn step(&self) -> Option<f64> {
         /// Smallest differences are at most this many steps.
         const MAX_STEPS: u32 = 6;
         let differences = self.0.windows(2).map(|pair| pair[1] - pair[0]);
@@ -70,7 +70,7 @@ impl Positions {
     }
 
     /// True if they are whole numbers of some thousandfold or finer part of one: written with a few decimals.
-    pub(super) fn is_decimal(step: f64) -> bool {
+    pub(crate) fn is_decimal(step: f64) -> bool {
         /// Rounding of the step.
         const TOLERANCE: f64 = 1e-5;
         let decade = 10_f64.powf(step.log10().floor());

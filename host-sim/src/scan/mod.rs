@@ -15,7 +15,10 @@ mod remark;
 mod units;
 mod weak_form;
 
+pub(crate) use grid::Positions;
+pub(crate) use motion::explained_by;
 pub use remark::{Remark, RemarkKind};
+pub(crate) use units::{is_usual, is_whole};
 
 use crate::log::Log;
 use crate::scenario::Scenario;

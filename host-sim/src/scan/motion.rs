@@ -329,17 +329,35 @@ fn respond_to_error(log: &Log) -> Vec<Response> {
 
 /// White noise of a column, from its third differences, in which a motion hardly shows.
 fn noise(log: &Log, of: Of) -> f64 {
+    noise_of(log.segments().iter().map(|segment| of.samples(segment)))
+}
+
+fn noise_of<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> f64 {
     /// Variance of a third difference of white noise of one.
     const VARIANCE: f64 = 20.0;
     let (mut count, mut squares) = (0.0, 0.0);
-    for segment in log.segments() {
-        for four in of.samples(segment).windows(4) {
+    for samples in stretches {
+        for four in samples.windows(4) {
             let third = four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0];
             count += 1.0;
             squares += third * third;
         }
     }
     (squares / VARIANCE / f64::max(count, 1.0)).sqrt()
+}
+
+/// The part of a motion that an input explains as the command of a servo explains its position, either way; zero where
+/// it does not do so clearly.
+pub(crate) fn explained_by(position: &[f64], command: &[f64]) -> f64 {
+    let signals = Signals {
+        output: position,
+        input: command,
+    };
+    let noise = noise_of(std::iter::once(position));
+    let found = responses(&[signals], noise, Order::Second, Beside::Nothing);
+    best(&found)
+        .filter(|found| found.significance.abs() > CLEAR)
+        .map_or(0.0, |found| found.explained)
 }
 
 fn deviation(log: &Log, of: Of) -> f64 {

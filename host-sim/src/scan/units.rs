@@ -35,18 +35,6 @@ pub(super) fn position(scenario: &Scenario, log: &Log) -> Option<Remark> {
     found.or(name)
 }
 
-/// The word that a unit goes by in the name of a column, or in a row of units.
-fn unit_of(word: &str) -> Option<PositionUnit> {
-    match word.to_ascii_lowercase().as_str() {
-        "rad" | "radian" | "radians" => Some(PositionUnit::Radian),
-        "deg" | "degree" | "degrees" | "°" => Some(PositionUnit::Degree),
-        "turn" | "turns" | "rev" | "revs" | "revolutions" | "rotations" => Some(PositionUnit::Turn),
-        "count" | "counts" | "cnt" | "ticks" | "pulses" => Some(PositionUnit::Count),
-        "mm" => Some(PositionUnit::Millimetre),
-        _ => None,
-    }
-}
-
 /// A name of the position's column that contradicts its unit.
 fn by_name(log: &Log) -> Option<Remark> {
     let Column::Named(name) = &log.settings().position else {
@@ -54,10 +42,10 @@ fn by_name(log: &Log) -> Option<Remark> {
     };
     let own = log.settings().units.position;
     let words = name.split(|c: char| !c.is_alphabetic() && c != '°');
-    let named = words.filter_map(unit_of).next_back()?;
+    let named = words.filter_map(PositionUnit::of_word).next_back()?;
     // Of a linear axis rad means m, and a scale makes a unit of any other.
     let is_scaled = !is_one(log.settings().units.position_scale.abs());
-    if named == own || is_scaled {
+    if [own, PositionUnit::Metre].contains(&named) || is_scaled {
         return None;
     }
     let (named, own) = (named.name(), own.name());
@@ -260,13 +248,13 @@ fn is_one(ratio: f64) -> bool {
 }
 
 /// True for a number of counts that is whole, as that of an encoder is, and not by chance.
-fn is_whole(counts: f64) -> bool {
+pub(crate) fn is_whole(counts: f64) -> bool {
     const MAX_DISTANCE: f64 = 0.02;
     (20.0..1e7).contains(&counts) && (counts - counts.round()).abs() < MAX_DISTANCE
 }
 
 /// True for a number of counts that encoders have: a product of twos and fives, and threes twice at most.
-fn is_usual(counts: f64) -> bool {
+pub(crate) fn is_usual(counts: f64) -> bool {
     if !is_whole(counts) {
         return false;
     }

@@ -338,7 +338,7 @@ keys! {
 "log": Table(Stated), Derived("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
 "log.time": ColumnOf(|s, v| log(s).time = Some(v)), Derived("none: the rows are the samples, and log.sample_time says how long one lasts"), "in time_unit",
     "time of a row";
-"log.time_unit": OneOf(TimeUnit::CHOICES, |s, i| log(s).units.time = TimeUnit::ALL[i]), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them";
+"log.time_unit": OneOf(TimeUnit::CHOICES, |s, i| log(s).units.time = TimeUnit::ALL[i]), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them, \"iso-8601\" a time stamp such as 2026-11-22T06:25:00.125Z, or the time of day alone";
 "log.sample_time": Number(SAMPLE_TIME, |s, v| log(s).sample_time = Some(v)), Derived("controller.sample_time; without a controller, what log.time says"), "s",
     "time from one sample of the log to the next";
 "log.reference": ColumnOf(|s, v| log(s).reference = Some(v)), Derived("none; required without log.command"), "in reference_unit",

@@ -179,11 +179,13 @@ impl LogSettings {
         step: f64,
         fits: impl Fn(f64) -> bool,
     ) -> Option<TimeUnit> {
-        self.time.as_ref()?;
+        self.time
+            .as_ref()
+            .filter(|_| self.units.time != TimeUnit::Stamp)?;
         let own = self.units.time.seconds()?;
         let others = TimeUnit::ALL.iter().copied();
         others
-            .filter(|unit| *unit != self.units.time)
+            .filter(|unit| ![self.units.time, TimeUnit::Stamp].contains(unit))
             .find(|unit| unit.seconds().is_some_and(|other| fits(step * other / own)))
     }
 

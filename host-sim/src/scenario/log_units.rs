@@ -33,6 +33,10 @@ named! {
         Millisecond = "ms",
         /// Microseconds.
         Microsecond = "us",
+        /// Nanoseconds.
+        Nanosecond = "ns",
+        /// Time stamps by calendar and clock.
+        Stamp = "iso-8601",
         /// Samples: a counter.
         Sample = "samples",
     }
@@ -56,14 +60,43 @@ named! {
     }
 }
 
+impl PositionUnit {
+    /// The unit that a word in the name of a column stands for.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        match word.to_lowercase().as_str() {
+            "rad" | "radian" | "radians" => Some(Self::Radian),
+            "deg" | "degree" | "degrees" | "°" | "grad" => Some(Self::Degree),
+            "turn" | "turns" | "rev" | "revs" | "revolutions" | "rotations" => Some(Self::Turn),
+            "count" | "counts" | "cnt" | "ticks" | "pulses" | "inc" => Some(Self::Count),
+            "mm" => Some(Self::Millimetre),
+            "m" | "metre" | "metres" | "meter" | "meters" => Some(Self::Metre),
+            _ => None,
+        }
+    }
+}
+
 impl TimeUnit {
-    /// Its length, s; none of a counter of samples.
+    /// The unit that a word in the name of a column stands for.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        match word.to_lowercase().as_str() {
+            "s" | "sec" | "secs" | "second" | "seconds" => Some(Self::Second),
+            "ms" | "msec" | "millis" | "milliseconds" => Some(Self::Millisecond),
+            "us" | "µs" | "μs" | "usec" | "micros" | "microseconds" => Some(Self::Microsecond),
+            "ns" | "nsec" | "nanos" | "nanoseconds" => Some(Self::Nanosecond),
+            _ => None,
+        }
+    }
+
+    /// Its length, s, that of a time stamp once it is read; none of a counter of samples.
     #[must_use]
     pub const fn seconds(self) -> Option<f64> {
         match self {
-            Self::Second => Some(1.0),
+            Self::Second | Self::Stamp => Some(1.0),
             Self::Millisecond => Some(1e-3),
             Self::Microsecond => Some(1e-6),
+            Self::Nanosecond => Some(1e-9),
             Self::Sample => None,
         }
     }

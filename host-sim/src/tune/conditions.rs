@@ -1,9 +1,11 @@
 use std::f64::consts::TAU;
 
 use identifier_core::tuning::{Goal, TuningSettings};
+use serde::Deserialize;
 
 use super::IdentifiedResult;
-use crate::scenario::Scenario;
+use crate::provenance::{Origin, Task};
+use crate::scenario::{Purpose, Scenario};
 
 /// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
 /// or has a default.
@@ -93,25 +95,17 @@ impl Conditions {
         &self,
         goal: Goal,
         result: &IdentifiedResult,
-        scenario: Option<&Scenario>,
+        known: &KnownConditions,
     ) -> Result<TuningSettings, ConditionError> {
         let of_counts = |counts: f64| if counts == 0.0 { 0.0 } else { TAU / counts };
         let stated = self.resolution.or_else(|| self.counts.map(of_counts));
-        let resolution = stated.or_else(|| scenario.map(resolution));
+        let resolution = stated.or(known.resolution);
         let resolution = resolution.ok_or(ConditionError::Resolution)?;
-        let limit = match self.limit {
-            Some(limit) => Some([-limit, limit]),
-            None => scenario.map(|scenario| {
-                let controller = scenario.stated.controller;
-                controller.map_or([f64::NEG_INFINITY, f64::INFINITY], |pid| pid.limit)
-            }),
-        };
+        let limit = self.limit.map(|limit| [-limit, limit]).or(known.limit);
         let limit = limit.ok_or(ConditionError::Limit)?;
         let command = beyond_the_load(result, limit)?;
         let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
-        let command_delay = self.command_delay.unwrap_or_else(|| {
-            scenario.map_or(0.0, |scenario| declared_delay(scenario, result.has_delay))
-        });
+        let command_delay = self.command_delay.unwrap_or(known.command_delay);
         Ok(TuningSettings {
             sample_time: self.sample_time.unwrap_or(result.sample_time),
             resolution,
@@ -129,10 +123,103 @@ impl Conditions {
     }
 }
 
-fn resolution(scenario: &Scenario) -> f64 {
-    match scenario.counts_per_rev {
-        Some(_) => scenario.stated.resolution,
-        None => 0.0,
+/// The conditions that a scenario or a result holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct KnownConditions {
+    /// Position of a count, rad; zero for an ideal sensor.
+    pub resolution: Option<f64>,
+    /// Lowest and highest command, command units.
+    pub limit: Option<[f64; 2]>,
+    /// Delay besides an identified one, s.
+    pub command_delay: f64,
+    /// True if the resolution is the smallest step of a log.
+    pub is_step_of_log: bool,
+    /// True if the limit is the largest command of a log.
+    pub is_command_of_log: bool,
+}
+
+impl KnownConditions {
+    /// Those of a scenario, for a result in which a delay was identified or not.
+    #[must_use]
+    pub fn of_scenario(scenario: &Scenario, has_delay: bool) -> Self {
+        let controller = scenario.stated.controller;
+        let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
+        let resolution = match scenario.counts_per_rev {
+            Some(_) => scenario.stated.resolution,
+            None => 0.0,
+        };
+        Self {
+            resolution: Some(resolution),
+            limit: Some(controller.map_or(unlimited, |pid| pid.limit)),
+            command_delay: declared_delay(scenario, has_delay),
+            is_step_of_log: false,
+            is_command_of_log: false,
+        }
+    }
+
+    /// Those of the JSON of a result with its origin: its scenario's, and of a log that was replayed with an unknown
+    /// encoder or controller those that it showed. Without an origin nothing is known.
+    #[must_use]
+    pub fn of_result(json: &str, has_delay: bool) -> Self {
+        #[derive(Deserialize)]
+        struct Stated {
+            origin: Origin,
+            #[serde(default)]
+            logs: Vec<Reading>,
+        }
+        #[derive(Deserialize)]
+        struct Reading {
+            resolution: f64,
+            largest_command: Option<f64>,
+        }
+        let Ok(Stated { origin, logs }) = serde_json::from_str(json) else {
+            return Self::default();
+        };
+        let is_replay = matches!(origin.task, Task::Replay { .. });
+        let purpose = match origin.task {
+            Task::Run => Purpose::Run,
+            Task::Replay { .. } => Purpose::Replay,
+            Task::Commission => return Self::default(),
+        };
+        let Ok(scenario) = origin.scenario.scenario(purpose) else {
+            return Self::default();
+        };
+        let mut known = Self::of_scenario(&scenario, has_delay);
+        if is_replay && scenario.counts_per_rev.is_none() {
+            known.resolution = logs.iter().map(|log| log.resolution).reduce(f64::min);
+            known.is_step_of_log = true;
+        }
+        if is_replay && scenario.stated.controller.is_none() {
+            let commands = logs.iter().filter_map(|log| log.largest_command);
+            let largest = commands.reduce(f64::max);
+            known.limit = largest.map(|largest| [-largest, largest]);
+            known.is_command_of_log = true;
+        }
+        known
+    }
+}
+
+impl Conditions {
+    /// The conditions that are taken from a log because nothing states them, a sentence each.
+    #[must_use]
+    pub fn assumptions(&self, known: &KnownConditions) -> Vec<String> {
+        let is_stated = self.resolution.is_some() || self.counts.is_some();
+        let step = known
+            .resolution
+            .filter(|_| known.is_step_of_log && !is_stated);
+        let command = known
+            .limit
+            .filter(|_| known.is_command_of_log && self.limit.is_none());
+        let step = step.map(|step| {
+            format!(
+                "the encoder's resolution is taken to be the smallest step of the log, {step:.4e} rad: --counts or \
+                 --resolution states it"
+            )
+        });
+        let command = command.map(|[_, largest]| {
+            format!("the limit is taken to be the largest command of the log, {largest:.4}: --limit states it")
+        });
+        step.into_iter().chain(command).collect()
     }
 }
 

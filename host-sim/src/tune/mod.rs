@@ -6,7 +6,7 @@
 mod conditions;
 mod result;
 
-pub use conditions::{ConditionError, Conditions};
+pub use conditions::{ConditionError, Conditions, KnownConditions};
 pub use result::{IdentifiedResult, ResultError};
 
 use identifier_core::parameters::IdentifiedServo;

@@ -12,6 +12,7 @@ mod faults;
 #[cfg(target_os = "linux")]
 mod fit;
 mod guides;
+mod identify;
 mod init_and_check;
 mod log_dialects;
 mod mcap;

@@ -58,6 +58,11 @@ fn with_comma(text: &str) -> Option<f64> {
     format!("{whole}.{decimals}").parse().ok()
 }
 
+/// True for a number, with a decimal point or comma; false for infinity and for what is none.
+pub(super) fn is_number(cell: &[u8]) -> bool {
+    Decimals::default().number(cell, 1).is_ok()
+}
+
 /// True for a cell of a row of units: words, or nothing.
 pub(super) fn is_words(cell: &[u8]) -> bool {
     match std::str::from_utf8(cell.trim_ascii()) {

@@ -6,7 +6,8 @@ use super::super::LogError;
 use super::super::error::shortened;
 use super::super::row::check_magnitude;
 use super::cell::{Decimals, is_words};
-use crate::scenario::{Column, LogQuantity, LogSettings};
+use super::stamp;
+use crate::scenario::{Column, LogQuantity, LogSettings, TimeUnit};
 
 /// A column that is read.
 #[derive(Debug, Clone)]
@@ -17,6 +18,8 @@ pub(super) struct Place {
     pub(super) name: String,
     /// SI units for one of the column's.
     scale: f64,
+    /// True for a time by calendar and clock.
+    is_stamp: bool,
 }
 
 /// The columns of a log that are read, time first where there is one.
@@ -49,6 +52,7 @@ impl Columns {
                 index,
                 name,
                 scale,
+                is_stamp: quantity == LogQuantity::Time && settings.units.time == TimeUnit::Stamp,
             })
         };
         settings
@@ -97,7 +101,12 @@ impl Place {
                 "\"{cell}\" is not allowed: {why}; correct it, or leave its time out with log.cut"
             )
         };
-        let number = self.scale * decimals.number(cell, line).map_err(refused)?;
+        let number = match self.is_stamp {
+            true => stamp::seconds(cell)
+                .ok_or_else(|| "it must be a time such as 2026-11-22T06:25:00.125".to_owned()),
+            false => decimals.number(cell, line),
+        };
+        let number = self.scale * number.map_err(refused)?;
         check_magnitude(number).map_err(refused)?;
         Ok(number)
     }

@@ -4,7 +4,10 @@ mod cell;
 mod columns;
 mod dialect;
 mod rows;
+mod stamp;
+mod table;
 mod text;
 
 pub(super) use dialect::Dialect;
 pub(super) use rows::TextRows;
+pub use table::{Table, TableColumn};

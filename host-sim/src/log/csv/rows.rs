@@ -48,7 +48,7 @@ impl<'a> TextRows<'a> {
     ) -> Result<Self, LogError> {
         /// Bytes that are read at once.
         const BUFFER: usize = 1 << 16;
-        let (text, allowance) = text::open(path)?;
+        let (text, allowance) = text::open(path, dialect.is_by_spaces())?;
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(BUFFER)
             .has_headers(false)

@@ -28,17 +28,22 @@ impl Allowance {
     }
 }
 
-/// Opens a `.csv` or `.csv.gz` file.
+/// Opens a `.csv` or `.csv.gz` file, runs of spaces as one where they divide its columns.
 ///
 /// # Errors
 /// The file that cannot be read, or is none.
-pub(super) fn open(path: &Path) -> Result<(Text, Allowance), LogError> {
+pub(super) fn open(path: &Path, by_spaces: bool) -> Result<(Text, Allowance), LogError> {
     let unreadable = |error: io::Error| {
         let why = nearest::unreadable(path, &error);
         LogError::in_file(path, format!("the log cannot be read: {why}"))
     };
     let file = File::open(path).map_err(unreadable)?;
-    if !file.metadata().map_err(unreadable)?.is_file() {
+    let found = file.metadata().map_err(unreadable)?;
+    if found.is_dir() {
+        let fault = "this is a folder, where a log belongs".to_owned();
+        return Err(LogError::in_file(path, fault));
+    }
+    if !found.is_file() {
         return Err(LogError::in_file(
             path,
             "a log is read more than once, so it must be a file: save what comes through a pipe \
@@ -52,10 +57,10 @@ pub(super) fn open(path: &Path) -> Result<(Text, Allowance), LogError> {
     } else {
         Box::new(file)
     };
-    Ok(from_bytes(bytes))
+    Ok(from_bytes(bytes, by_spaces))
 }
 
-fn from_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
+fn from_bytes(bytes: Box<dyn Read>, by_spaces: bool) -> (Text, Allowance) {
     let allowance = Allowance(Rc::new(Cell::new(MAX_ROW)));
     let bounded = Bounded {
         inner: bytes,
@@ -66,6 +71,7 @@ fn from_bytes(bytes: Box<dyn Read>) -> (Text, Allowance) {
         line: Vec::new(),
         given: 0,
         is_first: true,
+        by_spaces,
     };
     (text, allowance)
 }
@@ -105,6 +111,8 @@ pub(super) struct Uncommented<R> {
     line: Vec<u8>,
     given: usize,
     is_first: bool,
+    /// Runs of spaces and tabs divide columns.
+    by_spaces: bool,
 }
 
 impl<R: BufRead> Uncommented<R> {
@@ -145,9 +153,29 @@ impl<R: BufRead> Uncommented<R> {
         if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
             self.given = self.line.len();
         }
+        if self.by_spaces {
+            self.line = squeezed(&self.line[self.given..]);
+            self.given = 0;
+        }
         self.line.push(b'\n');
         Ok(true)
     }
+}
+
+/// A line with one space for every run of spaces and tabs, and none at its ends; within quotation marks it is as it was.
+pub(super) fn squeezed(line: &[u8]) -> Vec<u8> {
+    let mut squeezed = Vec::with_capacity(line.len());
+    let mut quoted = false;
+    for &byte in line.trim_ascii() {
+        quoted ^= byte == b'"';
+        let is_space = !quoted && (byte == b' ' || byte == b'\t');
+        match is_space {
+            true if squeezed.last() == Some(&b' ') => {}
+            true => squeezed.push(b' '),
+            false => squeezed.push(byte),
+        }
+    }
+    squeezed
 }
 
 impl<R: BufRead> Read for Uncommented<R> {
@@ -167,7 +195,7 @@ mod tests {
 
     /// A text as it is read in pieces of at most `piece` bytes.
     fn read(text: &[u8], piece: usize) -> String {
-        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(text.to_vec())));
+        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(text.to_vec())), false);
         let mut buffer = vec![0; piece];
         let mut all = Vec::new();
         loop {

@@ -1,0 +1,140 @@
+use std::path::{Path, PathBuf};
+
+use super::asker::{Asker, ask, prompt};
+use super::fault::Fault;
+use super::output::Outputs;
+use super::replay::{Introduction, Replay};
+use super::required::Required;
+use crate::provenance::ScenarioText;
+use crate::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The log, a file, .csv, .csv.gz or .mcap, with the measured position and the command that acted.
+    log: PathBuf,
+    #[command(flatten, next_help_heading = "What the log does not show")]
+    stated: Stated,
+    /// Write the scenario with which `replay` gives the same result; `-` is standard output.
+    #[arg(long, value_name = "SCENARIO.toml", help_heading = None)]
+    save_scenario: Option<PathBuf>,
+    #[command(flatten)]
+    required: Required,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let Arguments { log, outputs, .. } = arguments;
+    let recognised = recognised(log, arguments.stated.clone(), &Asker::at_terminal())?;
+    let file = match &arguments.save_scenario {
+        Some(file) => file.display().to_string(),
+        None => format!("the scenario of {}", log.display()),
+    };
+    let scenario = ScenarioText {
+        file,
+        text: recognised.scenario(&log.display().to_string()),
+    };
+    let introduction = Introduction {
+        text: introduction(log, &recognised),
+        save_scenario: arguments.save_scenario.as_deref(),
+    };
+    let status = Replay {
+        scenario: &scenario,
+        logs: std::slice::from_ref(log),
+        predict: &[],
+        passes: 1,
+        introduction: Some(&introduction),
+    }
+    .experiment(outputs, log, None)
+    .map_err(in_options)?;
+    arguments.required.check(status)
+}
+
+/// The log, recognised with the answers to all questions.
+fn recognised(log: &Path, mut stated: Stated, asker: &Asker) -> Result<Recognised, Fault> {
+    let refused = |text: &str| in_options(Fault::Input(format!("{}: {text}", log.display())));
+    loop {
+        let questions = match recognise(log, &stated) {
+            Ok(recognised) => return Ok(recognised),
+            Err(Unrecognised::Log(error)) => {
+                return Err(in_options(Fault::Input(error.to_string())));
+            }
+            Err(Unrecognised::Unknown(questions)) => questions,
+        };
+        if !asker.is_there {
+            let all: Vec<_> = questions
+                .iter()
+                .map(|Question { flag, text }| {
+                    refused(&format!("--{flag} is missing: {text}")).to_string()
+                })
+                .collect();
+            return Err(Fault::Input(all.join("\n")));
+        }
+        for Question { flag, text } in &questions {
+            while let Err(allowed) = stated.answer(flag, ask(&format!("{text}: "))?.trim()) {
+                prompt(&format!("{allowed}\n"))?;
+            }
+        }
+    }
+}
+
+/// The log and its findings.
+fn introduction(log: &Path, recognised: &Recognised) -> String {
+    let lines = recognised.findings.iter();
+    let lines: Vec<_> = lines
+        .map(|finding| format!("  {:9}  {}", finding.about, finding.text))
+        .collect();
+    format!("{} is taken as\n{}", log.display(), lines.join("\n"))
+}
+
+/// A refusal with the options of this verb for the keys of a scenario.
+fn in_options(fault: Fault) -> Fault {
+    /// The keys of `[log]` that are options, the longest of a beginning first.
+    const KEYS: [&str; 15] = [
+        "position_scale",
+        "position_unit",
+        "position",
+        "reference_scale",
+        "reference_unit",
+        "reference",
+        "command_scale",
+        "command",
+        "sample_time",
+        "time_unit",
+        "time",
+        "bridge_gaps",
+        "cut",
+        "wrap",
+        "scan",
+    ];
+    let Fault::Input(mut text) = fault else {
+        return fault;
+    };
+    text = text.replace("no log.time", "--time none");
+    let keys = KEYS.iter().map(|key| format!("log.{key}"));
+    for key in keys.chain(["encoder.counts_per_rev".to_owned()]) {
+        let name = key.split_once('.').map_or(key.as_str(), |(_, name)| name);
+        let option = format!("--{}", name.replace('_', "-"));
+        text = text
+            .replace(&format!("{key} = "), &format!("{option} "))
+            .replace(&key, &option);
+    }
+    Fault::Input(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Fault, in_options};
+
+    #[test]
+    fn a_key_is_the_option_of_its_name() {
+        let text = "state log.position_unit = \"deg\" and encoder.counts_per_rev, or log.position; log.time_unit, too";
+        let Fault::Input(text) = in_options(Fault::Input(text.to_owned())) else {
+            panic!("bad input");
+        };
+        assert_eq!(
+            text,
+            "state --position-unit \"deg\" and --counts-per-rev, or --position; --time-unit, too"
+        );
+    }
+}

@@ -1,0 +1,300 @@
+//! What a log without a scenario holds: columns, units, sample time, encoder; and the scenario that says so.
+//!
+//! Each finding has its evidence: an option, the name of a column, or its numbers. Where there is none, a
+//! [`Question`] names the option that answers it; nothing is guessed that the answer of an identification depends on.
+
+mod columns;
+mod name;
+mod position;
+mod stated;
+mod text;
+mod time;
+
+use std::path::Path;
+
+use crate::log::mcap::is_mcap;
+use crate::log::{LogError, Table, Times};
+use crate::scenario::{LogSettings, PositionUnit, TimeUnit};
+
+use columns::Columns;
+use name::Unit;
+use time::Spacing;
+
+pub use stated::Stated;
+
+/// A log as it was recognised.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recognised {
+    /// Columns and units.
+    pub settings: LogSettings,
+    /// Counts of a revolution, where an encoder is known.
+    pub counts_per_rev: Option<f64>,
+    /// Each finding with its evidence.
+    pub findings: Vec<Finding>,
+}
+
+/// A finding about a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// What it is about, one word.
+    pub about: &'static str,
+    /// The finding with its evidence, without an end.
+    pub text: String,
+}
+
+/// What a log does not show and its user knows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Question {
+    /// The option that answers it.
+    pub flag: &'static str,
+    /// What is not known, and the allowed answers.
+    pub text: String,
+}
+
+/// Why a log was not recognised.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Unrecognised {
+    /// It cannot be read.
+    Log(LogError),
+    /// It does not show all.
+    Unknown(Vec<Question>),
+}
+
+impl From<LogError> for Unrecognised {
+    fn from(error: LogError) -> Self {
+        Self::Log(error)
+    }
+}
+
+impl From<Question> for Unrecognised {
+    fn from(question: Question) -> Self {
+        Self::Unknown(vec![question])
+    }
+}
+
+/// Recognises a `.csv`, `.csv.gz` or `.mcap` log.
+///
+/// # Errors
+/// A log that cannot be read, or what it does not show.
+pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognised> {
+    if path.is_file() && is_mcap(path) {
+        return Ok(messages(stated));
+    }
+    let table = Table::read(path)?;
+    if table.rows < 2 {
+        let fault = match (table.rows, table.has_heading) {
+            (0, true) => "the log has a heading and no samples: record the motion of the servo",
+            _ => "the log has one row: a motion takes hundreds of samples, a row each",
+        };
+        return Err(LogError::of_file(path, fault).into());
+    }
+    if table.columns.len() < 2 {
+        let fault = format!(
+            "the log has one column (a {} divides columns): it must have position and command",
+            table.separator
+        );
+        return Err(LogError::of_file(path, &fault).into());
+    }
+    let columns = Columns::find(&table, stated).map_err(Unrecognised::Unknown)?;
+    let mut findings = vec![Finding {
+        about: "columns",
+        text: columns.left_aside(&table),
+    }];
+    let mut questions = Vec::new();
+    let mut settings = stated.settings(columns.position.column.clone());
+    settings.command = Some(columns.command.column.clone());
+    let position = position::read(
+        &table.columns[columns.position.index],
+        &columns.position,
+        stated,
+    );
+    let counts_per_rev = match &position {
+        Ok(reading) => {
+            settings.units.position = reading.unit;
+            settings.units.counts_per_rev = reading.counts_per_rev.filter(|counts| *counts > 0.0);
+            settings.units.counts_per_rev
+        }
+        Err(question) => {
+            questions.push(question.clone());
+            None
+        }
+    };
+    let time = match &columns.time {
+        None => {
+            if stated.sample_time.is_none() {
+                questions.push(Question {
+                    flag: "sample-time",
+                    text: "no column is the time: state how many seconds pass from one row to the next"
+                        .to_owned(),
+                });
+            }
+            None
+        }
+        Some(time) => match time::unit(&table, time, stated) {
+            Ok((unit, evidence)) => Some((time, unit, evidence)),
+            Err(question) => {
+                questions.push(question);
+                None
+            }
+        },
+    };
+    if let Some((time, TimeUnit::Sample, _)) = time
+        && stated.sample_time.is_none()
+    {
+        questions.push(Question {
+            flag: "sample-time",
+            text: format!(
+                "{} counts samples: state how many seconds one lasts",
+                time.column
+            ),
+        });
+    }
+    if !questions.is_empty() {
+        return Err(Unrecognised::Unknown(questions));
+    }
+    match time {
+        Some((time, unit, evidence)) => {
+            settings.time = Some(time.column.clone());
+            settings.units.time = unit;
+            findings.push(take_stamps(path, &mut settings, stated, evidence)?);
+        }
+        None => findings.push(Finding {
+            about: "time",
+            text: format!(
+                "no column: the rows are {} s apart as stated",
+                stated.sample_time.unwrap_or(f64::NAN)
+            ),
+        }),
+    }
+    // What cannot be read is named before.
+    position::check(path, &table, &columns.position)?;
+    if let Ok(reading) = position {
+        findings.push(Finding {
+            about: "position",
+            text: columns.position_text(&reading),
+        });
+    }
+    findings.push(Finding {
+        about: "command",
+        text: columns.command_text(),
+    });
+    if let Some(reference) = &columns.reference {
+        settings.reference = Some(reference.column.clone());
+        settings.units.reference = stated.reference_unit.or(match reference.named.unit {
+            Some(Unit::Position(unit)) if unit != settings.units.position => Some(unit),
+            _ => None,
+        });
+        findings.push(Finding {
+            about: "reference",
+            text: columns.reference_text(settings.units.reference),
+        });
+    }
+    Ok(Recognised {
+        settings,
+        counts_per_rev,
+        findings,
+    })
+}
+
+/// A log of messages: the columns of the tool's own recordings, unless others are stated.
+fn messages(stated: &Stated) -> Recognised {
+    let own = LogSettings::own();
+    let named = |column: &Option<String>| column.as_deref().map(crate::scenario::Column::named);
+    let position = named(&stated.position).unwrap_or(own.position);
+    let mut settings = stated.settings(position);
+    let other = |column: &Option<String>, own| match column.as_deref() {
+        Some("none") => None,
+        Some(column) => Some(crate::scenario::Column::named(column)),
+        None => own,
+    };
+    let is_own = stated.position.is_none();
+    settings.time = other(&stated.time, own.time.filter(|_| is_own));
+    settings.command = other(&stated.command, own.command);
+    settings.reference = other(&stated.reference, own.reference.filter(|_| is_own));
+    settings.units.position = stated.position_unit.unwrap_or(PositionUnit::Radian);
+    settings.units.time = stated.time_unit.unwrap_or(TimeUnit::Second);
+    settings.units.reference = stated.reference_unit;
+    let text = match is_own {
+        true => "messages, by the names of the tool's own recordings",
+        false => "messages, by the names that are stated",
+    };
+    Recognised {
+        settings,
+        counts_per_rev: stated.counts_per_rev.filter(|counts| *counts > 0.0),
+        findings: vec![Finding {
+            about: "columns",
+            text: text.to_owned(),
+        }],
+    }
+}
+
+/// Takes the stamps of a whole log: gaps are bridged or left out, stamps that are too coarse left aside.
+fn take_stamps(
+    path: &Path,
+    settings: &mut LogSettings,
+    stated: &Stated,
+    evidence: &'static str,
+) -> Result<Finding, LogError> {
+    let column = settings.time.clone();
+    let column = column.map_or(String::new(), |column| column.to_string());
+    let unit = settings.units.time.name();
+    let finding = |text: String| Finding {
+        about: "time",
+        text,
+    };
+    if settings.units.time == TimeUnit::Sample {
+        let text = format!("column {column}, a counter of samples, {evidence}");
+        return Ok(finding(text));
+    }
+    let times = Times::read(path, settings)?;
+    let mut text = format!("column {column}, in {unit} {evidence}");
+    match time::spacing(&times) {
+        Spacing::Backwards => {
+            let fault = "time goes back from row to row, as of a log whose last row is the first: sort its rows by time";
+            return Err(LogError::of_file(path, fault));
+        }
+        Spacing::Still => {
+            let fault = format!(
+                "the time is the same in all rows of column {column}: state another column as log.time, or no log.time \
+                 and log.sample_time"
+            );
+            return Err(LogError::of_file(path, &fault));
+        }
+        Spacing::Lossy(share) if stated.sample_time.is_none() && stated.bridge_gaps.is_none() => {
+            let fault = format!(
+                "rows are missing before {:.0} % of the rows, as a sample lasts {} s: record every sample; or state \
+                 log.bridge_gaps, or log.sample_time if the stamps are rounded",
+                100.0 * share,
+                position::short(times.step)
+            );
+            return Err(LogError::of_file(path, &fault));
+        }
+        Spacing::Lossy(_) => {}
+        Spacing::Coarse(step) => {
+            let step = stated.sample_time.unwrap_or(step);
+            text += &format!(
+                "; its stamps are too coarse to divide the rows, which are taken to be {} s apart",
+                position::short(step)
+            );
+            settings.sample_time = Some(step);
+            settings.time = None;
+        }
+        Spacing::Stamped { bridge, cut } => {
+            text += &format!("; a sample lasts {} s", position::short(times.step));
+            if bridge > 0 && stated.bridge_gaps.is_none() {
+                settings.bridge = bridge;
+                text += &format!("; gaps of up to {bridge} samples are bridged");
+            }
+            if !cut.is_empty() && stated.cut.is_empty() && settings.bridge <= bridge {
+                text += &match cut.len() {
+                    1 => "; it stops at a longer gap and begins again behind".to_owned(),
+                    gaps => {
+                        format!("; it stops at {gaps} longer gaps and begins again behind each")
+                    }
+                };
+                settings.cut = cut;
+            }
+        }
+    }
+    Ok(finding(text))
+}
