@@ -36,10 +36,12 @@ macro_rules! give_up_at_every_end {
             $crate::ending::give_up()
         }
 
-        /// The oscillator failed.
+        /// The oscillator failed, or the flash is damaged where the program lies.
         #[cortex_m_rt::exception]
         unsafe fn NonMaskableInt() {
-            $crate::ending::give_up()
+            if !$crate::board::outlives_nmi() {
+                $crate::ending::give_up()
+            }
         }
     };
 }

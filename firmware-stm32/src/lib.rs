@@ -24,6 +24,3 @@ mod memory_test;
 mod panic;
 pub mod paper;
 pub mod settings;
-
-// The chip's interrupt vectors.
-use stm32f4xx_hal as _;

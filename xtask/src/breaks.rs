@@ -236,12 +236,15 @@ mod tests {
                 .find(|place| place.exists())
                 .expect("a target");
             let (folder, test) = test.split_once("::").unwrap_or(("", test));
-            let file = if folder.is_empty() {
-                place.clone()
+            // A folder of tests may have modules of a shared one.
+            let files = if folder.is_empty() {
+                vec![place.clone()]
             } else {
-                place.join(folder).with_extension("rs")
+                let module = |tests: &Path| tests.join(folder).with_extension("rs");
+                vec![module(place), module(&tests.join("shared"))]
             };
-            let has_it = read(&file).expect("readable").lines().any(|line| {
+            let file = files.iter().find(|file| file.exists()).expect("a module");
+            let has_it = read(file).expect("readable").lines().any(|line| {
                 line.trim_start()
                     .strip_prefix("fn ")
                     .is_some_and(|line| line.contains(test))

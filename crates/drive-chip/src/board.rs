@@ -1,27 +1,23 @@
 //! The data that differ from board to board.
 
-use crate::flash::Sectors;
+use core::marker::PhantomData;
+
+use crate::family::Family;
+use crate::flash::Areas;
+use crate::frequencies::Kind;
 use crate::pins::Pin;
 
 /// The source of the chip's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Oscillator {
+pub struct Oscillator<F> {
     pub(crate) frequency: u32,
     pub(crate) kind: Kind,
+    family: PhantomData<F>,
 }
 
-/// The device at the pins OSC_IN and OSC_OUT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Crystal,
-    Clock,
-}
-
-impl Oscillator {
-    /// The PLL's input, Hz: it takes 1 to 2 MHz, and its jitter is least at 2 (RM0090, 7.3.2).
-    pub(crate) const PLL_INPUT: u32 = 2_000_000;
-
-    /// A crystal between OSC_IN and OSC_OUT, Hz: a multiple of 2 MHz from 4 to 26 MHz.
+impl<F: Family> Oscillator<F> {
+    /// A crystal between OSC_IN and OSC_OUT, Hz: of an STM32F4 a multiple of 2 MHz from 4 to 26 MHz, of an STM32G4 one of
+    /// 4 MHz from 4 to 48 MHz.
     ///
     /// # Panics
     /// Any other frequency; in a constant it does not compile.
@@ -41,22 +37,27 @@ impl Oscillator {
 
     const fn new(frequency: u32, kind: Kind) -> Self {
         assert!(
-            frequency.is_multiple_of(Self::PLL_INPUT),
-            "the oscillator must be a multiple of 2 MHz"
+            frequency.is_multiple_of(F::PLL_INPUT),
+            "the oscillator must be a multiple of 2 MHz (STM32F4) or 4 MHz (STM32G4)"
         );
+        let [lowest, highest] = F::OSCILLATOR;
         assert!(
-            4_000_000 <= frequency && frequency <= 26_000_000,
-            "the oscillator must be from 4 to 26 MHz"
+            lowest <= frequency && frequency <= highest,
+            "the oscillator must be from 4 to 26 MHz (STM32F4) or to 48 MHz (STM32G4)"
         );
-        Self { frequency, kind }
+        Self {
+            frequency,
+            kind,
+            family: PhantomData,
+        }
     }
 }
 
-/// A board: its oscillator, the functions of its pins, and the sectors of the flash that keep records.
+/// A board: its oscillator, the functions of its pins, and the areas of the flash that keep records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Board {
+pub struct Board<F: Family> {
     /// The source of the chip's clock.
-    pub oscillator: Oscillator,
+    pub oscillator: Oscillator<F>,
     /// Encoder A and B: channels 1 and 2 of TIM3, pulled up.
     pub encoder: [Pin; 2],
     /// The encoder's index: channel 3 of TIM3, pulled up; it counts by its rising edge.
@@ -77,10 +78,12 @@ pub struct Board {
     pub home_switch: Pin,
     /// Step and direction: channels 1 and 2 of TIM4, pulled up. A step is a rising edge.
     pub step: [Pin; 2],
-    /// The command of ±10 V: channel 1 of ADC1, which is PA1.
+    /// The command of ±10 V: PA1, channel 1 of an STM32F4's ADC1 and channel 2 of an STM32G4's.
     pub analogue: Pin,
     /// Serial line, transmit and receive: USART2.
     pub serial: [Pin; 2],
-    /// The sectors that keep records.
-    pub records: Sectors,
+    /// The areas that keep records.
+    pub records: Areas,
+    /// The parts that only boards of its family have.
+    pub own: F::Own,
 }

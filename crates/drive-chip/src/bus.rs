@@ -1,4 +1,6 @@
-//! Access to the chip's registers.
+//! Words of the chip's memory map, and what is done with them.
+
+use core::sync::atomic::{AtomicBool, Ordering};
 
 /// A word of the chip's memory map: a register, or four bytes of the flash.
 ///
@@ -25,49 +27,43 @@ impl Register {
     }
 }
 
-/// Carries words to registers and back, in the order in which they are given.
-pub trait Bus: Copy {
-    /// Reads a word.
-    fn read(self, register: Register) -> u32;
+/// Damage of the flash, on its way from the interrupt that finds it to the program that reads.
+#[derive(Debug)]
+pub struct Damage {
+    is_expected: AtomicBool,
+    is_found: AtomicBool,
+}
 
-    /// Writes a word.
-    fn write(self, register: Register, word: u32);
-
-    /// Clears some bits of a word and then sets some.
-    #[inline(always)]
-    fn modify(self, register: Register, clear: u32, set: u32) {
-        self.write(register, self.read(register) & !clear | set);
+impl Damage {
+    /// Neither expected nor found.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            is_expected: AtomicBool::new(false),
+            is_found: AtomicBool::new(false),
+        }
     }
 
-    /// The word in which [`Bus::read_pin`] and [`Bus::write_pin`] find a pin, from the IDR or BSRR of
-    /// its port: looked up once, it costs a sample nothing.
-    #[inline(always)]
-    fn pin_word(self, register: Register, _pin: u32) -> Register {
-        register
+    /// Reads words that may be damaged; true if they were whole.
+    pub(crate) fn survive(&self, read: impl FnOnce()) -> bool {
+        self.is_found.store(false, Ordering::Relaxed);
+        self.is_expected.store(true, Ordering::SeqCst);
+        read();
+        self.is_expected.store(false, Ordering::SeqCst);
+        !self.is_found.load(Ordering::Relaxed)
     }
 
-    /// Reads a pin's word.
-    #[inline(always)]
-    fn read_pin(self, word: Register) -> u32 {
-        self.read(word)
+    /// Reports damage from the interrupt; false if it is none of words that may be damaged.
+    pub(crate) fn report(&self) -> bool {
+        let is_expected = self.is_expected.load(Ordering::SeqCst);
+        self.is_found.store(is_expected, Ordering::Relaxed);
+        is_expected
     }
+}
 
-    /// Writes a pin's word.
-    #[inline(always)]
-    fn write_pin(self, word: Register, levels: u32) {
-        self.write(word, levels);
-    }
-
-    /// Has every interrupt that is pending be served before what follows.
-    fn take_interrupts(self);
-
-    /// Does something without any interrupt.
-    fn without_interrupts<R>(self, work: impl FnOnce() -> R) -> R;
-
-    /// Does a [`Step`], by code that is not fetched from the flash, and returns the status at its end.
-    #[inline(always)]
-    fn do_step(self, step: Step) -> u32 {
-        step.run(self)
+impl Default for Damage {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -86,21 +82,5 @@ pub struct Step {
 
 impl Step {
     /// Reads of the status, several seconds: an erasure takes at most half of one.
-    const MAX_READS: u32 = 40_000_000;
-
-    /// Does it and returns the status at its end.
-    #[inline(always)]
-    pub(crate) fn run(self, bus: impl Bus) -> u32 {
-        let write = |(register, word)| bus.write(register, word);
-        write(self.start);
-        let mut reads_left = Self::MAX_READS;
-        loop {
-            write(self.meanwhile);
-            let status = bus.read(self.status);
-            if status & self.busy == 0 || reads_left == 0 {
-                return status;
-            }
-            reads_left -= 1;
-        }
-    }
+    pub(crate) const MAX_READS: u32 = 40_000_000;
 }

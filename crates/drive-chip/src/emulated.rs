@@ -7,10 +7,15 @@
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use crate::bus::Register;
-use crate::flash::SECTOR;
+use crate::f4::F4;
+use crate::f4::registers::{dma, flash, rcc};
+use crate::family::Family;
 use crate::pins::Pin;
-use crate::registers::timer::{self, TIM1, TIM3, TIM5};
-use crate::registers::{dma, flash, gpio, rcc};
+use crate::registers::flash::{AREA, CR_STRT};
+use crate::registers::gpio;
+use crate::registers::timer::{self, TIM3, TIM5};
+
+const TIM1: timer::Timer = F4::TIM1;
 
 /// Words of each peripheral.
 const WORDS: usize = 40;
@@ -35,7 +40,7 @@ const PERIPHERALS: [u32; 13] = [
 
 /// The two sectors of records, shortened.
 const RECORDS: u32 = 0x0800_4000;
-const RECORD_WORDS: usize = 2 * SECTOR as usize / 4;
+const RECORD_WORDS: usize = 2 * AREA as usize / 4;
 
 static REGISTERS: [AtomicU32; PERIPHERALS.len() * WORDS] =
     [const { AtomicU32::new(0) }; PERIPHERALS.len() * WORDS];
@@ -99,7 +104,7 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
         set(dma::HISR, get(dma::HISR) & !word);
     } else {
         place.store(word, Relaxed);
-        if register == flash::CR && word & flash::CR_STRT != 0 {
+        if register == flash::CR && word & CR_STRT != 0 {
             erase(word >> flash::CR_SNB & 1);
         }
     }
@@ -132,7 +137,7 @@ static PIN_WORDS: [AtomicU32; PORTS * PINS] = [const { AtomicU32::new(0) }; PORT
 
 /// The word of a pin, by any register of its port.
 fn pin(register: Register, number: u32) -> Option<&'static AtomicU32> {
-    let port = register.address().wrapping_sub(gpio::BASE) / gpio::STRIDE;
+    let port = register.address().wrapping_sub(F4::PORTS) / gpio::STRIDE;
     PIN_WORDS.get(port as usize * PINS + number as usize)
 }
 
@@ -179,7 +184,7 @@ pub fn outputs() -> Outputs {
 /// True while an output is high.
 #[must_use]
 pub fn is_high(pin: Pin) -> bool {
-    let register = pin.register(gpio::BSRR);
+    let register = pin.register::<F4>(gpio::BSRR);
     let word = self::pin(register, pin.number()).map_or(0, |word| word.load(Relaxed));
     word & pin.mask() != 0
 }

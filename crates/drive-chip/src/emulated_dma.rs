@@ -2,18 +2,22 @@
 
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
-use crate::bus::Bus;
 use crate::emulated::{get, set};
+use crate::f4::F4;
+use crate::f4::registers::{dma, usart};
+use crate::family::Bus;
 use crate::mmio::Mmio;
-use crate::registers::{dma, usart};
+use crate::registers::usart::SR_RXNE;
 use crate::serial::RING_LENGTH;
+
+const BUS: Mmio<F4> = Mmio::BUS;
 
 /// Receives a byte as the DMA stream does, if USART2 has one: its interrupt stands in for the stream's request.
 pub fn receive() {
-    if Mmio.read(usart::SR) & usart::SR_RXNE == 0 {
+    if BUS.read(usart::SR) & SR_RXNE == 0 {
         return;
     }
-    let byte = Mmio.read(usart::DR) as u8;
+    let byte = BUS.read(usart::DR) as u8;
     let left = get(dma::S5NDTR);
     let place = get(dma::S5M0AR) + RING_LENGTH.wrapping_sub(left);
     // SAFETY: the stream's memory is a ring of atomic bytes of this length, which is static.

@@ -1,4 +1,4 @@
-//! Two sectors of the chip's flash, where records are kept (RM0090, 3.6).
+//! Two areas of the chip's flash, where records are kept (RM0090, 3.6; RM0440, FLASH).
 //!
 //! While the flash erases or writes, the processor can fetch nothing from it. So each step runs from
 //! RAM, without any interrupt, and feeds the watchdog itself: records are kept only while the servo
@@ -9,53 +9,47 @@ use embedded_storage::nor_flash::{
     check_write,
 };
 
-use crate::bus::{Bus, Register, Step};
-use crate::registers::flash;
-use crate::{supply, watchdog};
+use crate::bus::{Register, Step};
+use crate::family::{Bus, Family};
+use crate::registers::flash::{self, AREA};
+use crate::watchdog;
 
-/// Size of a sector, bytes; in an emulator memory stands in for it.
-pub(crate) const SECTOR: u32 = if cfg!(feature = "emulator") {
-    0x2000
-} else {
-    0x4000
-};
-
-/// Two neighbouring sectors of 16 KiB, between the vectors and the program.
+/// Two neighbouring areas of 16 KiB, between the vectors and the program: sectors of an STM32F4, pages of an STM32G4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sectors {
+pub struct Areas {
     first: u32,
 }
 
-impl Sectors {
+impl Areas {
     /// By the number of the first of them, 1 or 2.
     ///
     /// # Panics
-    /// Anything else: sector 0 has the vectors, and the program begins in sector 4. In a constant it does
+    /// Anything else: area 0 has the vectors, and the program begins in area 4. In a constant it does
     /// not compile.
     #[must_use]
     pub const fn starting_at(first: u32) -> Self {
-        assert!(1 <= first && first <= 2, "two sectors from 1 to 3");
+        assert!(1 <= first && first <= 2, "two areas from 1 to 3");
         Self { first }
     }
 
-    /// Their first word: the first four sectors are of 16 KiB each (RM0090, table 5).
+    /// Their first word: an STM32F4's first four sectors are of 16 KiB each (RM0090, table 5).
     const fn base(self) -> Register {
         Register::at(0x0800_0000 + self.first * 0x4000)
     }
 }
 
-/// The two sectors.
+/// The two areas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecordFlash<B> {
     bus: B,
-    sectors: Sectors,
+    areas: Areas,
 }
 
 /// Failures of the flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlashError {
-    /// Outside the two sectors, or not aligned.
+    /// Outside the two areas, or not aligned.
     Misplaced(NorFlashErrorKind),
     /// The hardware refused, or did not become ready.
     Hardware,
@@ -74,16 +68,25 @@ impl NorFlashError for FlashError {
 
 impl<B: Bus> RecordFlash<B> {
     /// Of a chip whose flash nothing else writes.
-    pub fn new(bus: B, sectors: Sectors) -> Self {
-        Self { bus, sectors }
+    pub fn new(bus: B, areas: Areas) -> Self {
+        Self { bus, areas }
     }
 
+    /// The word that has a byte.
     fn word_at(self, offset: u32) -> Register {
-        self.sectors.base().offset(offset & !0b11)
+        self.areas.base().offset(offset & !0b11)
+    }
+
+    #[inline]
+    fn read_words(self, offset: u32, bytes: &mut [u8]) {
+        for (place, byte) in (offset..).zip(bytes) {
+            let word = self.bus.read(self.word_at(place));
+            *byte = (word >> (8 * (place & 0b11))) as u8;
+        }
     }
 
     fn is_busy(self) -> bool {
-        self.bus.read(flash::SR) & flash::SR_BSY != 0
+        self.bus.read(B::Family::FLASH.status) & flash::SR_BSY != 0
     }
 
     /// # Errors
@@ -93,13 +96,14 @@ impl<B: Bus> RecordFlash<B> {
             return Err(FlashError::Hardware);
         }
         // Keys that are written while it is unlocked lock it until a reset (RM0090, 3.6.1).
-        if self.bus.read(flash::CR) & flash::CR_LOCK != 0 {
+        if self.bus.read(B::Family::FLASH.control) & flash::CR_LOCK != 0 {
             for key in flash::KEYS {
-                self.bus.write(flash::KEYR, key);
+                self.bus.write(B::Family::FLASH.keys, key);
             }
         }
         // Flags of an earlier error would be taken for one of this step.
-        self.bus.write(flash::SR, flash::SR_ENDED);
+        self.bus
+            .write(B::Family::FLASH.status, B::Family::FLASH.ended);
         Ok(())
     }
 
@@ -107,43 +111,46 @@ impl<B: Bus> RecordFlash<B> {
         if self.is_busy() {
             return;
         }
-        let bus = self.bus;
-        bus.write(flash::CR, flash::CR_LOCK);
+        let (bus, registers) = (self.bus, B::Family::FLASH);
+        bus.write(registers.control, flash::CR_LOCK);
         // The caches may hold the old contents; they are reset while they are off (RM0090, 3.5.2).
-        let access = bus.read(flash::ACR);
+        let access = bus.read(registers.access);
         let off = access & !(flash::ACR_DCEN | flash::ACR_ICEN);
-        bus.write(flash::ACR, off);
-        bus.write(flash::ACR, off | flash::ACR_DCRST | flash::ACR_ICRST);
-        bus.write(flash::ACR, off);
-        bus.write(flash::ACR, access);
+        bus.write(registers.access, off);
+        bus.write(registers.access, off | flash::ACR_DCRST | flash::ACR_ICRST);
+        bus.write(registers.access, off);
+        bus.write(registers.access, access);
     }
 
-    fn do_step(self, register: Register, word: u32) -> Result<(), FlashError> {
+    /// Does a step that a word starts, or two.
+    fn do_step(
+        self,
+        first: Option<(Register, u32)>,
+        start: (Register, u32),
+    ) -> Result<(), FlashError> {
         // A word that is written below 2.7 V may read back whole, and not for long.
-        if supply::is_low(self.bus) {
+        if B::Family::supply_is_low(self.bus) {
             return Err(FlashError::SupplyLow);
         }
         let step = Step {
-            start: (register, word),
-            status: flash::SR,
+            start,
+            status: B::Family::FLASH.status,
             busy: flash::SR_BSY,
             meanwhile: watchdog::FOOD,
         };
-        let status = self.bus.without_interrupts(|| self.bus.do_step(step));
-        if status & (flash::SR_BSY | flash::SR_ERRORS) != 0 {
+        let status = self.bus.without_interrupts(|| {
+            if let Some((register, word)) = first {
+                self.bus.write(register, word);
+            }
+            self.bus.do_step(step)
+        });
+        if status & (flash::SR_BSY | B::Family::FLASH.errors) != 0 {
             Err(FlashError::Hardware)
-        } else if supply::is_low(self.bus) {
+        } else if B::Family::supply_is_low(self.bus) {
             Err(FlashError::SupplyLow)
         } else {
             Ok(())
         }
-    }
-
-    fn erase_sector(self, number: u32) -> Result<(), FlashError> {
-        // The sector is chosen before the start (RM0090, 3.6.3).
-        let chosen = flash::CR_PSIZE_32 | flash::CR_SER | number << flash::CR_SNB;
-        self.bus.write(flash::CR, chosen);
-        self.do_step(flash::CR, chosen | flash::CR_STRT)
     }
 }
 
@@ -156,29 +163,34 @@ impl<B: Bus> ReadNorFlash for RecordFlash<B> {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         check_read(self, offset, bytes.len()).map_err(FlashError::Misplaced)?;
-        // Reading a whole sector takes as long as the watchdog's timeout.
+        // Reading a whole area takes as long as the watchdog's timeout.
         watchdog::feed(self.bus);
-        for (place, byte) in (offset..).zip(bytes) {
-            let word = self.bus.read(self.word_at(place));
-            *byte = (word >> (8 * (place & 0b11))) as u8;
+        if !B::Family::RECOGNISES_DAMAGE {
+            self.read_words(offset, bytes);
+        } else if !(self.bus.damage()).survive(|| self.read_words(offset, bytes)) {
+            return Err(FlashError::Hardware);
         }
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        2 * SECTOR as usize
+        2 * AREA as usize
     }
 }
 
 impl<B: Bus> NorFlash for RecordFlash<B> {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR as usize;
+    const WRITE_SIZE: usize = B::Family::WRITE_SIZE;
+    const ERASE_SIZE: usize = AREA as usize;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         check_erase(self, from, to).map_err(FlashError::Misplaced)?;
         self.unlock()?;
-        let done = (from / SECTOR..to / SECTOR)
-            .try_for_each(|sector| self.erase_sector(self.sectors.first + sector));
+        let done = (from / AREA..to / AREA).try_for_each(|area| {
+            let area = self.areas.first + area;
+            B::Family::erase(self.bus, area, |register, word| {
+                self.do_step(None, (register, word))
+            })
+        });
         self.lock();
         done
     }
@@ -186,15 +198,9 @@ impl<B: Bus> NorFlash for RecordFlash<B> {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         check_write(self, offset, bytes.len()).map_err(FlashError::Misplaced)?;
         self.unlock()?;
-        // Words of 32 bits (RM0090, 3.6.2).
-        self.bus.write(flash::CR, flash::CR_PSIZE_32 | flash::CR_PG);
-        let (words, _) = bytes.as_chunks::<4>();
-        let done = (offset..)
-            .step_by(4)
-            .zip(words)
-            .try_for_each(|(place, word)| {
-                self.do_step(self.word_at(place), u32::from_le_bytes(*word))
-            });
+        let done = B::Family::program(self.bus, self.word_at(offset), bytes, |first, last| {
+            self.do_step(first, last)
+        });
         self.lock();
         done
     }

@@ -1,7 +1,7 @@
 //! The amplifier's fault line and the switches. A broken wire of fault line or limit switch reads as a fault.
 
 use crate::board::Board;
-use crate::bus::Bus;
+use crate::family::Bus;
 use crate::pins::Input;
 use crate::{pwm, supply};
 
@@ -16,7 +16,7 @@ pub struct Inputs<B> {
 }
 
 impl<B: Bus> Inputs<B> {
-    pub(crate) fn new(bus: B, board: &Board) -> Self {
+    pub(crate) fn new(bus: B, board: &Board<B::Family>) -> Self {
         Self {
             bus,
             fault: Input::new(bus, board.fault),

@@ -1,9 +1,9 @@
 //! Interrupt priorities (PM0214, 4.3): a sample preempts everything, the line only the background.
 
-use crate::bus::Bus;
+use crate::family::Bus;
 use crate::registers::{nvic, scb};
 
-/// Positions in the vector table (RM0090, table 61).
+/// Positions in the vector table, the same in both families (RM0090, table 61; RM0440, NVIC).
 const TIM5: u32 = 50;
 const PVD: u32 = 1;
 const USART2: u32 = 38;

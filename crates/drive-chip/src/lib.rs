@@ -1,11 +1,12 @@
-//! Everything of a drive that touches a register of an STM32F4.
+//! Everything of a drive that touches a register of an STM32F4 or STM32G4.
 //!
-//! Every driver is generic over a [`Bus`]: `Mmio` on the chip, a model of the registers in the tests.
+//! Every driver is generic over a [`Bus`]: `Mmio` on the chip, a model of the registers in the tests. A bus is of a
+//! [`Family`] of chips, which has what differs from the other: [`F4`], [`G4`].
 //! [`wire`] sets all of them up from a [`Board`], in the order that is safe.
 //!
 //! | driver | peripheral | purpose |
 //! |---|---|---|
-//! | [`clock`] | RCC, FLASH | 168 MHz from the board's oscillator |
+//! | [`clock`] | RCC, FLASH, PWR | 168 or 170 MHz from the board's oscillator |
 //! | [`pins`] | GPIO | modes, levels |
 //! | [`pwm`] | TIM1 | the output, and the break input that disables it |
 //! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
@@ -20,8 +21,8 @@
 //! | [`flash`] | FLASH | keeps records |
 //! | [`interrupts`] | NVIC | priorities |
 //!
-//! References are to RM0090, the manual of the STM32F405; the STM32F446 (RM0390) is the same in all that
-//! is used here.
+//! References are to RM0090, the manual of the STM32F405; the STM32F446 (RM0390) is the same in all that is used here.
+//! Those of the STM32G474 are to RM0440, by the names of its chapters.
 #![no_std]
 #![deny(missing_docs)]
 
@@ -33,7 +34,11 @@ pub mod clock;
 pub mod emulated;
 #[cfg(all(feature = "emulator", target_os = "none"))]
 pub mod emulated_dma;
+pub mod f4;
+pub mod family;
 pub mod flash;
+mod frequencies;
+pub mod g4;
 pub mod inputs;
 pub mod interrupts;
 pub mod line_timer;
@@ -51,7 +56,9 @@ pub mod watchdog;
 mod wiring;
 
 pub use board::Board;
-pub use bus::Bus;
+pub use f4::F4;
+pub use family::{Bus, Family};
+pub use g4::G4;
 #[cfg(target_os = "none")]
 pub use mmio::Mmio;
-pub use wiring::{Wired, disable_for_sag, disable_outputs, wire};
+pub use wiring::{Wired, disable_for_sag, disable_outputs, outlives_nmi, wire};

@@ -1,7 +1,7 @@
 //! The timer that has the line listened to: a stop in the middle of other bytes gives no sign of its own.
 
-use crate::bus::Bus;
 use crate::clock::Clocks;
+use crate::family::Bus;
 use crate::registers::systick;
 
 /// How often the line is listened to, Hz: every 25 bytes.

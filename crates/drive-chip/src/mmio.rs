@@ -1,14 +1,24 @@
 //! The chip's own bus.
 
-use crate::bus::{Bus, Register, Step};
+use core::marker::PhantomData;
+
+use crate::bus::{Damage, Register, Step};
 #[cfg(feature = "emulator")]
 use crate::emulated;
+use crate::family::{self, Bus, Family};
 
-/// The memory bus of the chip itself.
+/// The memory bus of the chip itself, of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mmio;
+pub struct Mmio<F>(PhantomData<F>);
 
-impl Bus for Mmio {
+impl<F: Family> Mmio<F> {
+    /// The bus of the chip that runs the program.
+    pub const BUS: Self = Self(PhantomData);
+}
+
+impl<F: Family> Bus for Mmio<F> {
+    type Family = F;
+
     #[inline(always)]
     fn read(self, register: Register) -> u32 {
         #[cfg(feature = "emulator")]
@@ -63,8 +73,14 @@ impl Bus for Mmio {
     }
 
     #[inline]
+    fn damage(self) -> &'static Damage {
+        static DAMAGE: Damage = Damage::new();
+        &DAMAGE
+    }
+
+    #[inline]
     fn do_step(self, step: Step) -> u32 {
-        from_ram(step)
+        from_ram::<F>(step)
     }
 }
 
@@ -73,6 +89,6 @@ impl Bus for Mmio {
 // SAFETY: the section is copied to RAM before `main`, as the values of statics are.
 #[unsafe(link_section = ".data.flash_step")]
 #[inline(never)]
-fn from_ram(step: Step) -> u32 {
-    step.run(Mmio)
+fn from_ram<F: Family>(step: Step) -> u32 {
+    family::do_step(Mmio::<F>::BUS, step)
 }

@@ -4,8 +4,9 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{ErrorType, OutputPin};
 
-use crate::bus::{Bus, Register};
-use crate::registers::{gpio, rcc};
+use crate::bus::Register;
+use crate::family::{Bus, Family};
+use crate::registers::gpio;
 
 /// A port of sixteen pins: those that packages of 64 pins bring out whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,8 +35,8 @@ impl Pin {
         Self { port, number }
     }
 
-    pub(crate) const fn register(self, offset: u32) -> Register {
-        Register::at(gpio::BASE + gpio::STRIDE * self.port as u32 + offset)
+    pub(crate) const fn register<F: Family>(self, offset: u32) -> Register {
+        Register::at(F::PORTS + gpio::STRIDE * self.port as u32 + offset)
     }
 
     pub(crate) const fn mask(self) -> u32 {
@@ -43,9 +44,13 @@ impl Pin {
     }
 
     /// Writes a field of two bits per pin.
-    fn set_pair(self, bus: impl Bus, offset: u32, bits: u32) {
+    fn set_pair<B: Bus>(self, bus: B, offset: u32, bits: u32) {
         let shift = 2 * self.number;
-        bus.modify(self.register(offset), 0b11 << shift, bits << shift);
+        bus.modify(
+            self.register::<B::Family>(offset),
+            0b11 << shift,
+            bits << shift,
+        );
     }
 
     fn set_mode(self, bus: impl Bus, mode: Mode) {
@@ -57,16 +62,16 @@ impl Pin {
     }
 
     /// Switches the port's clock on.
-    pub(crate) fn power(self, bus: impl Bus) {
-        bus.modify(rcc::AHB1ENR, 0, 1 << self.port as u32);
+    pub(crate) fn power<B: Bus>(self, bus: B) {
+        bus.modify(B::Family::PORT_CLOCKS, 0, 1 << self.port as u32);
         // A peripheral answers two ticks after its clock is on (RM0090, 7.2.13): a read takes them.
-        let _ = bus.read(rcc::AHB1ENR);
+        let _ = bus.read(B::Family::PORT_CLOCKS);
     }
 
     /// A push-pull output, low from the start.
-    pub(crate) fn output(self, bus: impl Bus) {
+    pub(crate) fn output<B: Bus>(self, bus: B) {
         self.set_low(bus);
-        bus.modify(self.register(gpio::OTYPER), self.mask(), 0);
+        bus.modify(self.register::<B::Family>(gpio::OTYPER), self.mask(), 0);
         self.set_mode(bus, Mode::Output);
     }
 
@@ -83,12 +88,12 @@ impl Pin {
     }
 
     /// A pin of a peripheral, by the number of the function (RM0090, figure 26).
-    pub(crate) fn alternate(self, bus: impl Bus, function: u32, pull: Pull) {
+    pub(crate) fn alternate<B: Bus>(self, bus: B, function: u32, pull: Pull) {
         let shift = 4 * (self.number & 0b111);
-        let register = self.register(gpio::AFRL + 4 * (self.number >> 3));
+        let register = self.register::<B::Family>(gpio::AFRL + 4 * (self.number >> 3));
         bus.modify(register, 0xf << shift, function << shift);
         self.set_pull(bus, pull);
-        bus.modify(self.register(gpio::OTYPER), self.mask(), 0);
+        bus.modify(self.register::<B::Family>(gpio::OTYPER), self.mask(), 0);
         self.set_mode(bus, Mode::Alternate);
     }
 
@@ -130,7 +135,7 @@ impl<B: Bus> Input<B> {
     pub(crate) fn new(bus: B, pin: Pin) -> Self {
         Self {
             bus,
-            word: bus.pin_word(pin.register(gpio::IDR), pin.number),
+            word: bus.pin_word(pin.register::<B::Family>(gpio::IDR), pin.number),
             mask: pin.mask(),
         }
     }
@@ -155,7 +160,7 @@ impl<B: Bus> Output<B> {
         Self {
             bus,
             // BSRR sets a level in one write, which no interrupt can split.
-            word: bus.pin_word(pin.register(gpio::BSRR), pin.number),
+            word: bus.pin_word(pin.register::<B::Family>(gpio::BSRR), pin.number),
             mask: pin.mask(),
         }
     }

@@ -6,9 +6,9 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 
-use crate::bus::Bus;
 use crate::clock::Clocks;
-use crate::registers::timer::{self, TIM1};
+use crate::family::{Bus, Family};
+use crate::registers::timer;
 use crate::supply;
 
 /// Switching frequency, Hz: inaudible.
@@ -41,15 +41,21 @@ pub struct Direction<B> {
 /// Magnitude, off, and sign, from a timer in its reset state. They count once the sample timer is started.
 pub(crate) fn signed<B: Bus>(bus: B, clocks: &Clocks) -> (Pwm<B>, Direction<B>) {
     let steps = (clocks.high_timers / FREQUENCY) as u16;
-    bus.write(TIM1.at(timer::ARR), u32::from(steps.saturating_sub(1)));
+    bus.write(
+        B::Family::TIM1.at(timer::ARR),
+        u32::from(steps.saturating_sub(1)),
+    );
     // PWM mode 1 with preload (RM0090, 17.3.9): what is set takes effect with the next period.
     bus.write(
-        TIM1.at(timer::CCMR1),
+        B::Family::TIM1.at(timer::CCMR1),
         timer::CCMR1_OC1PE | timer::CCMR1_OC1M_PWM_1 | timer::CCMR1_OC2PE | timer::CCMR1_OC2M_PWM_1,
     );
-    bus.write(TIM1.at(timer::CCER), timer::CCER_CC1E | timer::CCER_CC2NE);
-    bus.write(TIM1.at(timer::BDTR), OFF);
-    bus.write(TIM1.at(timer::EGR), timer::EGR_UG);
+    bus.write(
+        B::Family::TIM1.at(timer::CCER),
+        timer::CCER_CC1E | timer::CCER_CC2NE,
+    );
+    bus.write(B::Family::TIM1.at(timer::BDTR), OFF);
+    bus.write(B::Family::TIM1.at(timer::EGR), timer::EGR_UG);
     (Pwm { bus, steps }, Direction { bus, steps })
 }
 
@@ -61,8 +67,10 @@ impl<B: Bus> Direction<B> {
     #[inline]
     fn set_high_for(&self, steps: u16) {
         // No period may begin with the new direction and the old duty (UDIS; RM0090, 17.4.1).
-        self.bus.modify(TIM1.at(timer::CR1), 0, timer::CR1_UDIS);
-        self.bus.write(TIM1.at(timer::CCR2), u32::from(steps));
+        self.bus
+            .modify(B::Family::TIM1.at(timer::CR1), 0, timer::CR1_UDIS);
+        self.bus
+            .write(B::Family::TIM1.at(timer::CCR2), u32::from(steps));
     }
 }
 
@@ -82,8 +90,8 @@ impl<B: Bus> OutputPin for Direction<B> {
 
 /// Has the next period begin with what was set.
 #[inline]
-fn take_effect(bus: impl Bus) {
-    bus.modify(TIM1.at(timer::CR1), timer::CR1_UDIS, 0);
+fn take_effect<B: Bus>(bus: B) {
+    bus.modify(B::Family::TIM1.at(timer::CR1), timer::CR1_UDIS, 0);
 }
 
 impl<B> ErrorType for Pwm<B> {
@@ -98,20 +106,24 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
 
     #[inline]
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
-        self.bus
-            .write(TIM1.at(timer::CCR1), u32::from(duty.min(self.steps)));
+        self.bus.write(
+            B::Family::TIM1.at(timer::CCR1),
+            u32::from(duty.min(self.steps)),
+        );
         take_effect(self.bus);
-        self.bus.write(TIM1.at(timer::BDTR), OFF | timer::BDTR_MOE);
+        self.bus
+            .write(B::Family::TIM1.at(timer::BDTR), OFF | timer::BDTR_MOE);
         Ok(())
     }
 
     #[inline]
     fn set_duty_cycle_fully_off(&mut self) -> Result<(), Infallible> {
         off(self.bus);
-        self.bus.write(TIM1.at(timer::CCR1), 0);
+        self.bus.write(B::Family::TIM1.at(timer::CCR1), 0);
         take_effect(self.bus);
         // Acknowledged: the next break and the next sag show again. Ones leave the other flags.
-        self.bus.write(TIM1.at(timer::SR), !timer::SR_BIF);
+        self.bus
+            .write(B::Family::TIM1.at(timer::SR), !B::Family::BREAKS);
         supply::acknowledge(self.bus);
         Ok(())
     }
@@ -119,13 +131,13 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
 
 /// Drives both outputs low, whatever the timer's state.
 #[inline]
-pub(crate) fn off(bus: impl Bus) {
-    bus.write(TIM1.at(timer::BDTR), OFF);
+pub(crate) fn off<B: Bus>(bus: B) {
+    bus.write(B::Family::TIM1.at(timer::BDTR), OFF);
 }
 
-/// True if the break input has disabled the output since it was last switched off.
+/// True if a break has disabled the output since it was last switched off.
 #[inline]
 #[must_use]
-pub(crate) fn broke(bus: impl Bus) -> bool {
-    bus.read(TIM1.at(timer::SR)) & timer::SR_BIF != 0
+pub(crate) fn broke<B: Bus>(bus: B) -> bool {
+    bus.read(B::Family::TIM1.at(timer::SR)) & B::Family::BREAKS != 0
 }

@@ -5,18 +5,15 @@ use core::convert::Infallible;
 use identifier_core::drive::PositionSensor;
 use identifier_core::measurement::Counter;
 
-use crate::bus::Bus;
+use crate::family::{Bus, Family};
 use crate::registers::timer::{self, TIM3};
 
-/// The digital filter: a level counts once it has stood for 24 ticks of the timer, six samples at a
-/// quarter of its clock (RM0090, 18.4.7).
-///
-/// At 84 MHz these are 286 ns, longer than the PWM's edges ring; they bound the rate to
-/// [`MAX_COUNT_RATE`].
-const FILTER: u32 = 0b0110;
-
-/// Highest rate of counts, 1/s: both edges of two lines, each level 24 ticks of 84 MHz.
-pub const MAX_COUNT_RATE: f64 = 2.0 * 84e6 / 24.0;
+/// Highest rate of counts, 1/s: both edges of two lines, each level as long as the filter takes, longer than the PWM's
+/// edges ring.
+#[must_use]
+pub const fn max_count_rate<F: Family>() -> f64 {
+    2.0 * F::CLOCKS.low_timers as f64 / F::ENCODER_FILTER.ticks as f64
+}
 
 /// TIM3, which counts both edges of both lines in 16 bits, and captures its count at the index pulse.
 ///
@@ -32,9 +29,10 @@ impl<B: Bus> Quadrature<B> {
     /// Counts from zero, wherever the servo stands, from a timer in its reset state.
     pub(crate) fn new(bus: B) -> Self {
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
-        let filters = FILTER << timer::CCMR1_IC1F | FILTER << timer::CCMR1_IC2F;
+        let filter = B::Family::ENCODER_FILTER.bits;
+        let filters = filter << timer::CCMR1_IC1F | filter << timer::CCMR1_IC2F;
         bus.write(TIM3.at(timer::CCMR1), lines | filters);
-        let index = timer::CCMR2_CC3S_TI3 | FILTER << timer::CCMR2_IC3F;
+        let index = timer::CCMR2_CC3S_TI3 | filter << timer::CCMR2_IC3F;
         bus.write(TIM3.at(timer::CCMR2), index);
         bus.write(TIM3.at(timer::CCER), timer::CCER_CC3E);
         bus.write(TIM3.at(timer::SMCR), timer::SMCR_ENCODER_3);

@@ -4,13 +4,13 @@
 //! command that is written within that time takes effect with that period. So the time from a sample to
 //! its output is always the same.
 
-use crate::bus::Bus;
 use crate::clock::Clocks;
+use crate::family::{Bus, Family};
 use crate::pwm;
-use crate::registers::timer::{self, TIM1, TIM5};
+use crate::registers::timer::{self, TIM5};
 
 /// Time from the beginning of a sample to the PWM period in which its command takes effect, s: a quarter
-/// of a period, 2100 of the processor's ticks.
+/// of a period.
 pub const LEAD: f64 = 1.0 / (LEADS_PER_PERIOD * pwm::FREQUENCY) as f64;
 
 const LEADS_PER_PERIOD: u32 = 4;
@@ -48,17 +48,17 @@ impl<B: Bus> SampleTimer<B> {
         let Self { bus, period, phase } = *self;
         // Only an overflow is a sample, not a counter that is set.
         bus.write(TIM5.at(timer::CR1), timer::CR1_URS);
-        bus.modify(TIM1.at(timer::CR1), timer::CR1_CEN, 0);
+        bus.modify(B::Family::TIM1.at(timer::CR1), timer::CR1_CEN, 0);
         let ticks = nearest(sample_time).saturating_mul(period);
         bus.write(TIM5.at(timer::ARR), ticks - 1);
         bus.write(TIM5.at(timer::EGR), timer::EGR_UG);
-        bus.write(TIM1.at(timer::CNT), phase);
-        // TIM5's enable is trigger 0 of TIM1 (RM0090, table 94): both start at once, whatever
+        bus.write(B::Family::TIM1.at(timer::CNT), phase);
+        // TIM5's enable triggers TIM1: both start at once, whatever
         // interrupts this.
         bus.write(TIM5.at(timer::CR2), timer::CR2_MMS_ENABLE);
         bus.write(
-            TIM1.at(timer::SMCR),
-            timer::SMCR_TS_ITR0 | timer::SMCR_TRIGGER,
+            B::Family::TIM1.at(timer::SMCR),
+            B::Family::TIM1_BY_TIM5 | timer::SMCR_TRIGGER,
         );
         acknowledge(bus);
         bus.write(TIM5.at(timer::DIER), timer::DIER_UIE);

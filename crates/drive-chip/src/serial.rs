@@ -7,12 +7,12 @@ use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use drive_link::MAX_FRAME_BYTES;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-use crate::bus::Bus;
 use crate::clock::Clocks;
+use crate::family::{Bus, Family};
 use crate::interrupts;
-use crate::registers::{dma, usart};
+use crate::registers::usart;
 
-/// Bits per second: exactly 42 ticks of the bus with the PLL and 16 without. The 921 600 that hosts often
+/// Bits per second: exactly 42 ticks of an STM32F4's bus and 170 of an STM32G4's with the PLL, and 16 without. The 921 600 that hosts often
 /// offer would be 0.93 % too slow and 2.1 % too fast (RM0090, 30.3.4).
 pub const BAUD: u32 = 1_000_000;
 
@@ -113,9 +113,10 @@ pub fn line<'a, B: Bus>(
     // With sixteenfold sampling the divider's four fraction bits are the low ones. Eightfold sampling
     // has one fraction bit less and the same steps, one tick of the bus a bit, and bears less of the
     // other end's error (RM0090, 30.3.4 and 30.3.5).
-    bus.write(usart::BRR, (clocks.low_bus + BAUD / 2) / BAUD);
+    let usart = B::Family::USART;
+    bus.write(usart.divider, (clocks.low_bus + BAUD / 2) / BAUD);
     receive_into(bus, ring);
-    bus.write(usart::CR3, usart::CR3_DMAR);
+    bus.write(usart.control_3, usart::CR3_DMAR);
     // An emulated chip has no DMA: an interrupt stands in for it.
     let instead = if cfg!(feature = "emulator") {
         usart::CR1_RXNEIE
@@ -123,8 +124,8 @@ pub fn line<'a, B: Bus>(
         0
     };
     bus.write(
-        usart::CR1,
-        usart::CR1_UE | usart::CR1_TE | usart::CR1_RE | instead,
+        usart.control_1,
+        usart.enable | usart::CR1_TE | usart::CR1_RE | instead,
     );
     let port = Port {
         bus,
@@ -143,16 +144,9 @@ pub fn line<'a, B: Bus>(
     )
 }
 
-/// Has every byte that is received written to the ring, from its beginning, bytewise and round and round. A byte must be
-/// taken within 10 µs: this stream goes before every other.
-fn receive_into(bus: impl Bus, ring: &'static Ring) {
-    bus.write(dma::S5PAR, usart::DR.address());
-    bus.write(dma::S5M0AR, ring.bytes.as_ptr() as u32);
-    bus.write(dma::S5NDTR, RING_LENGTH);
-    let mode = dma::CR_CHANNEL_4 | dma::CR_PL_HIGHEST | dma::CR_MINC | dma::CR_CIRC;
-    // The rest is written before it is enabled (RM0090, 10.3.17).
-    bus.write(dma::S5CR, mode);
-    bus.write(dma::S5CR, mode | dma::CR_EN);
+/// Has every byte that is received written to the ring, from its beginning. A byte must be taken within 10 µs.
+fn receive_into<B: Bus>(bus: B, ring: &'static Ring) {
+    B::Family::receive_into(bus, ring.bytes.as_ptr() as u32, RING_LENGTH);
 }
 
 impl<B> Line<'_, B> {
@@ -203,10 +197,9 @@ impl<B: Bus> Port<'_, B> {
     #[inline]
     pub fn serve(&mut self, mut take: impl FnMut(Reception)) {
         let bus = self.bus;
-        let status = bus.read(usart::SR);
+        let status = bus.read(B::Family::USART.status);
         if status & (usart::SR_ORE | usart::SR_FE) != 0 {
-            // Reading the data after the status clears the errors (RM0090, 30.6.1).
-            let _ = bus.read(usart::DR);
+            B::Family::clear_reception_errors(bus);
             take(Reception::Disturbed);
         }
         self.listen(take);
@@ -218,19 +211,20 @@ impl<B: Bus> Port<'_, B> {
     #[inline]
     fn listen(&mut self, mut take: impl FnMut(Reception)) {
         let bus = self.bus;
-        let flags = bus.read(dma::HISR) & FLAGS;
+        let reception = B::Family::RECEPTION;
+        let flags = bus.read(reception.flags) & reception.all;
         if flags != 0 {
-            bus.write(dma::HIFCR, flags);
+            bus.write(reception.clear, flags);
         }
         let heard = self.ring.heard.load(Ordering::Relaxed);
-        let place = RING_LENGTH.wrapping_sub(bus.read(dma::S5NDTR));
+        let place = RING_LENGTH.wrapping_sub(bus.read(reception.left));
         let arrived = place.wrapping_sub(heard) % RING_LENGTH;
-        let (first, end) = if flags & dma::TEIF5 != 0 {
+        let (first, end) = if flags & reception.failed != 0 {
             // An error of the transfer has disabled the stream.
             receive_into(bus, self.ring);
             let anew = heard.wrapping_add(2 * RING_LENGTH) & !(RING_LENGTH - 1);
             (anew, anew)
-        } else if flags & ROUND == ROUND {
+        } else if flags & reception.round == reception.round {
             // Both marks were passed, so at least half of the ring was filled since the last time, perhaps several
             // times over. The newest half is whole.
             let end = heard.wrapping_add(RING_LENGTH + arrived);
@@ -251,22 +245,16 @@ impl<B: Bus> Port<'_, B> {
         let bus = self.bus;
         match self.to_send.dequeue() {
             Some(byte) => {
-                bus.write(usart::DR, u32::from(byte));
+                bus.write(B::Family::USART.transmit, u32::from(byte));
                 if !self.is_sending {
                     self.is_sending = true;
-                    bus.modify(usart::CR1, 0, usart::CR1_TXEIE);
+                    bus.modify(B::Family::USART.control_1, 0, usart::CR1_TXEIE);
                 }
             }
             None => {
                 self.is_sending = false;
-                bus.modify(usart::CR1, usart::CR1_TXEIE, 0);
+                bus.modify(B::Family::USART.control_1, usart::CR1_TXEIE, 0);
             }
         }
     }
 }
-
-/// The marks of the stream, half a ring apart.
-const ROUND: u32 = dma::HTIF5 | dma::TCIF5;
-
-/// All flags of the stream.
-const FLAGS: u32 = ROUND | dma::TEIF5 | dma::DMEIF5 | dma::FEIF5;

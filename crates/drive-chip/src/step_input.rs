@@ -4,18 +4,15 @@
 //! the direction line: each pulse then counts by the direction that it had, however late it is read.
 
 use crate::board::Board;
-use crate::bus::Bus;
+use crate::family::{Bus, Family};
 use crate::pins::Input;
 use crate::registers::timer::{self, TIM4};
 
-/// The digital filter: a level counts once it has stood for 12 ticks of the timer, six samples at half of its clock
-/// (RM0090, 18.4.7).
-///
-/// At 84 MHz these are 143 ns, which bounds the rate to [`MAX_STEP_RATE`]; both lines are delayed alike.
-const FILTER: u32 = 0b0100;
-
-/// Highest rate of steps, 1/s: a high and a low level of 12 ticks of 84 MHz each.
-pub const MAX_STEP_RATE: f64 = 84e6 / 24.0;
+/// Highest rate of steps, 1/s: a high and a low level as long as the filter takes, which delays both lines alike.
+#[must_use]
+pub const fn max_step_rate<F: Family>() -> f64 {
+    0.5 * F::CLOCKS.low_timers as f64 / F::STEP_FILTER.ticks as f64
+}
 
 /// TIM4, which counts the rising edges of the step line; it must be read before 32 767 of them have come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,10 +28,11 @@ pub struct StepInput<B> {
 
 impl<B: Bus> StepInput<B> {
     /// From a timer in its reset state.
-    pub(crate) fn new(bus: B, board: &Board) -> Self {
+    pub(crate) fn new(bus: B, board: &Board<B::Family>) -> Self {
         let [_, direction] = board.step;
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
-        let filters = FILTER << timer::CCMR1_IC1F | FILTER << timer::CCMR1_IC2F;
+        let filter = B::Family::STEP_FILTER.bits;
+        let filters = filter << timer::CCMR1_IC1F | filter << timer::CCMR1_IC2F;
         bus.write(TIM4.at(timer::CCMR1), lines | filters);
         // Steps by their rising edge, the direction by both.
         let edges = timer::CCER_CC2E | timer::CCER_CC2P | timer::CCER_CC2NP;

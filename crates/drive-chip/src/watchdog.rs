@@ -3,7 +3,8 @@
 //! Its timeout is set once: a new one takes effect some ticks of its own oscillator after it was written,
 //! and until then either may hold.
 
-use crate::bus::{Bus, Register};
+use crate::bus::Register;
+use crate::family::Bus;
 use crate::registers::iwdg;
 
 /// Its oscillator, Hz; 17 to 47 kHz by the data sheet.

@@ -15,15 +15,14 @@ use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
 use drive_chip::step_input::StepInput;
 use drive_chip::watchdog::Watchdog;
-use drive_chip::{Mmio, interrupts, sample_timer};
+use drive_chip::{interrupts, sample_timer};
 use drive_link::{BootChecks, State};
 use drive_logic::{
     Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, Supervisor, self_test,
 };
-use firmware_stm32::board::{self, Encoder, Output, Wired};
+use firmware_stm32::board::{self, BUS, Encoder, Mmio, Output, Wired, interrupt};
 use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::{image, settings};
-use stm32f4xx_hal::pac::interrupt;
 
 /// State of the sample interrupt.
 struct Control {
@@ -89,7 +88,7 @@ impl Chip for Wiring {
 
     #[inline]
     fn next_is_due(&self) -> bool {
-        sample_timer::is_due(Mmio)
+        sample_timer::is_due(BUS)
     }
 
     #[inline]
@@ -107,7 +106,7 @@ static SAMPLES: AtomicU32 = AtomicU32::new(0);
 #[interrupt]
 fn TIM5() {
     static mut OWN: Option<Control> = None;
-    sample_timer::acknowledge(Mmio);
+    sample_timer::acknowledge(BUS);
     if OWN.is_none() {
         *OWN = CONTROL.take();
     }
@@ -138,15 +137,10 @@ fn USART2() {
 
 #[exception]
 fn SysTick() {
-    interrupts::pend_serial(Mmio);
+    interrupts::pend_serial(BUS);
 }
 
-/// The supply sags.
-#[interrupt]
-fn PVD() {
-    board::disable_for_sag();
-}
-
+firmware_stm32::disable_at_a_sag!();
 firmware_stm32::give_up_at_every_end!();
 firmware_stm32::test_memory_after_reset!();
 
@@ -219,7 +213,7 @@ fn background(
     });
     let mut sample_time = supervisor.sample_time();
     start(&timer, sample_time);
-    interrupts::begin(Mmio);
+    interrupts::begin(BUS);
     line_timer.start();
 
     let mut conversation = Conversation::new();

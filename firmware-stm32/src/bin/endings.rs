@@ -7,11 +7,10 @@ use core::hint::black_box;
 
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
-use firmware_stm32::board;
+use firmware_stm32::board::{self, Interrupt};
 use firmware_stm32::ending::emulated;
 use firmware_stm32::host::exit;
 use identifier_core::drive::Actuator;
-use stm32f4xx_hal::pac::Interrupt;
 
 firmware_stm32::give_up_at_every_end!();
 

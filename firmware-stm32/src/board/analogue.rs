@@ -1,6 +1,5 @@
 //! A ±10 V DAC on SPI1 in place of PWM and direction: clock PA5, data PA7, select PA4.
 
-use drive_chip::Mmio;
 use drive_chip::pwm::Pwm;
 use drive_link::Fault;
 use embedded_hal::pwm::SetDutyCycle;
@@ -12,6 +11,8 @@ use stm32f4xx_hal::pac::{Peripherals, SPI1};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
+
+use super::Mmio;
 
 type Dac = Ad5761<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>>;
 

@@ -1,27 +1,65 @@
 //! Boards: the functions of their pins, one file per board, chosen by a feature of its name.
 //!
-//! A board file is data: `BOARD` has the oscillator, the pins and the sectors of the records. To add
-//! an F4 board, copy one of them, change its pins, and name it here and in Cargo.toml.
+//! A board file is data: `BOARD` has the oscillator, the pins and the areas of the records. To add one, copy one of its
+//! family, change its pins, and name it here and in Cargo.toml. `f4` and `g4` have the
+//! interrupts of a family, by the vendor's description.
 
 #[cfg(feature = "dac")]
 mod analogue;
+#[cfg(feature = "f4")]
+mod f4;
+#[cfg(all(feature = "g4", not(feature = "f4")))]
+mod g4;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
+#[cfg(all(feature = "nucleo-g474re", not(feature = "f4")))]
+mod nucleo_g474re;
 #[cfg(feature = "olimex-stm32-h405")]
 mod olimex_stm32_h405;
 
+#[cfg(feature = "f4")]
+pub use f4::{Interrupt, interrupt};
+#[cfg(all(feature = "g4", not(feature = "f4")))]
+pub use g4::{Interrupt, interrupt};
 #[cfg(feature = "nucleo-f446re")]
 pub use nucleo_f446re::BOARD;
+#[cfg(all(feature = "nucleo-g474re", not(feature = "f4")))]
+pub use nucleo_g474re::BOARD;
 #[cfg(all(feature = "olimex-stm32-h405", not(feature = "nucleo-f446re")))]
 pub use olimex_stm32_h405::BOARD;
 
-#[cfg(all(feature = "olimex-stm32-h405", feature = "nucleo-f446re"))]
-compile_error!("one board at a time: --no-default-features --features nucleo-f446re");
-#[cfg(not(any(feature = "olimex-stm32-h405", feature = "nucleo-f446re")))]
+#[cfg(any(
+    all(feature = "olimex-stm32-h405", feature = "nucleo-f446re"),
+    all(feature = "f4", feature = "g4")
+))]
+compile_error!(
+    "one board at a time, and none beside the default one: --no-default-features --features nucleo-f446re"
+);
+#[cfg(not(any(
+    feature = "olimex-stm32-h405",
+    feature = "nucleo-f446re",
+    feature = "nucleo-g474re"
+)))]
 compile_error!("a board is needed: --features olimex-stm32-h405, for instance");
+#[cfg(all(feature = "g4", feature = "emulator"))]
+compile_error!(
+    "the emulator has an STM32F405: --features emulator without --features nucleo-g474re"
+);
+#[cfg(all(feature = "g4", feature = "dac"))]
+compile_error!("the DAC is wired to boards with an STM32F4: --features nucleo-g474re without dac");
 
-use drive_chip::{Mmio, pins, serial};
+use drive_chip::{pins, serial};
+#[cfg(feature = "f4")]
+use f4::Family;
+#[cfg(all(feature = "g4", not(feature = "f4")))]
+use g4::Family;
 use servo_hal::Gate;
+
+/// The bus of the board's chip.
+pub type Mmio = drive_chip::Mmio<Family>;
+
+/// It itself.
+pub const BUS: Mmio = Mmio::BUS;
 
 /// The command that asks for the whole duty, or for 10 V, command units.
 const FULL_SCALE: f64 = 10.0;
@@ -59,15 +97,21 @@ pub type Wired = drive_chip::Wired<'static, Mmio>;
 
 /// Disables the output whatever the state of the drivers, for a program that cannot continue.
 pub fn disable_outputs() {
-    drive_chip::disable_outputs(Mmio, &BOARD);
+    drive_chip::disable_outputs(BUS, &BOARD);
 }
 
-/// The memory that DMA receives into: no stream reaches the core-coupled memory.
+/// The memory that DMA receives into: no stream of an STM32F4 reaches the core-coupled memory.
 static RECEIVED: serial::Ring = serial::Ring::new();
 
 /// Disables the output while the supply sags.
 pub fn disable_for_sag() {
-    drive_chip::disable_for_sag(Mmio, &BOARD);
+    drive_chip::disable_for_sag(BUS, &BOARD);
+}
+
+/// Serves the interrupt that nothing masks: true if the program may continue.
+#[must_use]
+pub fn outlives_nmi() -> bool {
+    drive_chip::outlives_nmi(BUS)
 }
 
 /// Wires the board; none if it was wired before.
@@ -77,7 +121,7 @@ pub fn wire() -> Option<(Wired, Output)> {
     // The HAL resets a port that it takes: before it is used.
     #[cfg(feature = "dac")]
     let pins = analogue::Pins::take()?;
-    let mut chip = drive_chip::wire(Mmio, &BOARD, &RECEIVED, to_send);
+    let mut chip = drive_chip::wire(BUS, &BOARD, &RECEIVED, to_send);
     let full_scale = FULL_SCALE as f32;
     #[cfg(not(feature = "dac"))]
     let (stage, started) = (

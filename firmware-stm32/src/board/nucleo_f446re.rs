@@ -18,12 +18,13 @@
 //!
 //! PA5 is the green LED too, which then flickers.
 
+use drive_chip::F4;
 use drive_chip::board::{Board, Oscillator};
-use drive_chip::flash::Sectors;
+use drive_chip::flash::Areas;
 use drive_chip::pins::{Pin, Port};
 
 /// The board. Its flash keeps the records in the sectors 1 and 2.
-pub const BOARD: Board = Board {
+pub const BOARD: Board<F4> = Board {
     oscillator: Oscillator::clock(8_000_000),
     encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
     index: Pin::new(Port::C, 8),
@@ -37,5 +38,6 @@ pub const BOARD: Board = Board {
     step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
     analogue: Pin::new(Port::A, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
-    records: Sectors::starting_at(1),
+    records: Areas::starting_at(1),
+    own: (),
 };

@@ -1,8 +1,8 @@
 //! A drive on a machine with time, and the host at the other end of its line.
 
-use drive_chip::clock::Clocks;
-use drive_chip::flash::{RecordFlash, Sectors};
+use drive_chip::flash::{Areas, RecordFlash};
 use drive_chip::serial::{self, Bytes, Ring};
+use drive_chip::{F4, Family};
 use drive_link::{Command, Line, Request, State, frame};
 use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
@@ -73,8 +73,8 @@ impl Host {
         let machine: &'static Machine = forever(Machine::new(reception, rate));
         let (back, interrupt, line_end) = forever(Channel::new()).split();
         let ring: &'static Ring = forever(Ring::new());
-        let (line, port) = serial::line(machine, &Clocks::FULL, ring, forever(Bytes::new()));
-        let flash = RecordFlash::new(machine, Sectors::starting_at(1));
+        let (line, port) = serial::line(machine, &F4::CLOCKS, ring, forever(Bytes::new()));
+        let flash = RecordFlash::new(machine, Areas::starting_at(1));
         let memory = forever(Memory::new());
         let built_in = settings(rate);
         let supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, STAGE, Ok(()));

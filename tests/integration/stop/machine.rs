@@ -5,10 +5,10 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use drive_chip::Bus;
 use drive_chip::bus::Register;
 use drive_chip::line_timer;
 use drive_chip::serial::{self, Port, Ring};
+use drive_chip::{Bus, F4};
 use drive_logic::{LineListener, Sampler};
 
 use super::durations::Durations;
@@ -400,6 +400,8 @@ impl Machine {
 }
 
 impl Bus for &'static Machine {
+    type Family = F4;
+
     fn read(self, register: Register) -> u32 {
         match register.address() {
             USART_SR => {

@@ -94,8 +94,8 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     )?;
     if !status.boot.resets_in_time {
         show!(
-            "the chip does not reset itself when its supply falls below 2.7 V: set level 3 of its brown-out reset \
-             (BOR_LEV = 0 in its option bytes)"
+            "the chip does not reset itself before its supply is too low for it: set its brown-out reset in the option \
+             bytes, level 3 of an STM32F4 (BOR_LEV = 0), level 1 or more of an STM32G4 (BOR_LEV = 1 to 4)"
         )?;
     }
     if !status.boot.image_checked {

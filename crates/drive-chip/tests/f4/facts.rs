@@ -1,0 +1,39 @@
+//! Constants of the family for the shared tests and parts of the model.
+
+pub(crate) use stm32f4::stm32f405::gpioi as port;
+pub(crate) use stm32f4::stm32f405::tim5;
+
+use crate::model::Mode;
+use crate::pac::Interrupt;
+use crate::pac::tim1::smcr;
+
+/// The function of TIM1's pins (data sheet, table 9).
+pub(crate) const TIM1_FUNCTION: u8 = 1;
+/// Port A; the next ones follow.
+pub(crate) const PORTS: u32 = 0x4002_0000;
+/// MODER and PUPDR of the ports: the debugger's pins (8.4.1 and 8.4.4).
+pub(crate) const PORTS_AFTER_RESET: [(u32, u32); 3] =
+    [(0xa800_0000, 0x6400_0000), (0x280, 0x100), (0, 0)];
+/// A pin that nothing uses.
+pub(crate) const UNUSED: Mode = Mode::Input;
+
+/// Steps of a PWM period.
+pub(crate) const STEPS: u16 = 8400;
+/// Flags of the breaks in TIM1's status.
+pub(crate) const BREAKS: u16 = 1 << 7;
+/// The filter of the encoder's lines, s.
+pub(crate) const ENCODER_FILTER: f64 = 24.0 / 84e6;
+/// The sampling time of the analogue input, s.
+pub(crate) const SAMPLING: f64 = 480.0 / 21e6;
+/// The interrupt of the supply's detector.
+pub(crate) const PVD: Interrupt = Interrupt::PVD;
+/// Sectors.
+pub(crate) const PAGES_OF_AREAS_2_AND_3: &[u8] = &[2, 3];
+
+/// TIM5 among the triggers of TIM1 (table 94).
+pub(crate) const TIM5_TRIGGER: u8 = 0;
+
+/// The slave mode of TIM1 and its trigger.
+pub(crate) fn synchronisation(register: &smcr::R) -> (u8, u8) {
+    (register.sms().bits(), register.ts().bits())
+}

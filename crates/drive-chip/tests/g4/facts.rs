@@ -1,0 +1,45 @@
+//! Constants of the family for the shared tests and parts of the model.
+
+pub(crate) use stm32g4::stm32g474::gpioc as port;
+pub(crate) use stm32g4::stm32g474::tim2 as tim5;
+
+use crate::model::Mode;
+use crate::pac::Interrupt;
+use crate::pac::tim1::smcr;
+
+/// The function of TIM1's pins (data sheet).
+pub(crate) const TIM1_FUNCTION: u8 = 6;
+/// Port A; the next ones follow.
+pub(crate) const PORTS: u32 = 0x4800_0000;
+/// MODER and PUPDR of the ports: the debugger's pins, and all others analogue (RM0440, GPIO).
+pub(crate) const PORTS_AFTER_RESET: [(u32, u32); 3] = [
+    (0xabff_ffff, 0x6400_0000),
+    (0xffff_febf, 0x100),
+    (0xffff_ffff, 0),
+];
+/// A pin that nothing uses.
+pub(crate) const UNUSED: Mode = Mode::Analog;
+
+/// Steps of a PWM period.
+pub(crate) const STEPS: u16 = 8500;
+/// Flags of the breaks in TIM1's status: by the pin or the comparator, and by the chip.
+pub(crate) const BREAKS: u16 = 1 << 7 | 1 << 13;
+/// The filter of the encoder's lines, s.
+pub(crate) const ENCODER_FILTER: f64 = 48.0 / 170e6;
+/// The sampling time of the analogue input, s.
+pub(crate) const SAMPLING: f64 = 640.5 / 42.5e6;
+/// The interrupt of the supply's detector.
+pub(crate) const PVD: Interrupt = Interrupt::PVD_PVM;
+/// Pages of 2 KiB.
+pub(crate) const PAGES_OF_AREAS_2_AND_3: &[u8] = &[
+    16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31,
+];
+
+/// TIM5 among the triggers of TIM1 (TIM1).
+pub(crate) const TIM5_TRIGGER: u8 = 4 + 0b100;
+
+/// The slave mode of TIM1 and its trigger.
+pub(crate) fn synchronisation(register: &smcr::R) -> (u8, u8) {
+    let mode = register.sms().bits() | u8::from(register.sms_3().bit()) << 3;
+    (mode, register.ts().bits() | register.ts2().bits() << 3)
+}

@@ -1,0 +1,16 @@
+//! The STM32F4's interrupts and their vectors, by the vendor's description.
+
+pub(super) use drive_chip::F4 as Family;
+pub use stm32f4xx_hal::pac::{Interrupt, interrupt};
+
+/// The handler of the supply's detector.
+#[macro_export]
+macro_rules! disable_at_a_sag {
+    () => {
+        /// The supply sags.
+        #[interrupt]
+        fn PVD() {
+            $crate::board::disable_for_sag();
+        }
+    };
+}

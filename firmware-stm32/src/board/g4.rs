@@ -1,0 +1,16 @@
+//! The STM32G4's interrupts and their vectors, by the vendor's description.
+
+pub(super) use drive_chip::G4 as Family;
+pub use stm32g4::stm32g474::{Interrupt, interrupt};
+
+/// The handler of the supply's detector.
+#[macro_export]
+macro_rules! disable_at_a_sag {
+    () => {
+        /// The supply sags.
+        #[interrupt]
+        fn PVD_PVM() {
+            $crate::board::disable_for_sag();
+        }
+    };
+}
