@@ -160,12 +160,17 @@ impl Files {
     }
 }
 
-/// Commits results under their names; none, if one of them could not be written.
+/// Commits results under their names, and returns those of files; none, if one of them could not be written.
 pub(super) fn commit(
     written: impl IntoIterator<Item = Option<Result<Output, Fault>>>,
-) -> Result<(), Fault> {
+) -> Result<Vec<PathBuf>, Fault> {
     let outputs: Vec<Output> = written.into_iter().flatten().collect::<Result<_, _>>()?;
-    outputs.into_iter().try_for_each(Output::commit)
+    let files = outputs.into_iter().map(Output::commit);
+    Ok(files
+        .collect::<Result<Vec<_>, _>>()?
+        .into_iter()
+        .flatten()
+        .collect())
 }
 
 impl Picture {

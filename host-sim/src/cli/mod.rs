@@ -58,7 +58,7 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Run the paper's experiment: both methods, balanced and unbalanced (the default).
+    /// Run the paper's experiment: both methods, balanced and unbalanced (without a verb, only its table is printed).
     Paper(paper::Arguments),
     /// Run one experiment on the simulated servo.
     Run(run::Arguments),
@@ -150,10 +150,10 @@ impl Arguments {
         if self.quiet {
             standard_output::be_quiet();
         }
-        match self
-            .verb
-            .unwrap_or_else(|| Verb::Paper(paper::Arguments::default()))
-        {
+        let Some(verb) = self.verb else {
+            return paper::show();
+        };
+        match verb {
             Verb::Paper(arguments) => paper::run(&arguments),
             Verb::Run(arguments) => run::run(&arguments),
             Verb::Init(arguments) => init::run(&arguments),

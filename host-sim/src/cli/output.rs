@@ -200,8 +200,13 @@ impl Results {
                 None => json.document(result),
             }),
         ];
-        files::commit(written.into_iter().chain([self.scenario]).chain(own))?;
+        let files = files::commit(written.into_iter().chain([self.scenario]).chain(own))?;
         if !silent {
+            if !files.is_empty() {
+                let names = files.iter().map(|file| file.display().to_string());
+                let names: Vec<_> = names.collect();
+                show!("{}", folded(&format!("Written: {}", names.join(", "))))?;
+            }
             show!("{}", folded(&terminal::brief(page, width())))?;
             if with_verdict {
                 show!("{}", folded(&terminal::verdict(page)))?;

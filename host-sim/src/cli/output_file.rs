@@ -77,12 +77,14 @@ impl Output {
     ///
     /// # Errors
     /// If not all of it could be written, or the place was taken meanwhile.
-    pub(super) fn commit(self) -> Result<(), Fault> {
+    pub(super) fn commit(self) -> Result<Option<PathBuf>, Fault> {
         let Self { name, writer } = self;
+        let file = matches!(writer.get_ref(), Destination::Beside { .. }).then(|| name.clone());
         let destination = writer.into_inner().map_err(io::IntoInnerError::into_error);
         destination
             .and_then(Destination::commit)
-            .map_err(|error| Fault::unwritable(name.display(), &error))
+            .map_err(|error| Fault::unwritable(name.display(), &error))?;
+        Ok(file)
     }
 
     /// Its requested name.

@@ -6,15 +6,18 @@ use super::files::{self, Drawing, Files};
 use super::standard_output::show;
 use super::terminal;
 use crate::render::chart::Size;
-use crate::{csv, paper, present, render};
+use crate::{csv, paper, present, program, render};
 
 /// Where it goes unless stated. This folder is the program's own.
 const FOLDER: &str = "results/paper";
 
+/// The title of its page.
+const TITLE: &str = "The paper's experiment";
+
 /// The picture's name in the folder.
 const PICTURE: &str = "figure-03.png";
 
-#[derive(Debug, Default, clap::Args)]
+#[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The folder for picture, traces and results; by default results/paper, where those of an earlier run are
     /// replaced.
@@ -26,6 +29,20 @@ pub(super) struct Arguments {
     /// Replace existing files, in a folder of your own too.
     #[arg(long)]
     force: bool,
+}
+
+/// Runs the experiment for its table alone: nothing is written.
+pub(super) fn show() -> Result<(), Fault> {
+    let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
+    let page = present::paper(TITLE, &call::command(), &runs);
+    show!(
+        "{}",
+        terminal::folded(&render::terminal::brief(&page, terminal::width()))
+    )?;
+    show!(
+        "\n`{0} paper` draws Fig. 03 and writes the traces; `{0} identify LOG` identifies a servo of your own",
+        program::NAME
+    )
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
@@ -52,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         written.push(rows.map(|rows| rows.table(|file| csv::trace(file, &run.trace))));
         written.push(json.map(|json| json.document(&run.summary)));
     }
-    let page = present::paper("The paper's experiment", &call::command(), &runs);
+    let page = present::paper(TITLE, &call::command(), &runs);
     let title = "Fig. 03: identified parameters over time";
     written.push(picture.map(|picture| picture.figures(title, 2, &page)));
     files::commit(written)?;

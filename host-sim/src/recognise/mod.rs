@@ -176,7 +176,7 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
     }
     findings.push(Finding {
         about: "command",
-        text: columns.command_text(),
+        text: columns.command_text(settings.units.command_scale),
     });
     if let Some(reference) = &columns.reference {
         settings.reference = Some(reference.column.clone());

@@ -53,8 +53,12 @@ impl Columns {
         text
     }
 
-    pub(super) fn command_text(&self) -> String {
+    /// Of a command that is multiplied by a scale.
+    pub(super) fn command_text(&self, scale: f64) -> String {
         let unit = match self.command.named.unit {
+            _ if (scale - 1.0).abs() > 0.0 => {
+                format!("times {scale}, and b in rad/s² for one of the product")
+            }
             Some(Unit::Command(unit)) => format!("in {unit}, and b in rad/s² per {unit}"),
             _ => "in its own unit, and b in rad/s² for one of it".to_owned(),
         };

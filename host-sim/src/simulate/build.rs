@@ -280,6 +280,10 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
             whole_record_terms(scenario)?;
             return Ok(Method::Identifier(Box::new(WholeRecord)));
         }
+        _ if scenario.stated.identifier.initial.b.is_none() => {
+            let setting = "initial.b";
+            return Err(scenario.fault(&SettingsError::NotGiven { setting }));
+        }
         law => return rival::<N>(scenario, law).map_err(fault_of_rival),
     };
     built

@@ -145,7 +145,7 @@ fn json_on_standard_output_is_alone_and_has_the_promised_keys() {
 }
 
 #[test]
-fn paper_is_the_default_verb_and_writes_to_the_given_folder() {
+fn without_a_verb_the_papers_table_is_printed_and_paper_writes_to_the_given_folder() {
     let folder = folder("paper");
     let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .current_dir(&folder)
@@ -161,11 +161,9 @@ fn paper_is_the_default_verb_and_writes_to_the_given_folder() {
     ] {
         assert!(text.contains(row), "{text}");
     }
-    assert!(
-        text.contains("figure-03.png"),
-        "the picture is named: {text}"
-    );
-    assert!(folder.join("results/paper/figure-03.png").exists());
+    assert!(text.contains("`servo-id paper` draws Fig. 03"), "{text}");
+    let left = std::fs::read_dir(&folder).expect("a folder").count();
+    assert_eq!(left, 0, "nothing was asked for, and nothing is written");
 
     let elsewhere = folder.join("elsewhere");
     let output = servo_id(&["paper", "--out", &elsewhere.display().to_string()]);

@@ -402,8 +402,10 @@ fn an_interrupted_sweep_keeps_its_finished_runs() {
 #[test]
 fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
     let folder = folder("outputs-paper");
+    assert_done(&call(&folder, ""));
+    assert!(names(&folder).is_empty(), "nothing was asked for");
     for _ in 0..2 {
-        assert_done(&call(&folder, ""));
+        assert_done(&call(&folder, "paper"));
     }
     assert_eq!(names(&folder.join("results/paper")).len(), 9);
     fs::write(folder.join("figure-03.png"), "precious").expect("written");

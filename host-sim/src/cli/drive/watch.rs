@@ -125,7 +125,7 @@ impl Table {
     /// Keeps the table if it has a row.
     fn keep(self) -> Result<(), Fault> {
         if self.rows > 0 {
-            self.file.commit()
+            self.file.commit().map(drop)
         } else {
             Ok(())
         }

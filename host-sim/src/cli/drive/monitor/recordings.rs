@@ -132,7 +132,7 @@ fn kept(mut log: Output, mut scenario: Output, text: &str) -> Result<(), Fault> 
     scenario.bytes(text.as_bytes())?;
     let flushed = scenario.flush();
     flushed.map_err(|error| scenario.unwritable(&error))?;
-    files::commit([Some(Ok(log)), Some(Ok(scenario))])
+    files::commit([Some(Ok(log)), Some(Ok(scenario))]).map(drop)
 }
 
 fn ended_without(fault: &Fault) -> Fault {
