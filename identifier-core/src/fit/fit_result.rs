@@ -1,4 +1,5 @@
 use super::fitter::{Fit, Fitter};
+use super::survey::{larger, root};
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
@@ -28,7 +29,7 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     pub(crate) acceleration: N,
     /// The part of the motion that the fit leaves unexplained, 0 to 1: mean square of its errors over
     /// that of a model at rest.
-    pub(crate) left: f64,
+    pub(crate) left: N,
     /// The direction of the motion if it never reversed, ±1; else zero.
     pub(crate) only_direction: N,
     noise: N,
@@ -46,8 +47,8 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         /// The square of the factor that the same motion seen by another part of it can make.
         const MAX_VARIANCE_RATIO: f64 = 9.0;
         (0..P).all(|i| {
-            let before = earlier.covariance[i][i].to_f64();
-            before == 0.0 || self.covariance[i][i].to_f64() <= MAX_VARIANCE_RATIO * before
+            let before = earlier.covariance[i][i];
+            before == N::ZERO || self.covariance[i][i] <= N::from_f64(MAX_VARIANCE_RATIO) * before
         })
     }
 
@@ -70,7 +71,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         /// Over a window of 32 results a factor of two in the standard errors.
         const GROWTH: f64 = 1.044;
         for entry in self.covariance.as_flattened_mut() {
-            *entry = N::from_f64(entry.to_f64() * GROWTH);
+            *entry = *entry * N::from_f64(GROWTH);
         }
     }
 
@@ -79,15 +80,15 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     pub(crate) fn is_good(&self, most: f64) -> bool {
         /// The largest part of the motion that a fit may leave unexplained.
         const MAX_UNEXPLAINED: f64 = 0.1;
-        let b = self.parameters[B].to_f64();
-        let variance = self.covariance[B][B].to_f64();
-        let explained =
-            self.left < MAX_UNEXPLAINED || self.unexplained.to_f64() < 4.0 * self.noise.to_f64();
+        let b = self.parameters[B] * N::from_f64(most);
+        let variance = self.covariance[B][B];
+        let explained = self.left < N::from_f64(MAX_UNEXPLAINED)
+            || self.unexplained < N::from_f64(4.0) * self.noise;
         let finite = (0..P).all(|i| {
             self.parameters[i].is_finite()
                 && self.covariance[i].iter().all(|entry| entry.is_finite())
         });
-        finite && explained && !self.at_bound[B] && variance <= most * most * b * b
+        finite && explained && !self.at_bound[B] && variance <= b * b
     }
 }
 
@@ -106,18 +107,18 @@ where
         /// Standard errors.
         const MIN_STANDARD_ERRORS: f64 = 3.0;
         let best = fit.best.as_ref()?;
-        let cost = best.pass.equations.cost().to_f64();
-        let freedom = fit.blocks.saturating_sub(Q).max(1) as f64;
-        let unexplained = (cost / freedom).max(self.noise.to_f64());
+        let cost = best.pass.equations.cost();
+        let freedom = N::from_count(fit.blocks.saturating_sub(Q).max(1) as i32);
+        let unexplained = larger(cost * freedom.reciprocal(), self.noise);
         // Errors correlated from block to block as ρᵏ carry less information than white ones.
-        let correlation = if cost > 0.0 {
-            (best.pass.lag_one.to_f64() / cost).clamp(0.0, MAX_CORRELATION)
+        let correlation = if cost > N::ZERO {
+            (best.pass.lag_one * cost.reciprocal()).limited(N::ZERO, N::from_f64(MAX_CORRELATION))
         } else {
-            0.0
+            N::ZERO
         };
-        let coloured = unexplained * (1.0 + correlation) / (1.0 - correlation);
+        let coloured = unexplained * (N::ONE + correlation) * (N::ONE - correlation).reciprocal();
         let covariance = best.pass.equations.covariance();
-        let per = self.scale.map(|scale| 1.0 / scale);
+        let per = &self.per_scale;
         let free = self.free_unknowns(&fit.prior);
         let stopped_at_zero = |i: usize| best.unknowns[i] <= self.low[i] && self.low[i] == N::ZERO;
         let further = if (0..P).any(|i| free[i] && stopped_at_zero(i)) {
@@ -127,10 +128,10 @@ where
         };
         let at_bound = core::array::from_fn(|i| {
             let value = best.unknowns[i];
-            let below = -further[i].to_f64();
-            let variance = coloured * covariance[i][i].to_f64();
+            let below = -further[i];
+            let certain = N::from_f64(MIN_STANDARD_ERRORS * MIN_STANDARD_ERRORS);
             let significant =
-                below > 0.0 && below * below > MIN_STANDARD_ERRORS * MIN_STANDARD_ERRORS * variance;
+                below > N::ZERO && below * below > certain * coloured * covariance[i][i];
             let stopped = if stopped_at_zero(i) {
                 significant
             } else {
@@ -138,37 +139,36 @@ where
             };
             free[i] && (stopped || value >= self.high[i])
         });
-        let speed = best.pass.speed_square.to_f64();
-        let acceleration = best.pass.acceleration_square.to_f64();
-        let bandwidth = if speed > 0.0 {
-            libm::sqrt(acceleration / speed) * per[A]
+        let speed = best.pass.speed_square;
+        let bandwidth = if speed > N::ZERO {
+            root(best.pass.acceleration_square * speed.reciprocal()) * per[A]
         } else {
-            0.0
+            N::ZERO
         };
+        let standing = larger(fit.standing_cost, cost);
         Some(FitResult {
-            parameters: core::array::from_fn(|i| N::from_f64(best.unknowns[i].to_f64() * per[i])),
+            parameters: core::array::from_fn(|i| best.unknowns[i] * per[i]),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| {
                     if free[i] && free[j] {
-                        let value = covariance[i][j].to_f64();
-                        N::from_f64(coloured * value * per[i] * per[j])
+                        coloured * covariance[i][j] * per[i] * per[j]
                     } else {
                         N::ZERO
                     }
                 })
             }),
-            unexplained: N::from_f64(unexplained),
-            bandwidth: N::from_f64(bandwidth),
+            unexplained,
+            bandwidth,
             at_bound,
             suggests,
             path: fit.survey.path,
             output_error: best.pass.last_error,
-            acceleration: N::from_f64(
-                libm::sqrt(fit.survey.command_square.to_f64() / fit.blocks as f64)
-                    * best.unknowns[B].to_f64()
-                    * per[B],
-            ),
-            left: cost / fit.standing_cost.to_f64().max(cost).max(f64::MIN_POSITIVE),
+            acceleration: fit.survey.usual_command(fit.blocks) * best.unknowns[B] * per[B],
+            left: if standing > N::ZERO {
+                cost * standing.reciprocal()
+            } else {
+                N::ONE
+            },
             only_direction: if fit.survey.reversals == 0 {
                 fit.survey.direction
             } else {

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::block::Block;
 use super::pass::{Pass, direction};
 use super::record::Record;
-use super::survey::{MIN_TRAVEL_COUNTS, Survey};
+use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger};
 use super::trial::BestFit;
 use super::{A, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
@@ -42,7 +42,10 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
     /// The fitted unknowns: a parameter always, a term where it may enter.
     pub(super) free: [bool; P],
     /// Units of a block per unit of a sample.
-    pub(super) scale: [f64; P],
+    pub(super) scale: [N; P],
+    pub(super) per_scale: [N; P],
+    /// Weights of the initial position and velocity, see [`Fitter::INITIAL`].
+    pub(super) initial_weight: [N; 2],
     pub(super) bandwidth: Option<N>,
     angle: AngleSettings<N>,
     per_low_speed_velocity: N,
@@ -80,6 +83,8 @@ pub(super) enum FitStage {
     From(u32),
     /// The term that explains the rest best is chosen.
     Weigh,
+    /// The result is made.
+    End,
 }
 
 impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
@@ -96,6 +101,9 @@ where
     /// A fit explains the motion if the variance of the errors is below this many times the
     /// encoder's; then no further start is tried.
     const EXPLAINED_VARIANCE: f64 = 2.0;
+
+    /// The fastest correction, 1/block.
+    const MAX_OMEGA: f64 = 0.3;
 
     pub(crate) fn new(config: &FitterConfig<P>) -> Self {
         const {
@@ -119,7 +127,10 @@ where
             high,
             prior: Prior::from_config(config, &scale),
             free: config.free,
-            scale,
+            scale: scale.map(N::from_f64),
+            per_scale: scale.map(|scale| N::from_f64(1.0 / scale)),
+            initial_weight: Self::INITIAL
+                .map(|deviation| N::from_f64(libm::sqrt(config.noise) / deviation)),
             bandwidth: config.bandwidth.map(|omega| N::from_f64(omega * m)),
             angle: AngleSettings::new(config.angle.revolution, config.angle.order),
             per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
@@ -176,6 +187,7 @@ where
                         self.linear_block(fit, block, direction);
                     }
                     FitStage::From(_) | FitStage::Weigh => self.model_block(fit, block),
+                    FitStage::End => {}
                 }
             }
             fit.next += 1;
@@ -187,16 +199,13 @@ where
                 if fit.survey.path < N::from_f64(MIN_TRAVEL_COUNTS) {
                     return Some(None);
                 }
-                let blocks = fit.blocks as f64;
-                let least = 6.0 / blocks;
-                let most = 0.3;
-                let turning = core::f64::consts::PI * f64::from(fit.survey.reversals) / blocks;
-                let omega = self
-                    .bandwidth
-                    .map_or(turning, N::to_f64)
-                    .max(least)
-                    .min(most);
-                fit.omega = N::from_f64(omega);
+                let per_block = N::from_count(fit.blocks.max(1) as i32).reciprocal();
+                let least = N::from_f64(6.0) * per_block;
+                let turning = N::from_f64(core::f64::consts::PI)
+                    * N::from_count(fit.survey.reversals as i32)
+                    * per_block;
+                let omega = larger(self.bandwidth.unwrap_or(turning), least);
+                fit.omega = omega.limited(N::ZERO, N::from_f64(Self::MAX_OMEGA));
                 fit.correction = Innovation::critically_damped(fit.omega);
                 fit.stage = FitStage::Linear;
                 fit.pass = Pass::at(&[N::ZERO; Q], P, fit.inputs);
@@ -228,15 +237,18 @@ where
                     fit.best = Some(this);
                 }
                 let explained = fit.best.is_some_and(|best| {
-                    best.pass.equations.cost().to_f64()
-                        < Self::EXPLAINED_VARIANCE * self.noise.to_f64() * fit.blocks as f64
+                    let explained = N::from_f64(Self::EXPLAINED_VARIANCE) * self.noise;
+                    best.pass.equations.cost() < explained * N::from_count(fit.blocks as i32)
                 });
                 let guesses = 3;
                 let last = guesses + Self::GAIN_FACTORS.len() as u32;
                 let next = start + 1;
                 if next >= last || (explained && next >= guesses) {
                     if !self.has_candidates(&fit.prior) {
-                        return Some(self.result(fit, None));
+                        // Apart from the end of the pass: a slice of its own.
+                        fit.stage = FitStage::End;
+                        fit.next = fit.blocks;
+                        return None;
                     }
                     fit.trial = fit.best.as_ref()?.unknowns;
                     fit.stage = FitStage::Weigh;
@@ -247,6 +259,7 @@ where
                 self.begin_start(fit, next);
             }
             FitStage::Weigh => return Some(self.result(fit, self.suggestion(fit))),
+            FitStage::End => return Some(self.result(fit, None)),
         }
         None
     }

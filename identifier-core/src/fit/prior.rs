@@ -1,3 +1,4 @@
+use super::survey::{larger, root};
 use super::{FitResult, Fitter};
 use crate::adaptation::IdentifiableSet;
 use crate::model::AngleSettings;
@@ -65,22 +66,22 @@ where
     /// A fit result as the prior of the next fit: with ten times its standard deviations, and a
     /// fiftieth of the value on top, so that a servo may change.
     pub(crate) fn known_from(&self, result: &FitResult<N, P>) -> Prior<N, P> {
-        let noise = libm::sqrt(self.noise.to_f64());
+        let noise = root(self.noise);
         let entered = result.entered::<S>();
         let fitted = |i: usize| match S::UNKNOWNS[i].term() {
             Some(term) => entered.has(term),
             None => true,
         };
+        let [errors, share] = [10.0, 0.02].map(N::from_f64);
         Prior {
             initial: core::array::from_fn(|i| {
-                let value = result.parameters[i].to_f64() * self.scale[i];
-                fitted(i).then(|| N::from_f64(value))
+                fitted(i).then(|| result.parameters[i] * self.scale[i])
             }),
             weight: core::array::from_fn(|i| {
-                let deviation = 10.0 * libm::sqrt(result.covariance[i][i].to_f64())
-                    + 0.02 * libm::fabs(result.parameters[i].to_f64());
-                if self.free[i] && fitted(i) && deviation > 0.0 {
-                    N::from_f64(noise / (deviation * self.scale[i]))
+                let deviation = errors * root(result.covariance[i][i])
+                    + share * result.parameters[i].magnitude();
+                if self.free[i] && fitted(i) && deviation > N::ZERO {
+                    noise * (deviation * self.scale[i]).reciprocal()
                 } else {
                     N::ZERO
                 }
@@ -96,14 +97,14 @@ where
         result: &FitResult<N, P>,
         term: Term,
     ) -> Prior<N, P> {
-        let noise = libm::sqrt(self.noise.to_f64());
+        let noise = root(self.noise);
         let entered = result.entered::<S>().with(term);
         for (i, unknown) in S::UNKNOWNS.into_iter().enumerate() {
             let enters = unknown.term().is_some_and(|term| entered.has(term));
             if self.free[i] && enters && prior.initial[i].is_none() {
                 prior.initial[i] = Some(self.prior.initial[i].unwrap_or(N::ZERO));
                 let deviation = result.usual_size::<S>(unknown) * self.scale[i];
-                prior.weight[i] = N::from_f64(noise / deviation);
+                prior.weight[i] = noise * deviation.reciprocal();
             }
         }
         prior
@@ -138,24 +139,25 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     }
 
     /// The usual size of a term of this servo, machine units of a sample.
-    pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> f64 {
+    pub(crate) fn usual_size<S: IdentifiableSet<P>>(&self, unknown: Unknown) -> N {
         /// Friction is at least this part of the motion's acceleration or bandwidth.
         const MIN_FRICTION_SHARE: f64 = 0.1;
         let of = |wanted: Unknown| {
             let place = S::UNKNOWNS.iter().position(|&own| own == wanted);
-            place.map_or(0.0, |i| self.parameters[i].to_f64())
+            place.map_or(N::ZERO, |i| self.parameters[i])
         };
-        let acceleration = self.acceleration.to_f64();
-        let bandwidth = self.bandwidth.to_f64().max(f64::MIN_POSITIVE);
-        unknown.usual_size(|share: f64| UsualSizes {
-            coulomb: share * of(Unknown::Coulomb).max(MIN_FRICTION_SHARE * acceleration),
+        let fine = N::from_f64(MIN_FRICTION_SHARE);
+        let acceleration = self.acceleration;
+        let bandwidth = larger(self.bandwidth, N::from_f64(1e-9));
+        unknown.usual_size(|share: N| UsualSizes {
+            coulomb: share * larger(of(Unknown::Coulomb), fine * acceleration),
             other: PerQuantity {
-                rate: share * of(Unknown::A).max(MIN_FRICTION_SHARE * bandwidth),
+                rate: share * larger(of(Unknown::A), fine * bandwidth),
                 gain: share * of(Unknown::B),
                 acceleration: share * acceleration,
                 // Of the time in which the loop settles, at least a sample.
-                time: (share / bandwidth).max(1.0),
-                command: share * acceleration / of(Unknown::B),
+                time: larger(share * bandwidth.reciprocal(), N::ONE),
+                command: share * acceleration * of(Unknown::B).reciprocal(),
             },
         })
     }

@@ -11,7 +11,7 @@ where
 {
     /// Standard deviations of the initial position (its rounding), counts, and of the initial
     /// velocity, in counts per block.
-    const INITIAL: [f64; 2] = [0.288_675, 1e3];
+    pub(super) const INITIAL: [f64; 2] = [0.288_675, 1e3];
 
     /// Factors on the gain that the amplitudes suggest: further starts where nothing better is known.
     pub(super) const GAIN_FACTORS: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
@@ -84,10 +84,9 @@ where
 
     /// The prior of the initial state, as two more measurements.
     pub(super) fn add_initial(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
-        let noise = libm::sqrt(self.noise.to_f64());
-        for (place, deviation) in (P..Q).zip(Self::INITIAL) {
+        for (place, weight) in (P..Q).zip(self.initial_weight) {
             let mut row = [N::ZERO; Q];
-            row[place] = N::from_f64(noise / deviation);
+            row[place] = weight;
             let error = -(fit.trial[place] * row[place]);
             fit.pass.equations.add(&row, error);
         }

@@ -1,4 +1,5 @@
 use super::fitter::Fit;
+use super::survey::larger;
 use super::{Fitter, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
@@ -33,19 +34,20 @@ where
         }
         let equations = &fit.pass.equations;
         let free = self.free_unknowns(&fit.prior);
-        let left = (equations.cost() - equations.explained_by(&free)).to_f64();
+        let left = equations.cost() - equations.explained_by(&free);
+        let per_left = larger(left, N::from_f64(1e-12)).reciprocal();
         let explained_with = |term: Term| {
             let with = core::array::from_fn(|i| {
                 let own = S::UNKNOWNS.get(i).is_some_and(|&own| term.is_of(own));
                 free[i] || (own && self.free[i])
             });
-            let with_it = (equations.cost() - equations.explained_by(&with)).to_f64();
-            (left - with_it) / left.max(f64::MIN_POSITIVE)
+            let with_it = equations.cost() - equations.explained_by(&with);
+            (left - with_it) * per_left
         };
         self.candidates(&fit.prior)
             .map(|term| (term, explained_with(term)))
-            .filter(|&(_, share)| share > MIN_SHARE)
-            .max_by(|(_, one), (_, other)| one.total_cmp(other))
+            .filter(|&(_, share)| share > N::from_f64(MIN_SHARE))
+            .reduce(|one, other| if other.1 > one.1 { other } else { one })
             .map(|(term, _)| term)
     }
 }

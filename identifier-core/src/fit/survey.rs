@@ -8,11 +8,11 @@ pub(crate) const MIN_TRAVEL_COUNTS: f64 = 8.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Survey<N> {
     pub(super) path: N,
-    pub(super) command: N,
-    pub(super) command_square: N,
-    pub(super) travel_square: N,
+    command: N,
+    command_square: N,
+    travel_square: N,
     /// The furthest since the last reversal, relative to the present position.
-    pub(super) extreme: N,
+    extreme: N,
     pub(super) direction: N,
     pub(super) reversals: u32,
 }
@@ -58,10 +58,34 @@ impl<N: Number> Survey<N> {
 
     /// The gain from the amplitude of the command to that of the motion at the frequency ω.
     pub(super) fn gain(&self, omega: N, blocks: usize) -> N {
-        let count = blocks as f64;
-        let mean = self.command.to_f64() / count;
-        let unrest = (self.command_square.to_f64() / count - mean * mean).max(1e-12);
-        let speed = self.travel_square.to_f64() / count;
-        N::from_f64(omega.to_f64() * libm::sqrt(speed / unrest))
+        let per_block = per(blocks);
+        let mean = self.command * per_block;
+        let unrest = larger(
+            self.command_square * per_block - mean * mean,
+            N::from_f64(1e-12),
+        );
+        omega * root(self.travel_square * per_block) * unrest.reciprocal_root()
     }
+
+    /// A usual command: its root mean square.
+    pub(super) fn usual_command(&self, blocks: usize) -> N {
+        root(self.command_square * per(blocks))
+    }
+}
+
+fn per<N: Number>(blocks: usize) -> N {
+    N::from_count(blocks.max(1) as i32).reciprocal()
+}
+
+/// √x, zero for what is not positive.
+pub(super) fn root<N: Number>(x: N) -> N {
+    if x > N::ZERO {
+        x * x.reciprocal_root()
+    } else {
+        N::ZERO
+    }
+}
+
+pub(super) fn larger<N: Number>(x: N, y: N) -> N {
+    if x > y { x } else { y }
 }

@@ -62,19 +62,20 @@ where
         /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
         /// errors are not white.
         const COVARIANCE_FACTOR: f64 = 4.0;
-        let scale = result.acceleration.to_f64();
+        let factor = N::from_f64(COVARIANCE_FACTOR);
         // Motion in one direction determines only d − c sign(q̇), not c and d separately.
-        let mut ambiguity = [0.0; FITTED];
-        ambiguity[COULOMB] = scale * 0.5;
-        ambiguity[LOAD] = scale * 0.5 * result.only_direction.to_f64();
+        let half = N::from_f64(0.5) * result.acceleration;
+        let mut ambiguity = [N::ZERO; FITTED];
+        ambiguity[COULOMB] = half;
+        ambiguity[LOAD] = half * result.only_direction;
         let one_way = result.only_direction != N::ZERO;
         let covariance = core::array::from_fn(|i| {
             core::array::from_fn(|j| {
-                let known = COVARIANCE_FACTOR * result.covariance[i][j].to_f64();
+                let known = factor * result.covariance[i][j];
                 if S::HAS_COULOMB && one_way && self.free[i] && self.free[j] {
-                    known + ambiguity[i] * ambiguity[j]
+                    (known + ambiguity[i] * ambiguity[j]).to_f64()
                 } else {
-                    known
+                    known.to_f64()
                 }
             })
         });

@@ -122,12 +122,12 @@ where
         Term::ALL.into_iter().filter(new).all(|term| {
             let mut own = (0..U).filter(|&i| term.is_of(F::UNKNOWNS[i]));
             let known = own.clone().all(|i| {
-                let most = MAX_RELATIVE_ERROR * result.usual_size::<F>(F::UNKNOWNS[i]);
-                result.covariance[i][i].to_f64() < most * most
+                let most = N::from_f64(MAX_RELATIVE_ERROR) * result.usual_size::<F>(F::UNKNOWNS[i]);
+                result.covariance[i][i] < most * most
             });
             let significant = own.any(|i| {
-                let size = result.parameters[i].to_f64();
-                size * size > MIN_SCORE * result.covariance[i][i].to_f64()
+                let size = result.parameters[i];
+                size * size > N::from_f64(MIN_SCORE) * result.covariance[i][i]
             });
             known && (significant || self.fitter.demands(term))
         })
