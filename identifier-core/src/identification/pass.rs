@@ -389,18 +389,24 @@ impl<const C: usize> State<'_, C> {
                 pushed = acting.push - (acting.coulomb + low_speed * bell) * direction;
                 after = velocity + (pushed - rate * velocity) * response.velocity;
             }
-            let moved = velocity * response.velocity + pushed * response.position;
             let acceleration = pushed - rate * velocity;
             // ∂(push)/∂velocity of what fades with speed and of what grows with its square.
             let coupling =
                 2.0 * middle.abs() * per_square * low_speed * bell - quadratic * velocity.abs();
-            let kept = 1.0 - rate * response.velocity + coupling * response.velocity;
             let crosses = velocity != 0.0 && after * direction < 0.0;
-            let part = if crosses {
-                velocity / (velocity - after)
-            } else {
-                1.0
-            };
+            let mut length = left;
+            let mut response = response;
+            if crosses {
+                // The time at which it stops: along a straight line at first, then Newton's steps.
+                length *= velocity / (velocity - after);
+                for _ in 0..2 {
+                    response = Response::new(rate, length);
+                    let rest = velocity + acceleration * response.velocity;
+                    length -= rest / (pushed - rate * rest);
+                }
+                response = Response::new(rate, length);
+            }
+            let kept = 1.0 - rate * response.velocity + coupling * response.velocity;
             let shape = Shape {
                 direction,
                 bell,
@@ -434,25 +440,22 @@ impl<const C: usize> State<'_, C> {
                     change += pushed * (1.0 - rate * response.velocity) * lengths[i];
                     shift += pushed * response.velocity * lengths[i];
                 }
+                tangent.error -= shift;
                 if crosses {
-                    let per = 1.0 / (velocity - after);
-                    let part_change = (velocity * change - after * before) * per * per;
-                    tangent.error -= 0.5 * left * (before * part + velocity * part_change);
-                    lengths[i] = -left * part_change;
+                    // It stops later, and less of the sample is left.
+                    lengths[i] = change / pushed;
                     tangent.velocity = 0.0;
                 } else {
-                    tangent.error -= shift;
                     tangent.velocity = change;
                 }
             }
+            self.error -= velocity * response.velocity + pushed * response.position;
             if !crosses {
-                self.error -= moved;
                 self.velocity = after;
                 return;
             }
-            self.error -= 0.5 * velocity * part * left;
             self.velocity = 0.0;
-            left *= 1.0 - part;
+            left -= length;
             turned = true;
         }
     }

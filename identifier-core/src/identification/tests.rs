@@ -268,3 +268,60 @@ fn no_motion_and_no_command_are_no_record() {
     assert!(Fitter::new(&record(&still, &still)).is_none());
     assert!(Fitter::new(&record(&moving, &still)).is_none());
 }
+
+/// Velocity bends within the sample in which a strongly damped servo turns round.
+#[test]
+fn a_strongly_damped_servo_that_turns_round_is_its_model() {
+    let (a, b, c) = (0.14, 2.0, 0.1);
+    let (mut q, mut v) = (0.0_f64, 0.0_f64);
+    let (mut positions, mut commands) = (Vec::new(), Vec::new());
+    for k in 0..2000 {
+        let command = if (k / 37) % 2 == 0 { 1.0 } else { -0.8 };
+        positions.push(q);
+        commands.push(command);
+        let mut left = 1.0;
+        while left > 0.0 {
+            // q̇ = w + (v − w) e^(−a t) up to the time at which it is zero.
+            let direction = if v == 0.0 {
+                f64::signum(command)
+            } else {
+                v.signum()
+            };
+            let end = (b * command - c * direction) / a;
+            let stops = if v * end < 0.0 {
+                libm::log(1.0 - v / end) / a
+            } else {
+                left
+            };
+            let time = stops.min(left);
+            let kept = libm::exp(-a * time);
+            q += end * time + (v - end) * (1.0 - kept) / a;
+            v = if stops < left {
+                0.0
+            } else {
+                end + (v - end) * kept
+            };
+            left -= time;
+        }
+    }
+    let record = Record {
+        positions: &positions,
+        commands: &commands,
+        angles: &[],
+        begins: &[0],
+        stride: 1,
+    };
+    let fitter = Fitter::new(&record).expect("a motion");
+    let mut values = Values::NONE;
+    for (effect, value) in [(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)] {
+        values.set(effect, value);
+    }
+    let horizon = Horizon {
+        white: 1000.0,
+        walk: None,
+    };
+    let mut largest = 0.0_f64;
+    let mut see = |row: &Row<'_>| largest = largest.max(row.innovation.abs());
+    assert!(fitter.pass(&values, horizon).run(&values, &[], &mut see));
+    assert!(largest < 1e-3, "{largest} counts");
+}
