@@ -50,6 +50,7 @@ impl WholeRecord {
             command: sample.command,
             begins: sample.begins,
         });
+        let fitted = logged.len() as u64;
         let recording = Recording::new(logged, units.position(), terms.revolution > 0.0);
         let scale = Scale {
             time: units.sample_time() * recording.block,
@@ -75,7 +76,7 @@ impl WholeRecord {
                 max_effects: MAX_EFFECTS,
             },
         )?;
-        Some(scale.in_si(&found))
+        Some(scale.in_si(&found, fitted))
     }
 }
 
@@ -105,7 +106,7 @@ struct Scale {
 }
 
 impl Scale {
-    fn in_si(&self, found: &Identified) -> WholeRecord {
+    fn in_si(&self, found: &Identified, samples: u64) -> WholeRecord {
         let value = |effect: Effect| found.values.get(effect) * self.of(effect);
         let std_error = |effect: Effect| {
             let own = found.estimated.iter().find(|(one, _)| *one == effect);
@@ -161,6 +162,7 @@ impl Scale {
             },
             noise: found.noise,
             notes: FitNotes {
+                samples,
                 command_recorded_late: found.lateness,
                 effects: effects.collect(),
             },

@@ -5,6 +5,8 @@ use serde::Serialize;
 /// Findings of a fit to a whole record besides the estimates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitNotes {
+    /// Samples that were fitted, the last of the run: a longer one is not fitted whole.
+    pub samples: u64,
     /// Samples by which the command was recorded late, that is in a row after the one from which it acted; none
     /// where it was not. The estimates are those with the command where it acted.
     pub command_recorded_late: Option<f64>,

@@ -98,6 +98,25 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
 }
 
 #[test]
+fn the_end_of_a_long_log_is_fitted_and_the_result_states_it() {
+    let (short, scenario) = trace("long");
+    let whole = replayed(&short, &scenario);
+    assert_eq!(whole["fit"]["samples"], whole["samples"]);
+    let servo = include_str!("../../scenarios/friction.toml");
+    let longer = servo.replace("duration = 8.0", "duration = 140.0");
+    assert_ne!(servo, longer);
+    let own = short.with_file_name("long.toml");
+    std::fs::write(&own, longer).expect("written");
+    let [own, log, scenario] =
+        [own, short.with_file_name("long.csv"), scenario].map(|path| path.display().to_string());
+    assert!(servo_id(&["run", &own, "--csv", &log]).status.success());
+    let output = servo_id(&["replay", &log, "--scenario", &scenario]);
+    let answer = String::from_utf8_lossy(&output.stdout);
+    let stated = "The last 131072 of 140000 samples were fitted";
+    assert!(answer.contains(stated), "{answer}");
+}
+
+#[test]
 fn a_reversed_or_foreign_command_is_refused() {
     let (log, scenario) = trace("reversed");
     with_commands(&log, |commands| {

@@ -159,7 +159,7 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
         ))
     }));
     if let Some(fit) = &summary.fit {
-        blocks.extend(fit_notes(fit));
+        blocks.extend(fit_notes(fit, summary.samples));
     }
     if let Some(residual) = &summary.residual {
         blocks.push(Block::Text(left_over(residual, summary)));
@@ -169,9 +169,16 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     blocks
 }
 
-/// The clock of the command, and the effects that a fit needed.
-fn fit_notes(fit: &FitNotes) -> Vec<Block> {
+/// The part of the run that was fitted, the clock of the command, and the effects that a fit needed.
+fn fit_notes(fit: &FitNotes, samples: u64) -> Vec<Block> {
     let mut lines = Vec::new();
+    if fit.samples < samples {
+        lines.push(format!(
+            "The last {} of {samples} samples were fitted; where they hold too little motion, leave out the end of the log \
+             (log.cut).",
+            fit.samples
+        ));
+    }
     if let Some(late) = fit.command_recorded_late {
         lines.push(format!(
             "The command was recorded {} samples late; the estimates are those with the command where it acted.",
