@@ -12,7 +12,7 @@ use crate::support::{folder, standard_error};
 use drive_link::Law;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
-const ELSEWHERE: [(&str, &str); 5] = [
+const ELSEWHERE: [(&str, &str); 6] = [
     (
         "cargo install",
         "builds everything anew; what it installs is run here",
@@ -21,6 +21,7 @@ const ELSEWHERE: [(&str, &str); 5] = [
         "(cd firmware-stm32 && cargo run",
         "flashes a board: CI builds it and boots it in an emulator",
     ),
+    ("cargo test", "runs every test: CI does"),
     ("cargo xtask", "takes an emulator: CI does"),
     (
         "servo-id drive simulate",
@@ -205,6 +206,16 @@ fn every_command_of_readme_and_guides_works_as_it_is_printed() {
             "no page shows {begin}, which is left out: {why}"
         );
     }
+}
+
+#[test]
+fn ci_calls_the_test_command_of_the_readme() {
+    let readme = blocks(&root().join("README.md"), "sh").concat();
+    let command = readme.lines().find(|line| line.starts_with("cargo test"));
+    let command = command.expect("the README has a command that tests");
+    let ci = fs::read_to_string(root().join(".ci/run")).expect("a script");
+    let step = format!("step {command}");
+    assert!(ci.lines().any(|line| line == step), "no `{step}` in .ci/run");
 }
 
 /// Pages whose output other tests compare.
