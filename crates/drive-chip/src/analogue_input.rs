@@ -3,7 +3,7 @@
 //! Three resistors at the pin bring ±11 V to its range: 66.5 kΩ from the command, 20 kΩ from 3.3 V, 28.7 kΩ to ground.
 //! The pin is at 1.65 V for 0 V, and 0.15 V higher per volt; an open wire reads as 2 V.
 
-use crate::family::{Bus, Family};
+use crate::family::{Bus, Converter};
 
 /// The code of 0 V.
 const ZERO: f32 = 2048.0;

@@ -3,7 +3,7 @@
 use drive_link::Fault;
 
 use crate::board::Oscillator;
-use crate::family::{Bus, Family};
+use crate::family::{Bus, ClockTree};
 pub use crate::frequencies::Clocks;
 
 /// Sets the clocks. Where the oscillator or the PLL does not become ready they stay those after reset, and

@@ -93,16 +93,11 @@ pub(crate) fn becomes(bus: impl Bus, register: Register, bits: u32, wanted: u32)
 }
 
 /// A family of chips.
-pub trait Family: Copy + Debug + Eq + 'static {
+pub trait Family:
+    ClockTree + Peripherals + Supply + Receiver + Converter + Storage + Copy + Debug + Eq + 'static
+{
     /// The parts that only boards of this family have.
     type Own: Copy + Debug + Eq;
-
-    /// Frequencies from the board's oscillator.
-    const CLOCKS: Clocks;
-    /// Frequency that the PLL divides the oscillator's to, Hz; the oscillator's is a multiple of it.
-    const PLL_INPUT: u32;
-    /// The oscillator's lowest and highest frequency, Hz.
-    const OSCILLATOR: [u32; 2];
 
     /// Port A; the next ports follow.
     const PORTS: u32;
@@ -122,32 +117,34 @@ pub trait Family: Copy + Debug + Eq + 'static {
     /// Filter of the lines for step and direction.
     const STEP_FILTER: InputFilter;
 
-    /// USART2.
-    const USART: Usart;
-    /// The DMA of its reception.
-    const RECEPTION: Reception;
-
-    /// The newest code of the analogue input.
-    const ANALOGUE_CODE: Register;
-
     /// Masks of the external interrupts.
     const EVENT_MASKS: Register;
     /// Requests of the external interrupts.
     const EVENTS: Register;
 
-    /// The flash's interface.
-    const FLASH: Flash;
-    /// Bytes that the flash writes at once.
-    const WRITE_SIZE: usize;
-    /// The flash recognises words that a loss of power has damaged, by an interrupt that nothing masks.
-    const RECOGNISES_DAMAGE: bool;
+    /// Sets up the parts that only boards of this family have.
+    fn wire(bus: impl Bus<Family = Self>, own: &Self::Own);
+}
 
-    /// Everything from the internal oscillator.
+/// The clocks of a family.
+pub trait ClockTree {
+    /// Frequencies from the board's oscillator.
+    const CLOCKS: Clocks;
+    /// Frequency that the PLL divides the oscillator's to, Hz; the oscillator's is a multiple of it.
+    const PLL_INPUT: u32;
+    /// The oscillator's lowest and highest frequency, Hz.
+    const OSCILLATOR: [u32; 2];
+
+    /// Everything from the internal oscillator, which is on after reset and stays so.
     fn reset_clock(bus: impl Bus<Family = Self>);
 
-    /// The frequencies of [`Family::CLOCKS`] from an oscillator of a frequency, Hz; none if a step does not become ready.
+    /// The frequencies of [`ClockTree::CLOCKS`] from an oscillator of a frequency, Hz; none if a step does not become
+    /// ready.
     fn start_clock(bus: impl Bus<Family = Self>, frequency: u32, kind: Kind) -> Option<()>;
+}
 
+/// Resets and power of a family's peripherals.
+pub trait Peripherals {
     /// True if the watchdog reset the chip; only once.
     fn was_reset_by_watchdog(bus: impl Bus<Family = Self>) -> bool;
 
@@ -158,7 +155,10 @@ pub trait Family: Copy + Debug + Eq + 'static {
     /// Has the watchdog and the PWM run on while a debugger halts the processor, whatever the debugger has set before: a
     /// PWM that stands still may stand at high, and a watchdog that runs resets the chip, which disables the output.
     fn run_while_halted(bus: impl Bus<Family = Self>);
+}
 
+/// The supply of a family.
+pub trait Supply {
     /// Has the detector watch the supply at its highest threshold, about 2.9 V, and interrupt.
     fn watch_supply(bus: impl Bus<Family = Self>);
 
@@ -167,18 +167,40 @@ pub trait Family: Copy + Debug + Eq + 'static {
 
     /// True if the option bytes have the chip reset itself below the voltage that it needs.
     fn resets_in_time(bus: impl Bus<Family = Self>) -> bool;
+}
 
-    /// Sets up the parts that only boards of this family have.
-    fn wire(bus: impl Bus<Family = Self>, own: &Self::Own);
+/// USART2 and its reception by DMA.
+pub trait Receiver {
+    /// USART2.
+    const USART: Usart;
+    /// The DMA of its reception.
+    const RECEPTION: Reception;
 
-    /// Has every byte that USART2 receives written to memory, from a place on, bytewise and round and round.
+    /// Has every byte that USART2 receives written to memory, from a place on, bytewise and round and round, before any
+    /// other transfer.
     fn receive_into(bus: impl Bus<Family = Self>, place: u32, length: u32);
 
     /// Clears the errors of the reception, once the status was read.
     fn clear_reception_errors(bus: impl Bus<Family = Self>);
+}
 
-    /// Has the converter of the analogue input convert without a pause, from its reset state.
+/// The converter of the analogue input.
+pub trait Converter {
+    /// The newest code of the analogue input.
+    const ANALOGUE_CODE: Register;
+
+    /// Has the converter convert without a pause, from its reset state.
     fn start_converter(bus: impl Bus<Family = Self>);
+}
+
+/// The flash of a family.
+pub trait Storage {
+    /// The flash's interface.
+    const FLASH: Flash;
+    /// Bytes that the flash writes at once.
+    const WRITE_SIZE: usize;
+    /// The flash recognises words that a loss of power has damaged, by an interrupt that nothing masks.
+    const RECOGNISES_DAMAGE: bool;
 
     /// Erases an area of the flash, which is unlocked, by steps of a word at a register.
     ///

@@ -10,7 +10,7 @@ use embedded_storage::nor_flash::{
 };
 
 use crate::bus::{Register, Step};
-use crate::family::{Bus, Family};
+use crate::family::{Bus, Storage, Supply};
 use crate::registers::flash::{self, AREA};
 use crate::watchdog;
 

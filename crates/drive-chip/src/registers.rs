@@ -2,6 +2,24 @@
 
 use crate::bus::Register;
 
+/// Fields of reset and clock control at the same places in both families (RM0090, 7.3; RM0440, RCC).
+pub(crate) mod rcc {
+    pub(crate) const CR_HSEON: u32 = 1 << 16;
+    pub(crate) const CR_HSERDY: u32 = 1 << 17;
+    pub(crate) const CR_HSEBYP: u32 = 1 << 18;
+    pub(crate) const CR_CSSON: u32 = 1 << 19;
+    pub(crate) const CR_PLLON: u32 = 1 << 24;
+    pub(crate) const CR_PLLRDY: u32 = 1 << 25;
+    pub(crate) const CFGR_SW: u32 = 0b11;
+    pub(crate) const CFGR_SWS: u32 = 0b11 << 2;
+    pub(crate) const APB1_TIM3: u32 = 1 << 1;
+    pub(crate) const APB1_TIM4: u32 = 1 << 2;
+    pub(crate) const APB1_TIM5: u32 = 1 << 3;
+    pub(crate) const APB1_USART2: u32 = 1 << 17;
+    pub(crate) const APB1_PWR: u32 = 1 << 28;
+    pub(crate) const CSR_IWDGRSTF: u32 = 1 << 29;
+}
+
 /// Fields of the flash's interface at the same places in both families (RM0090, 3.9; RM0440, FLASH).
 pub(crate) mod flash {
     /// Size of an area, bytes; in an emulator memory stands in for it.

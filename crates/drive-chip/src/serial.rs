@@ -8,7 +8,7 @@ use drive_link::MAX_FRAME_BYTES;
 use heapless::spsc::{Consumer, Producer, Queue};
 
 use crate::clock::Clocks;
-use crate::family::{Bus, Family};
+use crate::family::{Bus, Receiver};
 use crate::interrupts;
 use crate::registers::usart;
 

@@ -1,6 +1,6 @@
 //! The chip's supply: a sag disables the output at once, and stays known until the output is disabled in a sample.
 
-use crate::family::{Bus, Family};
+use crate::family::{Bus, Family, Supply};
 use crate::registers::exti;
 
 /// Has a sag interrupt no more until it is acknowledged. It stays pending, which the next sample sees.

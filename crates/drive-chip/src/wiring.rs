@@ -5,7 +5,7 @@ use drive_link::Fault;
 use crate::analogue_input::AnalogueInput;
 use crate::board::Board;
 use crate::clock;
-use crate::family::Bus;
+use crate::family::{Bus, Peripherals, Storage, Supply};
 use crate::family::{Family, Functions};
 use crate::flash::RecordFlash;
 use crate::inputs::Inputs;

@@ -6,6 +6,7 @@ use crate::bus::Register;
 /// Reset and clock control (7.3).
 pub(crate) mod rcc {
     use super::Register;
+    pub(crate) use crate::registers::rcc::*;
 
     const BASE: Register = Register::at(0x4002_3800);
     pub(crate) const CR: Register = BASE;
@@ -19,13 +20,6 @@ pub(crate) mod rcc {
     pub(crate) const APB2ENR: Register = BASE.offset(0x44);
     pub(crate) const CSR: Register = BASE.offset(0x74);
 
-    pub(crate) const CR_HSEON: u32 = 1 << 16;
-    pub(crate) const CR_HSERDY: u32 = 1 << 17;
-    pub(crate) const CR_HSEBYP: u32 = 1 << 18;
-    pub(crate) const CR_CSSON: u32 = 1 << 19;
-    pub(crate) const CR_PLLON: u32 = 1 << 24;
-    pub(crate) const CR_PLLRDY: u32 = 1 << 25;
-
     /// M, N, P and Q; other bits keep their reset value.
     pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 0xf << 24;
     pub(crate) const PLLCFGR_N: u32 = 6;
@@ -33,9 +27,7 @@ pub(crate) mod rcc {
     pub(crate) const PLLCFGR_HSE: u32 = 1 << 22;
     pub(crate) const PLLCFGR_Q: u32 = 24;
 
-    pub(crate) const CFGR_SW: u32 = 0b11;
     pub(crate) const CFGR_SW_PLL: u32 = 0b10;
-    pub(crate) const CFGR_SWS: u32 = 0b11 << 2;
     pub(crate) const CFGR_SWS_HSI: u32 = 0;
     pub(crate) const CFGR_SWS_PLL: u32 = 0b10 << 2;
     pub(crate) const CFGR_PRESCALERS: u32 = 0xf << 4 | 0b111 << 10 | 0b111 << 13;
@@ -43,17 +35,11 @@ pub(crate) mod rcc {
     pub(crate) const CFGR_PPRE2_2: u32 = 0b100 << 13;
 
     pub(crate) const AHB1_DMA1: u32 = 1 << 21;
-    pub(crate) const APB1_TIM3: u32 = 1 << 1;
-    pub(crate) const APB1_TIM4: u32 = 1 << 2;
-    pub(crate) const APB1_TIM5: u32 = 1 << 3;
-    pub(crate) const APB1_USART2: u32 = 1 << 17;
-    pub(crate) const APB1_PWR: u32 = 1 << 28;
     pub(crate) const APB2_TIM1: u32 = 1;
     /// Its reset is that of all three converters.
     pub(crate) const APB2_ADC1: u32 = 1 << 8;
 
     pub(crate) const CSR_RMVF: u32 = 1 << 24;
-    pub(crate) const CSR_IWDGRSTF: u32 = 1 << 29;
 }
 
 /// The flash's interface (3.9).

@@ -6,6 +6,7 @@ use crate::bus::Register;
 /// Reset and clock control (RCC).
 pub(crate) mod rcc {
     use super::Register;
+    pub(crate) use crate::registers::rcc::*;
 
     const BASE: Register = Register::at(0x4002_1000);
     pub(crate) const CR: Register = BASE;
@@ -22,17 +23,8 @@ pub(crate) mod rcc {
     pub(crate) const APB2ENR: Register = BASE.offset(0x60);
     pub(crate) const CSR: Register = BASE.offset(0x94);
 
-    pub(crate) const CR_HSEON: u32 = 1 << 16;
-    pub(crate) const CR_HSERDY: u32 = 1 << 17;
-    pub(crate) const CR_HSEBYP: u32 = 1 << 18;
-    pub(crate) const CR_CSSON: u32 = 1 << 19;
-    pub(crate) const CR_PLLON: u32 = 1 << 24;
-    pub(crate) const CR_PLLRDY: u32 = 1 << 25;
-
-    pub(crate) const CFGR_SW: u32 = 0b11;
     pub(crate) const CFGR_SW_HSI: u32 = 0b01;
     pub(crate) const CFGR_SW_PLL: u32 = 0b11;
-    pub(crate) const CFGR_SWS: u32 = 0b11 << 2;
     pub(crate) const CFGR_SWS_HSI: u32 = 0b01 << 2;
     pub(crate) const CFGR_SWS_PLL: u32 = 0b11 << 2;
     pub(crate) const CFGR_PRESCALERS: u32 = 0xf << 4 | 0b111 << 8 | 0b111 << 11;
@@ -55,17 +47,11 @@ pub(crate) mod rcc {
     pub(crate) const AHB1_DMAMUX1: u32 = 1 << 2;
     pub(crate) const AHB2_ADC12: u32 = 1 << 13;
     pub(crate) const AHB2_DAC3: u32 = 1 << 18;
-    pub(crate) const APB1_TIM3: u32 = 1 << 1;
-    pub(crate) const APB1_TIM4: u32 = 1 << 2;
-    pub(crate) const APB1_TIM5: u32 = 1 << 3;
-    pub(crate) const APB1_USART2: u32 = 1 << 17;
-    pub(crate) const APB1_PWR: u32 = 1 << 28;
     /// Of the comparators too.
     pub(crate) const APB2_SYSCFG: u32 = 1;
     pub(crate) const APB2_TIM1: u32 = 1 << 11;
 
     pub(crate) const CSR_RMVF: u32 = 1 << 23;
-    pub(crate) const CSR_IWDGRSTF: u32 = 1 << 29;
 }
 
 /// The flash's interface (FLASH).

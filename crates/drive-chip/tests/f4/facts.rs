@@ -3,9 +3,18 @@
 pub(crate) use stm32f4::stm32f405::gpioi as port;
 pub(crate) use stm32f4::stm32f405::tim5;
 
-use crate::model::Mode;
+use drive_chip::board::Oscillator;
+
+use crate::Family;
+use crate::model::{Mode, Source};
 use crate::pac::Interrupt;
 use crate::pac::tim1::smcr;
+
+/// The board's crystal of 8 MHz, and the same at the chip.
+pub(crate) const OSCILLATOR: Oscillator<Family> = Oscillator::crystal(8_000_000);
+pub(crate) const SOURCE: Source = Source::Crystal(8e6);
+/// The parts that only boards of this family have.
+pub(crate) const OWN: () = ();
 
 /// The function of TIM1's pins (data sheet, table 9).
 pub(crate) const TIM1_FUNCTION: u8 = 1;

@@ -3,9 +3,20 @@
 pub(crate) use stm32g4::stm32g474::gpioc as port;
 pub(crate) use stm32g4::stm32g474::tim2 as tim5;
 
-use crate::model::Mode;
+use drive_chip::board::Oscillator;
+use drive_chip::g4::OverCurrent;
+use drive_chip::pins::{Pin, Port};
+
+use crate::Family;
+use crate::model::{Mode, Source};
 use crate::pac::Interrupt;
 use crate::pac::tim1::smcr;
+
+/// The board's crystal of 24 MHz, and the same at the chip.
+pub(crate) const OSCILLATOR: Oscillator<Family> = Oscillator::crystal(24_000_000);
+pub(crate) const SOURCE: Source = Source::Crystal(24e6);
+/// The parts that only boards of this family have.
+pub(crate) const OWN: OverCurrent = OverCurrent::above(Pin::new(Port::A, 0), 2_500);
 
 /// The function of TIM1's pins (data sheet).
 pub(crate) const TIM1_FUNCTION: u8 = 6;

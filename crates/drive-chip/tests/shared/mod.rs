@@ -1,0 +1,76 @@
+//! The tests that every family passes, on a board that is wired alike.
+
+mod analogue_input;
+mod inputs;
+mod interrupts;
+mod line_timer;
+pub(crate) mod model;
+mod pins;
+mod pwm;
+mod quadrature;
+mod sample_timer;
+mod serial;
+mod step_input;
+mod supply;
+mod watchdog;
+mod wiring;
+
+use drive_chip::board::Board;
+use drive_chip::flash::Areas;
+use drive_chip::pins::{Pin, Port};
+use drive_chip::serial::{Bytes, Ring};
+use drive_chip::{Wired, wire};
+
+use crate::Family;
+use crate::facts::{OSCILLATOR, OWN, SOURCE};
+use crate::model::{Chip, Line, Source};
+
+/// A board that is wired as those of the firmware are.
+pub(crate) const BOARD: Board<Family> = Board {
+    oscillator: OSCILLATOR,
+    encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
+    index: Pin::new(Port::C, 8),
+    pwm: Pin::new(Port::A, 8),
+    direction: Pin::new(Port::B, 14),
+    enable: Pin::new(Port::B, 15),
+    fault: Pin::new(Port::B, 12),
+    low_switch: Pin::new(Port::C, 0),
+    high_switch: Pin::new(Port::C, 1),
+    home_switch: Pin::new(Port::C, 2),
+    step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
+    analogue: Pin::new(Port::A, 1),
+    serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
+    records: Areas::starting_at(1),
+    own: OWN,
+};
+
+/// The chip of such a board, everything outside healthy.
+pub(crate) fn healthy() -> Chip {
+    with(SOURCE)
+}
+
+/// The chip of a board whose crystal does not work: it runs at 16 MHz.
+pub(crate) fn slow() -> Chip {
+    with(Source::Nothing)
+}
+
+fn with(source: Source) -> Chip {
+    let chip = Chip::new(source);
+    for (port, number) in [(1, 12), (2, 0), (2, 1)] {
+        chip.drive(port, number, Line::Ground);
+    }
+    chip
+}
+
+/// Wires a board.
+pub(crate) fn wired(chip: &Chip) -> Wired<'static, &Chip> {
+    let (ring, queue) = memory(chip);
+    wire(chip, &BOARD, ring, queue)
+}
+
+/// Memory of a line, the ring of which the chip's DMA reaches.
+pub(crate) fn memory(chip: &Chip) -> (&'static Ring, &'static mut Bytes) {
+    let ring: &Ring = Box::leak(Box::new(Ring::new()));
+    chip.usart.reach(ring);
+    (ring, Box::leak(Box::new(Bytes::new())))
+}

@@ -1,0 +1,9 @@
+//! The parts of a model that every family shares.
+
+pub(crate) mod block;
+pub(crate) mod chip;
+pub(crate) mod pins;
+pub(crate) mod timers;
+pub(crate) mod watchdog;
+
+use crate::model::{adc, clocks, memory, supply, usart};
