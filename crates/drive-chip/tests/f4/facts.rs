@@ -38,6 +38,13 @@ pub(crate) const SAMPLING: f64 = 480.0 / 21e6;
 pub(crate) const PVD: Interrupt = Interrupt::PVD;
 /// Sectors.
 pub(crate) const PAGES_OF_AREAS_2_AND_3: &[u8] = &[2, 3];
+pub(crate) const PAGES_OF_AREAS_1_AND_2: &[u8] = &[1, 2];
+/// Bytes that the flash writes at once.
+pub(crate) const WORD: usize = 4;
+/// Bits of the errors in its status: protected, misaligned, wrong width, wrong order, and any other.
+pub(crate) const FLASH_ERRORS: &[u32] = &[1, 4, 5, 6, 7, 8];
+/// Its status with every flag.
+pub(crate) const FLASH_FLAGS: u32 = 0xf2;
 
 /// TIM5 among the triggers of TIM1 (table 94).
 pub(crate) const TIM5_TRIGGER: u8 = 0;

@@ -1,6 +1,7 @@
 //! The tests that every family passes, on a board that is wired alike.
 
 mod analogue_input;
+pub(crate) mod flash;
 mod inputs;
 mod interrupts;
 mod line_timer;
