@@ -215,7 +215,10 @@ fn ci_calls_the_test_command_of_the_readme() {
     let command = command.expect("the README has a command that tests");
     let ci = fs::read_to_string(root().join(".ci/run")).expect("a script");
     let step = format!("step {command}");
-    assert!(ci.lines().any(|line| line == step), "no `{step}` in .ci/run");
+    assert!(
+        ci.lines().any(|line| line == step),
+        "no `{step}` in .ci/run"
+    );
 }
 
 /// Pages whose output other tests compare.

@@ -1,8 +1,9 @@
 //! A drive on a machine with time, and the host at the other end of its line.
 
+use drive_chip::F4;
+use drive_chip::family::ClockTree;
 use drive_chip::flash::{Areas, RecordFlash};
 use drive_chip::serial::{self, Bytes, Ring};
-use drive_chip::{F4, Family};
 use drive_link::{Command, Line, Request, State, frame};
 use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
