@@ -21,6 +21,17 @@ pub struct Figure {
     pub levels: Vec<Level>,
     /// Named stretches of the horizontal axis.
     pub stretches: Vec<Stretch>,
+    /// The settled part, which has a scale of its own where it would be a flat line on the whole's.
+    pub settled: Option<Settled>,
+}
+
+/// The settled part of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Settled {
+    /// Its begin on the horizontal axis; it lasts to the end.
+    pub from: f64,
+    /// The range of its values, bands and levels, with room around it.
+    pub range: [f64; 2],
 }
 
 /// An axis.
@@ -76,6 +87,7 @@ impl Figure {
             traces,
             levels: Vec::new(),
             stretches: Vec::new(),
+            settled: None,
         }
     }
 
@@ -91,6 +103,44 @@ impl Figure {
     pub fn with_level(mut self, name: &str, value: f64) -> Self {
         let name = name.to_owned();
         self.levels.push(Level { name, value });
+        self
+    }
+
+    /// With a scale of its own for the second half, if all of it would be seen as a line on the scale of the whole.
+    #[must_use]
+    pub fn with_settled_part(mut self) -> Self {
+        /// Part of the whole range from which on the settled part can be seen without a scale of its own.
+        const MAX_SHARE: f64 = 1.0 / 6.0;
+        /// Part below which it is a constant but for rounding.
+        const MIN_SHARE: f64 = 1e-9;
+        /// Room above and below, a part of its range.
+        const ROOM: f64 = 0.15;
+        let (first, last) = self.extent();
+        let from = 0.5 * (first + last);
+        let edges = self.traces.iter().flat_map(|trace| {
+            let bands = trace.band.iter().copied().chain(std::iter::repeat(0.0));
+            let settled = trace.points.iter().zip(bands);
+            let settled = settled.filter(move |((place, _), _)| *place >= from);
+            settled.flat_map(|(&(_, value), half)| {
+                let half = if half.is_finite() { half } else { 0.0 };
+                [value - half, value + half]
+            })
+        });
+        let levels = self.levels.iter().map(|level| level.value);
+        let settled = range_of(edges.chain(levels));
+        let whole = self.vertical.range.map(|[low, high]| (low, high));
+        self.settled = settled
+            .zip(whole.or_else(|| self.values()))
+            .filter(|((low, high), whole)| {
+                let length = high - low;
+                let share = length / (whole.1 - whole.0);
+                (MIN_SHARE..MAX_SHARE).contains(&share)
+            })
+            .map(|((low, high), _)| {
+                let room = ROOM * (high - low);
+                let range = [low - room, high + room];
+                Settled { from, range }
+            });
         self
     }
 
@@ -120,7 +170,12 @@ impl Figure {
         };
         let shown = self.vertical.range.map(|[low, high]| (low, high));
         let (low, high) = shown.or_else(|| self.values()).unwrap_or((0.0, 0.0));
-        let value = Rounding::to_range(high - low);
+        let value = match self.settled {
+            Some(Settled {
+                range: [low, high], ..
+            }) => Rounding::to_range(100.0 * (high - low)),
+            None => Rounding::to_range(high - low),
+        };
         let mut short = self.clone();
         for trace in &mut short.traces {
             for point in &mut trace.points {
@@ -213,6 +268,23 @@ mod tests {
             "{text}"
         );
         assert!(text.contains(r#""band":[null,0.0123457]"#), "{text}");
+    }
+
+    #[test]
+    fn a_settled_part_has_a_scale_of_its_own_where_it_would_be_a_line() {
+        let points = [(0.0, 0.0), (1.0, 100.0), (6.0, 101.0), (10.0, 99.0)];
+        let mut trace = Trace::new("", points.to_vec());
+        trace.band = vec![50.0, 50.0, 1.0, f64::INFINITY];
+        let figure = Figure::new("", TIME, "", vec![trace.clone()]).with_level("true", 98.0);
+        let settled = figure.with_settled_part().settled;
+        assert_eq!(settled.map(|settled| settled.from), Some(5.0));
+        let [low, high] = settled.expect("it is flat").range;
+        assert!((low - 97.4).abs() < 1e-12 && (high - 102.6).abs() < 1e-12);
+        let seen = Figure::new("", TIME, "", vec![trace.clone()]).within(Some([92.0, 108.0]));
+        assert_eq!(seen.with_settled_part().settled, None);
+        let constant = Trace::new("", vec![(0.0, 1.0), (1.0, 1.0)]);
+        let constant = Figure::new("", TIME, "", vec![constant]).with_settled_part();
+        assert_eq!(constant.settled, None);
     }
 
     #[test]

@@ -9,8 +9,8 @@ pub struct HeatMaps {
     pub columns: Vec<String>,
     /// The maps.
     pub maps: Vec<HeatMap>,
-    /// Meaning of the letters in cells, separated by `; `.
-    pub key: String,
+    /// Meaning of the letters in cells.
+    pub key: Vec<(HeatCell, &'static str)>,
 }
 
 /// A table of values as colours.

@@ -32,7 +32,7 @@ pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict}
 pub use drift::{DriftTraces, drift};
 pub use envelope::Envelope;
 pub use experiment::{Experiment, ExperimentTraces, experiment};
-pub use figure::{Axis, Figure, Level, Stretch, TIME, Trace};
+pub use figure::{Axis, Figure, Level, Settled, Stretch, TIME, Trace};
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
 pub use paper::paper;
 pub use sweep::sweep;

@@ -140,6 +140,7 @@ fn figures(runs: &[Run; 4]) -> Vec<Figure> {
             )
             .within(Some(range))
             .with_level("nominal", nominal)
+            .with_settled_part()
         };
         figures.push(figure(number, "â [1/s]", paper::NOMINAL_A, SCALE_A, |s| {
             s.estimates.a

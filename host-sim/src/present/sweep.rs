@@ -166,15 +166,25 @@ fn next(distribution: &Distribution) -> Vec<Block> {
     vec![Block::List(steps)]
 }
 
-/// The share of the servos that are no worse than a value.
+/// The share of the servos that are no worse than a value: none below the smallest value, all above the largest.
 fn shares(spread: &Spread) -> Figure {
-    let share = |place: usize| 100.0 * (place + 1) as f64 / spread.sorted.len() as f64;
-    let values = spread.sorted.iter().enumerate();
-    let points = values.filter(|(_, value)| **value > 0.0);
-    let trace = points
-        .map(|(place, &value)| (value, share(place)))
-        .collect::<Envelope>()
-        .trace("share");
+    /// Factor by which the axis reaches beyond the values.
+    const ROOM: f64 = 1.25;
+    let count = spread.sorted.len();
+    let share = |place: usize| 100.0 * place as f64 / count as f64;
+    // An error of exactly zero has no place on a logarithmic axis: it counts from the beginning.
+    let zeros = spread.sorted.partition_point(|value| *value <= 0.0);
+    let (first, last) = match &spread.sorted[zeros..] {
+        [first, .., last] => (*first, *last),
+        [only] => (*only, *only),
+        [] => (1.0, 1.0),
+    };
+    let steps = spread.sorted.iter().enumerate().skip(zeros);
+    let steps =
+        steps.flat_map(|(place, &value)| [(value, share(place)), (value, share(place + 1))]);
+    let begin = [(first / ROOM, share(zeros))].into_iter();
+    let points = begin.chain(steps).chain([(last * ROOM, share(count))]);
+    let trace = points.collect::<Envelope>().trace("share");
     let mut figure = Figure::new(
         spread.name,
         &format!("{} [{}]", spread.name, spread.unit),
@@ -183,4 +193,42 @@ fn shares(spread: &Spread) -> Figure {
     );
     figure.horizontal.is_logarithmic = true;
     figure.within(Some([0.0, 100.0]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::Quantiles;
+
+    #[test]
+    fn shares_of_equal_values_are_a_step_inside_the_axis() {
+        for (sorted, ends) in [
+            (vec![0.5, 0.5, 0.5], (0.4, 0.625)),
+            (vec![0.0, 0.5], (0.4, 0.625)),
+            (vec![0.0, 0.0], (0.8, 1.25)),
+        ] {
+            let spread = Spread {
+                name: "",
+                unit: "s",
+                count: sorted.len(),
+                quantiles: Quantiles {
+                    q05: 0.0,
+                    q25: 0.0,
+                    q50: 0.0,
+                    q75: 0.0,
+                    q95: 0.0,
+                    max: 0.0,
+                },
+                sorted,
+            };
+            let figure = shares(&spread);
+            let (first, last) = figure.extent();
+            assert!((first - ends.0).abs() < 1e-12 && (last - ends.1).abs() < 1e-12);
+            let points = &figure.traces[0].points;
+            let at_ends = [points.first(), points.last()].map(|point| point.map(|point| point.1));
+            let zeros = spread.sorted.iter().filter(|value| **value <= 0.0).count();
+            let begin = 100.0 * zeros as f64 / spread.sorted.len() as f64;
+            assert_eq!(at_ends, [Some(begin), Some(100.0)]);
+        }
+    }
 }

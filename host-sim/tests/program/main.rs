@@ -24,6 +24,7 @@ mod monitor_view;
 #[cfg(target_os = "linux")]
 mod outputs;
 mod own_logs;
+mod pictures_in_browser;
 mod predict;
 mod replay;
 mod report;

@@ -51,11 +51,18 @@ pub fn heat_maps(result: &ComparisonResult) -> HeatMaps {
     let errors = SHOWN.iter();
     let errors = errors.map(|shown| map(shown.title, &|found| shown.cell(found)));
     HeatMaps {
-        rows: result.methods.iter().map(|method| method.name.to_owned()).collect(),
-        columns: result.cases.iter().map(|case| case.case.to_owned()).collect(),
+        rows: result
+            .methods
+            .iter()
+            .map(|method| method.name.to_owned())
+            .collect(),
+        columns: result
+            .cases
+            .iter()
+            .map(|case| case.case.to_owned())
+            .collect(),
         maps: errors.chain([map("status", &status_cell)]).collect(),
-        key: "C converged; U unexplained; N no information; M moving; A aborted; R refused; – no estimate"
-            .to_owned(),
+        key: key(result),
     }
 }
 
@@ -74,16 +81,52 @@ impl Shown {
 }
 
 fn status_cell(found: &MethodErrors) -> HeatCell {
-    let (letter, tint) = match found.status {
-        Some(Status::Converged) => ("C", Tint::Good),
-        Some(Status::Unexplained) => ("U", Tint::Doubtful),
-        Some(Status::NoInformation) => ("N", Tint::Doubtful),
-        Some(Status::Moving) => ("M", Tint::Doubtful),
-        Some(Status::Aborted) => ("A", Tint::Bare),
-        None => ("R", Tint::Bare),
-    };
-    let text = letter.to_owned();
+    STATUSES
+        .iter()
+        .find(|(status, ..)| *status == found.status)
+        .map_or_else(
+            || cell(DASH, Tint::Bare),
+            |(_, letter, tint, _)| cell(letter, *tint),
+        )
+}
+
+fn cell(text: &str, tint: Tint) -> HeatCell {
+    let text = text.to_owned();
     HeatCell { text, tint }
+}
+
+/// Letter, colour and meaning of each status; of none, where a method refused the case.
+const STATUSES: [(Option<Status>, &str, Tint, &str); 6] = [
+    (Some(Status::Converged), "C", Tint::Good, "converged"),
+    (
+        Some(Status::Unexplained),
+        "U",
+        Tint::Doubtful,
+        "unexplained",
+    ),
+    (
+        Some(Status::NoInformation),
+        "N",
+        Tint::Doubtful,
+        "no information",
+    ),
+    (Some(Status::Moving), "M", Tint::Doubtful, "moving"),
+    (Some(Status::Aborted), "A", Tint::Bare, "aborted"),
+    (None, "R", Tint::Bare, "refused"),
+];
+
+/// Meaning of the letters that occur.
+fn key(result: &ComparisonResult) -> Vec<(HeatCell, &'static str)> {
+    let all = || result.cases.iter().flat_map(|case| &case.methods);
+    let statuses = STATUSES
+        .iter()
+        .filter(|(status, ..)| all().any(|found| found.status == *status));
+    let statuses = statuses.map(|(_, letter, tint, meaning)| (cell(letter, *tint), *meaning));
+    let has_gaps = SHOWN
+        .iter()
+        .any(|shown| all().any(|found| (shown.error)(found).is_none()));
+    let gap = has_gaps.then(|| (cell(DASH, Tint::Bare), "no estimate"));
+    statuses.chain(gap).collect()
 }
 
 /// Two digits, or a power of ten.

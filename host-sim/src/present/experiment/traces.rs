@@ -60,7 +60,7 @@ pub(super) fn figures(summary: &Summary, traces: &ExperimentTraces) -> Vec<Figur
     figures.push(signal("Position", "q [rad]", &position));
     let error = [("output error", &traces.output_error)];
     if summary.output_error.is_some() {
-        figures.push(signal("Output error", "ε [rad]", &error));
+        figures.push(signal("Output error", "ε [rad]", &error).with_settled_part());
     }
     let command = [("command", &traces.command)];
     figures.push(signal("Command", "u [command units]", &command));
@@ -79,10 +79,11 @@ fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Fig
     let last = last.filter(|last| last.is_finite());
     let figure = Figure::new(&title, TIME, &axis, vec![trace])
         .within(last.and_then(|last| around(last, envelope)));
-    match summary.truth {
+    let figure = match summary.truth {
         Some(truth) => figure.with_level("true", parameter.value_in(&truth)),
         None => figure,
-    }
+    };
+    figure.with_settled_part()
 }
 
 /// Symbol of an estimate.

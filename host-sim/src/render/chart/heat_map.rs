@@ -2,7 +2,7 @@
 
 use super::canvas::{Align, Canvas, Colour, Frame, LETTER, SMALL, TINY};
 use super::font::width;
-use super::{MARGIN, Size, legend};
+use super::{MARGIN, Size};
 use crate::present::{HeatMap, HeatMaps, Tint};
 
 /// Cividis at even distances, dark blue to yellow. (J. Nuñez, C. Anderton and R. Renslow, "Optimizing colormaps with
@@ -22,6 +22,8 @@ const CELL: f64 = 11.0;
 const TITLE: f64 = 13.0;
 const NUMBERS: f64 = 9.0;
 const BETWEEN: f64 = 9.0;
+/// Largest width of the key.
+const MAX_KEY_WIDTH: f64 = 200.0;
 /// Room between rows' names and cells.
 const BEHIND_NAME: f64 = 4.0;
 
@@ -41,16 +43,16 @@ pub fn heat_maps(size: Size, all: &HeatMaps) -> Canvas {
     let left = |column: usize| MARGIN + names + column as f64 * (map_width + BETWEEN);
     // The key stands in the last line's free place, or below.
     let free = Some(all.maps.len() % beside).filter(|taken| *taken > 0);
-    let key = key(all, free.map_or(room, |_| map_width));
+    let key = Key {
+        of: all,
+        width: free.map_or(room, |_| map_width).min(MAX_KEY_WIDTH),
+    };
     let key_at = match free {
-        Some(taken) => (left(taken), (lines - 1.0) * map_height + TITLE + NUMBERS),
-        None => (MARGIN, lines * map_height),
+        Some(taken) => (left(taken), MARGIN + (lines - 1.0) * map_height + TITLE),
+        None => (MARGIN, MARGIN + lines * map_height),
     };
-    let below = match free {
-        Some(_) => 0.0,
-        None => key.len() as f64 * legend::LINE,
-    };
-    let mut canvas = Canvas::new(size.width(), 2.0 * MARGIN + lines * map_height + below);
+    let height = (MARGIN + lines * map_height).max(key_at.1 + key.height());
+    let mut canvas = Canvas::new(size.width(), height + MARGIN);
     for (place, map) in all.maps.iter().enumerate() {
         let (line, column) = (place / beside, place % beside);
         let frame = Frame {
@@ -68,10 +70,7 @@ pub fn heat_maps(size: Size, all: &HeatMaps) -> Canvas {
         }
         draw(&mut canvas, frame, map);
     }
-    for (line, text) in key.iter().enumerate() {
-        let base = MARGIN + key_at.1 + line as f64 * legend::LINE + 7.0;
-        canvas.text((key_at.0, base), text, SMALL, Align::Left, Colour::Ink);
-    }
+    key.draw(&mut canvas, key_at);
     canvas
 }
 
@@ -137,22 +136,101 @@ fn readable_on(colour: Colour) -> Colour {
     }
 }
 
-/// Meaning of numbers and letters, in lines of this width.
-fn key(all: &HeatMaps, room: f64) -> Vec<String> {
-    let numbered = all.columns.iter().enumerate();
-    let names = numbered.map(|(place, name)| format!("{} {name}", place + 1));
-    let words = names.chain(all.key.split("; ").map(str::to_owned));
-    let mut lines: Vec<String> = Vec::new();
-    for word in words.filter(|word| !word.is_empty()) {
-        match lines.last_mut() {
-            Some(line) if width(line, SMALL) + width(&word, SMALL) + 12.0 < room => {
-                line.push_str(", ");
-                line.push_str(&word);
-            }
-            _ => lines.push(word),
+/// Meaning of numbers, letters and colours: lists beside one another, and below them the colours of errors.
+#[derive(Debug)]
+struct Key<'a> {
+    of: &'a HeatMaps,
+    width: f64,
+}
+
+impl Key<'_> {
+    /// Height of a line, width of the sample of a letter, and room behind it, points.
+    const LINE: f64 = CELL;
+    const SAMPLE: f64 = 12.0;
+    const BEHIND: f64 = 4.0;
+    /// Room between the lists.
+    const BETWEEN: f64 = 8.0;
+
+    fn height(&self) -> f64 {
+        // A heading above the lists; the colours, and room above them.
+        let lines = self.of.columns.len().max(self.of.key.len()) + 1;
+        (lines as f64 + 2.5) * Self::LINE
+    }
+
+    fn draw(&self, canvas: &mut Canvas, (left, top): (f64, f64)) {
+        let names = self.of.columns.iter().map(|name| width(name, TINY));
+        let names = names.fold(width("Cases", SMALL), f64::max);
+        let right = left + Self::SAMPLE + Self::BEHIND + names + Self::BETWEEN;
+        self.list(
+            canvas,
+            (left, top),
+            "Cases",
+            self.of
+                .columns
+                .iter()
+                .enumerate()
+                .map(|(place, name)| (None, (place + 1).to_string(), name.as_str())),
+        );
+        self.list(
+            canvas,
+            (right, top),
+            "Status",
+            self.of
+                .key
+                .iter()
+                .map(|(cell, meaning)| (Some(cell.tint), cell.text.clone(), *meaning)),
+        );
+        self.colours(canvas, (left, top + self.height() - 2.0 * Self::LINE));
+    }
+
+    fn list<'b>(
+        &self,
+        canvas: &mut Canvas,
+        (left, top): (f64, f64),
+        heading: &str,
+        rows: impl Iterator<Item = (Option<Tint>, String, &'b str)>,
+    ) {
+        let base = |line: usize| top + line as f64 * Self::LINE + 7.5;
+        canvas.text((left, base(0)), heading, SMALL, Align::Left, Colour::Ink);
+        for (line, (tint, letter, meaning)) in rows.enumerate() {
+            let sample = Frame {
+                left,
+                top: top + (line + 1) as f64 * Self::LINE,
+                width: Self::SAMPLE,
+                height: Self::LINE - 0.6,
+            };
+            let ground = tint.map_or(Colour::Paper, colour);
+            canvas.rectangle(sample, ground, 1.0);
+            let at = (left + 0.5 * Self::SAMPLE, base(line + 1));
+            canvas.text(at, &letter, TINY, Align::Middle, readable_on(ground));
+            let at = (left + Self::SAMPLE + Self::BEHIND, base(line + 1));
+            canvas.text(at, meaning, TINY, Align::Left, Colour::Ink);
         }
     }
-    lines
+
+    /// The colours of errors, from small to large.
+    fn colours(&self, canvas: &mut Canvas, (left, top): (f64, f64)) {
+        const STEPS: u32 = 24;
+        let [small, large] = ["small error", "large error"];
+        let before = width(small, SMALL) + Self::BEHIND;
+        let bar = self.width - before - width(large, SMALL) - Self::BEHIND;
+        let step = bar / f64::from(STEPS);
+        for i in 0..STEPS {
+            let part = Frame {
+                left: left + before + f64::from(i) * step,
+                top,
+                // Without a line between two steps.
+                width: step + 0.2,
+                height: Self::LINE - 0.6,
+            };
+            let tint = Tint::Graded(f64::from(i) / f64::from(STEPS - 1));
+            canvas.rectangle(part, colour(tint), 1.0);
+        }
+        let base = top + 7.5;
+        canvas.text((left, base), small, SMALL, Align::Left, Colour::Ink);
+        let at = (left + self.width, base);
+        canvas.text(at, large, SMALL, Align::Right, Colour::Ink);
+    }
 }
 
 #[cfg(test)]

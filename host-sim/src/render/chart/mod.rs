@@ -15,7 +15,7 @@ pub use canvas::Canvas;
 use canvas::{Align, Colour, Frame, LETTER};
 pub use heat_map::heat_maps;
 use legend::Legend;
-use plot::{BELOW, LEFT, Plot, RIGHT};
+use plot::{BELOW, Plot, RIGHT, room_at_left};
 
 use crate::present::Figure;
 
@@ -96,16 +96,17 @@ pub fn figures(size: Size, title: &str, columns: usize, figures: &[Figure]) -> C
         Size::Page => columns,
     };
     let room = size.width() - 2.0 * MARGIN;
+    let left = room_at_left(figures);
     let shared = Legend::shared(figures);
     let rows: Vec<&[Figure]> = figures.chunks(columns).collect();
     let rows: Vec<Row<'_>> = rows
         .iter()
         .enumerate()
-        .map(|(place, row)| Row::new(row, rows.get(place + 1), room, shared.is_none()))
+        .map(|(place, row)| Row::new(row, rows.get(place + 1), (left, room), shared.is_none()))
         .collect();
     let legend = shared.unwrap_or_default();
     let title_height = if title.is_empty() { 0.0 } else { TITLE };
-    let above = MARGIN + title_height + legend.height(room - LEFT);
+    let above = MARGIN + title_height + legend.height(room - left);
     let below: f64 = rows.iter().map(Row::height).sum();
 
     let mut canvas = Canvas::new(size.width(), above + below + MARGIN);
@@ -113,8 +114,8 @@ pub fn figures(size: Size, title: &str, columns: usize, figures: &[Figure]) -> C
         let at = (MARGIN, MARGIN + 9.0);
         canvas.text(at, title, LETTER + 1, Align::Left, Colour::Ink);
     }
-    let at = (MARGIN + LEFT, MARGIN + title_height);
-    legend.draw(&mut canvas, at, room - LEFT);
+    let at = (MARGIN + left, MARGIN + title_height);
+    legend.draw(&mut canvas, at, room - left);
     let mut top = above;
     for row in rows {
         row.draw(&mut canvas, top);
@@ -128,8 +129,10 @@ struct Row<'a> {
     figures: &'a [Figure],
     /// Their own legends; empty where they share one.
     legends: Vec<Legend>,
-    /// Width of each, and heights of the highest legend and the highest frame.
+    /// Width of each, the part of it to the left of its frame, and heights of the highest legend and the highest
+    /// frame.
     width: f64,
+    left: f64,
     legend_height: f64,
     frame_height: f64,
     /// No row below continues the horizontal axis.
@@ -137,7 +140,12 @@ struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    fn new(figures: &'a [Figure], below: Option<&&[Figure]>, room: f64, own_legends: bool) -> Self {
+    fn new(
+        figures: &'a [Figure],
+        below: Option<&&[Figure]>,
+        (left, room): (f64, f64),
+        own_legends: bool,
+    ) -> Self {
         let width = (room + BETWEEN) / figures.len() as f64 - BETWEEN;
         let legends = figures.iter().map(|figure| match own_legends {
             true => Legend::of_figure(figure),
@@ -157,9 +165,10 @@ impl<'a> Row<'a> {
         });
         Self {
             width,
+            left,
             legend_height: legends
                 .iter()
-                .map(|legend| legend.height(width - LEFT))
+                .map(|legend| legend.height(width - left))
                 .fold(0.0, f64::max),
             frame_height: heights.fold(0.0, f64::max),
             is_lowest: !is_continued,
@@ -177,9 +186,9 @@ impl<'a> Row<'a> {
         let mut left = MARGIN;
         for (figure, legend) in self.figures.iter().zip(&self.legends) {
             let frame = Frame {
-                left: left + LEFT,
+                left: left + self.left,
                 top: top + HEADING + self.legend_height,
-                width: self.width - LEFT - RIGHT,
+                width: self.width - self.left - RIGHT,
                 height: self.frame_height,
             };
             let plot = Plot::new(figure, frame);
@@ -205,10 +214,11 @@ pub fn embedded(figure: &Figure) -> Canvas {
     const HEIGHT: f64 = 130.0;
     const ABOVE: f64 = 11.0;
     let mut canvas = Canvas::new(WIDTH, HEIGHT);
+    let left = room_at_left([figure]);
     let frame = Frame {
-        left: LEFT,
+        left,
         top: ABOVE,
-        width: WIDTH - LEFT - RIGHT,
+        width: WIDTH - left - RIGHT,
         height: HEIGHT - ABOVE - BELOW,
     };
     let plot = Plot::new(figure, frame);

@@ -1,11 +1,14 @@
 //! A figure in its frame: grid, stretches, traces and axes.
 
-use super::canvas::{Align, Canvas, Colour, Frame, SMALL, Stroke};
+use std::ops::RangeInclusive;
+
+use super::canvas::{Align, Canvas, Colour, Frame, SMALL, Stroke, TINY};
+use super::font::width;
 use super::scale::Scale;
 use crate::present::{Figure, Trace};
 
-/// Room of what is written to the left of the frame, to its right and below it, points.
-pub(super) const LEFT: f64 = 30.0;
+/// Room of what is written to the left of the frame, to its right and below it, points; to the left at least.
+const MIN_LEFT: f64 = 30.0;
 pub(super) const RIGHT: f64 = 9.0;
 pub(super) const BELOW: f64 = 27.0;
 
@@ -27,6 +30,25 @@ const WIDTHS: [f64; 4] = [0.7, 1.4, 2.2, 0.7];
 
 /// Length of a tick.
 const TICK: f64 = 2.5;
+
+/// Room between a tick and its text.
+const BEHIND_TICK: f64 = 2.0;
+
+/// Room that the figures at the left of frames take where these begin at one place, points.
+pub(super) fn room_at_left<'a>(figures: impl IntoIterator<Item = &'a Figure>) -> f64 {
+    let widths = figures
+        .into_iter()
+        .map(|figure| widest(&vertical(figure), SMALL));
+    widths.fold(MIN_LEFT, |room: f64, width| {
+        room.max(width + TICK + BEHIND_TICK)
+    })
+}
+
+/// Width of the widest text at the ticks of a scale.
+fn widest(scale: &Scale, size: u32) -> f64 {
+    let texts = scale.ticks().map(|(_, text)| width(&text, size));
+    texts.fold(0.0, f64::max)
+}
 
 pub(super) fn trace_stroke(place: usize) -> Stroke {
     Stroke::solid(Colour::Trace(place), WIDTHS[place % WIDTHS.len()])
@@ -73,6 +95,81 @@ impl<'a> Plot<'a> {
         self.ground(canvas);
         canvas.inside(self.frame, |canvas| self.traces(canvas));
         self.axes(canvas, is_lowest);
+        if let Some(inset) = self.inset() {
+            inset.draw_as_inset(canvas);
+        }
+    }
+
+    /// The settled part on a scale of its own, under or above its trace and over the same places.
+    fn inset(&self) -> Option<Self> {
+        /// Height, a part of the frame's: the largest, and the smallest that can be read.
+        const HEIGHT: RangeInclusive<f64> = 0.28..=0.5;
+        /// Room between the inset and trace or frame, a part of the frame's height.
+        const ROOM: f64 = 0.05;
+        /// Height of its name, points.
+        const NAME: f64 = 8.0;
+        /// Largest numbers of steps of its scale, the coarsest with two ticks is taken.
+        const STEPS: [u32; 4] = [3, 4, 5, 6];
+        let settled = self.figure.settled?;
+        let [low, high] = settled.range;
+        let [below, above] = [low, high].map(|value| self.vertical.part(value).clamp(0.0, 1.0));
+        let is_above = 1.0 - above > below;
+        let height = (below.max(1.0 - above) - 2.0 * ROOM).min(*HEIGHT.end());
+        if height < *HEIGHT.start() || self.horizontal.is_logarithmic() {
+            return None;
+        }
+        // Above the trace there is a line of text.
+        let high = high + (high - low) * NAME / (height * self.frame.height - NAME);
+        let scales = STEPS.map(|steps| Scale::between(low, high, steps));
+        let vertical = scales.into_iter().find(|scale| scale.ticks().count() > 1)?;
+        let labels = widest(&vertical, TINY) + 2.0 * BEHIND_TICK;
+        let left = self.x(settled.from) + labels;
+        let bottom = if is_above { 1.0 - ROOM - height } else { ROOM };
+        let frame = Frame {
+            left,
+            top: self.frame.bottom() - (bottom + height) * self.frame.height,
+            width: self.frame.right() - left,
+            height: height * self.frame.height,
+        };
+        let from = (left - self.frame.left) / self.frame.width;
+        Some(Self {
+            figure: self.figure,
+            frame,
+            horizontal: self.horizontal.beginning_at(self.horizontal.value(from)),
+            vertical,
+        })
+    }
+
+    fn draw_as_inset(&self, canvas: &mut Canvas) {
+        let labels = widest(&self.vertical, TINY) + BEHIND_TICK;
+        let ground = Frame {
+            left: self.frame.left - labels,
+            width: self.frame.width + labels,
+            ..self.frame
+        };
+        canvas.rectangle(ground, Colour::Paper, 1.0);
+        self.grid(canvas);
+        canvas.inside(self.frame, |canvas| self.traces(canvas));
+        let Frame { left, top, .. } = self.frame;
+        let (right, bottom) = (self.frame.right(), self.frame.bottom());
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
+        canvas.curve(corners.into_iter().chain([(left, top)]), AXIS);
+        for (y, text) in self.vertical_ticks() {
+            let at = (left - BEHIND_TICK, y + 2.0);
+            canvas.text(at, &text, TINY, Align::Right, Colour::Ink);
+        }
+        let power = self.vertical.power();
+        let power = power.map_or_else(String::new, |power| format!(", × {power}"));
+        let at = (left + BEHIND_TICK, top + 6.0);
+        let name = format!("enlarged{power}");
+        canvas.text(at, &name, TINY, Align::Left, Colour::Ink);
+    }
+
+    /// Heights and texts of the ticks.
+    fn vertical_ticks(&self) -> impl Iterator<Item = (f64, String)> {
+        let frame = self.frame;
+        let ticks = self.vertical.ticks();
+        ticks.map(move |(part, text)| (frame.bottom() - part * frame.height, text))
     }
 
     fn x(&self, place: f64) -> f64 {
@@ -96,8 +193,12 @@ impl<'a> Plot<'a> {
             };
             canvas.rectangle(part, Colour::Stretch(stretch.colour), STRETCH_OPACITY);
         }
-        for (part, _) in self.vertical.ticks() {
-            let y = frame.bottom() - part * frame.height;
+        self.grid(canvas);
+    }
+
+    fn grid(&self, canvas: &mut Canvas) {
+        let frame = self.frame;
+        for (y, _) in self.vertical_ticks() {
             canvas.line((frame.left, y), (frame.right(), y), GRID);
         }
         for (part, _) in self.horizontal.ticks() {
@@ -175,10 +276,9 @@ impl<'a> Plot<'a> {
         let Frame { left, top, .. } = self.frame;
         let (right, bottom) = (self.frame.right(), self.frame.bottom());
         canvas.curve([(left, top), (left, bottom), (right, bottom)], AXIS);
-        for (part, text) in self.vertical.ticks() {
-            let y = bottom - part * self.frame.height;
+        for (y, text) in self.vertical_ticks() {
             canvas.line((left - TICK, y), (left, y), AXIS);
-            let at = (left - TICK - 2.0, y + 2.5);
+            let at = (left - TICK - BEHIND_TICK, y + 2.5);
             canvas.text(at, &text, SMALL, Align::Right, Colour::Ink);
         }
         for (part, text) in self.horizontal.ticks() {
@@ -215,7 +315,7 @@ fn horizontal(figure: &Figure, width: f64) -> Scale {
     const MIN_STEP: f64 = 32.0;
     let (first, last) = figure.extent();
     match figure.horizontal.is_logarithmic && first > 0.0 {
-        true => Scale::decades(first, last),
+        true => Scale::logarithmic(first, last),
         false => Scale::between(first.min(0.0), last, (width / MIN_STEP).max(1.0) as u32),
     }
 }
@@ -276,6 +376,37 @@ mod tests {
             .iter()
             .fold(0.0, |most: f64, &(_, value)| most.max(value));
         assert!(highest > 0.999, "{highest}");
+    }
+
+    #[test]
+    fn a_settled_part_is_enlarged_beside_its_trace() {
+        for (settled, is_above) in [(0.2, true), (0.5, false), (0.8, false)] {
+            let points = vec![
+                (0.0, 0.0),
+                (0.1, 1.0),
+                (0.6, settled),
+                (1.0, settled + 0.01),
+            ];
+            let figure = Figure::new("", "", "", vec![Trace::new("", points)]);
+            let figure = figure.with_settled_part();
+            let frame = Frame {
+                left: 0.0,
+                top: 0.0,
+                width: 200.0,
+                height: 80.0,
+            };
+            let plot = Plot::new(&figure, frame);
+            let inset = plot.inset().expect("it is flat");
+            let ends = [inset.frame.top, inset.frame.bottom()];
+            let [top, bottom] = [settled + 0.01, settled].map(|value| plot.y(value));
+            assert!(ends[0] >= 0.0 && ends[1] <= 80.0, "{ends:?}");
+            assert_eq!(ends[1] < top, is_above, "{settled}: {ends:?}");
+            assert_eq!(ends[0] > bottom, !is_above, "{settled}: {ends:?}");
+            // A place has one abscissa in both.
+            assert!((inset.x(0.9) - plot.x(0.9)).abs() < 1e-9);
+            assert!(inset.y(settled + 0.01) < inset.frame.bottom());
+            assert!(inset.y(settled) > inset.frame.top);
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Scales of axes: places of ticks and their text.
 
+use std::ops::RangeInclusive;
+
 use crate::present::number::{fixed, power_of_ten};
 
 /// Places of values along an axis.
@@ -43,22 +45,54 @@ impl Scale {
         Self::linear(low, end, step)
     }
 
-    /// Whole decades around positive values.
-    pub(super) fn decades(low: f64, high: f64) -> Self {
-        let first = low.log10().floor();
-        let last = high.log10().ceil().max(first + 1.0);
-        const MAX_STEPS: f64 = 6.0;
-        let every = ((last - first) / MAX_STEPS).ceil().max(1.0);
-        let last = first + ((last - first) / every).ceil() * every;
-        let count = ((last - first) / every).round() as i32;
+    /// Around positive values, from one of 1, 2 or 5 times a power of ten to another. Its ticks are all of these
+    /// where they are few, else powers of ten.
+    pub(super) fn logarithmic(low: f64, high: f64) -> Self {
+        const MAX_TICKS: usize = 7;
+        const PARTS: [f64; 3] = [1.0, 2.0, 5.0];
+        /// A value beside a tick is on it.
+        const BESIDE: f64 = 1e-9;
+        let (low, high) = (low.log10() + BESIDE, high.log10() - BESIDE);
+        let decades = low.floor() as i32 - 1..=high.ceil() as i32 + 1;
+        let values = decades.flat_map(|power| PARTS.map(|part| f64::from(power) + part.log10()));
+        let values: Vec<f64> = values.collect();
+        // There is one before the first, and one behind the last.
+        let first = values.partition_point(|value| *value <= low).max(1) - 1;
+        let last = values.partition_point(|value| *value < high).max(first + 1);
+        let within = &values[first..=last];
+        let (low, high) = (within[0], within[within.len() - 1]);
+        let every = |count: f64| {
+            let powers = within.iter().copied();
+            powers.filter(move |power| (power / count).fract() == 0.0)
+        };
+        let sparse = [1.0, 2.0, 3.0, 5.0].map(|count| every(count).collect::<Vec<f64>>());
+        let mut choices = [within.to_vec()].into_iter().chain(sparse);
+        let ticks = choices.find(|ticks| ticks.len() <= MAX_TICKS);
         Self {
-            low: first,
-            high: last,
+            low,
+            high,
             is_logarithmic: true,
-            ticks: (0..=count).map(|k| first + f64::from(k) * every).collect(),
+            ticks: ticks.unwrap_or_else(|| vec![low.ceil(), high.floor()]),
             digits: 0,
             exponent: 0,
         }
+    }
+
+    /// The part of a linear scale from a value to its end.
+    pub(super) fn beginning_at(&self, low: f64) -> Self {
+        let mut part = self.clone();
+        part.low = low;
+        part.ticks.retain(|tick| *tick >= low);
+        part
+    }
+
+    pub(super) fn is_logarithmic(&self) -> bool {
+        self.is_logarithmic
+    }
+
+    /// The value at a part of a linear scale.
+    pub(super) fn value(&self, part: f64) -> f64 {
+        self.low + part * (self.high - self.low)
     }
 
     fn linear(low: f64, high: f64, step: f64) -> Self {
@@ -98,12 +132,29 @@ impl Scale {
         self.ticks.iter().map(|&tick| {
             let part = (tick - self.low) / (self.high - self.low);
             let text = if self.is_logarithmic {
-                power_of_ten(tick as i32)
+                self.power_or_value(tick)
             } else {
                 fixed(tick / 10_f64.powi(self.exponent), self.digits)
             };
             (part, text)
         })
+    }
+
+    /// A tick of a logarithmic scale: the value where all are short, else a power of ten.
+    fn power_or_value(&self, tick: f64) -> String {
+        /// Powers of ten that are short as values.
+        const SHORT: RangeInclusive<f64> = -3.0..=4.0;
+        let is_power = |tick: f64| tick.fract() == 0.0;
+        let are_powers = self.ticks.iter().all(|tick| is_power(*tick));
+        let value = 10_f64.powf(tick);
+        if self.ticks.iter().all(|tick| SHORT.contains(tick)) {
+            fixed(value, (-tick.floor()).max(0.0) as usize)
+        } else if are_powers || is_power(tick) {
+            power_of_ten(tick.round() as i32)
+        } else {
+            let times = 10_f64.powf(tick - tick.floor());
+            format!("{times:.0}·{}", power_of_ten(tick.floor() as i32))
+        }
     }
 
     /// The power of ten of its figures; none where they are the values.
@@ -180,10 +231,25 @@ mod tests {
     }
 
     #[test]
-    fn decades_have_powers_of_ten() {
+    fn a_logarithmic_axis_ends_beside_its_values() {
+        let written = |low, high| texts(&Scale::logarithmic(low, high));
+        assert_eq!(written(1.3, 19.0), ["1", "2", "5", "10", "20"]);
+        assert_eq!(written(0.4, 0.625), ["0.2", "0.5", "1"]);
+        assert_eq!(written(0.7, 499.0), ["1", "10", "100"]);
         assert_eq!(
-            texts(&Scale::decades(2e-3, 0.4)),
-            ["10⁻³", "10⁻²", "10⁻¹", "10⁰"]
+            written(1e-5, 0.58),
+            ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]
         );
+        assert_eq!(written(1.1e-5, 3e-5), ["10⁻⁵", "2·10⁻⁵", "5·10⁻⁵"]);
+        assert_eq!(
+            written(1e-12, 1e-2),
+            ["10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴", "10⁻²"]
+        );
+        let scale = Scale::logarithmic(1.3, 19.0);
+        assert!(scale.part(1.3) > 0.0 && scale.part(19.0) < 1.0);
+        for (low, high) in [(1e-30, 1e30), (1.0, 1.0), (2.0, 2.0)] {
+            let ticks = written(low, high).len();
+            assert!((2..=7).contains(&ticks), "{low} to {high}: {ticks}");
+        }
     }
 }

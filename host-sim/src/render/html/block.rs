@@ -49,10 +49,12 @@ pub(super) fn verdict(verdict: &Verdict) -> Markup {
 }
 
 fn table(table: &Table) -> Markup {
+    /// Columns from which on a phone shows each row as lines.
+    const WIDE: usize = 4;
     let class = |place: usize| table.columns.get(place).filter(|column| column.is_figures);
     let class = |place: usize| class(place).map(|_| "figures");
     html! {
-        div.table tabindex="0" role="region" aria-label=[named(&table.caption)] {
+        div.table.wide[table.columns.len() >= WIDE] tabindex="0" role="region" aria-label=[named(&table.caption)] {
             table {
                 @if let Some(caption) = named(&table.caption) { caption { (caption) } }
                 thead { tr {
@@ -64,7 +66,8 @@ fn table(table: &Table) -> Markup {
                     @for (place, cell) in row.iter().enumerate() {
                         @if place == 0 { th scope="row" { (cell) } }
                         @else {
-                            td class=[class(place)] data-level=[level(table, number, place)] { (cell) }
+                            td class=[class(place)] data-level=[level(table, number, place)]
+                                data-column=(table.columns.get(place).map_or("", |column| &column.name)) { (cell) }
                         }
                     }
                 } } }

@@ -9,6 +9,7 @@
   const ZOOM = 0.5;
   const LEAST = 1e-6; // of the whole, that can be zoomed to
   const ROOM = 0.06; // above and below what is shown
+  const LEFT = 60; // of the vertical axis, at least
 
   const hosts = [...document.querySelectorAll("figure.plot")];
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -18,7 +19,7 @@
   const STRETCH_COLOURS = 8;
 
   // The lines of a figure, its traces and then its levels; on a logarithmic axis a place is the power of ten.
-  function plotted({ horizontal, vertical, traces, levels, stretches }) {
+  function plotted({ horizontal, vertical, traces, levels, stretches, settled }) {
     const place = horizontal.is_logarithmic ? Math.log10 : (at) => at;
     const lines = traces.map(({ points, band }, number) => ({
       colour: number % TRACE_COLOURS,
@@ -32,30 +33,38 @@
     return {
       abscissa: horizontal.name,
       logarithmic_abscissa: horizontal.is_logarithmic,
-      range: vertical.range,
+      range: settled?.range ?? vertical.range,
       traces: [...lines, ...constants],
       stretches,
     };
   }
   const valueAt = (figure, place) => (figure.logarithmic_abscissa ? 10 ** place : place);
 
-  // Where values of one, two or five times a power of ten stand, or the powers alone, or any where none of
-  // these are shown.
-  function decades(from, to) {
-    const MOST = 8;
+  // Where values of one, two or five times a power of ten stand, or the powers alone where these would stand on one
+  // another, or any where none of these are shown. `decade` is its width, pixels.
+  function decades(from, to, decade) {
+    const TEXT = 48; // pixels that a figure takes
     for (const [parts, every] of [[[1, 2, 5], 1], [[1], 1], [[1], 2], [[1], 3]]) {
       const places = [];
       for (let power = Math.floor(from); power <= to; power += 1)
         if (power % every === 0) places.push(...parts.map((part) => power + Math.log10(part)));
       const seen = places.filter((place) => place >= from && place <= to);
       if (seen.length < 2) break;
-      if (seen.length <= MOST) return seen;
+      if (decade * (parts.length > 1 ? Math.log10(2) : every) >= TEXT) return seen;
     }
-    return [0.1, 0.5, 0.9].map((part) => from + part * (to - from));
+    return [0.15, 0.5, 0.85].map((part) => from + part * (to - from));
   }
-
   let figures = JSON.parse(document.getElementById("figures").textContent).map(plotted);
   let plots = [];
+
+  // Room of the widest text at an axis.
+  function sized(chart, values, axis, cycle) {
+    const { font, ticks, gap, _size } = chart.axes[axis];
+    if (cycle > 1) return _size;
+    [chart.ctx.font] = font;
+    const widths = (values ?? []).map((text) => chart.ctx.measureText(text ?? "").width / devicePixelRatio);
+    return Math.ceil(Math.max(LEFT, ticks.size + gap + Math.max(0, ...widths) + 2));
+  }
 
   // What is shown of each abscissa, and what there is.
   const views = new Map();
@@ -154,7 +163,7 @@
         series,
         bands,
         legend: { show: false },
-        padding: [10, 14, 0, 0],
+        padding: [10, 24, 0, 0],
         cursor: {
           dataIdx: nearest,
           y: false,
@@ -183,11 +192,11 @@
         axes: [
           { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, label: figure.abscissa, labelFont: font, labelSize: 20, labelGap: 0, size: 28, gap: 4,
             ...(figure.logarithmic_abscissa && {
-              splits: (_, axis, from, to) => decades(from, to),
+              splits: ({ width }, axis, from, to) => decades(from, to, (width - 2 * LEFT) / (to - from)),
               values: (_, splits) => splits.map((place) => String(Number((10 ** place).toPrecision(3)))),
             }) },
-          { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, size: 60, gap: 4,
-            values: (_, splits) => splits.map((value) => (value == null ? "" : shown(Number(value.toPrecision(8))))) },
+          { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, size: sized, gap: 4,
+            values: (_, splits) => splits.map((value) => (value == null ? "" : String(Number(value.toPrecision(9))).replace("-", "−"))) },
         ],
         hooks: {
           drawClear: [(chart) => shade(chart, figures[number])],
