@@ -39,6 +39,7 @@ pub mod csv;
 pub mod drift;
 pub mod drive;
 pub mod experiment;
+pub mod export;
 mod identify;
 pub mod init;
 pub mod live;

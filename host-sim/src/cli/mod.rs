@@ -8,6 +8,7 @@ mod compare;
 mod completions;
 mod drift;
 mod drive;
+mod export;
 mod fault;
 mod files;
 mod identify;
@@ -83,6 +84,8 @@ enum Verb {
     Drive(drive::Arguments),
     /// Compute gains for an identified servo, with margins and the predicted response.
     Tune(tune::Arguments),
+    /// Write an identified servo as a joint of a robot's model, in physical units.
+    Export(export::Arguments),
     /// Identify many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
     /// List the keys of a scenario: meaning, allowed values and defaults.
@@ -166,6 +169,7 @@ impl Arguments {
             Verb::Drift(arguments) => drift::run(&arguments),
             Verb::Drive(arguments) => drive::run(&arguments),
             Verb::Tune(arguments) => tune::run(&arguments),
+            Verb::Export(arguments) => export::run(&arguments),
             Verb::Sweep(arguments) => sweep::run(&arguments),
             Verb::Keys(arguments) => keys::run(&arguments),
             Verb::Completions(arguments) => completions::run(&arguments),

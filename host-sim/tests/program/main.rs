@@ -8,6 +8,7 @@ mod commission;
 mod drive;
 mod drive_settings;
 mod effects;
+mod export;
 mod faults;
 #[cfg(target_os = "linux")]
 mod fit;

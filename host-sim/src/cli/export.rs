@@ -1,0 +1,136 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::fault::Fault;
+use super::files::{self, Files};
+use super::standard_output;
+use crate::export::{Format, Identified, Joint, Scale};
+use crate::nearest;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The results that `run`, `replay` or `identify` wrote with --json, a joint each.
+    #[arg(required = true, value_name = "RESULT.json")]
+    results: Vec<PathBuf>,
+    /// Format of the joints.
+    #[arg(long, value_enum)]
+    format: Format,
+    /// Names of the joints in the order of the results; the results' names by default.
+    #[arg(long, value_name = "NAME", num_args = 1)]
+    joint: Vec<String>,
+    #[command(flatten)]
+    scale: Scaling,
+    /// Inertia about the joint that the links of the robot's model have already, kg·m² (kg on a linear axis); once for
+    /// all, or for each result.
+    #[arg(long, value_name = "J", allow_negative_numbers = true, num_args = 1)]
+    link_inertia: Vec<f64>,
+    /// The largest command, command units; that of the result by default.
+    #[arg(long, value_name = "U", value_parser = above_zero)]
+    limit: Option<f64>,
+    /// Export even a result that has not converged.
+    #[arg(long)]
+    accept_unconverged: bool,
+    /// Write to this file; standard output by default.
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+/// What makes torques of the result's ratios.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Scaling {
+    /// Torque of a unit of command at the joint, N·m (N on a linear axis): torque constant times gear ratio; once for
+    /// all, or for each result.
+    #[arg(long, value_name = "K", allow_negative_numbers = true, num_args = 1)]
+    torque_constant: Vec<f64>,
+    /// Inertia of all that moves about the joint, kg·m² (kg on a linear axis), where that is known instead; once for all,
+    /// or for each result.
+    #[arg(long, value_name = "J", allow_negative_numbers = true, num_args = 1)]
+    inertia: Vec<f64>,
+    /// Export ratios: neither is known, and an inertia of 1 stands for it.
+    #[arg(long)]
+    ratios: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let inputs: Vec<&Path> = arguments.results.iter().map(PathBuf::as_path).collect();
+    let mut files = Files::reading(&inputs, arguments.force);
+    let output = files.output(arguments.output.as_deref())?;
+    let joints = (0..inputs.len()).map(|place| arguments.joint(place));
+    let joints = joints.collect::<Result<Vec<_>, _>>()?;
+    for (place, joint) in joints.iter().enumerate() {
+        let name = joint.name();
+        if joints[..place].iter().any(|earlier| earlier.name() == name) {
+            return Err(Fault::Input(format!(
+                "two joints are named {name}: --joint states a name for each result, in their order"
+            )));
+        }
+    }
+    let text = arguments.format.of(&joints);
+    let Some(mut file) = output else {
+        return standard_output::result(format_args!("{}", text.trim_end()));
+    };
+    file.bytes(text.as_bytes())?;
+    files::commit([Some(Ok(file))])?;
+    Ok(())
+}
+
+impl Arguments {
+    /// The joint of the result at a place.
+    fn joint(&self, place: usize) -> Result<Joint, Fault> {
+        let path = &self.results[place];
+        let of_result =
+            |fault: &dyn std::fmt::Display| Fault::Input(format!("{}: {fault}", path.display()));
+        let text = fs::read_to_string(path)
+            .map_err(|error| nearest::unreadable(path, &error))
+            .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
+        let identified = Identified::read(&text, self.limit).map_err(|error| of_result(&error))?;
+        if let Some(doubt) = identified.doubt().filter(|_| !self.accept_unconverged) {
+            return Err(of_result(&format!(
+                "{doubt}: a model of it would be a guess; see to that first, or --accept-unconverged"
+            )));
+        }
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = self.one_of("joint", &self.joint, place)?;
+        let links = self.one_of("link-inertia", &self.link_inertia, place)?;
+        let constant = self.one_of("torque-constant", &self.scale.torque_constant, place)?;
+        let inertia = self.one_of("inertia", &self.scale.inertia, place)?;
+        let scale = constant.map(|&constant| Scale::TorqueConstant(constant));
+        let scale = scale.or(inertia.map(|&inertia| Scale::Inertia(inertia)));
+        identified
+            .joint(
+                name.map_or(&*stem, String::as_str),
+                scale.unwrap_or(Scale::Ratios),
+                links.copied().unwrap_or(0.0),
+            )
+            .map_err(|error| of_result(&error))
+    }
+
+    /// The value of an option for the result at a place: the one that is stated for all, or its own.
+    fn one_of<'v, T>(
+        &self,
+        option: &str,
+        stated: &'v [T],
+        place: usize,
+    ) -> Result<Option<&'v T>, Fault> {
+        let results = self.results.len();
+        match stated {
+            [] => Ok(None),
+            [one] if option != "joint" => Ok(Some(one)),
+            several if several.len() == results => Ok(Some(&several[place])),
+            several => Err(Fault::Input(format!(
+                "--{option} is stated {} times for {results} results: state it for each of them, in their order",
+                several.len()
+            ))),
+        }
+    }
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number: &f64| *number > 0.0);
+    number.ok_or_else(|| "it must be a number above 0".to_owned())
+}

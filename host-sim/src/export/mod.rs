@@ -1,0 +1,43 @@
+//! Robot models from results: what was identified, in physical units and as a simulator names it.
+//!
+//! result.json → [`Identified`]; with a [`Scale`], which makes torques of ratios → [`Joint`]; joints in a [`Format`] →
+//! text.
+
+mod isaac_lab;
+mod joint;
+mod json;
+mod mjcf;
+mod urdf;
+
+pub use joint::{ExportError, Identified, Joint, Scale};
+
+/// A format of joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Default classes of MuJoCo, to include in a model.
+    Mjcf,
+    /// The elements of a URDF's joints.
+    Urdf,
+    /// Actuators of Isaac Lab.
+    IsaacLab,
+    /// Every quantity with its standard error and unit.
+    Json,
+}
+
+impl Format {
+    /// Joints as text.
+    #[must_use]
+    pub fn of(self, joints: &[Joint]) -> String {
+        match self {
+            Self::Mjcf => mjcf::written(joints),
+            Self::Urdf => urdf::written(joints),
+            Self::IsaacLab => isaac_lab::written(joints),
+            Self::Json => json::written(joints),
+        }
+    }
+}
+
+/// A number with seven digits, which no result knows more of, as all formats read it.
+fn number(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
+}

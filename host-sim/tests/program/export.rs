@@ -1,0 +1,154 @@
+//! The contract of `servo-id export`: formats, scales, refusals.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::support::{assert_done, folder, refusal_message, servo_id};
+
+fn result(folder: &Path, name: &str, status: &str) -> String {
+    let estimate = |value: f64, error: f64| json!({ "final": value, "std_error": error });
+    let result = json!({
+        "law": "fit", "status": status, "reason": "it moves", "sample_time": 1e-3,
+        "estimates": {
+            "a": estimate(0.5, 0.05),
+            "b": { "final": 200.0, "std_error": 2.0, "unit": "rad/s² per command unit" },
+            "coulomb": estimate(8.0, 0.4),
+            "load": estimate(-4.0, 0.2),
+            "delay": estimate(1e-3, 1e-4),
+        },
+    });
+    let path = folder.join(name);
+    std::fs::write(&path, result.to_string()).expect("a file");
+    path.display().to_string()
+}
+
+/// What an export without a failure prints, the version left out, which changes with every commit.
+fn exported(arguments: &[&str]) -> String {
+    let output = servo_id(&[&["export"], arguments].concat());
+    assert_done(&output);
+    let text = String::from_utf8(output.stdout).expect("text");
+    let version = text
+        .split("servo-id ")
+        .nth(1)
+        .and_then(|rest| rest.split(',').next());
+    version.map_or(text.clone(), |version| text.replace(version, "VERSION"))
+}
+
+#[test]
+fn each_format_names_the_quantities_as_its_simulator_does() {
+    let folder = folder("export-formats");
+    let elbow = result(&folder, "elbow.json", "converged");
+    for format in ["mjcf", "urdf", "isaac-lab"] {
+        let text = exported(&[
+            &elbow,
+            "--format",
+            format,
+            "--torque-constant",
+            "0.4",
+            "--link-inertia",
+            "0.0005",
+            "--limit",
+            "5",
+        ]);
+        insta::assert_snapshot!(format!("export_{format}"), text);
+    }
+}
+
+#[test]
+fn json_has_every_quantity_with_its_error_and_unit() {
+    let folder = folder("export-json");
+    let elbow = result(&folder, "elbow.json", "converged");
+    let text = exported(&[&elbow, "--format", "json", "--inertia", "0.002"]);
+    let joints: Value = serde_json::from_str(&text).expect("JSON");
+    let joint = &joints["joints"][0];
+    assert_eq!(joint["name"], "elbow");
+    assert_eq!(joint["torque_constant"]["value"], 0.4);
+    assert_eq!(joint["friction"]["unit"], "N·m");
+    assert_eq!(joint["damping"]["unit"], "N·m·s/rad");
+    assert_eq!(joint["effort_limit"], Value::Null);
+    assert_eq!(joint["origin"]["status"], "converged");
+}
+
+#[test]
+fn several_results_are_the_joints_of_one_file() {
+    let folder = folder("export-joints");
+    let [one, two] = ["one.json", "two.json"].map(|name| result(&folder, name, "converged"));
+    let file = folder.join("joints.xml").display().to_string();
+    let output = servo_id(&[
+        "export",
+        &one,
+        &two,
+        "--format",
+        "mjcf",
+        "--joint",
+        "hip",
+        "--joint",
+        "knee",
+        "--torque-constant",
+        "0.4",
+        "--torque-constant",
+        "0.8",
+        "--output",
+        &file,
+    ]);
+    assert_done(&output);
+    let text = std::fs::read_to_string(&file).expect("a file");
+    for part in [
+        "class=\"hip\"",
+        "class=\"knee\"",
+        "armature=\"0.002\"",
+        "armature=\"0.004\"",
+    ] {
+        assert_eq!(text.matches(part).count(), 1, "{part}: {text}");
+    }
+}
+
+#[test]
+fn what_would_be_a_guess_is_refused_with_its_remedy() {
+    let folder = folder("export-refusals");
+    let [one, two, moving] = [
+        ("one.json", "converged"),
+        ("two.json", "converged"),
+        ("moving.json", "moving"),
+    ]
+    .map(|(name, status)| result(&folder, name, status));
+    let mjcf = ["--format", "mjcf"];
+    for (arguments, parts) in [
+        (vec![one.as_str()], ["--torque-constant", "--ratios"]),
+        (
+            vec![&moving, "--ratios"],
+            ["moving", "--accept-unconverged"],
+        ),
+        (
+            vec![&one, "--torque-constant", "-1"],
+            ["torque-constant = -1", "above 0"],
+        ),
+        (
+            vec![&one, "--inertia", "1", "--link-inertia", "2"],
+            ["link-inertia = 2", "all that moves"],
+        ),
+        (
+            vec![&one, &two, "--ratios", "--joint", "hip"],
+            ["1 times for 2 results", "--joint"],
+        ),
+        (
+            vec![&one, &one, "--ratios"],
+            ["two joints are named one", "--joint"],
+        ),
+        (
+            vec![&one, "--ratios", "--joint", "a\"b"],
+            ["not allowed", "letters"],
+        ),
+        (
+            vec!["none.json", "--ratios"],
+            ["none.json", "cannot be read"],
+        ),
+    ] {
+        let output = servo_id(&[&["export"], arguments.as_slice(), &mjcf].concat());
+        let message = refusal_message(&output);
+        for part in parts {
+            assert!(message.contains(part), "{arguments:?}: {message}");
+        }
+    }
+}
