@@ -55,6 +55,11 @@ impl Tally {
         self.max = self.max.max(taken);
     }
 
+    /// Takes the maximum of other rounds in, and not their mean.
+    pub fn take_max(&mut self, other: &Self) {
+        self.max = self.max.max(other.max);
+    }
+
     /// The rounds so far.
     #[must_use]
     pub fn rounds(&self) -> u32 {

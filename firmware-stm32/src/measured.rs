@@ -29,8 +29,10 @@ pub type Fitter<S, const P: usize> = GaussNewtonFitter<f32, S, P, 64>;
 
 /// Samples before the count begins.
 pub const STARTING: u32 = 500;
-/// Samples that are counted.
-pub const COUNTED: u32 = 2000;
+/// Samples that are counted: the worst of fewer is not the worst.
+pub const COUNTED: u32 = 100_000;
+/// Friction of a servo that sticks at every reversal, rad/s².
+pub const COULOMB: f64 = 10.0;
 
 /// The paper's motion, sample by sample.
 pub struct Experiment {
@@ -75,20 +77,31 @@ impl Experiment {
     }
 }
 
-/// Runs the paper's experiment with `sample`, and counts once it has started.
+/// Runs the paper's experiment with `sample` on a servo with some friction, rad/s², and counts once it has
+/// started.
 ///
 /// # Errors
 /// As [`Experiment::start`].
 pub fn measure(
-    name: &str,
-    state_bytes: usize,
+    coulomb: f64,
     mut sample: impl FnMut(f64, u16) -> (f64, u32),
-) -> Result<(), SettingsError> {
-    let mut experiment = Experiment::start(0.0)?;
+) -> Result<Tally, SettingsError> {
+    let mut experiment = Experiment::start(coulomb)?;
     experiment.count(STARTING, &mut sample);
-    let tally = experiment.count(COUNTED, &mut sample);
-    tally.print(name, state_bytes);
-    Ok(())
+    Ok(experiment.count(COUNTED, &mut sample))
+}
+
+/// The samples of a law: their mean on one servo, and their maximum on that and another, by friction in rad/s².
+///
+/// # Errors
+/// As `measured`.
+pub fn on_both(
+    [own, other]: [f64; 2],
+    mut measured: impl FnMut(f64) -> Result<Tally, SettingsError>,
+) -> Result<Tally, SettingsError> {
+    let mut tally = measured(own)?;
+    tally.take_max(&measured(other)?);
+    Ok(tally)
 }
 
 /// A call's result and its instructions, less those of counting. Inputs and results pass a black box, or the

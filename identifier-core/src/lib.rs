@@ -45,6 +45,7 @@ mod fit;
 mod linalg;
 mod model;
 mod reason;
+mod unrolled;
 pub mod watch;
 
 use identifier::{DiagonalGradientIdentifier, ServoLoop};

@@ -17,6 +17,24 @@ const TOLERANCE: f64 = 0.02;
 /// whose course depends on when the host asks: the same drive has differed by 5 %.
 const TOLERANCE_OF_A_COURSE: f64 = 0.1;
 
+/// The most that a sample may take at the optimiser level "s", in percent of what it takes at 3.
+const MAX_PERCENT_AT_S: u64 = 115;
+
+/// The samples that are counted at both levels: their figures, and their rows on the pages.
+const SAMPLES: [(&str, &str); 5] = [
+    ("gradient-f32-2", "gradient, f32, a and b"),
+    ("gradient-f32-friction", "gradient, f32, with friction"),
+    ("gradient-fixed-2", "gradient, fixed point, a and b"),
+    ("gauss-newton-f32-4", "Gauss–Newton, f32, four parameters"),
+    (
+        "gauss-newton-recording",
+        "the same while it records for its first fit",
+    ),
+];
+
+/// The pages with a row for each.
+const PAGES: [&str; 2] = ["identifier-core/README.md", "docs/cost.md"];
+
 /// Binaries without static memory.
 const WITHOUT_MEMORY: [&str; 4] = ["virtual-servo", "bench", "terms", "commission"];
 
@@ -34,19 +52,55 @@ pub(crate) fn check(accept: bool) -> Result<(), String> {
         let accepted = accepted.get(name).map_or("none".to_owned(), u64::to_string);
         println!("{name:<44} {value:>7}  (accepted: {accepted})");
     }
-    refuse(&compare(&counted, &accepted))
+    let mut objections = compare(&counted, &accepted);
+    objections.extend(slower_at_s(&counted));
+    refuse(&objections)
 }
 
 /// Records the figures, unless one was not counted at all.
 fn record(counted: &Figures) -> Result<(), String> {
-    refuse(&compare(counted, counted))?;
+    let mut objections = compare(counted, counted);
+    objections.extend(slower_at_s(counted));
+    refuse(&objections)?;
     let mut text = String::from(
         "# Counted on the emulated chip; `cargo xtask budget --accept` records it anew.\n",
     );
     for (name, value) in counted {
         text.push_str(&format!("{name} = {value}\n"));
     }
-    let path = firmware::root().join(FILE);
+    write(FILE, &text)?;
+    for page in PAGES {
+        write(page, &with_rows(&read(page)?, counted))?;
+    }
+    Ok(())
+}
+
+/// A page with the rows of these figures.
+fn with_rows(page: &str, figures: &Figures) -> String {
+    let row = |line: &str| {
+        let of_it = |&(_, label): &(&str, &str)| line.starts_with(&format!("| {label} |"));
+        let (name, label) = SAMPLES.into_iter().find(of_it)?;
+        let figure = |what: &str| figures.get(&format!("{name}-{what}")).copied().unwrap_or(0);
+        let [mean, most] = ["mean", "most"].map(figure);
+        let [small_mean, small_most] = ["at-s-mean", "at-s-most"].map(figure);
+        let bytes = figure("state-bytes");
+        Some(format!(
+            "| {label} | {mean}, {most} | {small_mean}, {small_most} | {bytes} |"
+        ))
+    };
+    let lines = page
+        .lines()
+        .map(|line| row(line).unwrap_or_else(|| line.to_owned()));
+    lines.map(|line| line + "\n").collect()
+}
+
+fn read(file: &str) -> Result<String, String> {
+    let path = firmware::root().join(file);
+    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn write(file: &str, text: &str) -> Result<(), String> {
+    let path = firmware::root().join(file);
     std::fs::write(&path, text)
         .map_err(|error| format!("{} cannot be written: {error}", path.display()))
 }
@@ -74,6 +128,25 @@ fn compare(counted: &Figures, accepted: &Figures) -> Vec<String> {
     missing.chain(wrong).collect()
 }
 
+/// Objections to samples that take more at "s" than is allowed.
+fn slower_at_s(counted: &Figures) -> Vec<String> {
+    let mut objections = Vec::new();
+    for (name, _) in SAMPLES {
+        for figure in ["mean", "most"] {
+            let at_s = format!("{name}-at-s-{figure}");
+            let [small, fast] = [&at_s, &format!("{name}-{figure}")].map(|name| counted.get(name));
+            match (small, fast) {
+                (Some(small), Some(fast)) if 100 * small <= MAX_PERCENT_AT_S * fast => {}
+                (Some(small), Some(fast)) => objections.push(format!(
+                    "{at_s}: {small}, more than {MAX_PERCENT_AT_S} % of the {fast} at 3"
+                )),
+                _ => objections.push(format!("{at_s}: not counted at both levels")),
+            }
+        }
+    }
+    objections
+}
+
 /// The relative change of a figure that needs no acceptance.
 fn tolerance(name: &str) -> f64 {
     let is_of_course =
@@ -99,29 +172,36 @@ fn refuse(objections: &[String]) -> Result<(), String> {
 
 /// The budget.
 pub(crate) fn accepted() -> Result<Figures, String> {
-    let path = firmware::root().join(FILE);
-    let text =
-        std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    toml::from_str(&read(FILE)?).map_err(|error| format!("{FILE}: {error}"))
 }
 
 /// Instructions per sample and interrupt, cycles per interrupt, bytes of state, flash, static memory and
 /// stack, by name.
 fn count() -> Result<Figures, String> {
+    // The first, as a build at 3 takes the place of this one.
+    let at_s = emulator::run(emulator::BOARD, &firmware::build_for_size("bench")?)?;
     firmware::build(&[], &[])?;
-    let mut printed = String::new();
-    for bench in ["bench", "terms", "commission", "background"] {
-        printed.push_str(&emulator::run(emulator::BOARD, &firmware::path(bench))?);
-    }
     let mut counted = Figures::new();
-    for line in printed.lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let [name, mean, most, state] = words[..] else {
-            return Err(format!("the bench printed a line that is none: {line}"));
-        };
-        for (what, figure) in [("mean", mean), ("most", most), ("state-bytes", state)] {
-            let figure = figure.parse().map_err(|error| format!("{line}: {error}"))?;
-            counted.insert(format!("{name}-{what}"), figure);
+    for bench in ["bench", "terms", "commission", "background"] {
+        for line in emulator::run(emulator::BOARD, &firmware::path(bench))?.lines() {
+            let Counted {
+                name,
+                mean,
+                most,
+                bytes,
+            } = Counted::parse(line)?;
+            counted.insert(format!("{name}-mean"), mean);
+            counted.insert(format!("{name}-most"), most);
+            counted.insert(format!("{name}-state-bytes"), bytes);
+        }
+    }
+    for line in at_s.lines() {
+        let Counted {
+            name, mean, most, ..
+        } = Counted::parse(line)?;
+        if SAMPLES.iter().any(|(own, _)| *own == name) {
+            counted.insert(format!("{name}-at-s-mean"), mean);
+            counted.insert(format!("{name}-at-s-most"), most);
         }
     }
     for binary in ["virtual-servo", "bench", "terms", "commission", "drive"] {
@@ -148,6 +228,30 @@ fn count() -> Result<Figures, String> {
         }
     }
     Ok(counted)
+}
+
+/// A line of a bench.
+struct Counted<'a> {
+    name: &'a str,
+    mean: u64,
+    most: u64,
+    bytes: u64,
+}
+
+impl<'a> Counted<'a> {
+    fn parse(line: &'a str) -> Result<Self, String> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [name, mean, most, bytes] = words[..] else {
+            return Err(format!("the bench printed a line that is none: {line}"));
+        };
+        let count = |figure: &str| figure.parse().map_err(|error| format!("{line}: {error}"));
+        Ok(Self {
+            name,
+            mean: count(mean)?,
+            most: count(most)?,
+            bytes: count(bytes)?,
+        })
+    }
 }
 
 #[cfg(test)]
@@ -198,6 +302,40 @@ mod tests {
         let accepted = figures([("a-worst-cycles", 2000)]);
         let found = |cycles| compare(&figures([("a-worst-cycles", cycles)]), &accepted).len();
         assert_eq!([1799, 1800, 2200, 2201].map(found), [1, 0, 0, 1]);
+    }
+
+    #[test]
+    fn a_sample_may_take_little_more_at_s_and_must_be_counted_there() {
+        let counted = |at_s: u64| {
+            let both = SAMPLES.into_iter().flat_map(|(name, _)| {
+                let figures = ["mean", "most"].map(|figure| (format!("{name}-{figure}"), 200));
+                let at_s = ["mean", "most"].map(|figure| (format!("{name}-at-s-{figure}"), at_s));
+                figures.into_iter().chain(at_s)
+            });
+            both.collect::<Figures>()
+        };
+        assert!(slower_at_s(&counted(230)).is_empty());
+        assert_eq!(slower_at_s(&counted(231)).len(), 2 * SAMPLES.len());
+        let mut missing = counted(200);
+        missing.remove("gradient-fixed-2-at-s-most");
+        assert_eq!(slower_at_s(&missing).len(), 1);
+        assert!(
+            slower_at_s(&missing)
+                .concat()
+                .starts_with("gradient-fixed-2-at-s-most: ")
+        );
+    }
+
+    #[test]
+    fn the_pages_have_the_figures_of_the_budget() {
+        let accepted = accepted().expect("the budget");
+        for page in PAGES {
+            let text = read(page).expect("the page");
+            for (_, label) in SAMPLES {
+                assert!(text.contains(&format!("\n| {label} |")), "{page}: {label}");
+            }
+            assert_eq!(with_rows(&text, &accepted), text, "{page}");
+        }
     }
 
     #[test]

@@ -31,6 +31,24 @@ pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> 
     Ok(())
 }
 
+/// The crates whose code is generic or the firmware's own: at another optimiser level only they are built anew.
+const OF_OWN_LEVEL: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-servo"];
+
+/// Builds the release of a binary at the optimiser level "s", in place of that at 3. It may panic.
+pub(crate) fn build_for_size(binary: &str) -> Result<PathBuf, String> {
+    let levels = OF_OWN_LEVEL.map(|name| format!("profile.release.package.{name}.opt-level=\"s\""));
+    let levels = levels.iter().flat_map(|level| ["--config", level]);
+    let mut what = vec!["--bin", binary];
+    what.extend(levels);
+    what.extend([
+        "--",
+        "-C",
+        "link-arg=--defsym=a_panic_survived_in_this_release=0",
+    ]);
+    cargo(&root().join("firmware-stm32"), "rustc", &what)?;
+    Ok(path(binary))
+}
+
 /// Builds and seals the drive for a board.
 pub(crate) fn image(board: &str, features: &[String]) -> Result<(), String> {
     let features = format!("--features={board},{}", features.join(","));
@@ -63,20 +81,24 @@ pub(crate) fn build_example(
 
 /// Builds a release in a folder.
 fn release(folder: &Path, what: &[&str]) -> Result<(), String> {
+    cargo(folder, "build", what)
+}
+
+/// Runs `cargo build` or `cargo rustc` for a release in a folder.
+fn cargo(folder: &Path, verb: &str, what: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(folder)
-        .args(["build", "--release", "--locked"])
-        .args(what)
-        .arg("--target-dir")
+        .args([verb, "--release", "--locked", "--target-dir"])
         .arg(built())
+        .args(what)
         .status()
         .map_err(|error| format!("cargo does not start: {error}"))?;
     if status.success() {
         Ok(())
     } else {
         Err(format!(
-            "cargo build {} fails in {}",
+            "cargo {verb} {} fails in {}",
             what.join(" "),
             folder.display()
         ))

@@ -10,7 +10,8 @@ use cortex_m_rt::entry;
 use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{
-    COUNTED, Experiment, Fitter, GaussNewton, Halves, Loop, STARTING, Single, counted, measure,
+    COULOMB, COUNTED, Experiment, Fitter, GaussNewton, Halves, Loop, STARTING, Single, counted,
+    measure, on_both,
 };
 use firmware_stm32::paper;
 use fixed::types::I16F16;
@@ -48,41 +49,27 @@ fn single<I: Identify<f32> + FromSettings>(
     instructions: &Instructions,
     name: &str,
 ) -> Result<(), SettingsError> {
-    let mut parts = Single::<I>::build(&paper::settings())?;
-    measure(name, size_of::<I::State>(), |reference, register| {
-        parts.counted(instructions, (reference, register), Single::sample)
-    })
+    let tally = on_both([0.0, COULOMB], |coulomb| {
+        let mut parts = Single::<I>::build(&paper::settings())?;
+        measure(coulomb, |reference, register| {
+            parts.counted(instructions, (reference, register), Single::sample)
+        })
+    })?;
+    tally.print(name, size_of::<I::State>());
+    Ok(())
 }
 
-/// Gauss–Newton on a servo with friction, without any guess: once while it records and the background
-/// makes its first fit, a block a sample, and once while the recursion runs.
+/// Gauss–Newton on a servo with friction, and its longest sample on that and one without.
 fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
-    /// Friction, rad/s², which reverses with the servo.
-    const COULOMB: f64 = 10.0;
-    /// Samples within which a first fit is found.
-    const PATIENCE: u32 = 60_000;
-    let settings = Settings {
-        identifier: IdentifierSettings::UNSTATED,
-        ..paper::settings()
-    };
-    let mut halves = Halves::<AbCoulombLoad, 4>::build(&settings)?;
-    let mut experiment = Experiment::start(COULOMB)?;
-    let (mut recording, mut fitting) = (Tally::default(), Tally::default());
-    let mut beginning = Tally::default();
-    while !halves.is_running() {
-        if recording.rounds() == PATIENCE {
-            return Err(SettingsError::NotGiven { setting: "motion" });
-        }
-        let one = experiment.count(1, &mut |reference, register| {
-            halves.counted(instructions, (reference, register), &mut fitting)
-        });
-        let tally = if halves.is_running() {
-            &mut beginning
-        } else {
-            &mut recording
-        };
-        tally.add(one.total());
-    }
+    let without = Course::run(instructions, 0.0)?.running;
+    let Course {
+        halves,
+        recording,
+        beginning,
+        fitting,
+        mut running,
+    } = Course::run(instructions, COULOMB)?;
+    running.take_max(&without);
     let state = size_of::<<GaussNewton<AbCoulombLoad, 4> as Identify<f32>>::State>();
     recording.print("gauss-newton-recording", state);
     beginning.print(
@@ -93,11 +80,7 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
         "gauss-newton-fitting",
         size_of::<<Fitter<AbCoulombLoad, 4> as FitBlocks<f32>>::State>(),
     );
-    let mut sample =
-        |reference, register| halves.counted(instructions, (reference, register), &mut fitting);
-    experiment.count(STARTING, &mut sample);
-    let tally = experiment.count(COUNTED, &mut sample);
-    tally.print("gauss-newton-f32-4", state);
+    running.print("gauss-newton-f32-4", state);
     // The report of a sample that is shown.
     let interrupt = &halves.interrupt;
     let identifier = interrupt.servo_loop.identifier();
@@ -107,6 +90,58 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
     let (_, taken) = counted(instructions, || identifier.estimates_in(black_box(&shown)));
     once("gauss-newton-in-si", taken, size_of::<ServoParameters>());
     Ok(())
+}
+
+/// Gauss–Newton without any guess: the samples that it records, in each of which the background takes a block of its
+/// first fit, the one that takes this over, and those of the recursion.
+struct Course {
+    halves: Halves<AbCoulombLoad, 4>,
+    recording: Tally,
+    beginning: Tally,
+    fitting: Tally,
+    running: Tally,
+}
+
+impl Course {
+    /// On a servo with some friction, rad/s².
+    fn run(instructions: &Instructions, coulomb: f64) -> Result<Self, SettingsError> {
+        /// Samples within which a first fit is found.
+        const PATIENCE: u32 = 60_000;
+        let settings = Settings {
+            identifier: IdentifierSettings::UNSTATED,
+            ..paper::settings()
+        };
+        let mut halves = Halves::<AbCoulombLoad, 4>::build(&settings)?;
+        let mut experiment = Experiment::start(coulomb)?;
+        let (mut recording, mut fitting) = (Tally::default(), Tally::default());
+        let mut beginning = Tally::default();
+        while !halves.is_running() {
+            if recording.rounds() == PATIENCE {
+                return Err(SettingsError::NotGiven { setting: "motion" });
+            }
+            let one = experiment.count(1, &mut |reference, register| {
+                halves.counted(instructions, (reference, register), &mut fitting)
+            });
+            let tally = if halves.is_running() {
+                &mut beginning
+            } else {
+                &mut recording
+            };
+            tally.add(one.total());
+        }
+        let mut idle = Tally::default();
+        let mut sample =
+            |reference, register| halves.counted(instructions, (reference, register), &mut idle);
+        experiment.count(STARTING, &mut sample);
+        let running = experiment.count(COUNTED, &mut sample);
+        Ok(Self {
+            halves,
+            recording,
+            beginning,
+            fitting,
+            running,
+        })
+    }
 }
 
 /// Prints a figure that was counted once.
@@ -138,19 +173,24 @@ impl Words {
 }
 
 fn words(instructions: &Instructions) -> Result<(), SettingsError> {
-    let servo_loop: Fixed = paper::settings().build()?;
-    let mut parts = Words {
-        counter: Counter::new(0),
-        state: servo_loop.start(0),
-        servo_loop,
-    };
-    let bytes = size_of_val(parts.state.identification());
-    measure("gradient-fixed-2", bytes, |reference, register| {
-        let Setpoint { count, offset } = Setpoint::from_counts(reference);
-        let (count, offset, register) = black_box((count, offset, register));
-        let (command, taken) = counted(instructions, || parts.sample(count, offset, register));
-        (parts.servo_loop.controller().command(command), taken)
-    })
+    let mut bytes = 0;
+    let tally = on_both([0.0, COULOMB], |coulomb| {
+        let servo_loop: Fixed = paper::settings().build()?;
+        let mut parts = Words {
+            counter: Counter::new(0),
+            state: servo_loop.start(0),
+            servo_loop,
+        };
+        bytes = size_of_val(parts.state.identification());
+        measure(coulomb, |reference, register| {
+            let Setpoint { count, offset } = Setpoint::from_counts(reference);
+            let (count, offset, register) = black_box((count, offset, register));
+            let (command, taken) = counted(instructions, || parts.sample(count, offset, register));
+            (parts.servo_loop.controller().command(command), taken)
+        })
+    })?;
+    tally.print("gradient-fixed-2", bytes);
+    Ok(())
 }
 
 /// Building the gradient's loops: the paper's, and for three wide boxes from 250 Hz to 20 kHz, whose

@@ -5,7 +5,7 @@
 use cortex_m_rt::entry;
 use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
-use firmware_stm32::measured::{COUNTED, Experiment, GaussNewton, Halves};
+use firmware_stm32::measured::{COULOMB, COUNTED, Experiment, GaussNewton, Halves};
 use firmware_stm32::paper;
 use identifier_core::Settings;
 use identifier_core::identifier::Identify;
@@ -72,8 +72,6 @@ fn with_term<S: IdentifiableSet<P>, const P: usize>(
     term: Term,
     name: &str,
 ) -> Result<(), SettingsError> {
-    /// Friction, rad/s², which reverses with the servo.
-    const COULOMB: f64 = 10.0;
     let mut settings = Settings {
         identifier: IdentifierSettings::UNSTATED,
         ..paper::settings()

@@ -2,6 +2,7 @@ use core::fmt::Debug;
 
 use crate::linalg::{MatrixError, PositiveDefinite, dot};
 use crate::number::Number;
+use crate::unrolled::from_fn;
 
 /// Γ in the hot path, as a type, so that a diagonal one costs P multiplications and not P².
 pub trait Gain<N: Number, const P: usize>: Copy + Debug + PartialEq {
@@ -36,7 +37,7 @@ impl<N: Number, const P: usize> Gain<N, P> for FullGain<N, P> {
 
     #[inline]
     fn times(&self, regressor: &[N; P]) -> [N; P] {
-        core::array::from_fn(|i| dot(&self.0[i], regressor))
+        from_fn(N::ZERO, |i| dot(&self.0[i], regressor))
     }
 }
 
@@ -57,7 +58,7 @@ impl<N: Number, const P: usize> Gain<N, P> for DiagonalGain<N, P> {
 
     #[inline]
     fn times(&self, regressor: &[N; P]) -> [N; P] {
-        core::array::from_fn(|i| self.0[i] * regressor[i])
+        from_fn(N::ZERO, |i| self.0[i] * regressor[i])
     }
 }
 

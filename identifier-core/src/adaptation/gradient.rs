@@ -3,6 +3,7 @@ use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
 use crate::linalg::{PositiveDefinite, dot};
 use crate::number::{Number, RunningSum};
+use crate::unrolled::{each, from_fn};
 
 /// The Γ-gradient law (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
 ///
@@ -88,7 +89,7 @@ impl<N: Number, const P: usize> GradientState<N, P> {
     #[inline]
     #[must_use]
     pub(crate) fn estimates(&self) -> [N; P] {
-        self.estimates.map(RunningSum::value)
+        from_fn(N::ZERO, |i| self.estimates[i].value())
     }
 }
 
@@ -149,9 +150,7 @@ impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
     /// Takes an update within the guard.
     #[inline]
     pub(crate) fn take(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
-        for i in 0..P {
-            state.estimates[i].add(update.direction[i] * update.output);
-        }
+        each::<P>(|i| state.estimates[i].add(update.direction[i] * update.output));
         self.projection.apply(&mut state.estimates);
     }
 

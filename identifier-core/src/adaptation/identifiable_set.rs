@@ -53,7 +53,7 @@ pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
     fn has_term<N: Number>(term: Term) -> bool {
         match term {
             Term::WanderingLoad => <Self::Whitening<N> as Whitening<N, P>>::WHITENS,
-            _ => Self::UNKNOWNS.iter().any(|&unknown| term.is_of(unknown)),
+            _ => Self::TERMS.has(term),
         }
     }
 }

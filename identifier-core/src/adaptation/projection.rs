@@ -1,5 +1,6 @@
 use crate::linalg::PositiveDefinite;
 use crate::number::{Number, RunningSum};
+use crate::unrolled::each;
 
 /// Keeps the estimates inside a box.
 ///
@@ -41,7 +42,9 @@ impl<N: Number, const P: usize> Projection<N, P> {
             let value = estimates[i].value();
             value < self.low[i] || value > self.high[i]
         };
-        if (0..P).any(is_outside) {
+        let mut outside = false;
+        each::<P>(|i| outside |= is_outside(i));
+        if outside {
             self.enter_all(estimates);
         }
     }

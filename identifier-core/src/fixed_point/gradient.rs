@@ -7,6 +7,7 @@ use crate::adaptation::Gradient;
 use crate::error::{Allowed, OutOfRange};
 use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::{Decay, GradientPlan};
+use crate::unrolled::{each, from_fn};
 
 /// The Γ-gradient law (11) on words, with the guard and the projection of
 /// [`GradientWith`](crate::adaptation::GradientWith), for a diagonal Γ.
@@ -182,10 +183,11 @@ impl<const P: usize> FixedGradient<P> {
         gain: Word,
     ) -> bool {
         let direction: [Word; P] =
-            core::array::from_fn(|i| self.entries[i].gamma.apply(regressor[i]));
-        let strength = (0..P).fold(Word::ZERO, |sum, i| {
+            from_fn(Word::ZERO, |i| self.entries[i].gamma.apply(regressor[i]));
+        let mut strength = Word::ZERO;
+        each::<P>(|i| {
             let direction = self.entries[i].strength.apply(regressor[i]);
-            sum + quarter_product(regressor[i], direction)
+            strength += quarter_product(regressor[i], direction);
         });
         let mut output = self.mu.apply(output_error) + (output_error_rate >> self.rate_down);
         let strongest = limit(self.strongest + self.strongest_per_gain.apply(gain));
@@ -194,15 +196,13 @@ impl<const P: usize> FixedGradient<P> {
             output = product(output, quotient(strongest, strength));
         }
         if output <= self.small && output >= -self.small {
-            for i in 0..P {
+            each::<P>(|i| {
                 estimates[i].add_product(direction[i], self.entries[i].up.apply(-output));
-            }
+            });
         } else {
             self.step_far(estimates, direction, output);
         }
-        for (estimate, entry) in estimates.iter_mut().zip(&self.entries) {
-            entry.project(estimate);
-        }
+        each::<P>(|i| self.entries[i].project(&mut estimates[i]));
         slowed
     }
 

@@ -8,6 +8,7 @@ use crate::control::Gains;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::units::Units;
+use crate::unrolled::{each, from_fn};
 
 /// The model loop on words, driven by the command that acted as [`ModelLoop`](crate::model::ModelLoop)
 /// is.
@@ -79,14 +80,12 @@ impl FixedParameters {
             coulomb: Word::ZERO,
             load: Word::ZERO,
         };
-        for (parameter, &value) in S::PARAMETERS.iter().zip(values) {
-            match parameter {
-                Parameter::A => parameters.x = value.fraction(),
-                Parameter::B => parameters.gain = value.word(),
-                Parameter::Coulomb => parameters.coulomb = value.word(),
-                Parameter::Load => parameters.load = value.word(),
-            }
-        }
+        each::<P>(|i| match S::PARAMETERS[i] {
+            Parameter::A => parameters.x = values[i].fraction(),
+            Parameter::B => parameters.gain = values[i].word(),
+            Parameter::Coulomb => parameters.coulomb = values[i].word(),
+            Parameter::Load => parameters.load = values[i].word(),
+        });
         parameters
     }
 }
@@ -150,7 +149,7 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
         let rate = self.velocity.process(&mut state.rate, change >> 1);
         let acted = &state.acted;
         let filters = &mut state.regressor;
-        let regressor = S::PARAMETERS.map(|parameter| match parameter {
+        let regressor = from_fn(Word::ZERO, |i| match S::PARAMETERS[i] {
             Parameter::A => self
                 .velocity
                 .process(&mut filters.velocity, state.motion.increment),

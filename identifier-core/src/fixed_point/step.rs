@@ -2,6 +2,10 @@ use super::arithmetic::{
     Accumulator, FULL, Fraction, Word, between, is_within, limit, narrow, product, quarter_product,
     quotient, wide, with_product, word,
 };
+use crate::unrolled::each;
+
+/// Terms of the series of a step.
+const TERMS: usize = 6;
 
 /// The exact zero-order-hold step on words, with Coulomb friction that stops and breaks away: the
 /// equations of [`ZeroOrderHoldStep`](crate::model::ZeroOrderHoldStep) and [`FrictionStep`](crate::model::FrictionStep).
@@ -10,7 +14,7 @@ use super::arithmetic::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedStep {
     /// Halved: with 31 fraction bits.
-    series: [Word; 6],
+    series: [Word; TERMS],
     parts: [Word; 3],
 }
 
@@ -182,10 +186,8 @@ impl FixedStep {
     #[inline]
     fn response(&self, x: Fraction) -> FixedResponse {
         let [head @ .., last] = self.series;
-        let double_way = head
-            .iter()
-            .rev()
-            .fold(last, |sum, &coefficient| coefficient + x.times(sum));
+        let mut double_way = last;
+        each::<{ TERMS - 1 }>(|i| double_way = head[TERMS - 2 - i] + x.times(double_way));
         FixedResponse {
             double_way,
             velocity: Word::ONE - (x.times(double_way) >> 1),

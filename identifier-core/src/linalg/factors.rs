@@ -1,4 +1,5 @@
 use crate::number::Number;
+use crate::unrolled::each;
 
 /// A covariance P × P kept as L D Lᵀ, L unit lower triangular and D diagonal, updated one column
 /// at a time.
@@ -110,17 +111,19 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
             lower: L::ZERO,
             diagonal: [N::ZERO; P],
         };
-        for i in 0..P {
-            let Some(row) = places[i] else { continue };
+        each::<P>(|i| {
+            let Some(row) = places[i] else { return };
             if let Some(variance) = other.diagonal.get(row) {
                 placed.diagonal[i] = *variance;
             }
-            for j in 0..i {
-                if let Some(column) = places[j] {
+            each::<P>(|j| {
+                if let Some(column) = places[j]
+                    && j < i
+                {
                     placed.set(i, j, other.entry(row, column));
                 }
-            }
-        }
+            });
+        });
         placed
     }
 
@@ -128,14 +131,16 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     #[inline]
     pub(crate) fn project(&self, regressor: &[N; P]) -> Measurement<N, P> {
         let mut measurement = Measurement::NONE;
-        for j in 0..P {
+        each::<P>(|j| {
             let mut sum = regressor[j];
-            for i in j + 1..P {
-                sum += self.entry(i, j) * regressor[i];
-            }
+            each::<P>(|i| {
+                if i > j {
+                    sum += self.entry(i, j) * regressor[i];
+                }
+            });
             measurement.gain[j] = sum;
             measurement.variance += sum * sum * self.diagonal[j];
-        }
+        });
         measurement
     }
 
@@ -143,11 +148,12 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     #[inline]
     pub(crate) fn update(&mut self, measurement: &mut Measurement<N, P>, low: usize, high: usize) {
         // All columns are counted, so that the compiler sees constant indices.
-        for j in (0..P).rev() {
+        each::<P>(|i| {
+            let j = P - 1 - i;
             if j >= low && j < high {
                 self.update_column(measurement, j);
             }
-        }
+        });
     }
 
     #[inline(always)]
@@ -161,21 +167,23 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
         measurement.variance = variance;
         measurement.precision = precision;
         self.diagonal[j] = self.diagonal[j] * before * precision;
-        for i in j + 1..P {
-            let entry = self.entry(i, j);
-            self.set(i, j, entry - measurement.gain[i] * correction);
-            measurement.gain[i] += entry * weighted;
-        }
+        each::<P>(|i| {
+            if i > j {
+                let entry = self.entry(i, j);
+                self.set(i, j, entry - measurement.gain[i] * correction);
+                measurement.gain[i] += entry * weighted;
+            }
+        });
         measurement.gain[j] = weighted;
     }
 
     /// Multiplies the covariance by a factor, but no entry of D further than `most`.
     #[inline]
     pub(crate) fn grow(&mut self, factor: N, most: &[N; P]) {
-        for i in 0..P {
+        each::<P>(|i| {
             let grown = self.diagonal[i] * factor;
             self.diagonal[i] = if grown < most[i] { grown } else { most[i] };
-        }
+        });
     }
 
     /// Raises the variance of the last parameter.
@@ -207,7 +215,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     /// Column i of P.
     pub(crate) fn column(&self, i: usize) -> [N; P] {
         let mut column = [N::ZERO; P];
-        for k in 0..P {
+        each::<P>(|k| {
             // L's entry (i, k): zero above its diagonal, one on it.
             let weight = if k < i {
                 self.entry(i, k) * self.diagonal[k]
@@ -217,10 +225,12 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
                 N::ZERO
             };
             column[k] += weight;
-            for j in k + 1..P {
-                column[j] += self.entry(j, k) * weight;
-            }
-        }
+            each::<P>(|j| {
+                if j > k {
+                    column[j] += self.entry(j, k) * weight;
+                }
+            });
+        });
         column
     }
 

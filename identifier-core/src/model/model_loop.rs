@@ -2,6 +2,7 @@ use super::{Corrected, Correction, FrictionPhase, FrictionStep, Motion};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::unrolled::from_fn;
 
 /// The model loop (5)–(7), driven by the command that acted.
 ///
@@ -152,7 +153,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         let rate = self.velocity.process(&mut state.rate, change);
         let acted = &state.acted;
         let filters = &mut state.regressor;
-        let regressor = S::PARAMETERS.map(|parameter| match parameter {
+        let regressor = from_fn(N::ZERO, |i| match S::PARAMETERS[i] {
             Parameter::A => rate - velocity,
             Parameter::B => self.velocity.process(&mut filters.command, acted.command),
             Parameter::Coulomb => -self

@@ -1,6 +1,7 @@
 use super::{Acting, FrictionPhase, FrictionStep, ModelValues, Motion, Response};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, UnknownSet};
+use crate::unrolled::each;
 
 /// The model of the servo driven by the command that acted on the servo.
 ///
@@ -248,9 +249,7 @@ fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
     let parameters = &values.parameters;
     let mut drive = parameters.gain * acting.command + parameters.load;
     if S::HAS_LOAD_TERMS {
-        for (size, wave) in values.terms.waves.iter().zip(acting.waves) {
-            drive += *size * wave;
-        }
+        each::<4>(|i| drive += values.terms.waves[i] * acting.waves[i]);
     }
     drive
 }
@@ -262,7 +261,7 @@ fn bell<N: Number>(x: N) -> N {
     const MAX_SQUARE: f64 = 20.0;
     let square = (x * x).limited(N::ZERO, N::from_f64(MAX_SQUARE));
     let z = square * N::from_f64(0.125);
-    let [half, third] = [1.0 / 2.0, 1.0 / 3.0].map(N::from_f64);
+    let (half, third) = (N::from_f64(1.0 / 2.0), N::from_f64(1.0 / 3.0));
     let root = N::ONE + z * (N::ONE + half * z * (N::ONE + third * z));
     let square = root * root;
     let fourth = square * square;

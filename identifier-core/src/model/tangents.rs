@@ -1,6 +1,7 @@
 use super::{Acting, FrictionPhase, Innovation, ModelStep, ModelValues, SlidingStep};
 use crate::number::Number;
 use crate::parameters::UnknownSet;
+use crate::unrolled::each;
 
 /// The motion of a [`ObserverModel`](super::ObserverModel) per unit of each of Q unknowns, the first P of them the
 /// those of a set: ∂q_e/∂θ and ∂v_e/∂θ.
@@ -54,7 +55,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
     ) {
         let followed = N::ONE - innovation.position;
         let braked = N::ONE - values.parameters.x;
-        for i in 0..Q {
+        each::<Q>(|i| {
             let position = self.position[i];
             let kept = braked * self.velocity[i] - innovation.velocity * position;
             let velocity = match S::UNKNOWNS.get(i) {
@@ -63,16 +64,14 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             };
             self.position[i] = followed * position + velocity;
             self.velocity[i] = velocity;
-        }
+        });
     }
 
     /// A sample in which the model was at rest from beginning to end, so that they have no velocity.
     #[inline]
     pub(crate) fn rest(&mut self, innovation: &Innovation<N>) {
         let followed = N::ONE - innovation.position;
-        for position in &mut self.position {
-            *position = *position * followed;
-        }
+        each::<Q>(|i| self.position[i] = self.position[i] * followed);
     }
 
     /// A sample in which the model was at rest, stopped or turned.
@@ -98,8 +97,6 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             };
             self.slide::<S, P>(values, acting, innovation, &slid);
         }
-        for velocity in &mut self.velocity {
-            *velocity = *velocity * kept;
-        }
+        each::<Q>(|i| self.velocity[i] = self.velocity[i] * kept);
     }
 }

@@ -1,6 +1,7 @@
 use super::{Acting, SlidingStep};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Unknown, UnknownSet};
+use crate::unrolled::each;
 
 /// The sizes of the optional terms, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,8 +66,8 @@ impl<N: Number> ModelValues<N> {
         };
         let mut terms = TermValues::NONE;
         let [gravity_sine, gravity_cosine, ripple_sine, ripple_cosine] = &mut terms.waves;
-        for (unknown, &value) in S::UNKNOWNS.iter().zip(values) {
-            let place = match unknown {
+        each::<P>(|i| {
+            let place = match S::UNKNOWNS[i] {
                 Unknown::A => &mut parameters.x,
                 Unknown::B => &mut parameters.gain,
                 Unknown::Coulomb => &mut parameters.coulomb,
@@ -80,8 +81,8 @@ impl<N: Number> ModelValues<N> {
                 Unknown::RippleCosine => &mut *ripple_cosine,
                 Unknown::DeadBand => &mut terms.dead_band,
             };
-            *place = value;
-        }
+            *place = values[i];
+        });
         Self { parameters, terms }
     }
     /// The acceleration per unit of an unknown over a sample in which the model moved in one direction, on

@@ -1,4 +1,8 @@
 use crate::number::Number;
+use crate::unrolled::each;
+
+/// The most terms of the series.
+const MAX_TERMS: usize = 6;
 
 /// The exact zero-order-hold step of q̈ = −a q̇ + w for a held acceleration w.
 ///
@@ -14,7 +18,7 @@ use crate::number::Number;
 /// its rounding for |xτ| ≤ 0.15 and 2·10⁻⁵ at the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ZeroOrderHoldStep<N> {
-    coefficients: [N; 6],
+    coefficients: [N; MAX_TERMS],
 }
 
 /// A motion over one sample.
@@ -76,11 +80,13 @@ impl<N: Number> ZeroOrderHoldStep<N> {
     /// The response over a whole sample.
     #[inline]
     pub(crate) fn response(&self, x: N) -> Response<N> {
-        let (mut way, mut k) = (self.coefficients[N::SERIES_TERMS - 1], N::SERIES_TERMS - 1);
-        while k > 0 {
-            k -= 1;
-            way = way * x + self.coefficients[k];
-        }
+        let mut way = self.coefficients[N::SERIES_TERMS - 1];
+        each::<MAX_TERMS>(|i| {
+            let power = MAX_TERMS - 1 - i;
+            if power + 1 < N::SERIES_TERMS {
+                way = way * x + self.coefficients[power];
+            }
+        });
         Response {
             way,
             velocity: N::ONE - x * way,

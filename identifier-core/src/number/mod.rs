@@ -6,6 +6,7 @@ mod running_sum;
 pub use complex::Complex;
 pub use running_sum::{Compensated, RunningSum};
 
+use crate::unrolled::each;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -137,9 +138,7 @@ impl Number for f32 {
         /// (minimax over one octave).
         const GUESS: u32 = 0x7ef3_11c7;
         let mut r = Self::from_bits(GUESS.wrapping_sub(self.to_bits()));
-        for _ in 0..3 {
-            r = r * (2.0 - self * r);
-        }
+        each::<3>(|_| r = r * (2.0 - self * r));
         r
     }
 
@@ -151,9 +150,7 @@ impl Number for f32 {
         const GUESS: u32 = 0x5f37_5a86;
         let half = 0.5 * self;
         let mut r = Self::from_bits(GUESS.wrapping_sub(self.to_bits() >> 1));
-        for _ in 0..3 {
-            r = r * (1.5 - half * r * r);
-        }
+        each::<3>(|_| r = r * (1.5 - half * r * r));
         r
     }
 

@@ -1,6 +1,7 @@
 use super::{Parameter, ParameterSet, ServoParameters};
 use crate::number::Number;
 use crate::units::Units;
+use crate::unrolled::each;
 
 /// The parameters of the model in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,14 +27,12 @@ impl<N: Number> ModelParameters<N> {
             coulomb: N::ZERO,
             load: N::ZERO,
         };
-        for (parameter, &value) in S::PARAMETERS.iter().zip(values) {
-            match parameter {
-                Parameter::A => model.x = value,
-                Parameter::B => model.gain = value,
-                Parameter::Coulomb => model.coulomb = value,
-                Parameter::Load => model.load = value,
-            }
-        }
+        each::<P>(|i| match S::PARAMETERS[i] {
+            Parameter::A => model.x = values[i],
+            Parameter::B => model.gain = values[i],
+            Parameter::Coulomb => model.coulomb = values[i],
+            Parameter::Load => model.load = values[i],
+        });
         model
     }
 

@@ -1,5 +1,5 @@
 use super::unknowns::Changed;
-use super::{Parameter, Unknown};
+use super::{Parameter, Terms, Unknown};
 
 /// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
 ///
@@ -71,8 +71,10 @@ pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
     const HAS_COULOMB_TERMS: bool = changes(&Self::UNKNOWNS, Changed::CoulombFriction);
     /// A term changes the load.
     const HAS_LOAD_TERMS: bool = changes(&Self::UNKNOWNS, Changed::Load);
+    /// The optional terms whose sizes are among them.
+    const TERMS: Terms = terms(&Self::UNKNOWNS);
     /// There is an optional term.
-    const HAS_TERMS: bool = has_terms(&Self::UNKNOWNS);
+    const HAS_TERMS: bool = !Self::TERMS.is_empty();
 }
 
 const fn has(unknowns: &[Unknown], wanted: Unknown) -> bool {
@@ -99,15 +101,16 @@ const fn changes(unknowns: &[Unknown], part: Changed) -> bool {
     false
 }
 
-const fn has_terms(unknowns: &[Unknown]) -> bool {
+const fn terms(unknowns: &[Unknown]) -> Terms {
+    let mut terms = Terms::NONE;
     let mut i = 0;
     while i < unknowns.len() {
-        if unknowns[i].term().is_some() {
-            return true;
+        if let Some(term) = unknowns[i].term() {
+            terms = terms.with(term);
         }
         i += 1;
     }
-    false
+    terms
 }
 
 /// [a, b, coulomb, delay, load].

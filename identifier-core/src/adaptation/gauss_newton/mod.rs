@@ -6,6 +6,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::error::{Allowed, OutOfRange};
 use crate::linalg::{Factors, Measurement};
 use crate::number::{Number, RunningSum};
+use crate::unrolled::{each, from_fn};
 
 /// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
 /// Practice of Recursive Identification, 1983, section 3.4) on the output error of a model, in
@@ -172,7 +173,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
     #[inline]
     #[must_use]
     pub(crate) fn estimates(&self) -> [N; P] {
-        self.estimates.map(RunningSum::value)
+        from_fn(N::ZERO, |i| self.estimates[i].value())
     }
 
     /// Moves the last estimate to a value, and makes it less certain by a variance.
@@ -381,7 +382,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         GaussNewtonState {
             error: N::ZERO,
             sensitivity: [N::ZERO; P],
-            estimates: core::array::from_fn(|i| {
+            estimates: from_fn(N::Sum::new(N::ZERO), |i| {
                 N::Sum::new(estimates[i].limited(self.low[i], self.high[i]))
             }),
             factors: covariance,
@@ -449,9 +450,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                         .factors
                         .update(&mut state.measurement, 0, Self::FIRST_COLUMNS);
                 }
-                for i in 0..P {
-                    state.sensitivity[i] = position[i] - self.mean_offset * velocity[i];
-                }
+                state.sensitivity =
+                    from_fn(N::ZERO, |i| position[i] - self.mean_offset * velocity[i]);
             }
             5 => {
                 if state.learning {
@@ -542,13 +542,13 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     fn limit_steps<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let scaled = state.measurement.precision * state.innovation();
         let mut inside = true;
-        for i in 0..P {
+        each::<P>(|i| {
             let step = state.measurement.gain[i] * scaled;
             let after = state.estimates[i].value() + step;
             inside &= after >= self.low[i];
             inside &= after <= self.high[i];
             state.measurement.gain[i] = step;
-        }
+        });
         if !inside {
             self.stay_inside(state);
         }
@@ -558,12 +558,12 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     #[inline(never)]
     fn stay_inside<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let mut steps = state.measurement.gain;
-        for i in 0..P {
+        each::<P>(|i| {
             let after = state.estimates[i].value() + steps[i];
             if !(after >= self.low[i] && after <= self.high[i]) {
                 self.enter(state, &mut steps, i, after);
             }
-        }
+        });
         state.measurement.gain = steps;
     }
 
@@ -574,10 +574,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     ) -> [N; P] {
         let steps = state.measurement.gain;
         let mut change = N::ZERO;
-        for i in 0..P {
+        each::<P>(|i| {
             state.estimates[i].add(steps[i]);
             change += state.sensitivity[i] * steps[i];
-        }
+        });
         state.whitening.follow(&steps);
         // The error of this block so far was predicted with the old estimates.
         state.error = state.error - self.moved_samples * change;
@@ -608,16 +608,14 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let back = after.limited(low, high) - after;
         if own > N::ZERO && own.reciprocal().is_finite() {
             let per = back * own.reciprocal();
-            for j in 0..P {
-                steps[j] += column[j] * per;
-            }
+            each::<P>(|j| steps[j] += column[j] * per);
         }
-        for j in 0..P {
+        each::<P>(|j| {
             let inside = (before(j) + steps[j]).limited(self.low[j], self.high[j]);
             if j <= i && inside.is_finite() {
                 steps[j] = inside - before(j);
             }
-        }
+        });
     }
 
     /// Forgets again as at the start: the gradients were taken far from the truth.

@@ -7,6 +7,7 @@ use crate::model::{
 };
 use crate::number::Number;
 use crate::parameters::PerQuantity;
+use crate::unrolled::from_fn;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
@@ -132,8 +133,8 @@ where
             time: self.max_delay_deviation,
             command: N::REACH,
         };
-        S::UNKNOWNS.map(|unknown| {
-            let deviation = most.get(unknown);
+        from_fn(N::ZERO, |i| {
+            let deviation = most.get(S::UNKNOWNS[i]);
             deviation * deviation
         })
     }

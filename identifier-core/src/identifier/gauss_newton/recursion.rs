@@ -2,6 +2,7 @@ use super::load_step::Suspicion;
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
+use crate::unrolled::each;
 
 /// The state of the half that runs every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,10 +107,10 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
     /// Moves the model with the estimates.
     #[inline]
     pub(super) fn follow(&mut self, steps: &[N; P]) {
-        for i in 0..P {
+        each::<P>(|i| {
             self.model.error = self.model.error - self.tangents.position[i] * steps[i];
             self.model.velocity += self.tangents.velocity[i] * steps[i];
-        }
+        });
     }
 
     /// Counts the samples for which the servo has not moved. A single count back over the edge that
