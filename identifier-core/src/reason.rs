@@ -120,13 +120,13 @@ catalogue! {
         "allow more travel, speed or duration, or use a finer encoder";
     EstimateAtBound = 111, "estimate-at-bound":
         "an estimate stands at a bound, so it is no result",
-        "widen the bounds";
+        "check the unit of the command, the counts per revolution and the limit of the current";
     NotPredicted = 120, "not-predicted":
         "the identified model does not predict a motion that it was not fitted to; no single effect stands out",
         "record a log and replay it with further terms";
     LacksResonance = 121, "lacks-resonance":
         "the servo does not follow as one mass: it resonates",
-        "stiffen the coupling, or ask for a slower response";
+        "stiffen the coupling, or record a log and identify it with the law fit";
     LacksBacklash = 122, "lacks-backlash":
         "the servo has play at its reversals",
         "remove the play, or measure the position behind it";
@@ -141,7 +141,7 @@ catalogue! {
         "compensate the amplifier's dead band";
     LacksRipple = 126, "lacks-ripple":
         "the load ripples with the angle, as cogging does",
-        "ask for a slower response, or allow more travel";
+        "record a log and identify it with the law fit, or reduce the cogging";
     NoGains = 130, "no-gains":
         "no gains keep the margins at what was asked for",
         "ask for a slower response: the figure that would do is stated";
@@ -174,7 +174,7 @@ catalogue! {
         "check the supply and the current limit of the amplifier";
     Oscillating = 156, "oscillating":
         "the loop oscillates",
-        "ask for a slower response";
+        "ask for a slower response, or shorten the delay or current loop behind the command";
     TimeOver = 160, "time-over":
         "the duration was over before there was enough evidence",
         "allow more time, travel or speed";

@@ -4,6 +4,7 @@ use std::io::{self, BufRead, IsTerminal, Write};
 
 use super::fault::Fault;
 use super::terminal::folded_error;
+use crate::init::data_sheet;
 
 /// Asks for missing options, where there is a terminal.
 pub(super) struct Asker {
@@ -17,16 +18,20 @@ impl Asker {
         }
     }
 
-    /// A number: stated, asked for, or the usual one.
+    /// A number of a data sheet: stated, asked for, or the usual one. One that no motor has is refused if it was
+    /// stated, and asked for again.
     pub(super) fn number(
         &self,
         stated: Option<f64>,
-        name: &str,
+        name: &'static str,
         meaning: &str,
         usual: Option<f64>,
     ) -> Result<f64, Fault> {
         if let Some(stated) = stated {
-            return Ok(stated);
+            let checked = data_sheet::check(name, stated);
+            return checked
+                .map(|()| stated)
+                .map_err(|error| Fault::Input(error.to_string()));
         }
         if !self.is_there {
             return usual.ok_or_else(|| Fault::Input(format!("--{name} is missing: {meaning}")));
@@ -34,10 +39,17 @@ impl Asker {
         let usual_shown = usual.map_or(String::new(), |usual| format!(" [{usual}]"));
         loop {
             let answer = ask(&format!("{meaning}{usual_shown}: "))?;
-            match (answer.trim().parse(), usual) {
-                (Ok(number), _) if f64::is_finite(number) => return Ok(number),
+            let number = match (answer.trim().parse(), usual) {
+                (Ok(number), _) if f64::is_finite(number) => number,
                 (Err(_), Some(usual)) if answer.trim().is_empty() => return Ok(usual),
-                _ => prompt("a number, as 0.05 or 5e-2\n")?,
+                _ => {
+                    prompt("a number, as 0.05 or 5e-2\n")?;
+                    continue;
+                }
+            };
+            match data_sheet::check(name, number) {
+                Ok(()) => return Ok(number),
+                Err(error) => prompt(&format!("{error}\n"))?,
             }
         }
     }

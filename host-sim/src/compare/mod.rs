@@ -7,11 +7,11 @@ pub use cases::Case;
 use rayon::prelude::*;
 
 use identifier_core::parameters::Parameter;
-use identifier_core::settings::IdentifierSettings;
+use identifier_core::settings::{BoxSettings, IdentifierSettings};
 
 use crate::analysis::Summariser;
 use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors, Summary};
-use crate::scenario::{Arithmetic, Closing, Fault, Law, Scenario};
+use crate::scenario::{Arithmetic, Closing, Fault, Law, Scenario, box_around};
 use crate::simulate::{Simulation, operations};
 use crate::verdict::Status;
 
@@ -66,7 +66,14 @@ pub fn runs(base: &Scenario) -> Result<usize, Fault> {
 /// # Errors
 /// The scenario has no servo.
 pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonResult, Fault> {
-    let cases = Case::all(base)?;
+    let assumed_box = assumed_box(base)?;
+    let mut base = base.clone();
+    let known = &mut base.stated.identifier;
+    if let Some(within) = assumed_box {
+        known.plant_box = Some(within);
+        known.initial.b = Some(within.b[0]);
+    }
+    let cases = Case::all(&base)?;
     let laws = compared();
     let methods: Vec<Method> = laws
         .par_iter()
@@ -88,7 +95,19 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonRe
         methods: found.by_ref().take(methods.len()).collect(),
     });
     let cases = cases.collect();
-    Ok(ComparisonResult { methods, cases })
+    Ok(ComparisonResult {
+        methods,
+        cases,
+        assumed_box,
+    })
+}
+
+/// The box for methods that have to know one, where the scenario states neither a box nor a first b.
+fn assumed_box(base: &Scenario) -> Result<Option<BoxSettings>, Fault> {
+    let stated = &base.stated.identifier;
+    let is_known = stated.plant_box.is_some() || stated.initial.b.is_some();
+    let servo = base.servo()?;
+    Ok((!is_known).then(|| box_around(&servo)))
 }
 
 fn method(law: Law, case: Option<&Case>) -> Method {

@@ -100,45 +100,46 @@ impl DataSheet {
     }
 
     fn check(&self) -> Result<(), SheetError> {
-        /// Numbers between which a motor's are, in SI.
-        const MAX: f64 = 1e9;
-        const MIN_POSITIVE: f64 = 1e-12;
         let stated = match self.drive {
             Drive::Current { peak } => vec![("peak-current", peak)],
             Drive::Voltage { supply, resistance } => {
                 vec![("voltage", supply), ("resistance", resistance)]
             }
         };
-        let positive = [
+        let numbers = [
             ("torque-constant", self.torque_constant),
             ("rotor-inertia", self.rotor_inertia),
             ("gear", self.gear),
             ("counts", self.counts),
             ("sample-time", self.sample_time),
-        ];
-        for (name, value) in positive.into_iter().chain(stated) {
-            if !(MIN_POSITIVE..=MAX).contains(&value) {
-                return Err(SheetError {
-                    name,
-                    value,
-                    allowed: "a number above 0, in SI units",
-                });
-            }
-        }
-        for (name, value) in [
             ("load-inertia", self.load_inertia),
             ("viscous", self.viscous),
             ("coulomb", self.coulomb),
-        ] {
-            if !(0.0..=MAX).contains(&value) {
-                return Err(SheetError {
-                    name,
-                    value,
-                    allowed: "a number from 0 on, in SI units",
-                });
-            }
-        }
-        Ok(())
+        ];
+        let mut all = numbers.into_iter().chain(stated);
+        all.try_for_each(|(name, value)| check(name, value))
+    }
+}
+
+/// Checks a number of a data sheet by the name of its option.
+///
+/// # Errors
+/// A number that no motor has.
+pub(crate) fn check(name: &'static str, value: f64) -> Result<(), SheetError> {
+    /// Numbers between which a motor's are, in SI.
+    const MAX: f64 = 1e9;
+    const MIN_POSITIVE: f64 = 1e-12;
+    let (least, allowed) = match name {
+        "load-inertia" | "viscous" | "coulomb" => (0.0, "a number from 0 on, in SI units"),
+        _ => (MIN_POSITIVE, "a number above 0, in SI units"),
+    };
+    match (least..=MAX).contains(&value) {
+        true => Ok(()),
+        false => Err(SheetError {
+            name,
+            value,
+            allowed,
+        }),
     }
 }
 

@@ -4,7 +4,7 @@
 //! servo; → [`scenario`]: the text, in which every number has its derivation beside it.
 
 mod chosen;
-mod data_sheet;
+pub(crate) mod data_sheet;
 mod text;
 
 pub use chosen::Chosen;

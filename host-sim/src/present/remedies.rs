@@ -1,10 +1,32 @@
 //! Remedies for a verdict that keeps estimates from being relied on.
 
+use crate::result::Summary;
 use crate::verdict::VerdictReason;
 
 /// Steps in the order in which they are worth trying; none where nothing is to be done.
 #[must_use]
-pub(super) fn remedies(reason: &VerdictReason) -> Vec<String> {
+pub(super) fn remedies(summary: &Summary) -> Vec<String> {
+    let reason = &summary.verdict.reason;
+    let mut steps = own_remedies(reason);
+    let is_other_model = matches!(
+        reason,
+        VerdictReason::AtBound { .. }
+            | VerdictReason::StillMoving { .. }
+            | VerdictReason::Lacks { .. }
+            | VerdictReason::Elsewhere { .. }
+    );
+    if is_other_model && summary.fit.is_none() {
+        steps.push(
+            "One fit to the whole record bears noise of the position, and looks for every effect that is known: \
+             identifier.law = \"fit\"."
+                .to_owned(),
+        );
+    }
+    steps
+}
+
+/// Those of a reason, for every law.
+fn own_remedies(reason: &VerdictReason) -> Vec<String> {
     let leave_out = |unknown: &str| {
         format!("Where it does not matter, leave {unknown} out of identifier.parameters.")
     };
@@ -42,12 +64,15 @@ pub(super) fn remedies(reason: &VerdictReason) -> Vec<String> {
         ],
         VerdictReason::NotSeparated { .. } => vec![
             "Move faster, with turns, and with commands of several sizes well above friction.".to_owned(),
-            "A finer encoder, or a longer record of such motion, parts gain and friction too.".to_owned(),
+            "A longer record of such motion parts gain and friction too, and so does less noise of the position; a \
+             finer encoder helps where the noise is its rounding."
+                .to_owned(),
         ],
         VerdictReason::OneDirection => {
             vec!["Record a motion that turns back: forth and back in equal parts is best.".to_owned()]
         }
         VerdictReason::NotAServo => vec![
+            "Move further, with turns: the motion must be many of the encoder's steps, and of its noise.".to_owned(),
             "Check that log.position and log.command are columns of the same axis.".to_owned(),
             "Check the sign of the command and the units of the position.".to_owned(),
         ],
@@ -99,14 +124,14 @@ mod tests {
 
     #[test]
     fn only_a_good_verdict_asks_for_nothing() {
-        assert!(remedies(&VerdictReason::Explained).is_empty());
+        assert!(own_remedies(&VerdictReason::Explained).is_empty());
         let lacks = VerdictReason::Lacks {
             cause: Some(Cause::DeadBand),
             share: 0.5,
             unknown: Unknown::A,
             shift: 1.0,
         };
-        let steps = remedies(&lacks);
+        let steps = own_remedies(&lacks);
         assert!(
             steps[0].contains("a dead band of the bridge: set amplifier.dead_band"),
             "{steps:?}"

@@ -1,5 +1,6 @@
 //! The result of a comparison of methods.
 
+use identifier_core::settings::BoxSettings;
 use serde::{Serialize, Serializer};
 
 use crate::verdict::Status;
@@ -12,6 +13,8 @@ pub struct ComparisonResult {
     pub methods: Vec<Method>,
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
+    /// The box that was given to methods that have to know one, where the scenario states none.
+    pub assumed_box: Option<BoxSettings>,
 }
 
 /// Properties of a method that no case changes.

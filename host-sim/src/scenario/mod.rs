@@ -33,7 +33,7 @@ pub(crate) use kind::MAX_COLUMNS;
 pub use law::{Closing, Law, RivalSettings};
 pub use log::{Column, LogQuantity, LogSettings, Scan};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
-pub(crate) use parts::{MAX_PLAYED, index_of};
+pub(crate) use parts::{MAX_PLAYED, box_around, index_of};
 pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceState};
 pub use set::ModelSet;
 pub(crate) use source::fetch;

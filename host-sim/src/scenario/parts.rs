@@ -7,7 +7,7 @@ use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
-use identifier_core::settings::{GainError, SettingsError};
+use identifier_core::settings::{BoxSettings, GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
@@ -16,6 +16,16 @@ use super::{Arithmetic, ExcitationKind, Fault, Key, Reference, Scenario};
 
 /// The most samples of a reference that a Γ is chosen from.
 pub(crate) const MAX_PLAYED: usize = 200_000;
+
+/// The box of servos around one where none is stated: b within a factor of three, a up to three times.
+#[must_use]
+pub(crate) fn box_around(servo: &ServoParameters) -> BoxSettings {
+    const FACTOR: f64 = 3.0;
+    BoxSettings {
+        a: [0.0, FACTOR * servo.a],
+        b: [servo.b / FACTOR, FACTOR * servo.b],
+    }
+}
 
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one

@@ -2,10 +2,7 @@ use identifier_core::parameters::ServoParameters;
 use virtual_servo::distinct_seed;
 use virtual_servo::excitation::NormalSource;
 
-use crate::scenario::{ExcitationKind, Scenario};
-
-/// The factor around the scenario's servo within which servos are drawn where no box is given.
-const FACTOR: f64 = 3.0;
+use crate::scenario::{ExcitationKind, Scenario, box_around};
 
 /// The scenario of one servo of a sweep: b log-uniform and a uniform in the plant box (or within a
 /// factor of three of the scenario's servo), the load uniform between minus and plus the scenario's,
@@ -22,13 +19,9 @@ pub fn draw(base: &Scenario, seed: u32, index: u32) -> Scenario {
     };
     let mut source = NormalSource::new(distinct_seed(seed, index));
     let mut uniform = |low: f64, high: f64| low + (high - low) * source.next_uniform();
-    let ([a_min, a_max], [b_min, b_max]) = match base.stated.identifier.plant_box {
-        Some(within) => (within.a, within.b),
-        None => (
-            [0.0, FACTOR * servo.a],
-            [servo.b / FACTOR, FACTOR * servo.b],
-        ),
-    };
+    let within = base.stated.identifier.plant_box;
+    let within = within.unwrap_or_else(|| box_around(&servo));
+    let ([a_min, a_max], [b_min, b_max]) = (within.a, within.b);
     let drawn = ServoParameters {
         a: uniform(a_min, a_max),
         b: b_min * libm::exp(uniform(0.0, libm::log(b_max / b_min))),

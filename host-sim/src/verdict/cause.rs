@@ -11,7 +11,8 @@ macro_rules! causes {
         }
 
         impl Cause {
-            const ALL: &'static [Self] = &[$(Self::$cause),*];
+            /// All.
+            pub const ALL: &'static [Self] = &[$(Self::$cause),*];
 
             /// The first unknown of a model that has the effect; none where no model has it.
             const fn unknown(self) -> Option<Unknown> {
@@ -53,10 +54,10 @@ causes! {
         "set amplifier.delay, or let it be estimated with terms = [\"delay\"]";
     /// Coulomb friction that is not estimated.
     Coulomb: "coulomb", Some(Unknown::Coulomb), "Coulomb friction",
-        "add \"coulomb\" to identifier.parameters";
+        "estimate it too: \"coulomb\" in identifier.parameters, of a law that has it, such as \"gauss-newton\"";
     /// A load that is not estimated.
     Load: "load", Some(Unknown::Load), "a constant load",
-        "add \"load\" to identifier.parameters";
+        "estimate it too: \"load\" in identifier.parameters, of a law that has it, such as \"gauss-newton\"";
     /// Viscous friction that differs with the direction.
     Asymmetry: "asymmetry", Some(Unknown::Asymmetry), "viscous friction that differs with the direction",
         "let it be estimated with terms = [\"asymmetry\"]";
@@ -65,7 +66,7 @@ causes! {
         "let it be estimated with terms = [\"low-speed\"] and low_speed_velocity";
     /// Friction that grows with the square of the velocity.
     QuadraticFriction: "quadratic-friction", None, "friction that grows with the square of the velocity",
-        "the model has no such term: identify at the speeds that matter";
+        "let one fit to the whole record estimate it, with law = \"fit\", or identify at the speeds that matter";
     /// A force that goes with the angle, once a revolution.
     Gravity: "gravity", Some(Unknown::GravitySine), "gravity, or another force that goes with the angle",
         "let it be estimated with terms = [\"gravity\"], on an absolute angle";
@@ -77,37 +78,39 @@ causes! {
         "set amplifier.dead_band, or let it be estimated with terms = [\"dead-band\"]";
     /// Two masses with a spring between them.
     Resonance: "resonance", None, "a resonance of two masses",
-        "the model has one mass: excite more slowly, well below the resonance";
+        "let one fit to the whole record estimate it, with law = \"fit\", \
+         or excite smoothly, with sines well below the resonance";
     /// Play between motor and encoder.
     Backlash: "backlash", None, "backlash between motor and encoder",
-        "the model has no play: measure at the motor, or preload the gear";
+        "let one fit to the whole record estimate it, with law = \"fit\", or measure at the motor";
     /// An encoder off its centre.
     Eccentricity: "eccentricity", None, "an encoder off its centre",
         "centre the encoder, or leave it: it hardly moves the estimates";
     /// A gain that drifts: the supply, or the motor's temperature.
     GainDrift: "gain-drift", None, "a gain that drifts",
-        "let the estimates follow with identifier.memory, or steady the supply";
+        "let one fit to the whole record estimate it, with law = \"fit\", or steady the supply";
     /// Friction that drifts.
     FrictionDrift: "friction-drift", None, "friction that drifts",
-        "let the estimates follow with identifier.memory, or warm up first";
+        "let one fit to the whole record estimate it, with law = \"fit\", or warm up first";
     /// A current loop whose time constant is no delay.
     CurrentLoop: "current-loop", None, "a current loop between command and motion",
-        "set amplifier.current_loop";
+        "set amplifier.current_loop, or let one fit to the whole record estimate it, with law = \"fit\"";
     /// Friction that grows with the load.
     LoadFriction: "load-friction", None, "friction that grows with the load",
-        "the model has no such term: identify at the loads that matter";
+        "let one fit to the whole record estimate it, with law = \"fit\", or identify at the loads that matter";
     /// A gain that differs between the directions.
     GainAsymmetry: "gain-asymmetry", None, "a gain that differs between the directions",
-        "calibrate the amplifier's zero and gain in both directions";
+        "let one fit to the whole record estimate it, with law = \"fit\", \
+         or calibrate the amplifier in both directions";
     /// A gain that goes with the angle.
     TorqueRipple: "torque-ripple", None, "a gain that goes with the angle (torque ripple)",
-        "the model has no such term: check the commutation's offset";
+        "let one fit to the whole record estimate it, with law = \"fit\", or check the commutation's offset";
     /// An inertia that goes with the angle.
     VaryingInertia: "varying-inertia", None, "an inertia that goes with the angle",
-        "identify about the pose that matters";
+        "let one fit to the whole record estimate it, with law = \"fit\", or identify about the pose that matters";
     /// A limit of the command that the recorded command does not have.
     HiddenLimit: "hidden-limit", None, "a limit of the command that is not in the recorded command",
-        "record the command behind every limit, or keep it away from them";
+        "let one fit to the whole record estimate it, with law = \"fit\", or keep the command away from the limit";
 }
 
 impl Cause {

@@ -104,6 +104,11 @@ pub enum VerdictReason {
 }
 
 impl VerdictReason {
+    /// All numbers in results.
+    pub const CODES: [u8; 17] = [
+        0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 40, 41, 42, 43,
+    ];
+
     /// Its number in results, the same in every version: 0 is converged; from 10 aborted, from 20 no
     /// information, from 30 moving, from 40 unexplained.
     ///
@@ -203,14 +208,15 @@ impl fmt::Display for VerdictReason {
                 f,
                 "a gain that differs by a quarter explains the record nearly as well, with friction and \
                  load to match (likelihood ratio {increase:.1}, at least {needed:.0} would do): move faster, \
-                 with the command well above friction and of several sizes, or take a finer encoder"
+                 with the command well above friction and of several sizes, or longer"
             ),
             Self::OneDirection => f.write_str(
                 "the servo moved in one direction, in which friction and load are one: let it turn back",
             ),
             Self::NotAServo => f.write_str(
                 "no servo with friction, load and delay explains how the position follows the command: \
-                 check that both columns are of this axis, their signs, and their units",
+                 move further than the encoder's steps and its noise, and check that both columns are of this axis, \
+                 their signs, and their units",
             ),
             Self::LongestDelay => f.write_str(
                 "the delay is longer than is looked for: check that command and position are of the same \

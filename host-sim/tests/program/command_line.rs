@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::support::{
-    assert_done, folder, printed_json, refusal_message, servo_id, standard_error,
+    assert_done, folder, printed, printed_json, refusal_message, servo_id, standard_error,
 };
 use host_sim::paper::PROPOSED;
 use host_sim::scenario::keys::KEYS;
@@ -551,6 +551,28 @@ fn help_lists_every_key() {
     for key in KEYS.iter().filter(|key| key.path.contains('.')) {
         assert!(text.contains(key.path), "{}", key.path);
     }
+}
+
+#[test]
+fn compare_gives_every_method_the_box_that_it_has_to_know() {
+    let folder = folder("compare-box");
+    let text =
+        include_str!("../../scenarios/friction.toml").replace("duration = 8.0", "duration = 1.0");
+    let file = folder.join("friction.toml");
+    std::fs::write(&file, text).expect("the scenario is written");
+    let json = folder.join("compare.json");
+    let [file, json] = [&file, &json].map(|path| path.display().to_string());
+    let text = printed(&servo_id(&["compare", &file, "--json", &json]));
+    assert!(!text.contains("refused"), "{text}");
+    assert!(text.contains("states no plant_box"), "{text}");
+    let result = std::fs::read_to_string(&json).expect("a result");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    let b = &result["assumed_box"]["b"];
+    let [low, high] = [&b[0], &b[1]].map(|end| end.as_f64().expect("a number"));
+    assert!(
+        (low - 85.9).abs() < 1e-9 && (high - 773.1).abs() < 1e-9,
+        "{b}"
+    );
 }
 
 #[test]

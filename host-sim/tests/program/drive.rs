@@ -228,6 +228,15 @@ fn an_excitation_that_the_drive_lacks_is_refused_by_name() {
 }
 
 #[test]
+fn a_refused_setting_names_the_option_that_states_it() {
+    let person = Person::before_a_drive("refused_setting");
+    person.write(10.0, "kind = \"prbs\"\namplitude = 1.3\nhold = 0.05");
+    let refused = person.fails(2, "configure my-servo.toml");
+    assert!(refused.contains("--following-error states it"), "{refused}");
+    person.does("configure my-servo.toml --following-error 5 --travel 10");
+}
+
+#[test]
 fn a_term_that_the_scenario_requires_is_estimated_and_kept_by_the_drive() {
     let person = Person::before_a_drive("drive_terms");
     person.drive.with(|around| around.supply = true);

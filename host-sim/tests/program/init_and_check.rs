@@ -134,7 +134,9 @@ fn without_flags_init_asks_and_accepts_corrections_or_a_cancel() {
     for (question, answer) in [
         ("supply's voltage, V:", "24"),
         ("resistance of the winding, ohm:", "two"),
-        ("a number, as 0.05 or 5e-2", "2"),
+        ("a number, as 0.05 or 5e-2", "-2"),
+        // It is refused at once, and asked for again.
+        ("--resistance -2 is not allowed", "2"),
         ("torque constant, N m/A:", "0.05"),
         ("1 g cm² = 1e-7):", "2e-5"),
         ("after quadrature:", "4096"),

@@ -1,6 +1,7 @@
 //! The program from outside: its verbs, files, terminal, pages, drives and logs. One binary, so that it is linked once
 //! and its longest tests share the cores.
 
+mod advice;
 mod amplifier;
 mod bad_logs;
 mod command_line;

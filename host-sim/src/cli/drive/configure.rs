@@ -1,10 +1,10 @@
 use std::path::{Path, PathBuf};
 
-use drive_link::{Command, Homing, Settings, TargetSource};
+use drive_link::{Command, Homing, Refusal, Settings, TargetSource};
 
 use super::fault;
 use crate::cli::fault::Fault;
-use crate::drive::{Client, loop_settings};
+use crate::drive::{Client, DriveError, loop_settings};
 use crate::scenario::{ExcitationKind, Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
@@ -74,7 +74,7 @@ enum HomeAt {
 impl Arguments {
     pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
         let settings = self.settings(client.settings().map_err(fault)?)?;
-        client.ask(Command::Configure(settings)).map_err(fault)
+        client.ask(Command::Configure(settings)).map_err(refused)
     }
 
     /// The drive's settings with the scenario and the options applied.
@@ -141,6 +141,45 @@ impl Arguments {
         }
         Ok(Some(homing))
     }
+}
+
+/// A refusal, with the option or the key of the scenario that changes the setting.
+fn refused(error: DriveError) -> Fault {
+    let place = match &error {
+        DriveError::Refused(Refusal::Setting(refused)) => place_of(refused.name.as_str()),
+        _ => None,
+    };
+    match place {
+        Some(place) => Fault::Input(format!("{error}; {place} states it")),
+        None => fault(error),
+    }
+}
+
+/// The option or the key that states a setting, by its name on the line.
+fn place_of(setting: &str) -> Option<String> {
+    /// The options, as [`Arguments`] has them.
+    const OPTIONS: [&str; 9] = [
+        "following_error",
+        "travel",
+        "pace",
+        "speed",
+        "breakaway",
+        "stall_time",
+        "duration",
+        "link_timeout",
+        "stop_time",
+    ];
+    if OPTIONS.contains(&setting) {
+        return Some(format!("--{}", setting.replace('_', "-")));
+    }
+    let key = match setting {
+        "limit" | "limit_low" | "limit_high" => "amplifier.limit",
+        "kp" | "kd" | "ki" | "sample_time" => return Some(format!("controller.{setting}")),
+        "cutoff" => "controller.velocity_filter.cutoff",
+        "resolution" => "encoder.counts_per_rev",
+        _ => return None,
+    };
+    Some(format!("{key} in the scenario"))
 }
 
 fn source(text: &str) -> Result<TargetSource, String> {

@@ -211,6 +211,13 @@ fn methods(result: &ComparisonResult) -> Table {
 
 fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
     let mut blocks = Vec::new();
+    blocks.extend(result.assumed_box.map(|within| {
+        let [[a_min, a_max], [b_min, b_max]] = [within.a, within.b].map(|ends| ends.map(figure));
+        Block::Text(format!(
+            "The scenario states no plant_box: methods that have to know one know a from {a_min} to {a_max} 1/s and b from \
+             {b_min}, where they begin, to {b_max} rad/s² per command unit."
+        ))
+    }));
     for case in &result.cases {
         blocks.push(Block::Table(errors(case)));
         let refused = case.methods.iter().filter(|found| found.status.is_none());

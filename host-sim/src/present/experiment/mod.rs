@@ -41,7 +41,7 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
         Section::brief("The logs", logs(of.summary)),
         Section::brief("What was found", found(of.summary, &rows)),
     ];
-    let steps = remedies(&of.summary.verdict.reason);
+    let steps = remedies(of.summary);
     if let Some(traces) = of.traces {
         let figures = traces::figures(of.summary, traces);
         sections.extend([

@@ -1,0 +1,792 @@
+//! The catalogues of causes, reasons and remedies, followed: each remedy is printed for a case that needs it, and
+//! after it the case ends better. Remedies that need hands are marked with the reason.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Output;
+
+use crate::support::{argument, folder, printed, servo_id, standard_error};
+use host_sim::verdict::{Cause, VerdictReason};
+use identifier_core::commission::Reason;
+use serde_json::Value;
+
+/// Lines of a scenario: a table, and lines that are added to it, or that are all of it where its name begins with `=`.
+type Lines = (&'static str, &'static str);
+
+/// A remedy of a catalogue.
+enum Remedy {
+    /// Printed for a case: a part of the text, and the lines that follow it.
+    Followed(&'static str, &'static [Lines]),
+    /// For hands on hardware, or for a state that no simulation has.
+    NotHere(&'static str),
+}
+
+use Remedy::{Followed, NotHere};
+
+/// A case and its remedies.
+struct Row {
+    case: &'static [Lines],
+    remedies: &'static [Remedy],
+}
+
+const NO_CASE: &[Lines] = &[];
+
+const SERVO: [Lines; 7] = [
+    ("plant", "a = 0.2174\nb = 257.7\ncoulomb = 5.0"),
+    ("encoder", "counts_per_rev = 10000"),
+    ("amplifier", "limit = 10.0"),
+    (
+        "controller",
+        "kp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.001",
+    ),
+    (
+        "excitation",
+        "kind = \"band-limited-white-noise\"\npower = 0.05\nsample_time = 0.1\nseed = 7",
+    ),
+    (
+        "identifier",
+        "law = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]",
+    ),
+    ("run", "duration = 10.0"),
+];
+
+const AXIS: [Lines; 4] = [
+    ("plant", "a = 0.2174\nb = 257.7"),
+    ("encoder", "counts_per_rev = 10000"),
+    ("amplifier", "limit = 10.0"),
+    (
+        "commission",
+        "travel = 0.5\nspeed = 30.0\nsample_time = 0.001",
+    ),
+];
+
+const FIT: &[Lines] = &[("=identifier", "law = \"fit\"")];
+const FIT_SAYS: &str = "law = \"fit\"";
+const ALL_FOUR: &[Lines] = &[(
+    "=identifier",
+    "law = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]",
+)];
+const LONGER: &[Lines] = &[("=run", "duration = 20.0")];
+const LIVELY: &[Lines] = &[("=excitation", SERVO[4].1)];
+
+fn cause(of: Cause) -> Row {
+    let row = |case, remedies| Row { case, remedies };
+    match of {
+        Cause::Delay => row(
+            &[("plant", "delay = 0.0015")],
+            &[
+                Followed("set amplifier.delay", &[("amplifier", "delay = 0.0015")]),
+                Followed(
+                    "terms = [\"delay\"]",
+                    &[("identifier", "terms = [\"delay\"]")],
+                ),
+            ],
+        ),
+        Cause::Coulomb => row(
+            &[
+                ("=plant", "a = 0.2174\nb = 257.7\ncoulomb = 40.0"),
+                (
+                    "=identifier",
+                    "law = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"load\"]",
+                ),
+            ],
+            &[Followed("\"coulomb\" in identifier.parameters", ALL_FOUR)],
+        ),
+        Cause::Load => row(
+            &[
+                ("plant", "load = 40.0"),
+                (
+                    "=controller",
+                    "kp = 9.0\nkd = 0.19\nki = 0.0\nsample_time = 0.001",
+                ),
+                (
+                    "=identifier",
+                    "law = \"gradient\"\ninitial = { a = 0.0, b = 110.0 }\ngamma = [1.0, 100.0]",
+                ),
+            ],
+            &[Followed("\"load\" in identifier.parameters", ALL_FOUR)],
+        ),
+        Cause::Asymmetry => row(
+            &[("plant", "asymmetry = 0.11")],
+            &[Followed(
+                "terms = [\"asymmetry\"]",
+                &[("identifier", "terms = [\"asymmetry\"]")],
+            )],
+        ),
+        Cause::LowSpeedFriction => row(
+            &[(
+                "plant",
+                "low_speed_friction = 10.0\nlow_speed_velocity = 1.0",
+            )],
+            &[Followed(
+                "terms = [\"low-speed\"] and low_speed_velocity",
+                &[(
+                    "identifier",
+                    "terms = [\"low-speed\"]\nlow_speed_velocity = 1.0",
+                )],
+            )],
+        ),
+        Cause::QuadraticFriction => row(
+            &[("plant", "quadratic_friction = 0.05")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                Followed(
+                    "identify at the speeds that matter",
+                    &[(
+                        "=excitation",
+                        "kind = \"band-limited-white-noise\"\npower = 0.001\nseed = 7",
+                    )],
+                ),
+            ],
+        ),
+        Cause::Gravity => row(
+            &[("plant", "gravity = [60.0, 20.0]")],
+            &[Followed(
+                "terms = [\"gravity\"]",
+                &[("identifier", "terms = [\"gravity\"]")],
+            )],
+        ),
+        Cause::Ripple => row(
+            &[("plant", "ripple = [15.0, 0.0]\nripple_order = 12")],
+            &[Followed(
+                "terms = [\"ripple\"] and ripple_order",
+                &[("identifier", "terms = [\"ripple\"]\nripple_order = 12")],
+            )],
+        ),
+        Cause::DeadBand => row(
+            &[("plant", "dead_band = 0.06")],
+            &[
+                Followed(
+                    "set amplifier.dead_band",
+                    &[("amplifier", "dead_band = 0.06")],
+                ),
+                Followed(
+                    "terms = [\"dead-band\"]",
+                    &[("identifier", "terms = [\"dead-band\"]")],
+                ),
+            ],
+        ),
+        Cause::Resonance => row(
+            &[("plant", "resonance = 300.0\ninertia_ratio = 0.4")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                Followed(
+                    "with sines well below the resonance",
+                    &[
+                        (
+                            "=excitation",
+                            "kind = \"multisine\"\namplitudes = [1.0, 0.5]\nfrequencies = [3.0, 8.0]",
+                        ),
+                        ("=run", "duration = 20.0"),
+                    ],
+                ),
+            ],
+        ),
+        Cause::Backlash => row(
+            &[("plant", "backlash = 0.0075")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                NotHere("the encoder is moved to the motor"),
+            ],
+        ),
+        Cause::Eccentricity => row(
+            NO_CASE,
+            &[NotHere(
+                "the encoder is centred; no simulated one is named, as it hardly moves the estimates",
+            )],
+        ),
+        Cause::GainDrift => row(
+            &[("plant", "gain_drift = 0.003")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                Followed("steady the supply", &[("=plant", SERVO[0].1)]),
+            ],
+        ),
+        Cause::FrictionDrift => row(
+            &[("plant", "friction_drift = -0.04")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                Followed("warm up first", &[("=plant", SERVO[0].1)]),
+            ],
+        ),
+        Cause::HiddenLimit => row(
+            &[
+                ("plant", "hidden_limit = 6.0"),
+                (
+                    "=excitation",
+                    "kind = \"band-limited-white-noise\"\npower = 0.02\nseed = 7",
+                ),
+            ],
+            &[
+                Followed(FIT_SAYS, FIT),
+                Followed(
+                    "keep the command away from the limit",
+                    &[(
+                        "=excitation",
+                        "kind = \"band-limited-white-noise\"\npower = 0.003\nseed = 7",
+                    )],
+                ),
+            ],
+        ),
+        // The law `fit` alone knows these; other laws name what is nearest, or nothing.
+        Cause::CurrentLoop => row(
+            &[("plant", "current_loop = 0.002")],
+            &[
+                Followed("", FIT),
+                Followed("", &[("amplifier", "current_loop = 0.002")]),
+            ],
+        ),
+        Cause::LoadFriction => row(
+            &[("plant", "load = 40.0\nload_dependent_friction = 0.3")],
+            &[Followed(FIT_SAYS, FIT)],
+        ),
+        Cause::GainAsymmetry => row(
+            &[("plant", "gain_asymmetry = 0.05")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                NotHere("the amplifier is calibrated"),
+            ],
+        ),
+        Cause::TorqueRipple => row(
+            &[(
+                "plant",
+                "torque_ripple = [0.05, 0.0]\ntorque_ripple_order = 6",
+            )],
+            &[
+                Followed(FIT_SAYS, FIT),
+                NotHere("the commutation is adjusted"),
+            ],
+        ),
+        Cause::VaryingInertia => row(
+            &[("plant", "inertia_variation = [0.1, 0.0]\ninertia_order = 1")],
+            &[
+                Followed(FIT_SAYS, FIT),
+                Followed(
+                    "",
+                    &[(
+                        "=excitation",
+                        "kind = \"band-limited-white-noise\"\npower = 0.001\nseed = 7",
+                    )],
+                ),
+            ],
+        ),
+    }
+}
+
+/// Causes that only the law `fit` knows.
+fn is_known_to_the_fit_alone(cause: Cause) -> bool {
+    use Cause::{CurrentLoop, GainAsymmetry, LoadFriction, TorqueRipple, VaryingInertia};
+    matches!(
+        cause,
+        CurrentLoop | LoadFriction | GainAsymmetry | TorqueRipple | VaryingInertia
+    )
+}
+
+/// The remedies of the verdict's reasons by their code; 40 has a table of its own.
+const VERDICTS: [(u8, Row); 16] = [
+    (
+        0,
+        Row {
+            case: NO_CASE,
+            remedies: &[NotHere("nothing is to be done")],
+        },
+    ),
+    (
+        10,
+        Row {
+            case: NO_CASE,
+            remedies: &[NotHere(
+                "the message names what ended the run: a cable, a supply",
+            )],
+        },
+    ),
+    (
+        20,
+        Row {
+            case: &[
+                (
+                    "=identifier",
+                    "law = \"relay-cycle\"\ninitial = { a = 0.0, b = 110.0 }",
+                ),
+                ("=run", "duration = 2.0"),
+            ],
+            remedies: &[Followed("identifier.law = \"gauss-newton\"", ALL_FOUR)],
+        },
+    ),
+    (
+        21,
+        Row {
+            case: &[("=run", "duration = 0.05")],
+            remedies: &[Followed("Run longer: run.duration", LONGER)],
+        },
+    ),
+    (
+        22,
+        Row {
+            case: &[(
+                "=excitation",
+                "kind = \"band-limited-white-noise\"\npower = 1e-9",
+            )],
+            remedies: &[
+                Followed("a larger reference", LIVELY),
+                NotHere("a cable is plugged in"),
+            ],
+        },
+    ),
+    (
+        23,
+        Row {
+            case: &[
+                (
+                    "=excitation",
+                    "kind = \"band-limited-white-noise\"\npower = 1e-5\nseed = 7",
+                ),
+                ("=run", "duration = 1.0"),
+            ],
+            remedies: &[
+                Followed("move further", LIVELY),
+                Followed("or longer", LONGER),
+            ],
+        },
+    ),
+    (
+        24,
+        Row {
+            case: &[(
+                "identifier",
+                "bounds = { a = [0.0, 50.0], b = [300.0, 1000.0] }",
+            )],
+            remedies: &[
+                Followed("Widen identifier.bounds", ALL_FOUR),
+                Followed(FIT_SAYS, FIT),
+            ],
+        },
+    ),
+    (
+        25,
+        Row {
+            case: NO_CASE,
+            remedies: &[NotHere(
+                "seen on recorded logs alone; the ridge of the gain has tests of its own",
+            )],
+        },
+    ),
+    (
+        26,
+        Row {
+            case: &[
+                ("=plant", "a = 5.0\nb = 257.7\nload = 100.0\ncoulomb = 5.0"),
+                ("=excitation", "kind = \"none\""),
+                (
+                    "=controller",
+                    "kp = 0.01\nkd = 0.19\nki = 0.0\nsample_time = 0.001",
+                ),
+                ("=identifier", "law = \"fit\""),
+            ],
+            remedies: &[Followed(
+                "Record a motion that turns back",
+                &[("=excitation", SERVO[4].1), ("=controller", SERVO[3].1)],
+            )],
+        },
+    ),
+    (
+        27,
+        Row {
+            case: &[
+                ("=encoder", "counts_per_rev = 200"),
+                (
+                    "=excitation",
+                    "kind = \"band-limited-white-noise\"\npower = 1e-4\nseed = 7",
+                ),
+                ("=identifier", "law = \"fit\""),
+                ("=run", "duration = 2.0"),
+            ],
+            remedies: &[
+                Followed("Move further, with turns", LIVELY),
+                NotHere(
+                    "columns of another axis are refused by the scan, which has tests of its own",
+                ),
+            ],
+        },
+    ),
+    (
+        28,
+        Row {
+            case: &[("plant", "delay = 0.02"), ("=identifier", "law = \"fit\"")],
+            remedies: &[Followed("have the same clock", &[("=plant", SERVO[0].1)])],
+        },
+    ),
+    (
+        29,
+        Row {
+            case: &[
+                ("identifier", "required_terms = [\"gravity\"]"),
+                ("=run", "duration = 1.0"),
+            ],
+            remedies: &[
+                Followed("or longer", LONGER),
+                Followed("out of identifier.required_terms", ALL_FOUR),
+            ],
+        },
+    ),
+    (
+        30,
+        Row {
+            case: &[("encoder", "noise = 0.02")],
+            remedies: &[
+                Followed("Run longer: run.duration", &[("=run", "duration = 60.0")]),
+                Followed(FIT_SAYS, FIT),
+            ],
+        },
+    ),
+    (
+        41,
+        Row {
+            case: NO_CASE,
+            remedies: &[NotHere(
+                "no simulated servo ends so: of several effects one is named",
+            )],
+        },
+    ),
+    (
+        42,
+        Row {
+            case: &[
+                ("plant", "load = 40.0"),
+                (
+                    "=controller",
+                    "kp = 9.0\nkd = 0.19\nki = 0.0\nsample_time = 0.001",
+                ),
+                (
+                    "=identifier",
+                    "law = \"gradient\"\nparameters = [\"a\", \"b\", \"load\"]\n\
+                     initial = { a = 0.0, b = 110.0 }\ngamma = [1.0, 100.0, 1.0]",
+                ),
+            ],
+            remedies: &[Followed(FIT_SAYS, FIT)],
+        },
+    ),
+    (
+        43,
+        Row {
+            case: NO_CASE,
+            remedies: &[NotHere(
+                "of recorded logs: the measured EMPS has it, with tests of its own",
+            )],
+        },
+    ),
+];
+
+/// The remedies of the core's reasons: those that a commissioning can follow.
+const COMMISSIONED: [(Reason, Row); 9] = [
+    (
+        Reason::TravelLeft,
+        Row {
+            case: &[
+                ("plant", "load = 2000.0"),
+                (
+                    "=commission",
+                    "travel = 0.02\nspeed = 30.0\nsample_time = 0.001",
+                ),
+            ],
+            remedies: &[Followed("allow more travel", &[("=commission", AXIS[3].1)])],
+        },
+    ),
+    (
+        Reason::SpeedExceeded,
+        Row {
+            case: &[(
+                "=commission",
+                "travel = 0.5\nspeed = 2.0\nsample_time = 0.001",
+            )],
+            remedies: &[Followed("allow more speed", &[("=commission", AXIS[3].1)])],
+        },
+    ),
+    (
+        Reason::DoesNotMove,
+        Row {
+            case: &[("plant", "coulomb = 300.0"), ("=amplifier", "limit = 1.0")],
+            remedies: &[Followed(
+                "allow a larger command",
+                &[("=amplifier", "limit = 10.0")],
+            )],
+        },
+    ),
+    (
+        Reason::OneDirectionOnly,
+        Row {
+            case: &[
+                ("plant", "load = 1500.0\ncoulomb = 1300.0"),
+                (
+                    "=commission",
+                    "travel = 5.0\nspeed = 30.0\nsample_time = 0.001",
+                ),
+            ],
+            remedies: &[Followed(
+                "declare that it may only move one way",
+                &[(
+                    "=commission",
+                    "travel = [0.0, 5.0]\nspeed = 30.0\nsample_time = 0.001\none_way = true",
+                )],
+            )],
+        },
+    ),
+    (
+        Reason::TooLittleEvidence,
+        Row {
+            case: &[
+                ("plant", "coulomb = 5.0"),
+                ("=encoder", "counts_per_rev = 500"),
+                (
+                    "=commission",
+                    "travel = 0.25\nspeed = 30.0\nsample_time = 0.001",
+                ),
+            ],
+            remedies: &[Followed(
+                "use a finer encoder",
+                &[("=encoder", "counts_per_rev = 10000")],
+            )],
+        },
+    ),
+    (
+        Reason::LacksResonance,
+        Row {
+            case: &[("plant", "resonance = 250.0\ninertia_ratio = 0.5")],
+            remedies: &[NotHere(
+                "the coupling is stiffened; the fit to a log of such a servo has a row of its own",
+            )],
+        },
+    ),
+    (
+        Reason::LacksGravity,
+        Row {
+            case: &[("plant", "gravity = [500.0, 150.0]")],
+            remedies: &[Followed(
+                "commission it within less travel",
+                &[(
+                    "=commission",
+                    "travel = 0.1\nspeed = 30.0\nsample_time = 0.001",
+                )],
+            )],
+        },
+    ),
+    (
+        Reason::NoGains,
+        Row {
+            case: &[("commission", "response_time = 0.006")],
+            remedies: &[Followed(
+                "ask for a slower response",
+                &[("commission", "response_time = 0.016")],
+            )],
+        },
+    ),
+    (
+        Reason::LacksDeadBand,
+        Row {
+            case: &[("plant", "dead_band = 0.5")],
+            remedies: &[Followed(
+                "compensate the amplifier's dead band",
+                &[("=plant", AXIS[0].1)],
+            )],
+        },
+    ),
+];
+
+/// Why the remedy of any other reason is not followed here.
+fn needs_hands(reason: Reason) -> Option<&'static str> {
+    use Reason as R;
+    Some(match reason {
+        R::ClockNotStable | R::SelfTestFailed | R::ImageDamaged => {
+            "the chip or its program is replaced"
+        }
+        R::ResetByWatchdog | R::Overrun => "of a chip: tested on the emulated one",
+        R::AmplifierFault
+        | R::SupplyLow
+        | R::ActuatorFailed
+        | R::ActuatorDead
+        | R::ActuatorWeak => "amplifier, supply or wires are mended",
+        R::LimitSwitch
+        | R::LimitSwitchesStuck
+        | R::HomeSwitchStuck
+        | R::HomeNotFound
+        | R::IndexNotFound => "a switch or its wire is mended",
+        R::EncoderLost | R::EncoderSilent | R::EncoderStuck | R::EncoderJumped | R::OutOfReach => {
+            "the encoder or its wires are mended"
+        }
+        R::FollowingError | R::Reversed => "phases or tracks are exchanged",
+        R::LinkLost => "the line is mended",
+        R::StepsTooFast | R::StepsUnclear | R::TargetOutside | R::VoltageInvalid => {
+            "the source of the target is changed"
+        }
+        R::DoesNotStand => "a brake holds the servo",
+        R::EstimateAtBound => "a unit or the amplifier's limit is corrected",
+        R::NotPredicted | R::LacksRipple => "a log is recorded; the fit to one has rows of its own",
+        R::LacksBacklash => "the play is removed",
+        R::LacksLowSpeedFriction => "the axis is lubricated",
+        R::ResponseTimeMissed | R::OvershootExceeded | R::DisturbanceExceeded | R::NeverAtRest => {
+            "no simulated servo that is found misses its promise without a fault"
+        }
+        R::Oscillating => "the delay behind the command is shortened",
+        R::TimeOver => "no simulated commissioning ends so before it lacks evidence",
+        R::Stopped | R::ModeChanged | R::PowerLost => "it is ordered again",
+        _ => return None,
+    })
+}
+
+/// A scenario: `base` with the lines of each list, one after the other.
+fn scenario(base: &[Lines], changes: [&[Lines]; 2]) -> String {
+    let mut tables: Vec<(&str, String)> = base
+        .iter()
+        .map(|(name, text)| (*name, (*text).to_owned()))
+        .collect();
+    for (name, text) in changes.into_iter().flatten() {
+        let (name, replaces) = name
+            .strip_prefix('=')
+            .map_or((*name, false), |name| (name, true));
+        let place = tables
+            .iter()
+            .position(|(known, _)| *known == name)
+            .expect("a table of the base");
+        let table = &mut tables[place].1;
+        if replaces {
+            table.clear();
+        }
+        // A key that is stated again is stated anew.
+        let keys: BTreeSet<&str> = text
+            .lines()
+            .filter_map(|line| line.split(" =").next())
+            .collect();
+        let kept = table
+            .lines()
+            .filter(|line| !keys.contains(line.split(" =").next().unwrap_or_default()));
+        *table = kept
+            .chain(text.lines())
+            .fold(String::new(), |table, line| table + line + "\n");
+    }
+    tables.iter().fold(String::new(), |mut all, (name, text)| {
+        let _ = writeln!(all, "[{name}]\n{text}");
+        all
+    })
+}
+
+/// A run of a scenario: its result, and all that was printed.
+fn identified(folder: &Path, text: &str) -> (Value, String) {
+    let [file, json] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
+    std::fs::write(&file, text).expect("written");
+    let [file, json] = [&file, &json].map(|path| argument(path));
+    let output = servo_id(&["run", &file, "--json", &json, "--force"]);
+    assert!(
+        output.status.success(),
+        "{text}\n{}",
+        standard_error(&output)
+    );
+    let result = std::fs::read_to_string(&json).expect("a result");
+    (
+        serde_json::from_str(&result).expect("JSON"),
+        printed(&output),
+    )
+}
+
+/// Asserts that the remedies of a row are printed for its case, and that the servo is identified after each.
+fn assert_followed(folder: &Path, row: &Row, check: impl Fn(&Value)) {
+    let (before, text) = identified(folder, &scenario(&SERVO, [row.case, &[]]));
+    check(&before);
+    assert_ne!(before["status"], "converged", "{text}");
+    for remedy in row.remedies {
+        let Followed(says, lines) = remedy else {
+            continue;
+        };
+        assert!(text.contains(says), "{says:?} is not in\n{text}");
+        let (after, text) = identified(folder, &scenario(&SERVO, [row.case, lines]));
+        assert_eq!(after["status"], "converged", "{says}: {text}");
+    }
+}
+
+/// True if a remedy of the row is followed; any other is marked with a reason.
+fn is_followed(row: &Row) -> bool {
+    let mut followed = 0;
+    for remedy in row.remedies {
+        match remedy {
+            Followed(..) => followed += 1,
+            NotHere(why) => assert!(!why.is_empty()),
+        }
+    }
+    followed > 0
+}
+
+#[test]
+fn a_servo_whose_effect_is_named_is_identified_once_the_remedy_is_followed() {
+    let folder = folder("advice-causes");
+    let mut followed = 0;
+    for &of in Cause::ALL {
+        let row = cause(of);
+        if !is_followed(&row) {
+            continue;
+        }
+        followed += 1;
+        assert_followed(&folder, &row, |before| {
+            if !is_known_to_the_fit_alone(of) {
+                assert_eq!(before["cause"]["name"], of.name(), "{of:?}");
+                assert_eq!(before["code"], 40, "{of:?}: {}", before["reason"]);
+            }
+        });
+        for remedy in row.remedies {
+            if let Followed(says, _) = remedy {
+                assert!(of.remedy().contains(says), "{of:?}: {says}");
+            }
+        }
+    }
+    assert!(followed >= 19, "{followed}");
+}
+
+#[test]
+fn a_verdict_becomes_converged_once_its_remedy_is_followed() {
+    let folder = folder("advice-verdicts");
+    let of_table = VERDICTS.iter().map(|(code, _)| *code);
+    let codes: BTreeSet<u8> = of_table.chain([40]).collect();
+    assert_eq!(codes, BTreeSet::from(VerdictReason::CODES));
+    for (code, row) in VERDICTS.iter().filter(|(_, row)| is_followed(row)) {
+        assert_followed(&folder, row, |before| {
+            assert_eq!(before["code"], *code, "{}", before["reason"]);
+        });
+    }
+}
+
+fn commissioned(folder: &Path, text: &str) -> Output {
+    let file = folder.join("scenario.toml");
+    std::fs::write(&file, text).expect("written");
+    servo_id(&["commission", &argument(&file)])
+}
+
+#[test]
+fn a_commissioning_succeeds_once_the_remedy_of_its_reason_is_followed() {
+    let folder = folder("advice-reasons");
+    for (reason, row) in &COMMISSIONED {
+        let output = commissioned(&folder, &scenario(&AXIS, [row.case, &[]]));
+        let said = standard_error(&output);
+        assert!(!output.status.success(), "{reason:?}");
+        assert!(said.contains(&reason.to_string()), "{reason:?}: {said}");
+        for remedy in row.remedies {
+            let Followed(says, lines) = remedy else {
+                continue;
+            };
+            assert!(reason.remedy().contains(says), "{reason:?}: {says}");
+            let output = commissioned(&folder, &scenario(&AXIS, [row.case, lines]));
+            assert!(
+                output.status.success(),
+                "{reason:?}: {says}: {}",
+                standard_error(&output)
+            );
+        }
+    }
+}
+
+#[test]
+fn every_reason_has_a_remedy_that_is_followed_or_needs_hands() {
+    for &reason in Reason::ALL {
+        let is_followed = COMMISSIONED.iter().any(|(followed, _)| *followed == reason);
+        let hands = needs_hands(reason);
+        assert!(is_followed != hands.is_some(), "{reason:?}: {hands:?}");
+    }
+}
