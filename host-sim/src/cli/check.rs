@@ -4,7 +4,7 @@ use super::call;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::show;
-use super::terminal::{folded, width};
+use super::terminal::width;
 use crate::check;
 use crate::present;
 use crate::render::terminal;
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     if !files.own_standard_output() {
         let title = call::title("Check of", &arguments.scenario);
         let page = present::check(&title, &call::command(), &result);
-        show!("{}", folded(&terminal::brief(&page, width())))?;
+        show!("{}", terminal::brief(&page, width()))?;
     }
     Ok(())
 }

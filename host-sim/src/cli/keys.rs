@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let text = match &arguments.of {
         _ if arguments.schema => format!("{:#}", schema()),
         None => table(KEYS.iter()),
-        Some(of) => described(of)?,
+        Some(of) => terminal::folded(&described(of)?),
     };
     standard_output::result(format_args!("{text}"))
 }

@@ -12,7 +12,7 @@ use super::output_file::Output;
 use super::reproduce;
 use super::standard_output::show;
 use super::streamed::Streamed;
-use super::terminal::{folded, width};
+use super::terminal::width;
 use crate::log::mcap::Recorder;
 use crate::present::Page;
 use crate::provenance::{Kept, Origin, WithOrigin};
@@ -205,11 +205,11 @@ impl Results {
             if !files.is_empty() {
                 let names = files.iter().map(|file| file.display().to_string());
                 let names: Vec<_> = names.collect();
-                show!("{}", folded(&format!("Written: {}", names.join(", "))))?;
+                show!("Written: {}", names.join(", "))?;
             }
-            show!("{}", folded(&terminal::brief(page, width())))?;
+            show!("{}", terminal::brief(page, width()))?;
             if with_verdict {
-                show!("{}", folded(&terminal::verdict(page)))?;
+                show!("{}", terminal::verdict(page))?;
             }
         }
         if let Some(kept) = &kept {

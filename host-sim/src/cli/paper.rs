@@ -35,10 +35,7 @@ pub(super) struct Arguments {
 pub(super) fn show() -> Result<(), Fault> {
     let runs = paper::experiment().map_err(|fault| Fault::Other(fault.to_string()))?;
     let page = present::paper(TITLE, &call::command(), &runs);
-    show!(
-        "{}",
-        terminal::folded(&render::terminal::brief(&page, terminal::width()))
-    )?;
+    show!("{}", render::terminal::brief(&page, terminal::width()))?;
     show!(
         "\n`{0} paper` draws Fig. 03 and writes the traces; `{0} identify LOG` identifies a servo of your own",
         program::NAME
@@ -73,10 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let title = "Fig. 03: identified parameters over time";
     written.push(picture.map(|picture| picture.figures(title, 2, &page)));
     files::commit(written)?;
-    show!(
-        "{}",
-        terminal::folded(&render::terminal::brief(&page, terminal::width()))
-    )?;
+    show!("{}", render::terminal::brief(&page, terminal::width()))?;
     show!("\nPicture: {}", out.join(PICTURE).display())?;
     show!(
         "Traces and results: {}",

@@ -6,7 +6,6 @@ use super::output::Outputs;
 use super::recording::Recording;
 use super::required::Required;
 use super::standard_output::show;
-use super::terminal::folded;
 use crate::analysis::Status;
 use crate::log::Log;
 use crate::predict;
@@ -99,7 +98,7 @@ impl Replay<'_> {
         if let Some(introduction) = introduction {
             results.save_scenario(introduction.save_scenario, &text.text)?;
             if !results.own_standard_output() {
-                show!("{}", folded(&introduction.text))?;
+                show!("{}", introduction.text)?;
             }
         }
         let all = read_all(logs.iter().chain(predict), &scenario)?;

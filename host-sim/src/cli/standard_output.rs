@@ -5,6 +5,7 @@ use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::fault::Fault;
+use super::terminal::folded;
 
 /// `println!` that returns a fault where standard output cannot be written.
 macro_rules! show {
@@ -27,12 +28,13 @@ pub(super) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints a line, with colours where they are supported; nothing with `--quiet`.
+/// Prints text, with colours where they are supported and folded to the width of the terminal; nothing with
+/// `--quiet`.
 pub(super) fn line(text: fmt::Arguments<'_>) -> Result<(), Fault> {
     if is_quiet() {
         return Ok(());
     }
-    result(text)
+    result(format_args!("{}", folded(&text.to_string())))
 }
 
 /// Prints a requested result, also with `--quiet`.

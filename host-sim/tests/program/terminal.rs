@@ -67,6 +67,76 @@ fn tables_fit_the_width_and_list_omitted_columns() {
     );
 }
 
+/// Verbs with all that they need, in a folder with a scenario, a short comparison, a log and a result.
+const VERBS: [&str; 18] = [
+    "",
+    "run scenario.toml",
+    "identify log.csv",
+    "replay log.csv --scenario scenario.toml",
+    "check scenario.toml",
+    "tune result.json",
+    "commission commission.toml",
+    "compare compare.toml",
+    "sweep scenario.toml --runs 3",
+    "drift scenario.toml",
+    "reproduce result.json",
+    "keys",
+    "keys plant",
+    "keys identifier.law",
+    "run --help",
+    "drive configure --help",
+    "completions --help",
+    "manual --help",
+];
+
+#[test]
+fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own() {
+    let folder = folder_with_paper("terminal-widths", "3.0");
+    for (name, text) in [
+        (
+            "commission.toml",
+            include_str!("../../scenarios/commission.toml").to_owned(),
+        ),
+        (
+            "compare.toml",
+            include_str!("../../scenarios/compare.toml").replace("60.0", "1.0"),
+        ),
+    ] {
+        std::fs::write(folder.join(name), text).expect("written");
+    }
+    with(
+        "COLUMNS",
+        "80",
+        &folder,
+        "run scenario.toml --csv log.csv --json result.json",
+    );
+    let files = || {
+        let entries = std::fs::read_dir(&folder).expect("a folder");
+        let mut names: Vec<_> = entries
+            .map(|entry| entry.expect("an entry").file_name())
+            .collect();
+        names.sort();
+        names
+    };
+    let before = files();
+    for columns in ["80", "60"] {
+        let room: usize = columns.parse().expect("a number");
+        for words in VERBS {
+            let text = with("COLUMNS", columns, &folder, words);
+            assert!(!text.is_empty(), "{words}");
+            for line in text.lines() {
+                // A word is not divided.
+                let fits = line.chars().count() <= room + marks(line);
+                assert!(
+                    fits || !line.trim().contains(' '),
+                    "{words} at {columns}:\n{line}"
+                );
+            }
+        }
+    }
+    assert_eq!(files(), before);
+}
+
 #[test]
 fn only_terminals_get_colours() {
     let folder = folder_with_paper("terminal-colours", "3.0");

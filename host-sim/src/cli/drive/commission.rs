@@ -14,7 +14,7 @@ use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
 use crate::cli::standard_output::show;
-use crate::cli::terminal::{folded, width};
+use crate::cli::terminal::width;
 use crate::drive::Client;
 use crate::present;
 use crate::render::terminal;
@@ -153,7 +153,7 @@ fn show(before: Option<&HoldingGains>, outcome: &Outcome) -> Result<(), Fault> {
     };
     let (tuning, trial) = (outcome.tuning.as_ref(), outcome.trial.as_ref());
     let found = present::found_servo(servo, None, before, tuning, trial);
-    show!("{}", folded(&terminal::blocks(&found, width())))
+    show!("{}", terminal::blocks(&found, width()))
 }
 
 /// The state of the drive after a commissioning.
