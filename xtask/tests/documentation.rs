@@ -66,14 +66,14 @@ fn root() -> PathBuf {
     root.canonicalize().expect("the project's root")
 }
 
-/// Files of the project with an ending, without build products and hidden files.
+/// Files of the project with an ending, without products and hidden files.
 fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder");
     let mut found = Vec::new();
     for path in entries.map(|entry| entry.expect("an entry").path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if path.is_dir() {
-            if name != "target" && name != "results" && !name.starts_with('.') {
+            if name != "target" && name != "results" && name != "book" && !name.starts_with('.') {
                 found.extend(files(&path, end));
             }
         } else if name.ends_with(end) {
@@ -99,8 +99,11 @@ fn every_link_leads_to_a_file_and_a_heading() {
                 "" => Some(page.path.clone()),
                 file => folder.join(file).canonicalize().ok(),
             };
+            // A folder is shown with its README.
             let has_heading = |target: &PathBuf| {
-                let page = pages.iter().find(|page| page.path == *target);
+                let readme = target.join("README.md");
+                let is_shown = |page: &&Page| page.path == *target || page.path == readme;
+                let page = pages.iter().find(is_shown);
                 page.is_some_and(|page| page.anchors.iter().any(|anchor| anchor == heading))
             };
             followed += 1;
@@ -111,6 +114,58 @@ fn every_link_leads_to_a_file_and_a_heading() {
     }
     assert!(followed > 100, "{followed} links");
     assert!(dead.is_empty(), "{dead:#?}");
+}
+
+/// The folder of the book's pages, and its table of contents.
+const BOOK: &str = "docs";
+const CONTENTS: &str = "SUMMARY.md";
+
+#[test]
+fn every_page_is_once_in_the_book() {
+    let folder = root().join(BOOK);
+    let settings = fs::read_to_string(root().join("book.toml")).expect("readable");
+    assert!(
+        settings.contains(&format!("src = \"{BOOK}\"")),
+        "{settings}"
+    );
+    let (contents, pages): (Vec<PathBuf>, Vec<PathBuf>) = files(&folder, ".md")
+        .into_iter()
+        .partition(|path| path.ends_with(CONTENTS));
+    assert_eq!(contents, [folder.join(CONTENTS)]);
+    let mut listed = Page::read(folder.join(CONTENTS)).links;
+    let mut there: Vec<String> = pages
+        .iter()
+        .map(|page| page.strip_prefix(&folder).expect("in the folder"))
+        .map(|page| page.display().to_string())
+        .collect();
+    assert!(there.len() > 15, "{there:?}");
+    listed.sort_unstable();
+    there.sort_unstable();
+    assert_eq!(listed, there);
+}
+
+/// A book makes `.html` of every `.md`, and writes its own pages alone, without contents and with the first as
+/// `index.html`: a link to a page elsewhere has to name its folder.
+#[test]
+fn no_page_of_the_book_links_a_page_that_the_book_does_not_write() {
+    let folder = root().join(BOOK);
+    let mut wrong = Vec::new();
+    let is_chapter =
+        |page: &&Page| page.path.starts_with(&folder) && !page.path.ends_with(CONTENTS);
+    for page in pages().iter().filter(is_chapter) {
+        for link in page.links.iter().filter(|link| !link.contains("://")) {
+            let file = link.split('#').next().unwrap_or_default();
+            let target = page.path.parent().expect("a folder").join(file);
+            let leaves = target
+                .canonicalize()
+                .is_ok_and(|target| !target.starts_with(&folder));
+            let is_no_page = file == CONTENTS || file == "README.md";
+            if is_no_page || leaves && file.ends_with(".md") {
+                wrong.push(format!("{}: {link}", page.path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[test]
