@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::message::{Command, Request};
+use crate::message::{Report, Request};
 
 /// Bytes of the longest message before framing, its check included: settings with nothing left out
 /// take some 660.
@@ -77,6 +77,18 @@ pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, MAX_FRAME_BYTES>, Fram
     Ok(framed)
 }
 
+impl Report {
+    /// Its frame; see [`frame`].
+    ///
+    /// # Errors
+    /// [`FrameError::TooLong`].
+    // Not generic: it is compiled here, and once.
+    #[inline(never)]
+    pub fn framed(&self) -> Result<Vec<u8, MAX_FRAME_BYTES>, FrameError> {
+        frame(self)
+    }
+}
+
 /// Assembles messages from bytes as they are received, in any state.
 #[derive(Debug, Default)]
 pub struct Receiver {
@@ -112,6 +124,13 @@ impl Receiver {
         self.overflowed = false;
         read
     }
+
+    /// The same of requests.
+    // Not generic: it is compiled here, and once.
+    #[inline(never)]
+    pub fn take_request(&mut self, byte: u8) -> Option<Result<Request, FrameError>> {
+        self.take(byte)
+    }
 }
 
 /// Detects stops alone, byte by byte as they are received: so a stop need not wait for the answers to earlier
@@ -146,21 +165,31 @@ impl StopListener {
             return false;
         }
         let is_as_long = core::mem::take(&mut self.length) == STOP;
-        is_as_long
-            && matches!(
-                unframed::<Request, STOP>(&self.bytes),
-                Ok(Request {
-                    command: Command::Stop,
-                    ..
-                })
-            )
+        is_as_long && is_stop(&self.bytes)
     }
 }
 
+/// True for the frame of a stop. Compared by its bytes: the listener interrupts the background, on top of whose stack a
+/// whole decoder would be.
+fn is_stop(framed: &[u8; STOP]) -> bool {
+    let mut plain = [0; STOP];
+    matches!(checked(framed, &mut plain), Ok([_, STOP_COMMAND]))
+}
+
+/// The bytes of [`Command::Stop`](crate::Command::Stop).
+const STOP_COMMAND: u8 = 6;
+
 /// The message of at most `N` bytes of a frame.
 fn unframed<T: DeserializeOwned, const N: usize>(bytes: &[u8]) -> Result<T, FrameError> {
-    let mut plain = [0; N];
-    let mut decoder = cobs::CobsDecoder::new(&mut plain);
+    match postcard::take_from_bytes(checked(bytes, &mut [0; N])?) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Unknown),
+    }
+}
+
+/// The bytes of the message of a frame, if they are undamaged.
+fn checked<'a>(bytes: &[u8], plain: &'a mut [u8]) -> Result<&'a [u8], FrameError> {
+    let mut decoder = cobs::CobsDecoder::new(plain);
     for &byte in bytes {
         match decoder.feed(byte) {
             Ok(None) => {}
@@ -178,8 +207,5 @@ fn unframed<T: DeserializeOwned, const N: usize>(bytes: &[u8]) -> Result<T, Fram
     if CHECK.checksum(message) != u32::from_le_bytes(*check) {
         return Err(FrameError::Damaged);
     }
-    match postcard::take_from_bytes(message) {
-        Ok((message, [])) => Ok(message),
-        _ => Err(FrameError::Unknown),
-    }
+    Ok(message)
 }

@@ -3,7 +3,8 @@
 //! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS:
 //! no byte of a frame is zero but its last, so a receiver that has lost bytes resumes at the next
 //! zero. No message is assumed to arrive: each [`Request`] carries a number that its answer repeats,
-//! every command may be repeated without harm, and telemetry that finds no room is dropped and counted.
+//! every command may be repeated without harm, and telemetry that finds no room is dropped and counted. The [`Record`]
+//! that a drive keeps is postcard bytes too.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -14,6 +15,7 @@ mod guidance;
 mod line;
 mod message;
 mod no_gains;
+mod record;
 mod settings;
 mod term_sizes;
 
@@ -26,6 +28,7 @@ pub use message::{
     Request, Snapshot, State, Status,
 };
 pub use no_gains::NoGains;
+pub use record::{Commissioned, Record};
 pub use settings::{
     Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, Settings, Why,
 };

@@ -1,6 +1,6 @@
 //! The background's turns: requests first, then reports while the line has room, then work.
 
-use drive_link::{Line, MAX_FRAME_BYTES, Receiver, Report, Request, frame};
+use drive_link::{Line, MAX_FRAME_BYTES, Receiver, Report};
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::supervisor::Supervisor;
@@ -45,6 +45,7 @@ impl Conversation {
     }
 
     /// Decodes bytes until one request was answered.
+    #[inline(never)]
     fn answer<F: NorFlash>(
         &mut self,
         line: &mut impl Line,
@@ -57,7 +58,7 @@ impl Conversation {
                 supervisor.set_decoded(heard);
                 return false;
             };
-            match self.receiver.take::<Request>(byte) {
+            match self.receiver.take_request(byte) {
                 Some(Ok(request)) => {
                     let answer = supervisor.answer_after(&request, || line.listen());
                     send(line, &answer, 0);
@@ -71,6 +72,7 @@ impl Conversation {
     }
 
     /// Sends one report.
+    #[inline(never)]
     fn report<F: NorFlash>(
         &mut self,
         line: &mut impl Line,
@@ -101,7 +103,7 @@ fn send(line: &mut impl Line, report: &Report, reserve: usize) -> bool {
     if line.room() < reserve {
         return false;
     }
-    let Ok(framed) = frame(report) else {
+    let Ok(framed) = report.framed() else {
         return false;
     };
     let has_room = line.room() >= framed.len() + reserve;

@@ -64,6 +64,7 @@ const AT_REST: ControlSample<f32> = ControlSample {
 impl Run {
     /// # Errors
     /// The setting that is not allowed.
+    #[inline(never)]
     pub(crate) fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
         check_sample_time(core, stage)?;
@@ -106,6 +107,7 @@ impl Run {
     ///
     /// # Errors
     /// The setting that is not allowed.
+    #[inline(never)]
     pub(crate) fn check(settings: &Settings, stage: &OutputStage) -> Result<(), NotAllowed> {
         let core = &settings.closed_loop.core;
         if core.controller.is_some() {
@@ -122,6 +124,7 @@ impl Run {
     }
 
     /// Starts from a servo that a commissioning has identified.
+    #[inline(never)]
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         self.closed_loop.know(servo, motion);
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {

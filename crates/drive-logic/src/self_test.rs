@@ -27,6 +27,7 @@ type Filter = LowPass<f32>;
 ///
 /// # Errors
 /// [`Fault::SelfTestFailed`].
+#[inline(never)]
 pub fn self_test() -> Result<(), Fault> {
     match answer() {
         Ok(ANSWER) => Ok(()),

@@ -23,8 +23,6 @@ use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use drive_link::Kept;
 use embedded_storage::nor_flash::NorFlash;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -33,6 +31,10 @@ const MARK: [u8; 4] = *b"srvo";
 
 /// Bytes of a slot; whatever a flash writes at once divides it.
 const SLOT: usize = 1256;
+
+/// Bytes that are read at a time to be compared.
+const PART: usize = 8;
+const _: () = assert!(SLOT.is_multiple_of(PART));
 
 /// Bytes before the contents.
 const HEAD: usize = 16;
@@ -94,10 +96,12 @@ impl<F: NorFlash> Store<F> {
     };
 
     /// Opens the two areas that begin at `start`, and reads the newest record of a version.
-    pub fn open<T: DeserializeOwned>(
+    #[inline(never)]
+    pub fn open<T>(
         flash: F,
         start: u32,
         version: u16,
+        read_contents: impl Fn(&[u8]) -> Option<T>,
     ) -> (Self, Option<T>, Kept) {
         let mut store = Self {
             flash,
@@ -127,9 +131,10 @@ impl<F: NorFlash> Store<F> {
                     }
                     store.newest = Some(Newest { number, slot });
                     store.next = number.wrapping_add(1);
-                    read = (version == store.version)
-                        .then(|| postcard::from_bytes(contents).ok())
-                        .flatten();
+                    read = None;
+                    if version == store.version {
+                        read = read_contents(contents);
+                    }
                     kept = if read.is_some() {
                         Kept::Record
                     } else {
@@ -141,23 +146,29 @@ impl<F: NorFlash> Store<F> {
         (store, read, kept)
     }
 
-    /// Keeps a record. It may take as long as the flash takes to erase an area.
+    /// Keeps a record, whose contents are written by a function that returns their length. It may take as long as the
+    /// flash takes to erase an area.
     ///
     /// # Errors
     /// [`StoreError`]; the record before it still holds.
-    pub fn keep<T: Serialize>(&mut self, record: &T) -> Result<(), StoreError> {
+    pub fn keep(
+        &mut self,
+        write_contents: impl FnOnce(&mut [u8]) -> Option<usize>,
+    ) -> Result<(), StoreError> {
         let number = self.next;
         self.next = number.wrapping_add(1);
-        let bytes = whole(record, self.version, number)?;
+        let bytes = whole(self.version, number, write_contents)?;
         let slot = self.free_slot()?;
+        let place = self.place(slot);
         self.flash
-            .write(self.place(slot), &bytes)
+            .write(place, &bytes)
             .map_err(|_| StoreError::Flash)?;
-        let mut again = [0; SLOT];
-        self.flash
-            .read(self.place(slot), &mut again)
-            .map_err(|_| StoreError::Flash)?;
-        if again != bytes {
+        let is_written = self.reads(slot, |place, bytes_read| {
+            bytes
+                .get(place..)
+                .is_some_and(|rest| rest.starts_with(bytes_read))
+        });
+        if !is_written? {
             return Err(StoreError::NotWritten);
         }
         self.newest = Some(Newest { number, slot });
@@ -171,9 +182,9 @@ impl<F: NorFlash> Store<F> {
             Some(Newest { slot, .. }) => (slot / Self::SLOTS, slot + 1),
             None => (0, 0),
         };
-        let mut scratch = [0; SLOT];
         for slot in behind..(area + 1) * Self::SLOTS {
-            if matches!(self.read(slot, &mut scratch), Slot::Blank) {
+            let is_blank = |_, bytes: &[u8]| bytes.iter().all(|&byte| byte == 0xff);
+            if self.reads(slot, is_blank) == Ok(true) {
                 return Ok(slot);
             }
         }
@@ -193,6 +204,23 @@ impl<F: NorFlash> Store<F> {
     fn place(&self, slot: u32) -> u32 {
         let (area, place) = (slot / Self::SLOTS, slot % Self::SLOTS);
         self.start + area * F::ERASE_SIZE as u32 + place * SLOT as u32
+    }
+
+    /// True if all parts of a slot, with their places in it, are as they should be.
+    fn reads(
+        &mut self,
+        slot: u32,
+        is_right: impl Fn(usize, &[u8]) -> bool,
+    ) -> Result<bool, StoreError> {
+        for place in (0..SLOT).step_by(PART) {
+            let mut bytes = [0; PART];
+            let read = self.flash.read(self.place(slot) + place as u32, &mut bytes);
+            read.map_err(|_| StoreError::Flash)?;
+            if !is_right(place, &bytes) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     fn read<'a>(&mut self, slot: u32, bytes: &'a mut [u8; SLOT]) -> Slot<'a> {
@@ -218,13 +246,18 @@ enum Slot<'a> {
 }
 
 /// A record as the bytes of a slot.
-fn whole<T: Serialize>(record: &T, version: u16, number: u32) -> Result<[u8; SLOT], StoreError> {
+fn whole(
+    version: u16,
+    number: u32,
+    write_contents: impl FnOnce(&mut [u8]) -> Option<usize>,
+) -> Result<[u8; SLOT], StoreError> {
     let mut bytes = [0; SLOT];
     let (head, contents) = bytes
         .split_first_chunk_mut::<HEAD>()
         .ok_or(StoreError::TooLong)?;
-    let contents = postcard::to_slice(record, contents).map_err(|_| StoreError::TooLong)?;
-    let length = contents.len() as u16;
+    let length = write_contents(contents).ok_or(StoreError::TooLong)?;
+    let contents = contents.get(..length).ok_or(StoreError::TooLong)?;
+    let length = length as u16;
     let [m0, m1, m2, m3] = MARK;
     let [v0, v1] = version.to_le_bytes();
     let [l0, l1] = length.to_le_bytes();
@@ -256,4 +289,158 @@ fn check(before: &[u8; 12], contents: &[u8]) -> u32 {
     digest.update(before);
     digest.update(contents);
     digest.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use drive_link::{
+        Commissioned, Dither, Estimates, Homing, Law, LoopSettings, Protection, Record, Settings,
+        TargetSource, TermSizes,
+    };
+    use identifier_core::ControllerSettings;
+    use identifier_core::commission::TrialResult;
+    use identifier_core::parameters::PerParameter;
+    use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+    use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
+    use identifier_core::tuning::Tuning;
+    use identifier_core::tuning::{Cap, Promise};
+
+    use super::*;
+    use crate::closed_loop::FORMAT;
+
+    const ANY: f64 = 1.0;
+
+    /// With nothing left out.
+    fn settings() -> Settings {
+        let identifier = IdentifierSettings {
+            initial: PerParameter::from_fn(|_| Some(ANY)),
+            known: PerParameter::from_fn(|_| true),
+            bounds: PerParameter::from_fn(|_| Some([ANY; 2])),
+            uncertainty: PerParameter::from_fn(|_| Some(ANY)),
+            noise: Some(ANY),
+            plant_box: Some(BoxSettings {
+                a: [ANY; 2],
+                b: [ANY; 2],
+            }),
+            gamma: Some([[ANY; 4]; 4]),
+            mu: Some(ANY),
+            correction: Some([ANY; 3]),
+            bandwidth: Some(ANY),
+            start_time: Some(ANY),
+            memory: Some(ANY),
+            terms: TermSettings {
+                low_speed_velocity: Some(ANY),
+                ripple_order: Some(ANY),
+                ..TermSettings::NONE
+            },
+            max_speed: Some(ANY),
+            ranges: Some(RangeSettings {
+                error: ANY,
+                velocity: ANY,
+                command: ANY,
+            }),
+        };
+        Settings {
+            closed_loop: LoopSettings {
+                core: identifier_core::Settings {
+                    controller: Some(ControllerSettings::pid(ANY, ANY, ANY)),
+                    identifier,
+                    ..identifier_core::Settings::new(ANY, ANY)
+                },
+                law: Law::Gradient { friction: true },
+                format: FORMAT,
+            },
+            dither: Dither {
+                amplitude: ANY,
+                hold: ANY,
+            },
+            protection: Protection {
+                following_error: ANY,
+                travel: ANY,
+                pace: ANY,
+                speed: ANY,
+                breakaway: ANY,
+                stall_time: ANY,
+                overruns: 1,
+                duration: ANY,
+                link_timeout: ANY,
+                stop_time: ANY,
+            },
+            homing: Some(Homing {
+                seek: ANY,
+                approach: ANY,
+                clearance: ANY,
+                index: true,
+                offset: ANY,
+            }),
+            source: TargetSource::Steps { step: ANY },
+        }
+    }
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: ANY,
+        b: ANY,
+        coulomb: ANY,
+        load: ANY,
+    };
+
+    const TUNING: Tuning = Tuning {
+        kp: ANY,
+        kd: ANY,
+        ki: ANY,
+        cutoff: ANY,
+        bandwidth: ANY,
+        cap: Some(Cap::Delay),
+        promise: Promise {
+            step: ANY,
+            rise_time: ANY,
+            quickest_rise_time: ANY,
+            slowest_rise_time: ANY,
+            overshoot: ANY,
+            settling_time: ANY,
+            sensitivity: ANY,
+            gain_margins: [ANY; 2],
+            command_share: ANY,
+            noise: ANY,
+            compliance: ANY,
+        },
+    };
+
+    const TRIAL: TrialResult = TrialResult {
+        step: ANY,
+        rise_time: Some(ANY),
+        overshoot: ANY,
+        disturbance: ANY,
+        excursion: ANY,
+    };
+
+    fn servo() -> IdentifiedServo {
+        IdentifiedServo {
+            parameters: SERVO,
+            delay: ANY,
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| (i * j) as f64 + 1.0 / (i + j + 1) as f64)
+            }),
+            unexplained: ANY,
+        }
+    }
+
+    #[test]
+    fn a_record_with_nothing_left_out_fits_a_slot() {
+        let record = Record {
+            settings: settings(),
+            estimates: Some(Estimates {
+                servo: SERVO,
+                at_bounds: PerParameter::from_fn(|_| true),
+                standard_errors: Some(SERVO),
+                terms: TermSizes::where_known(|_| Some(1.0))
+                    .map(|sizes| sizes.with_errors(|_| Some(1.0))),
+            }),
+            commissioned: Some(Commissioned::new(&servo(), TUNING, Some(TRIAL))),
+            under_way: true,
+        };
+        let mut bytes = [0; MAX_RECORD_BYTES];
+        let written = record.to_bytes(&mut bytes).expect("it fits");
+        assert!(written > MAX_RECORD_BYTES / 2, "{}", written);
+    }
 }

@@ -678,8 +678,8 @@ fn a_record_that_this_stage_refuses_is_not_used() {
 #[test]
 fn a_record_of_the_previous_version_is_left_alone_until_it_is_replaced() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
-    old.keep(&[u32::MAX; 32]).expect("power is there");
+    let (mut old, ..) = Store::open(flash.clone(), 0, 1, |_| None::<()>);
+    old.keep(|_| Some(128)).expect("power is there");
     boot!(drive, &bench, &flash);
     assert_eq!(drive.status().kept, Kept::OtherVersion);
     assert_eq!(drive.shown(), settings());

@@ -15,19 +15,38 @@ fn contents(k: u32) -> [u32; 32] {
     std::array::from_fn(|i| k.wrapping_mul(2_654_435_761).rotate_left(i as u32))
 }
 
+/// Writes such contents.
+fn written(k: u32) -> impl FnOnce(&mut [u8]) -> Option<usize> {
+    move |room| {
+        let bytes = contents(k).map(u32::to_le_bytes).concat();
+        room.get_mut(..bytes.len())?.copy_from_slice(&bytes);
+        Some(bytes.len())
+    }
+}
+
+/// Opens a store of such contents.
+fn open(flash: Flash, version: u16) -> (Store<Flash>, Option<[u32; 32]>, Kept) {
+    Store::open(flash, 0, version, |bytes| {
+        let (words, rest) = bytes.as_chunks::<4>();
+        let words = words.iter().map(|&word| u32::from_le_bytes(word));
+        let contents: Vec<u32> = words.collect();
+        contents.try_into().ok().filter(|_| rest.is_empty())
+    })
+}
+
 fn opened(flash: &Flash) -> (Store<Flash>, Option<[u32; 32]>, Kept) {
     let rebooted = Flash::with(flash.bytes.borrow().clone());
-    Store::open(rebooted, 0, 1)
+    open(rebooted, 1)
 }
 
 #[test]
 fn a_blank_flash_holds_nothing_and_then_the_last_record() {
     let flash = Flash::blank();
-    let (mut store, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    let (mut store, read, kept) = open(flash.clone(), 1);
     assert_eq!((read, kept), (None, Kept::Nothing));
     // More than both sectors hold, several times over.
     for k in 0..60 {
-        store.keep(&contents(k)).expect("power is there");
+        store.keep(written(k)).expect("power is there");
         let (_, read, kept) = opened(&flash);
         assert_eq!(
             (read, kept),
@@ -44,21 +63,21 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
     let slots = (SECTOR / SLOT) as u32;
     for before in 1..=2 * slots + 2 {
         let flash = Flash::blank();
-        let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+        let (mut store, ..) = open(flash.clone(), 1);
         for k in 0..before {
-            store.keep(&contents(k)).expect("power is there");
+            store.keep(written(k)).expect("power is there");
         }
         let image = flash.bytes.borrow().clone();
         // Steps that keeping one more takes.
         flash.steps.set(0);
-        store.keep(&contents(before)).expect("power is there");
+        store.keep(written(before)).expect("power is there");
         let steps = flash.steps.get();
         for cut in 0..steps {
             let flash = Flash::with(image.clone());
-            let (mut store, read, _) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+            let (mut store, read, _) = open(flash.clone(), 1);
             assert_eq!(read, Some(contents(before - 1)));
             flash.steps_left.set(cut);
-            store.keep(&contents(before)).expect_err("the power went");
+            store.keep(written(before)).expect_err("the power went");
             let (mut store, read, kept) = opened(&flash);
             assert_eq!(
                 kept,
@@ -71,7 +90,7 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
                 "{before} records, cut after {cut} of {steps}"
             );
             // And the next one is kept in spite of the remains of the cut.
-            store.keep(&contents(before + 1)).expect("power is back");
+            store.keep(written(before + 1)).expect("power is back");
             // A store that continues without a reboot has the same record in force.
         }
     }
@@ -80,49 +99,50 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
 #[test]
 fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
     let flash = Flash::blank();
-    let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
-    store.keep(&contents(0)).expect("power is there");
+    let (mut store, ..) = open(flash.clone(), 1);
+    store.keep(written(0)).expect("power is there");
     // All of the contents are written, and then the flash fails.
     flash.steps_left.set(SLOT / 4 - 1);
-    assert_eq!(store.keep(&contents(1)), Err(StoreError::Flash));
+    assert_eq!(store.keep(written(1)), Err(StoreError::Flash));
     flash.steps_left.set(usize::MAX);
-    store.keep(&contents(2)).expect("it continues");
+    store.keep(written(2)).expect("it continues");
     assert_eq!(opened(&flash).1, Some(contents(2)));
 }
 
 #[test]
 fn a_record_that_does_not_read_back_is_not_kept() {
     let flash = Flash::blank();
-    let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
-    store.keep(&contents(0)).expect("the flash is new");
+    let (mut store, ..) = open(flash.clone(), 1);
+    store.keep(written(0)).expect("the flash is new");
     // In the contents of the next slot.
     flash.worn.set(Some(SLOT + 20));
-    assert_eq!(store.keep(&contents(1)), Err(StoreError::NotWritten));
+    assert_eq!(store.keep(written(1)), Err(StoreError::NotWritten));
     assert_eq!(opened(&flash).1, Some(contents(0)));
     // Only that slot is lost.
-    store.keep(&contents(2)).expect("there are others");
+    store.keep(written(2)).expect("there are others");
     assert_eq!(opened(&flash).1, Some(contents(2)));
 }
 
 #[test]
 fn a_record_of_another_version_is_known_as_such_and_left_alone() {
     let flash = Flash::blank();
-    let (mut old, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
-    old.keep(&contents(7)).expect("power is there");
-    let (mut new, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 2);
+    let (mut old, ..) = open(flash.clone(), 1);
+    old.keep(written(7)).expect("power is there");
+    let (mut new, read, kept) = open(flash.clone(), 2);
     assert_eq!((read, kept), (None, Kept::OtherVersion));
-    let (_, read, _) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+    let (_, read, _) = open(flash.clone(), 1);
     assert_eq!(read, Some(contents(7)));
-    new.keep(&contents(8)).expect("power is there");
-    let (_, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 2);
+    new.keep(written(8)).expect("power is there");
+    let (_, read, kept) = open(flash.clone(), 2);
     assert_eq!((read, kept), (Some(contents(8)), Kept::Record));
 }
 
 #[test]
 fn a_record_longer_than_a_slot_is_refused() {
-    let (mut store, ..) = Store::open::<[u32; 32]>(Flash::blank(), 0, 1);
-    let long = [[u32::MAX; 32]; 8];
-    assert_eq!(store.keep(&long), Err(StoreError::TooLong));
+    let (mut store, ..) = open(Flash::blank(), 1);
+    assert_eq!(store.keep(|_| None), Err(StoreError::TooLong));
+    let longer = |room: &mut [u8]| Some(room.len() + 1);
+    assert_eq!(store.keep(longer), Err(StoreError::TooLong));
 }
 
 proptest! {
@@ -133,9 +153,9 @@ proptest! {
         bit in 0_u8..8,
     ) {
         let flash = Flash::blank();
-        let (mut store, ..) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+        let (mut store, ..) = open(flash.clone(), 1);
         for k in 0..records {
-            store.keep(&contents(k)).expect("power is there");
+            store.keep(written(k)).expect("power is there");
         }
         flash.bytes.borrow_mut()[place] ^= 1 << bit;
         let (mut store, read, kept) = opened(&flash);
@@ -147,7 +167,7 @@ proptest! {
                 prop_assert_eq!(kept, Kept::Damaged);
             }
         }
-        store.keep(&contents(99)).expect("it continues");
+        store.keep(written(99)).expect("it continues");
     }
 
     #[test]
@@ -155,9 +175,9 @@ proptest! {
         bytes in prop::collection::vec(any::<u8>(), 2 * SECTOR),
     ) {
         let flash = Flash::with(bytes);
-        let (mut store, read, kept) = Store::open::<[u32; 32]>(flash.clone(), 0, 1);
+        let (mut store, read, kept) = open(flash.clone(), 1);
         prop_assert_eq!((read, kept), (None, Kept::Damaged));
-        store.keep(&contents(1)).expect("it is erased first");
+        store.keep(written(1)).expect("it is erased first");
         let (_, read, kept) = opened(&flash);
         prop_assert_eq!((read, kept), (Some(contents(1)), Kept::Record));
     }

@@ -10,15 +10,17 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{entry, exception};
 use drive_chip::analogue_input::AnalogueInput;
+use drive_chip::flash::RecordFlash;
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
 use drive_chip::step_input::StepInput;
 use drive_chip::watchdog::Watchdog;
 use drive_chip::{interrupts, sample_timer};
-use drive_link::{BootChecks, State};
+use drive_link::{BootChecks, Fault, Settings, State};
 use drive_logic::{
-    Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, Supervisor, self_test,
+    BackgroundEnd, Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, Supervisor,
+    self_test,
 };
 use firmware_stm32::board::{self, BUS, Encoder, Mmio, Output, Wired, interrupt};
 use firmware_stm32::hand_off::HandOff;
@@ -146,8 +148,8 @@ firmware_stm32::test_memory_after_reset!();
 
 #[entry]
 fn main() -> ! {
-    if let Some((wired, output, channel, memory)) = parts() {
-        background(wired, output, channel, memory);
+    if let Some(parts) = parts() {
+        background(parts);
     }
     // Only a second start without a reset ends here.
     loop {
@@ -155,22 +157,49 @@ fn main() -> ! {
     }
 }
 
-fn parts() -> Option<(Wired, Output, &'static mut Channel, &'static mut Memory)> {
-    let (wired, output) = board::wire()?;
-    Some((
-        wired,
-        output,
-        cortex_m::singleton!(: Channel = Channel::new())?,
-        cortex_m::singleton!(: Memory = Memory::new())?,
-    ))
-}
-
-fn background(
+/// The wired board, and the large parts of the program in static places: the stack is for what comes and goes.
+struct Parts {
     wired: Wired,
     output: Output,
     channel: &'static mut Channel,
     memory: &'static mut Memory,
-) {
+    conversation: &'static mut Conversation,
+}
+
+/// Not inlined, for its stack to be free again.
+#[inline(never)]
+fn parts() -> Option<Parts> {
+    let (wired, output) = board::wire()?;
+    Some(Parts {
+        wired,
+        output,
+        channel: cortex_m::singleton!(: Channel = Channel::new())?,
+        memory: cortex_m::singleton!(: Memory = Memory::new())?,
+        conversation: cortex_m::singleton!(: Conversation = Conversation::new())?,
+    })
+}
+
+/// The background's half with the record in the flash, in a static place as well.
+#[inline(never)]
+fn supervisor(
+    channel: BackgroundEnd<'static>,
+    memory: &'static mut Memory,
+    flash: RecordFlash<Mmio>,
+    built_in: &Settings,
+    found: Result<(), Fault>,
+) -> Option<&'static mut Supervisor<'static, RecordFlash<Mmio>>> {
+    cortex_m::singleton!(: Supervisor<'static, RecordFlash<Mmio>> =
+        Supervisor::new(channel, memory, (flash, 0), built_in, board::STAGE, found))
+}
+
+fn background(parts: Parts) {
+    let Parts {
+        wired,
+        output,
+        channel,
+        memory,
+        conversation,
+    } = parts;
     let Wired {
         encoder,
         inputs,
@@ -190,7 +219,9 @@ fn background(
     let found = self_test().and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
-    let mut supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, board::STAGE, found);
+    let Some(supervisor) = supervisor(back, memory, flash, &built_in, found) else {
+        return;
+    };
     supervisor.set_boot_checks(BootChecks {
         resets_in_time,
         image_checked: image == Ok(true),
@@ -216,12 +247,11 @@ fn background(
     interrupts::begin(BUS);
     line_timer.start();
 
-    let mut conversation = Conversation::new();
     let mut state = supervisor.state();
     log(state);
     loop {
         let samples = SAMPLES.load(Ordering::Relaxed);
-        let more = conversation.turn(&mut line, &mut supervisor);
+        let more = conversation.turn(&mut line, supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
             log(state);

@@ -11,7 +11,7 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, Unknown};
-use identifier_core::settings::{FromSettings, Settings, SettingsError};
+use identifier_core::settings::{FromSettings, Settings};
 
 use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
 use super::{BLOCKS, Fitted, Handover, StepMonitor, check};
@@ -64,12 +64,18 @@ struct With<I: Identify<f32>> {
 }
 
 impl<I: Identify<f32> + FromSettings> With<I> {
-    fn build(settings: &Settings) -> Result<Self, SettingsError> {
-        let servo_loop: ServoLoop<f32, Velocity, I> = settings.build()?;
-        Ok(Self {
+    /// The loop of a law. Built where it is returned: copies of it would add up on the stack.
+    #[inline(never)]
+    fn build(
+        settings: &Settings,
+        law: impl FnOnce(Self) -> Laws,
+    ) -> Result<ClosedLoop, NotAllowed> {
+        let servo_loop: ServoLoop<f32, Velocity, I> =
+            settings.build().map_err(conversion::not_allowed)?;
+        Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,
-        })
+        })))
     }
 }
 
@@ -113,6 +119,7 @@ where
         }
     }
 
+    #[inline(never)]
     fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         let identifier = self.servo_loop.identifier().identifier();
         *self.state.identification_mut().identification_mut() =
@@ -153,18 +160,18 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// The setting that is not allowed.
+    #[inline(never)]
     pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
         check(settings)?;
         let core = &settings.core;
-        let laws = match settings.law {
-            Law::Gradient { friction: false } => With::build(core).map(Laws::Gradient),
-            Law::Gradient { friction: true } => With::build(core).map(Laws::GradientWithFriction),
+        match settings.law {
+            Law::Gradient { friction: false } => With::build(core, Laws::Gradient),
+            Law::Gradient { friction: true } => With::build(core, Laws::GradientWithFriction),
             Law::GaussNewton if core.identifier.terms.demanded.is_empty() => {
-                With::build(core).map(Laws::GaussNewton)
+                With::build(core, Laws::GaussNewton)
             }
-            Law::GaussNewton => With::build(core).map(Laws::WithTerms),
-        };
-        laws.map(Self).map_err(conversion::not_allowed)
+            Law::GaussNewton => With::build(core, Laws::WithTerms),
+        }
     }
 
     /// Puts a loop that has done no sample yet at another count.

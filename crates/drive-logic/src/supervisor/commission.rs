@@ -3,17 +3,24 @@
 //! the servo is disabled.
 
 use drive_link::{
-    Commissioning as LastCommissioning, Gains, Kept, NotAllowed, Origin, Outcome, Refusal,
-    Settings, State,
+    Commissioned, Commissioning as LastCommissioning, Gains, Kept, Law, NotAllowed, Origin,
+    Outcome, Protection, Record, Refusal, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
+use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, Reason};
+use identifier_core::settings::IdentifierSettings;
+use identifier_core::tuning::Tuning;
 
 use super::Supervisor;
-use super::record::{Commissioned, Record};
+use super::memory::Slot;
+use super::solver::Solver;
+use crate::chip::OutputStage;
+use crate::closed_loop::FORMAT;
 use crate::commissioning::Commissioning;
 use crate::conversion;
 use crate::messages::{Mode, Order};
+use crate::run::Run;
 use crate::store::StoreError;
 
 impl<F: NorFlash> Supervisor<'_, F> {
@@ -33,11 +40,12 @@ impl<F: NorFlash> Supervisor<'_, F> {
         } else {
             self.must_be_ready()?;
         }
-        let commissioning = self.commissioning(given).map_err(Refusal::Setting)?;
-        let Some(slot) = self.commissioning_slot.take() else {
+        self.prepare_commissioning(given)?;
+        let slot = self.commissioning_slot.take();
+        let Some(commissioning) = slot.and_then(Slot::into_filled) else {
             return Err(Refusal::Busy);
         };
-        let commissioning = Mode::Commissioning(slot.filled(commissioning));
+        let commissioning = Mode::Commissioning(commissioning);
         let ordered = if replaces_run {
             self.order_after(listen, Order::Replace(commissioning))
         } else {
@@ -50,32 +58,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
         ordered
     }
 
-    /// A commissioning with its solver begun.
-    fn commissioning(&mut self, given: &CommissionSettings) -> Result<Commissioning, NotAllowed> {
-        let core = &self.settings.closed_loop.core;
-        for (name, value, own) in [
-            ("sample_time", given.sample_time, core.sample_time),
-            ("resolution", given.resolution, core.resolution),
-        ] {
-            if value.to_bits() != own.to_bits() {
-                return Err(conversion::out_of_range(name, value, (own, own)));
-            }
-        }
-        conversion::check_stage_limits(given.limits.command, &self.stage)?;
-        let settings = CommissionSettings {
-            command_delay: given.command_delay + self.stage.command_delay,
-            ..*given
-        };
-        let before = core.controller.map(|controller| HoldingGains {
-            controller,
-            cutoff: core.cutoff,
-        });
-        let protection = &self.settings.protection;
-        let commissioning = Commissioning::new(&settings, before.as_ref(), protection)?;
-        let slices = commissioning.slices();
-        self.solver.begin_commissioning(&settings, slices)?;
+    /// Fills the slot with a commissioning, and begins its solver.
+    fn prepare_commissioning(&mut self, given: &CommissionSettings) -> Result<(), Refusal> {
+        let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
+        let begun = prepare(slot, &mut self.solver, given, &self.settings, &self.stage);
+        begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
-        Ok(commissioning)
+        Ok(())
     }
 
     /// Saves the settings that hold with the mark that a commissioning is under way, and orders it.
@@ -150,17 +139,18 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let limit = self
             .requested
             .map_or([0.0; 2], |requested| requested.limits.command);
-        found.settings(&self.settings, limit, &self.stage)
+        settings_with(found, &self.settings, limit, &self.stage)
     }
 
     /// Saves the settings that hold.
     pub(super) fn keep(&mut self, under_way: bool) -> Result<(), StoreError> {
-        self.store.keep(&Record {
+        let record = Record {
             settings: self.settings,
             estimates: self.estimates,
             commissioned: self.commissioned,
             under_way,
-        })?;
+        };
+        self.store.keep(|room| record.to_bytes(room))?;
         self.kept = Kept::Record;
         self.save_pending = under_way;
         if let Some(outcome) = &mut self.outcome {
@@ -223,4 +213,88 @@ impl<F: NorFlash> Supervisor<'_, F> {
             kept: true,
         })
     }
+}
+
+/// Fills a slot with a commissioning beside these settings, and begins its solver.
+///
+/// Not generic, to be compiled here and once.
+#[inline(never)]
+fn prepare(
+    slot: &mut Slot<Commissioning>,
+    solver: &mut Solver,
+    given: &CommissionSettings,
+    beside: &Settings,
+    stage: &OutputStage,
+) -> Result<(), NotAllowed> {
+    let core = &beside.closed_loop.core;
+    for (name, value, own) in [
+        ("sample_time", given.sample_time, core.sample_time),
+        ("resolution", given.resolution, core.resolution),
+    ] {
+        if value.to_bits() != own.to_bits() {
+            return Err(conversion::out_of_range(name, value, (own, own)));
+        }
+    }
+    conversion::check_stage_limits(given.limits.command, stage)?;
+    let settings = CommissionSettings {
+        command_delay: given.command_delay + stage.command_delay,
+        ..*given
+    };
+    let before = core.controller.map(|controller| HoldingGains {
+        controller,
+        cutoff: core.cutoff,
+    });
+    let slices = fill(slot, &settings, before.as_ref(), &beside.protection)?;
+    solver.begin_commissioning(&settings, slices)
+}
+
+/// Fills a slot with a commissioning, and returns the slices of work that go with its samples. Not inlined, for its stack
+/// to be free again.
+#[inline(never)]
+fn fill(
+    slot: &mut Slot<Commissioning>,
+    settings: &CommissionSettings,
+    before: Option<&HoldingGains>,
+    protection: &Protection,
+) -> Result<u32, NotAllowed> {
+    let commissioning = Commissioning::new(settings, before, protection)?;
+    Ok(slot.fill(commissioning).slices())
+}
+
+/// The law that needs no box of servos.
+const LAW_WITHOUT_BOX: Law = if cfg!(feature = "fixed-point") {
+    Law::Gradient { friction: false }
+} else {
+    Law::GaussNewton
+};
+
+/// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. A law
+/// that is refused with its gains, as with a box that was given for others, is replaced by the one that needs no
+/// box.
+///
+/// # Errors
+/// The setting that is not allowed all the same.
+#[inline(never)]
+fn settings_with(
+    found: &Commissioned,
+    given: &Settings,
+    limit: [f64; 2],
+    stage: &OutputStage,
+) -> Result<Settings, NotAllowed> {
+    let Tuning {
+        kp, kd, ki, cutoff, ..
+    } = found.tuning;
+    let mut settings = *given;
+    let closed_loop = &mut settings.closed_loop;
+    let limit = closed_loop.core.controller.map_or(limit, |own| own.limit);
+    closed_loop.core.cutoff = cutoff;
+    closed_loop.core.controller = Some(ControllerSettings { kp, kd, ki, limit });
+    if Run::check(&settings, stage).is_err() {
+        let closed_loop = &mut settings.closed_loop;
+        closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+        closed_loop.law = LAW_WITHOUT_BOX;
+        closed_loop.format = FORMAT;
+        Run::check(&settings, stage)?;
+    }
+    Ok(settings)
 }

@@ -37,14 +37,22 @@ pub(super) enum Slot<T: 'static> {
 }
 
 impl<T> Slot<T> {
-    /// With this in it.
-    pub(super) fn filled(self, mode: T) -> &'static mut T {
+    /// Puts this in it.
+    pub(super) fn fill(&mut self, mode: T) -> &mut T {
         match self {
             Self::Blank(slot) => slot.insert(mode),
             Self::Used(slot) => {
-                *slot = mode;
+                **slot = mode;
                 slot
             }
+        }
+    }
+
+    /// The mode in it; none if there never was one.
+    pub(super) fn into_filled(self) -> Option<&'static mut T> {
+        match self {
+            Self::Blank(slot) => slot.as_mut(),
+            Self::Used(slot) => Some(slot),
         }
     }
 }

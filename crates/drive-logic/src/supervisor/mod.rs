@@ -2,7 +2,6 @@
 
 mod commission;
 mod memory;
-mod record;
 mod reports;
 mod runs;
 mod solver;
@@ -10,15 +9,14 @@ mod solver;
 use core::fmt;
 
 use drive_link::{
-    BootChecks, Command, Ended, Estimates, Fault, Kept, Outcome, Refusal, Report, Request,
-    Settings, State, TargetSource,
+    BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Outcome, Record, Refusal,
+    Report, Request, Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase};
 
 pub use self::memory::Memory;
 use self::memory::Slot;
-use self::record::{Commissioned, Record, VERSION};
 use self::solver::Solver;
 use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
@@ -86,6 +84,7 @@ impl<F> fmt::Debug for Supervisor<'_, F> {
 impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// With the record in the store, or else unconfigured, with settings to begin from. Faults that the boot
     /// found hold from the beginning.
+    #[inline(never)]
     pub fn new(
         channel: BackgroundEnd<'a>,
         memory: &'static mut Memory,
@@ -94,15 +93,34 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         stage: OutputStage,
         found_at_boot: Result<(), Fault>,
     ) -> Self {
-        let (store, record, kept) = Store::open::<Record>(flash, start, VERSION);
-        // A record that this firmware would refuse is of no use, however whole it is.
-        let read = record.is_some();
-        let record = record.filter(|record| Run::check(&record.settings, &stage).is_ok());
-        let kept = if read && record.is_none() {
-            Kept::OtherVersion
-        } else {
-            kept
-        };
+        let opened = Self::open(flash, start, &stage);
+        Self::with_record(channel, memory, opened, built_in, stage, found_at_boot)
+    }
+
+    /// Opens the store. A record that this firmware would refuse is of no use, however whole it is.
+    ///
+    /// On its own, for its stack to be free again.
+    #[inline(never)]
+    fn open(flash: F, start: u32, stage: &OutputStage) -> (Store<F>, Option<Record>, Kept) {
+        let (store, record, kept) = Store::open(flash, start, Record::VERSION, Record::from_bytes);
+        match record {
+            Some(record) if Run::check(&record.settings, stage).is_err() => {
+                (store, None, Kept::OtherVersion)
+            }
+            record => (store, record, kept),
+        }
+    }
+
+    #[inline(never)]
+    fn with_record(
+        channel: BackgroundEnd<'a>,
+        memory: &'static mut Memory,
+        (store, record, kept): (Store<F>, Option<Record>, Kept),
+        built_in: &Settings,
+        stage: OutputStage,
+        found_at_boot: Result<(), Fault>,
+    ) -> Self {
+        let record = record.as_ref();
         let mut supervisor = Self {
             stops: channel.stops(),
             channel,
@@ -118,7 +136,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             solver: Solver::in_memory(&mut memory.solver),
             requested: None,
             phase: Phase::Idle,
-            outcome: record.as_ref().and_then(Self::outcome_in),
+            outcome: record.and_then(Self::outcome_in),
             origin: Origin::Start,
             awaits_resume: false,
             save_pending: false,

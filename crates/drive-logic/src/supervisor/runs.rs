@@ -1,11 +1,12 @@
 //! Runs, from where the servo rests and from where a commissioning holds it.
 
-use drive_link::{Estimates, LoopSettings, NotAllowed, Refusal, Settings};
+use drive_link::{Commissioned, Estimates, LoopSettings, NotAllowed, Refusal, Settings};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::Phase;
 
 use super::Supervisor;
-use super::record::Commissioned;
+use super::memory::Slot;
+use crate::chip::OutputStage;
 use crate::conversion;
 use crate::messages::{Mode, Order};
 use crate::run::Run;
@@ -14,11 +15,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from where the servo stands, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
-        let prepared = self.prepared(&self.settings, &self.known());
-        let prepared = prepared.map_err(Refusal::Setting)?;
+        let known = self.known();
+        let slot = self.run_slot.as_mut().ok_or(Refusal::Busy)?;
+        let begun_from = prepare(slot, &self.settings, &known, &self.stage);
+        let begun_from = begun_from.map_err(Refusal::Setting)?;
         listen();
         self.must_be_last()?;
-        self.order_run(prepared, Order::Begin)
+        self.order_run(&begun_from, Order::Begin)
     }
 
     /// Orders a run where a commissioning that is over holds the servo, unless it was ordered already: with
@@ -26,16 +29,20 @@ impl<F: NorFlash> Supervisor<'_, F> {
     #[cold]
     #[inline(never)]
     pub(super) fn resume(&mut self) {
-        if self.run_slot.is_none() || self.is_stopping() {
+        if self.is_stopping() {
             return;
         }
-        let prepared = self
-            .validated()
-            .and_then(|(settings, known)| self.prepared(&settings, &known).ok())
-            .or_else(|| self.prepared(&self.settings, &self.known()).ok());
+        let validated = self.validated();
+        let before = self.known();
+        let Some(slot) = self.run_slot.as_mut() else {
+            return;
+        };
+        let prepared = validated
+            .and_then(|(settings, known)| prepare(slot, &settings, &known, &self.stage).ok())
+            .or_else(|| prepare(slot, &self.settings, &before, &self.stage).ok());
         match prepared {
             // If there is no room for the order, the next turn tries again.
-            Some(prepared) => drop(self.order_run(prepared, Order::Replace)),
+            Some(begun_from) => drop(self.order_run(&begun_from, Order::Replace)),
             None => self.channel.stop(),
         }
     }
@@ -66,51 +73,58 @@ impl<F: NorFlash> Supervisor<'_, F> {
         }
     }
 
-    /// A run that starts from the knowledge of the servo; from the configuration, where the settings would be refused
-    /// with that.
-    fn prepared(&self, settings: &Settings, known: &Known) -> Result<Prepared, NotAllowed> {
-        let of = |settings: &Settings| {
-            Run::new(settings, &self.stage).map(|run| Prepared {
-                run,
-                begun_from: settings.closed_loop,
-            })
-        };
-        if let Some(estimates) = &known.estimates {
-            let mut settings = *settings;
-            conversion::set_initial(estimates, &mut settings.closed_loop.core.identifier);
-            if let Ok(mut prepared) = of(&settings) {
-                if let Some(found) = &known.identified {
-                    prepared.run.know(&found.servo(), &found.motion());
-                }
-                return Ok(prepared);
-            }
-        }
-        of(settings)
-    }
-
-    fn order_run(&mut self, prepared: Prepared, order: fn(Mode) -> Order) -> Result<(), Refusal> {
-        let Prepared {
-            mut run,
-            begun_from,
-        } = prepared;
-        run.set_origin(self.origin);
-        let Some(slot) = self.run_slot.take() else {
+    /// Orders the run that was prepared from these settings.
+    fn order_run(
+        &mut self,
+        begun_from: &LoopSettings,
+        order: fn(Mode) -> Order,
+    ) -> Result<(), Refusal> {
+        let Some(run) = self.run_slot.take().and_then(Slot::into_filled) else {
             return Err(Refusal::Busy);
         };
-        let run = slot.filled(run);
+        run.set_origin(self.origin);
         let closed_loop = *run.closed_loop();
         self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
         self.closed_loop = Some(closed_loop);
-        self.solver.begin_run(&begun_from);
+        self.solver.begin_run(begun_from);
         Ok(())
     }
 }
 
-/// A run, and the settings that its loop was built from.
-struct Prepared {
-    run: Run,
-    begun_from: LoopSettings,
+/// Fills a slot with a run that starts from the knowledge of the servo; from the configuration, where the settings would
+/// be refused with that. Returns the settings that its loop was built from.
+///
+/// Not generic, to be compiled here and once.
+#[inline(never)]
+fn prepare(
+    slot: &mut Slot<Run>,
+    settings: &Settings,
+    known: &Known,
+    stage: &OutputStage,
+) -> Result<LoopSettings, NotAllowed> {
+    if let Some(estimates) = &known.estimates {
+        let mut settings = *settings;
+        conversion::set_initial(estimates, &mut settings.closed_loop.core.identifier);
+        if let Ok(run) = fill(slot, &settings, stage) {
+            if let Some(found) = &known.identified {
+                run.know(&found.servo(), &found.motion());
+            }
+            return Ok(settings.closed_loop);
+        }
+    }
+    fill(slot, settings, stage)?;
+    Ok(settings.closed_loop)
+}
+
+/// Fills a slot with a run. Not inlined, for its stack to be free again.
+#[inline(never)]
+fn fill<'a>(
+    slot: &'a mut Slot<Run>,
+    settings: &Settings,
+    stage: &OutputStage,
+) -> Result<&'a mut Run, NotAllowed> {
+    Ok(slot.fill(Run::new(settings, stage)?))
 }
 
 /// Knowledge of the servo before a run.

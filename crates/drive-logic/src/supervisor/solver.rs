@@ -52,6 +52,7 @@ impl Solver {
     }
 
     /// Begins a run with these settings.
+    #[inline(never)]
     pub(super) fn begin_run(&mut self, settings: &LoopSettings) {
         let needs_fit = settings.law == Law::GaussNewton;
         let fitter: Option<Fitter> = settings.core.build().ok().filter(|_| needs_fit);
@@ -63,6 +64,7 @@ impl Solver {
     ///
     /// # Errors
     /// The setting that is not allowed.
+    #[inline(never)]
     pub(super) fn begin_commissioning(
         &mut self,
         settings: &CommissionSettings,
@@ -96,6 +98,7 @@ impl Solver {
 
     /// Takes in the record, does a slice, and hands over what it finds. True if there is more to do before the
     /// next sample; not more at once, for a stop to wait for one slice at most.
+    #[inline(never)]
     pub(super) fn work(&mut self, channel: &mut BackgroundEnd<'_>) -> bool {
         if self.first_fit.is_none() && self.commissioning.is_none() {
             return false;

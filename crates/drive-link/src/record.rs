@@ -1,0 +1,161 @@
+//! The record of a drive that survives a loss of power.
+
+use identifier_core::commission::TrialResult;
+use identifier_core::identifier::ExpectedMotion;
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::tuning::Tuning;
+use serde::{Deserialize, Serialize};
+
+use crate::message::Estimates;
+use crate::settings::Settings;
+
+/// All of it, so that nothing of one record ever holds beside something of another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The configuration; the gains are those that hold.
+    pub settings: Settings,
+    /// Estimates of the last run that was saved.
+    pub estimates: Option<Estimates>,
+    /// The commissioning that the gains come from, unless they were given.
+    pub commissioned: Option<Commissioned>,
+    /// A commissioning has begun since, and its end was not kept.
+    pub under_way: bool,
+}
+
+/// The validated result of a commissioning.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Commissioned {
+    parameters: ServoParameters,
+    delay: f64,
+    /// The covariance is symmetric: row by row up to the diagonal.
+    covariance: [f64; ENTRIES],
+    unexplained: f64,
+    /// The gains and their promise.
+    pub tuning: Tuning,
+    /// The trial of the gains on the servo.
+    pub trial: Option<TrialResult>,
+}
+
+/// Entries of a covariance of five unknowns that are not there twice.
+const ENTRIES: usize = 15;
+
+impl Record {
+    /// The version of its bytes: another one is another meaning of them.
+    pub const VERSION: u16 = 7;
+
+    /// Writes it, and returns the number of bytes; none if there is not room for it.
+    #[inline(never)]
+    pub fn to_bytes(&self, room: &mut [u8]) -> Option<usize> {
+        postcard::to_slice(self, room).ok().map(|used| used.len())
+    }
+
+    /// Reads it; none if these bytes are no record.
+    #[inline(never)]
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        postcard::from_bytes(bytes).ok()
+    }
+}
+
+impl Commissioned {
+    /// Of a servo that was identified, with the gains for it.
+    #[must_use]
+    pub fn new(servo: &IdentifiedServo, tuning: Tuning, trial: Option<TrialResult>) -> Self {
+        let mut covariance = [0.0; ENTRIES];
+        let lower = servo
+            .covariance
+            .iter()
+            .zip(1..)
+            .flat_map(|(row, columns)| row.iter().take(columns));
+        for (place, &entry) in covariance.iter_mut().zip(lower) {
+            *place = entry;
+        }
+        Self {
+            parameters: servo.parameters,
+            delay: servo.delay,
+            covariance,
+            unexplained: servo.unexplained,
+            tuning,
+            trial,
+        }
+    }
+
+    /// The servo that was found.
+    #[must_use]
+    pub fn servo(&self) -> IdentifiedServo {
+        let entry = |i: usize, j: usize| {
+            let (row, column) = (i.max(j), i.min(j));
+            let place = row * (row + 1) / 2 + column;
+            self.covariance.get(place).copied().unwrap_or_default()
+        };
+        IdentifiedServo {
+            parameters: self.parameters,
+            delay: self.delay,
+            covariance: core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j))),
+            unexplained: self.unexplained,
+        }
+    }
+
+    /// The motion that its gains give to the servo.
+    #[must_use]
+    pub fn motion(&self) -> ExpectedMotion {
+        ExpectedMotion {
+            bandwidth: self.tuning.bandwidth,
+            command: self.tuning.kp * self.tuning.promise.step,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::tuning::{Cap, Promise};
+
+    use super::*;
+
+    const ANY: f64 = 1.0;
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: ANY,
+        b: ANY,
+        coulomb: ANY,
+        load: ANY,
+    };
+
+    const TUNING: Tuning = Tuning {
+        kp: ANY,
+        kd: ANY,
+        ki: ANY,
+        cutoff: ANY,
+        bandwidth: ANY,
+        cap: Some(Cap::Delay),
+        promise: Promise {
+            step: ANY,
+            rise_time: ANY,
+            quickest_rise_time: ANY,
+            slowest_rise_time: ANY,
+            overshoot: ANY,
+            settling_time: ANY,
+            sensitivity: ANY,
+            gain_margins: [ANY; 2],
+            command_share: ANY,
+            noise: ANY,
+            compliance: ANY,
+        },
+    };
+
+    fn servo() -> IdentifiedServo {
+        IdentifiedServo {
+            parameters: SERVO,
+            delay: ANY,
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| (i * j) as f64 + 1.0 / (i + j + 1) as f64)
+            }),
+            unexplained: ANY,
+        }
+    }
+
+    #[test]
+    fn the_servo_that_was_found_is_kept_whole() {
+        assert_eq!(Commissioned::new(&servo(), TUNING, None).servo(), servo());
+    }
+}
