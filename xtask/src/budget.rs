@@ -1,6 +1,8 @@
 //! The cost of samples, interrupts and binaries against the accepted budget.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::thread;
 
 use crate::cycles::Choice;
 use crate::elf::Elf;
@@ -178,22 +180,26 @@ pub(crate) fn accepted() -> Result<Figures, String> {
 /// Instructions per sample and interrupt, cycles per interrupt, bytes of state, flash, static memory and
 /// stack, by name.
 fn count() -> Result<Figures, String> {
-    // The first, as a build at 3 takes the place of this one.
-    let at_s = emulator::run(emulator::BOARD, &firmware::build_for_size("bench")?)?;
+    // A build at 3 takes its place.
+    let at_s = firmware::build_for_size("bench")?;
+    let kept = at_s.with_extension("at-s");
+    std::fs::copy(&at_s, &kept).map_err(|error| format!("{}: {error}", kept.display()))?;
     firmware::build(&[], &[])?;
+    let benches = ["bench", "terms", "commission", "background"].map(firmware::path);
+    let [at_s, at_3 @ ..] = &printed(&[&[kept], &benches[..]].concat())?[..] else {
+        return Err("nothing was printed".to_owned());
+    };
     let mut counted = Figures::new();
-    for bench in ["bench", "terms", "commission", "background"] {
-        for line in emulator::run(emulator::BOARD, &firmware::path(bench))?.lines() {
-            let Counted {
-                name,
-                mean,
-                most,
-                bytes,
-            } = Counted::parse(line)?;
-            counted.insert(format!("{name}-mean"), mean);
-            counted.insert(format!("{name}-most"), most);
-            counted.insert(format!("{name}-state-bytes"), bytes);
-        }
+    for line in at_3.iter().flat_map(|printed| printed.lines()) {
+        let Counted {
+            name,
+            mean,
+            most,
+            bytes,
+        } = Counted::parse(line)?;
+        counted.insert(format!("{name}-mean"), mean);
+        counted.insert(format!("{name}-most"), most);
+        counted.insert(format!("{name}-state-bytes"), bytes);
     }
     for line in at_s.lines() {
         let Counted {
@@ -228,6 +234,21 @@ fn count() -> Result<Figures, String> {
         }
     }
     Ok(counted)
+}
+
+/// Runs binaries in emulators at once, and returns what each has printed.
+fn printed(binaries: &[PathBuf]) -> Result<Vec<String>, String> {
+    thread::scope(|scope| {
+        let binaries = binaries.iter();
+        let running: Vec<_> = binaries
+            .map(|binary| scope.spawn(move || emulator::run(emulator::BOARD, binary)))
+            .collect();
+        let ended = running.into_iter().map(|running| {
+            let ended = running.join();
+            ended.unwrap_or_else(|_| Err("running an emulator has failed".to_owned()))
+        });
+        ended.collect()
+    })
 }
 
 /// A line of a bench.
