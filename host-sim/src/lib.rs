@@ -30,37 +30,65 @@
 //! | pages, tables, pictures; CSV | [`present`], [`render`]; [`csv`] |
 //! | verbs, options, outputs | [`cli`] |
 
+#![cfg_attr(
+    not(feature = "program"),
+    allow(
+        dead_code,
+        unused_imports,
+        unused_variables,
+        reason = "what only the program needs stays where it belongs; the linker leaves it out"
+    )
+)]
+
 pub mod analysis;
+#[cfg(feature = "program")]
 pub mod check;
+#[cfg(feature = "program")]
 pub mod cli;
+#[cfg(feature = "program")]
 pub mod commission;
+#[cfg(feature = "program")]
 pub mod compare;
+#[cfg(feature = "program")]
 pub mod csv;
+#[cfg(feature = "program")]
 pub mod drift;
+#[cfg(feature = "program")]
 pub mod drive;
 pub mod experiment;
+#[cfg(feature = "program")]
 pub mod export;
 mod identify;
+#[cfg(feature = "program")]
 pub mod init;
+#[cfg(feature = "program")]
 pub mod live;
 pub mod log;
 pub mod loops;
+#[cfg(feature = "program")]
 pub mod monitor;
 pub mod nearest;
+#[cfg(feature = "program")]
 pub mod paper;
+#[cfg(feature = "program")]
 pub mod port;
 pub mod predict;
+#[cfg(feature = "program")]
 pub mod present;
 pub mod program;
+#[cfg(feature = "program")]
 pub mod provenance;
 pub mod recognise;
+#[cfg(feature = "program")]
 pub mod render;
 pub mod replay;
 pub mod result;
 pub mod scan;
 pub mod scenario;
 pub mod simulate;
+#[cfg(feature = "program")]
 pub mod simulated_drive;
+#[cfg(feature = "program")]
 pub mod sweep;
 pub mod tune;
 pub mod verdict;

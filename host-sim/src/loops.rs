@@ -1,23 +1,33 @@
 //! The loops that can be closed around a servo, behind one trait: a control sample takes a reference and a
 //! measurement to a command.
 
+#[cfg(feature = "program")]
 mod batch;
+#[cfg(feature = "program")]
 mod direct;
 mod feedback;
+#[cfg(feature = "program")]
 mod fixed;
 mod identifier;
 mod pid;
+#[cfg(feature = "program")]
 mod relay;
+#[cfg(feature = "program")]
 mod two_degrees;
 mod whole_record;
 
+#[cfg(feature = "program")]
 pub(crate) use batch::BatchLeastSquares;
+#[cfg(feature = "program")]
 pub(crate) use direct::Direct;
+#[cfg(feature = "program")]
 pub(crate) use fixed::{FixedIdentifier, FixedLoop};
 pub(crate) use identifier::{DynIdentifier, Innovation, Running, gamma_over};
 pub(crate) use pid::PidLoop;
+#[cfg(feature = "program")]
 pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
 
+#[cfg(feature = "program")]
 pub(crate) use two_degrees::TwoDegreesLoop;
 pub(crate) use whole_record::WholeRecord;
 

@@ -4,13 +4,22 @@
 //! reference → sensor → loop → observer → servo. [`Simulation::build`] builds loop and rig from a
 //! scenario; faults of the scenario are found then.
 
+#[cfg(feature = "program")]
 mod build;
 mod checked;
+#[cfg(not(feature = "program"))]
+mod one_law;
+#[cfg(feature = "program")]
 mod operations;
 mod rig;
+mod rig_of_scenario;
 mod sensor;
 
+#[cfg(feature = "program")]
 pub(crate) use build::{closed_by_pid, identifier, identifier_in};
+#[cfg(not(feature = "program"))]
+pub(crate) use one_law::identifier;
+#[cfg(feature = "program")]
 pub use operations::operations;
 pub(crate) use rig::Rig;
 

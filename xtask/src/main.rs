@@ -13,6 +13,7 @@ mod interrupt;
 mod lead;
 mod listing;
 mod metered;
+mod playground;
 mod same_bits;
 mod seal;
 mod soak;
@@ -77,6 +78,13 @@ enum Verb {
     Lead,
     /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
     Elsewhere,
+    /// Build the playground: one page that runs the core and the virtual servo in a browser, from a file, without a
+    /// server.
+    Playground {
+        /// The folder of its index.html; target/playground by default.
+        #[arg(long)]
+        out: Option<std::path::PathBuf>,
+    },
     /// Run a binary of the firmware in the emulator.
     Qemu {
         /// The binary: virtual-servo, bench, terms, commission or background.
@@ -95,6 +103,9 @@ fn main() -> ExitCode {
         Verb::Lead => lead::check(),
         Verb::Elsewhere => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
+        Verb::Playground { out } => {
+            playground::build(&out.unwrap_or_else(playground::usual_folder))
+        }
         Verb::Qemu { binary } => firmware::build(&[&binary], &[])
             .and_then(|()| emulator::run(emulator::BOARD, &firmware::path(&binary)))
             .map(|printed| print!("{printed}")),

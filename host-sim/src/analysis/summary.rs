@@ -201,6 +201,10 @@ impl Summariser {
             noise.moving_counts = Some(whole.noise);
             noise.moving = Some(whole.noise * scenario.stated.resolution);
         }
+        // Its code is a third of an identification's, and the fit of a whole record does without.
+        #[cfg(not(feature = "program"))]
+        let batch: Option<Batch> = None;
+        #[cfg(feature = "program")]
         let batch = (outcome.abort.is_none() && !is_whole)
             .then(|| {
                 let judged = Judged {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::csv::{Dialect, TextRows};
 use super::excerpt::{Excerpt, Segment};
+#[cfg(feature = "program")]
 use super::mcap::{Layout, MessageRows, is_mcap};
 use super::row::{Row, Rows};
 use super::spacing::{EvenRows, Wrapped, usual_step};
@@ -42,6 +43,7 @@ pub(super) enum Format {
     /// `.csv`, `.csv.gz`.
     Text(Dialect),
     /// `.mcap`.
+    #[cfg(feature = "program")]
     Messages(Layout),
 }
 
@@ -49,11 +51,11 @@ impl Format {
     /// # Errors
     /// The file that cannot be read; of messages, the column that is missing.
     pub(super) fn detect(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
+        #[cfg(feature = "program")]
         if path.is_file() && is_mcap(path) {
-            Layout::detect(path, settings).map(Self::Messages)
-        } else {
-            Dialect::detect(path).map(Self::Text)
+            return Layout::detect(path, settings).map(Self::Messages);
         }
+        Dialect::detect(path).map(Self::Text)
     }
 
     /// Opens a file of this format; without stamps, its rows are `sample_time` (s) apart.
@@ -68,6 +70,7 @@ impl Format {
     ) -> Result<Box<dyn Rows + 'a>, LogError> {
         Ok(match self {
             Self::Text(dialect) => Box::new(TextRows::open(path, settings, *dialect, sample_time)?),
+            #[cfg(feature = "program")]
             Self::Messages(layout) => {
                 Box::new(MessageRows::open(path, settings, layout, sample_time)?)
             }

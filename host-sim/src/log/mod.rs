@@ -10,8 +10,14 @@ mod csv;
 mod error;
 mod excerpt;
 mod file;
+#[cfg(feature = "program")]
 pub mod mcap;
 mod row;
+#[cfg(feature = "program")]
+mod source;
+#[cfg(not(feature = "program"))]
+#[path = "in_memory.rs"]
+mod source;
 mod spacing;
 mod times;
 mod wrap;
@@ -23,6 +29,8 @@ pub(crate) use excerpt::{Segment, extremes};
 pub(crate) use file::Stretch;
 pub use file::{Found, Log};
 pub use row::Row;
+#[cfg(not(feature = "program"))]
+pub use source::hold;
 pub use spacing::Wrapped;
 pub use times::{Gap, Times};
 pub(crate) use wrap::{Jumps, Period};

@@ -3,55 +3,74 @@
 use crate::scenario::{Column, LogSettings, LogUnits, PositionUnit, Scan, TimeUnit};
 
 /// What the user states of a log: each option is the key of `[log]` or `[encoder]` of its name.
-#[derive(Debug, Clone, PartialEq, Default, clap::Args)]
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "program", derive(clap::Args))]
 pub struct Stated {
     /// Column of the time, by name or number from 1; `none` if the rows are the samples.
-    #[arg(long, value_name = "COLUMN")]
+    #[cfg_attr(feature = "program", arg(long, value_name = "COLUMN"))]
     pub time: Option<String>,
     /// Unit of the time: s, ms, us, ns, samples or iso-8601.
-    #[arg(long, value_name = "UNIT", value_parser = time_unit)]
+    #[cfg_attr(feature = "program", arg(long, value_name = "UNIT", value_parser = time_unit))]
     pub time_unit: Option<TimeUnit>,
     /// Time from one sample to the next, s.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "S", allow_negative_numbers = true)
+    )]
     pub sample_time: Option<f64>,
     /// Column of the measured position.
-    #[arg(long, value_name = "COLUMN")]
+    #[cfg_attr(feature = "program", arg(long, value_name = "COLUMN"))]
     pub position: Option<String>,
     /// Unit of the position: rad, deg, turns, counts, m or mm.
-    #[arg(long, value_name = "UNIT", value_parser = position_unit)]
+    #[cfg_attr(feature = "program", arg(long, value_name = "UNIT", value_parser = position_unit))]
     pub position_unit: Option<PositionUnit>,
     /// Position units for one of the column's; below 0 for the other direction.
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "FACTOR", allow_negative_numbers = true)
+    )]
     pub position_scale: Option<f64>,
     /// Period after which the position begins again, in its unit; 0 if it does not.
-    #[arg(long, value_name = "PERIOD", allow_negative_numbers = true)]
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "PERIOD", allow_negative_numbers = true)
+    )]
     pub wrap: Option<f64>,
     /// Counts of the encoder for a revolution, after fourfold evaluation.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "N", allow_negative_numbers = true)
+    )]
     pub counts_per_rev: Option<f64>,
     /// Column of the command that acted.
-    #[arg(long, value_name = "COLUMN")]
+    #[cfg_attr(feature = "program", arg(long, value_name = "COLUMN"))]
     pub command: Option<String>,
     /// Command units for one of the column's; below 0 for the other direction.
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "FACTOR", allow_negative_numbers = true)
+    )]
     pub command_scale: Option<f64>,
     /// Column of the reference; `none` to leave it aside.
-    #[arg(long, value_name = "COLUMN")]
+    #[cfg_attr(feature = "program", arg(long, value_name = "COLUMN"))]
     pub reference: Option<String>,
     /// Unit of the reference; that of the position by default.
-    #[arg(long, value_name = "UNIT", value_parser = position_unit)]
+    #[cfg_attr(feature = "program", arg(long, value_name = "UNIT", value_parser = position_unit))]
     pub reference_unit: Option<PositionUnit>,
     /// Reference units for one of the column's.
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "FACTOR", allow_negative_numbers = true)
+    )]
     pub reference_scale: Option<f64>,
     /// The most missing samples in a row that straight lines bridge.
-    #[arg(long, value_name = "N")]
+    #[cfg_attr(feature = "program", arg(long, value_name = "N"))]
     pub bridge_gaps: Option<u32>,
     /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
-    #[arg(long, value_name = "FROM:TO", value_parser = range, allow_hyphen_values = true)]
+    #[cfg_attr(feature = "program", arg(long, value_name = "FROM:TO", value_parser = range, allow_hyphen_values = true))]
     pub cut: Vec<[f64; 2]>,
     /// What follows where the scan of the log finds a contradiction: refuse or warn.
-    #[arg(long, value_name = "refuse|warn", value_parser = scan)]
+    #[cfg_attr(feature = "program", arg(long, value_name = "refuse|warn", value_parser = scan))]
     pub scan: Option<Scan>,
 }
 

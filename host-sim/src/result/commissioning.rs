@@ -8,7 +8,7 @@ use identifier_core::commission::{
 };
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
-use identifier_core::tuning::{Cap, Promise, Tuning};
+use identifier_core::tuning::{Cap, Promise};
 use serde::{Serialize, Serializer};
 
 use super::Gains;
@@ -195,17 +195,6 @@ impl CommissioningResult {
 }
 
 impl Gains {
-    /// Gains that were tuned.
-    #[must_use]
-    pub fn tuned(tuning: &Tuning) -> Self {
-        Self {
-            kp: tuning.kp,
-            kd: tuning.kd,
-            ki: tuning.ki,
-            cutoff: tuning.cutoff,
-        }
-    }
-
     /// Gains that hold a servo.
     #[must_use]
     pub fn holding(gains: &HoldingGains) -> Self {

@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::Promise;
+use identifier_core::tuning::{Promise, Tuning};
 use serde::Serialize;
 
 /// Gains, with their promise and their conditions.
@@ -38,6 +38,19 @@ pub struct Gains {
     pub ki: f64,
     /// Cut-off, rad/s.
     pub cutoff: f64,
+}
+
+impl Gains {
+    /// Gains that were tuned.
+    #[must_use]
+    pub fn tuned(tuning: &Tuning) -> Self {
+        Self {
+            kp: tuning.kp,
+            kd: tuning.kd,
+            ki: tuning.ki,
+            cutoff: tuning.cutoff,
+        }
+    }
 }
 
 /// A promise with the stiffness that follows from its compliance.

@@ -6,6 +6,7 @@
 //! `pid::<N, LowPass<N>>(settings)` for a scenario with a low-pass.
 
 /// With the number that a loop is computed in; what has no form in fixed point is computed in `f64`.
+#[cfg(feature = "program")]
 macro_rules! with_number {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {
         match $scenario.identifier.arithmetic {
@@ -18,6 +19,7 @@ macro_rules! with_number {
 }
 
 /// With the velocity estimate on a number.
+#[cfg(feature = "program")]
 macro_rules! with_velocity {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::measurement as velocity;
@@ -34,7 +36,18 @@ macro_rules! with_velocity {
     }};
 }
 
+/// With the velocity estimate on a number: without the program there is the low-pass alone.
+#[cfg(not(feature = "program"))]
+macro_rules! with_velocity {
+    ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
+        use ::identifier_core::measurement::LowPass;
+        assert!($scenario.velocity == $crate::scenario::Velocity::LowPass);
+        $function::<$($given,)? LowPass<$number>>($($argument),*)
+    }};
+}
+
 /// With the parameter set and the number of its parameters.
+#[cfg(feature = "program")]
 macro_rules! with_set {
     ($scenario:expr => $function:ident::<$($given:ty),+> ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad};
@@ -49,6 +62,7 @@ macro_rules! with_set {
 }
 
 /// With the velocity estimate on a number, the parameter set and the number of its parameters.
+#[cfg(feature = "program")]
 macro_rules! with_types {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::measurement as velocity;
@@ -69,6 +83,7 @@ macro_rules! with_types {
 
 /// With the velocity estimate on fixed-point words, the parameter set and the number of its
 /// parameters.
+#[cfg(feature = "program")]
 macro_rules! with_words {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::fixed_point::Word;
@@ -86,4 +101,6 @@ macro_rules! with_words {
     }};
 }
 
-pub(crate) use {with_number, with_set, with_types, with_velocity, with_words};
+pub(crate) use with_velocity;
+#[cfg(feature = "program")]
+pub(crate) use {with_number, with_set, with_types, with_words};

@@ -195,7 +195,8 @@ impl Scenario {
     }
 
     /// A scenario of which nothing is stated yet.
-    fn blank() -> Self {
+    #[must_use]
+    pub fn blank() -> Self {
         Self {
             plant: None,
             effects: Effects::NONE,
@@ -218,6 +219,16 @@ impl Scenario {
             compare: CompareSettings::default(),
             commission: None,
         }
+    }
+
+    /// This scenario with what follows from its values, checked for a purpose; `build` finds what no loop can be built
+    /// from.
+    pub(crate) fn complete(
+        self,
+        purpose: Purpose,
+        build: fn(&Self) -> Result<(), Fault>,
+    ) -> Result<Self, Fault> {
+        check::complete(self, purpose, build)
     }
 
     /// Reads a scenario from a text; `name` stands for the file in errors. A fault that `build` finds is located by

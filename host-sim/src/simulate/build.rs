@@ -2,11 +2,8 @@
 //!
 //! A new law is an arm of [`method`].
 
-use std::f64::consts::TAU;
-
 use identifier_core::Settings;
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
@@ -19,10 +16,7 @@ use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::{
     ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycles,
 };
-use virtual_servo::faults::Faults;
-use virtual_servo::{SensorErrors, Servo};
 
-use super::sensor::Sensor;
 use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
@@ -80,44 +74,6 @@ fn simulation<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Sim
 fn is_fixed_point(scenario: &Scenario) -> bool {
     let identifier = &scenario.identifier;
     identifier.arithmetic == Arithmetic::Fixed && !identifier.law.is_rival()
-}
-
-impl Rig<'_> {
-    /// The rig of a scenario, its signals in the number format of the loop.
-    pub(crate) fn build<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
-        let reference = scenario.reference::<N>()?;
-        let units = scenario.checked_units()?;
-        let (time, seed) = (units.sample_time(), scenario.noise_seed());
-        let servo = Servo::at_rest(&scenario.servo()?, &scenario.effects, time, seed);
-        let errors = SensorErrors::new(&scenario.sensor, time, seed);
-        let faults = Faults::new(&scenario.faults, time, units.position_unit())
-            .map_err(|error| Fault::new(format!("fault.{}", error.parameter), error))?;
-        let mut progress = reference.start();
-        Ok(Self {
-            sample_time: units.sample_time(),
-            position_unit: units.position_unit(),
-            samples: scenario.samples(),
-            reference: Box::new(move || reference.process(&mut progress).to_f64()),
-            sensor: match scenario.counts_per_rev {
-                Some(counts) => Sensor::encoder(counts, 0),
-                None => Sensor::ideal::<N>(units.position()),
-            },
-            sensor_errors: errors
-                .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?,
-            servo: servo.map_err(|error| Fault::in_effect(&error))?,
-            faults: (!scenario.faults.is_empty()).then_some(faults),
-        })
-    }
-
-    /// The same with a counter that shows `start` where the servo starts; an ideal sensor counts
-    /// position units.
-    pub(crate) fn counting_from(mut self, start: i32) -> Self {
-        self.sensor = match self.sensor {
-            Sensor::Encoder { encoder, .. } => Sensor::Encoder { encoder, start },
-            Sensor::Ideal { .. } => Sensor::encoder(TAU / self.position_unit, start),
-        };
-        self
-    }
 }
 
 /// A law and the loop that it works in.

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use super::Simulation;
+#[cfg(feature = "program")]
 use crate::commission::Commissioning;
 use crate::scenario::{Fault, Purpose, Scenario, ScenarioError, fetch};
 
@@ -21,11 +22,15 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
-        let build = match purpose {
-            Purpose::Commission => commissionable,
-            Purpose::Run | Purpose::Replay => build,
-        };
-        Self::read(name, text, purpose, build)
+        Self::read(name, text, purpose, built_for(purpose))
+    }
+
+    /// The same scenario with what follows from its values, checked for a purpose as one that is read.
+    ///
+    /// # Errors
+    /// The key that is not allowed, or that something cannot be built from.
+    pub fn checked(self, purpose: Purpose) -> Result<Self, Fault> {
+        self.complete(purpose, built_for(purpose))
     }
 
     /// Checks that every part can be built, as when a file is read.
@@ -37,10 +42,22 @@ impl Scenario {
     }
 }
 
+/// What builds everything that a purpose needs.
+fn built_for(purpose: Purpose) -> fn(&Scenario) -> Result<(), Fault> {
+    match purpose {
+        #[cfg(feature = "program")]
+        Purpose::Commission => commissionable,
+        #[cfg(not(feature = "program"))]
+        Purpose::Commission => |_| Err(Fault::new("commission", "only the program commissions")),
+        Purpose::Run | Purpose::Replay => build,
+    }
+}
+
 fn build(scenario: &Scenario) -> Result<(), Fault> {
     Simulation::build(scenario).map(drop)
 }
 
+#[cfg(feature = "program")]
 fn commissionable(scenario: &Scenario) -> Result<(), Fault> {
     Commissioning::new(scenario).map(drop)
 }

@@ -27,6 +27,7 @@ mod monitor_view;
 mod outputs;
 mod own_logs;
 mod pictures_in_browser;
+mod playground_in_browser;
 mod predict;
 mod replay;
 mod report;

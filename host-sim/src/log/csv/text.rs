@@ -1,15 +1,11 @@
 //! The text of a log as lines of fields: unpacked, within bounds, without its comments.
 
 use std::cell::Cell;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 use std::rc::Rc;
 
-use flate2::read::MultiGzDecoder;
-
-use super::super::LogError;
-use crate::nearest;
+use super::super::{LogError, source};
 
 /// The longest row, bytes, whatever a file unpacks to.
 const MAX_ROW: usize = 1 << 20;
@@ -33,30 +29,7 @@ impl Allowance {
 /// # Errors
 /// The file that cannot be read, or is none.
 pub(super) fn open(path: &Path, by_spaces: bool) -> Result<(Text, Allowance), LogError> {
-    let unreadable = |error: io::Error| {
-        let why = nearest::unreadable(path, &error);
-        LogError::in_file(path, format!("the log cannot be read: {why}"))
-    };
-    let file = File::open(path).map_err(unreadable)?;
-    let found = file.metadata().map_err(unreadable)?;
-    if found.is_dir() {
-        let fault = "this is a folder, where a log belongs".to_owned();
-        return Err(LogError::in_file(path, fault));
-    }
-    if !found.is_file() {
-        return Err(LogError::in_file(
-            path,
-            "a log is read more than once, so it must be a file: save what comes through a pipe \
-             first"
-                .to_owned(),
-        ));
-    }
-    let packed = path.extension().is_some_and(|end| end == "gz");
-    let bytes: Box<dyn Read> = if packed {
-        Box::new(MultiGzDecoder::new(BufReader::new(file)))
-    } else {
-        Box::new(file)
-    };
+    let bytes = source::open(path)?;
     Ok(from_bytes(bytes, by_spaces))
 }
 

@@ -1,0 +1,124 @@
+//! A run of the page's settings: samples, verdict, gains, steps before and after.
+
+use host_sim::analysis::Summariser;
+use host_sim::experiment::{Outcome, Sample};
+use host_sim::result::Summary;
+use host_sim::scenario::{ExcitationKind, ExcitationSettings, Fault, Law, Purpose, Scenario};
+use host_sim::simulate;
+use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use identifier_core::ControllerSettings;
+use identifier_core::tuning::Goal;
+
+/// A run that has ended.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    scenario: Scenario,
+    samples: Vec<Sample>,
+    outcome: Outcome,
+}
+
+/// Columns of [`Experiment::rows`].
+pub const COLUMNS: usize = 13;
+
+impl Experiment {
+    /// Runs a scenario.
+    ///
+    /// # Errors
+    /// The key that something cannot be built from.
+    pub fn run(scenario: Scenario) -> Result<Self, Fault> {
+        let mut samples = Vec::with_capacity(scenario.samples() as usize);
+        let outcome = simulate::run(&scenario, &mut |sample| samples.push(*sample))?;
+        Ok(Self {
+            scenario,
+            samples,
+            outcome,
+        })
+    }
+
+    /// Row by row the columns of `servo-id run --csv`: time, reference, position, command, output error, the
+    /// estimates of a, b, c and d, and their standard errors; NaN where there is none.
+    #[must_use]
+    pub fn rows(&self) -> Vec<f64> {
+        let values = |sample: &Sample| {
+            let all = sample.measured().into_iter().chain(sample.identified());
+            all.map(|value| value.unwrap_or(f64::NAN))
+                .collect::<Vec<_>>()
+        };
+        self.samples.iter().flat_map(values).collect()
+    }
+
+    /// The verdict on it, by the fit of its whole record.
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        let mut scenario = self.scenario.clone();
+        scenario.identifier.set_law(Law::Fit);
+        let mut summariser = Summariser::new(&scenario);
+        for sample in &self.samples {
+            summariser.add(sample);
+        }
+        // The events of the recursive law are none of the fit.
+        let outcome = Outcome {
+            samples: self.outcome.samples,
+            abort: self.outcome.abort,
+            ..Outcome::default()
+        };
+        summariser.finish(&scenario, outcome)
+    }
+
+    /// Gains for a result of it.
+    ///
+    /// # Errors
+    /// Why there are none, without an end.
+    pub fn tuned(&self, summary: &Summary) -> Result<Tuned, String> {
+        let result = IdentifiedResult::new(summary).map_err(|error| error.to_string())?;
+        if result.doubt.is_some() {
+            return Err("gains for a servo that is not known would be a guess".to_owned());
+        }
+        let known = KnownConditions::of_scenario(&self.scenario, result.has_delay);
+        let settings = Conditions::default()
+            .settings(Goal::Stiffest, &result, &known)
+            .map_err(|error| error.to_string())?;
+        Tuned::new(&result, &settings).map_err(|error| match error {
+            NoGains::Error(error) => error.to_string(),
+            NoGains::TooFast { cap, .. } => cap.to_string(),
+        })
+    }
+
+    /// The step of the true servo under gains and a cut-off, rad/s: the positions, rad, from the step on, after the
+    /// servo has settled for as long as the step is then watched, `time`, s.
+    ///
+    /// # Errors
+    /// The key that something cannot be built from.
+    pub fn step(
+        &self,
+        controller: ControllerSettings,
+        cutoff: f64,
+        size: f64,
+        time: f64,
+    ) -> Result<Vec<f64>, Fault> {
+        let mut scenario = self.scenario.clone();
+        scenario.faults.clear();
+        scenario.identifier.set_law(Law::Fit);
+        scenario.stated.controller = Some(controller);
+        scenario.stated.cutoff = cutoff;
+        scenario.excitation = ExcitationSettings {
+            kind: ExcitationKind::Steps,
+            levels: vec![0.0, size],
+            hold: time,
+            ..ExcitationSettings::NONE
+        };
+        scenario.duration = 2.0 * time;
+        let run = Self::run(scenario.checked(Purpose::Run)?)?;
+        let begin = run.samples.len() / 2;
+        Ok(run.samples[begin..]
+            .iter()
+            .map(|sample| sample.position)
+            .collect())
+    }
+
+    /// Its controller and cut-off.
+    #[must_use]
+    pub fn controller(&self) -> (ControllerSettings, f64) {
+        (*self.scenario.controller(), self.scenario.stated.cutoff)
+    }
+}

@@ -1,0 +1,89 @@
+//! The servo of a log.
+
+use std::path::Path;
+
+use host_sim::analysis::Summariser;
+use host_sim::log::Log;
+use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
+use host_sim::replay;
+use host_sim::result::Summary;
+use host_sim::scan;
+use host_sim::scenario::{Fault, Law, Purpose, Scenario};
+
+/// A log that was identified.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// How it was taken.
+    pub recognised: Recognised,
+    /// Its samples' time, s, and how many there are.
+    pub sample_time: f64,
+    /// Samples.
+    pub samples: u64,
+    /// Time, s, position, rad, and command of every sample.
+    pub rows: Vec<f64>,
+    /// The result.
+    pub summary: Summary,
+}
+
+/// The scenario of a log, as [`Recognised::scenario`] writes it.
+///
+/// # Errors
+/// The key that is not allowed.
+pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
+    /// That of a scenario that states none, s; a log has its own.
+    const DURATION: f64 = 60.0;
+    let mut scenario = Scenario::blank();
+    scenario.duration = DURATION;
+    scenario.counts_per_rev = recognised.counts_per_rev;
+    scenario.identifier.set_law(Law::Fit);
+    let mut settings = recognised.settings.clone();
+    // The encoder's, which the scenario has.
+    settings.units.counts_per_rev = None;
+    scenario.log = Some(settings);
+    scenario.checked(Purpose::Replay)
+}
+
+/// Identifies a log.
+///
+/// # Errors
+/// Why it cannot be, a line each.
+pub fn identify(path: &Path, stated: &Stated) -> Result<Identified, String> {
+    let recognised = recognise(path, stated).map_err(|error| match error {
+        Unrecognised::Log(error) => error.to_string(),
+        Unrecognised::Unknown(questions) => {
+            let lines = questions.iter();
+            let lines: Vec<_> = lines
+                .map(|one| format!("?{}\t{}", one.flag, one.text))
+                .collect();
+            lines.join("\n")
+        }
+    })?;
+    let scenario = scenario(&recognised).map_err(|fault| fault.to_string())?;
+    let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
+        .map_err(|error| error.to_string())?;
+    let scenario = replay::fitted(scenario, std::slice::from_ref(&log));
+    let remarks = scan::scan(&scenario, &log);
+    let refused: Vec<_> = remarks.iter().filter(|remark| remark.refuses).collect();
+    if let Some(remark) = refused.first() {
+        return Err(remark.to_string());
+    }
+    let mut summariser = Summariser::lasting(&scenario, log.duration());
+    let mut rows = Vec::new();
+    let replayed = replay::replay(
+        &scenario,
+        std::slice::from_ref(&log),
+        1,
+        &mut |_, sample| {
+            summariser.add(sample);
+            rows.extend([sample.time, sample.position, sample.command]);
+        },
+    )
+    .map_err(|error| error.to_string())?;
+    Ok(Identified {
+        recognised,
+        sample_time: log.sample_time,
+        samples: log.samples,
+        rows,
+        summary: summariser.finish(&scenario, replayed.outcome),
+    })
+}

@@ -1,0 +1,237 @@
+//! What the page calls.
+
+use std::cell::RefCell;
+use std::fmt::Write;
+use std::path::Path;
+
+use host_sim::recognise::Stated;
+use host_sim::result::Summary;
+use host_sim::tune::Conditions;
+use identifier_core::ControllerSettings;
+use identifier_core::parameters::Parameter;
+
+use crate::experiment::Experiment;
+use crate::log;
+use crate::settings::Settings;
+
+/// What the page and its functions share.
+struct Page {
+    input: Vec<u8>,
+    text: String,
+    numbers: Vec<f64>,
+    experiment: Option<Experiment>,
+    summary: Option<Summary>,
+}
+
+thread_local! {
+    static PAGE: RefCell<Page> = const {
+        RefCell::new(Page {
+            input: Vec::new(),
+            text: String::new(),
+            numbers: Vec::new(),
+            experiment: None,
+            summary: None,
+        })
+    };
+}
+
+/// A function of the page: 1 if it did what it was asked for, otherwise 0 and the text says why.
+fn answer(function: impl FnOnce(&mut Page) -> Result<(), String>) -> u32 {
+    PAGE.with_borrow_mut(|page| {
+        page.text.clear();
+        page.numbers.clear();
+        match function(page) {
+            Ok(()) => 1,
+            Err(refusal) => {
+                page.text = refusal;
+                0
+            }
+        }
+    })
+}
+
+impl Page {
+    fn settings(&self) -> Result<Settings, String> {
+        let values: Vec<f64> = (self.input.chunks_exact(8))
+            .map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap_or_default()))
+            .collect();
+        Settings::from_values(&values).ok_or_else(|| "the settings are not complete".to_owned())
+    }
+
+    fn result(&mut self, summary: &Summary) {
+        let text = &mut self.text;
+        let status = summary.status().name();
+        let _ = writeln!(text, "status\t{status}");
+        let _ = writeln!(text, "reason\t{}", summary.reason);
+        for parameter in Parameter::ALL {
+            if let Some(estimate) = summary.estimate(parameter) {
+                let error = estimate.std_error.unwrap_or(f64::NAN);
+                let name = parameter.name();
+                let _ = writeln!(
+                    text,
+                    "{name}\t{}\t{error}\t{}",
+                    estimate.last, estimate.unit
+                );
+            }
+        }
+        for term in &summary.estimates.terms {
+            let (name, unit) = (term.unknown.name(), term.unit);
+            let _ = writeln!(text, "{name}\t{}\t{}\t{unit}", term.value, term.std_error);
+        }
+        for effect in summary.fit.iter().flat_map(|fit| &fit.effects) {
+            let _ = writeln!(text, "effect\t{}\t{}", effect.name, effect.meaning);
+        }
+    }
+}
+
+/// A buffer for what is to be read next.
+#[unsafe(no_mangle)]
+pub extern "C" fn input(length: usize) -> *mut u8 {
+    PAGE.with_borrow_mut(|page| {
+        page.input = vec![0; length];
+        page.input.as_mut_ptr()
+    })
+}
+
+/// The text of the last answer.
+#[unsafe(no_mangle)]
+pub extern "C" fn text() -> *const u8 {
+    PAGE.with_borrow(|page| page.text.as_ptr())
+}
+
+/// Its length, bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn text_length() -> usize {
+    PAGE.with_borrow(|page| page.text.len())
+}
+
+/// The numbers of the last answer.
+#[unsafe(no_mangle)]
+pub extern "C" fn numbers() -> *const f64 {
+    PAGE.with_borrow(|page| page.numbers.as_ptr())
+}
+
+/// How many there are.
+#[unsafe(no_mangle)]
+pub extern "C" fn numbers_length() -> usize {
+    PAGE.with_borrow(|page| page.numbers.len())
+}
+
+/// Runs the settings in the buffer, [`Settings::COUNT`] numbers: the numbers are the rows of the samples.
+#[unsafe(no_mangle)]
+pub extern "C" fn run() -> u32 {
+    answer(|page| {
+        let scenario = page.settings()?.scenario();
+        let scenario = scenario.map_err(|fault| fault.to_string())?;
+        let experiment = Experiment::run(scenario).map_err(|fault| fault.to_string())?;
+        page.numbers = experiment.rows();
+        page.experiment = Some(experiment);
+        page.summary = None;
+        Ok(())
+    })
+}
+
+/// The verdict on the last run.
+#[unsafe(no_mangle)]
+pub extern "C" fn judge() -> u32 {
+    answer(|page| {
+        let experiment = page.experiment.as_ref().ok_or("nothing has run")?;
+        let summary = experiment.summary();
+        page.result(&summary);
+        page.summary = Some(summary);
+        Ok(())
+    })
+}
+
+/// Gains for the result of the last verdict, or why there are none, and the true servo's step before and, behind it,
+/// after tuning.
+#[unsafe(no_mangle)]
+pub extern "C" fn tune() -> u32 {
+    /// The time that is shown, in 1/ω of the new loop, and the least, s.
+    const SHOWN: [f64; 2] = [25.0, 0.2];
+    /// Of a loop that is not tuned, s.
+    const SHOWN_UNTUNED: f64 = 1.0;
+    answer(|page| {
+        let (Some(experiment), Some(summary)) = (&page.experiment, &page.summary) else {
+            return Err("nothing was judged".to_owned());
+        };
+        let (before, cutoff) = experiment.controller();
+        let step = |controller, cutoff, size: f64, time: f64| {
+            let samples = (time / summary.sample_time).round();
+            let step = experiment.step(controller, cutoff, size, samples * summary.sample_time);
+            step.map_err(|fault| fault.to_string())
+        };
+        let tuned = match experiment.tuned(summary) {
+            Ok(tuned) => tuned,
+            Err(why) => {
+                let size = Conditions::STEP;
+                page.numbers = step(before, cutoff, size, SHOWN_UNTUNED)?;
+                let time = summary.sample_time;
+                let _ = writeln!(page.text, "none\t{why}\nstep\t{size}\t{time}");
+                return Ok(());
+            }
+        };
+        let (tuning, settings) = (&tuned.tuning, &tuned.settings);
+        let time = (SHOWN[0] / tuning.bandwidth).max(SHOWN[1]);
+        let after = ControllerSettings {
+            kp: tuning.kp,
+            ki: tuning.ki,
+            kd: tuning.kd,
+            ..before
+        };
+        page.numbers = [
+            step(before, cutoff, settings.step, time)?,
+            step(after, tuning.cutoff, settings.step, time)?,
+        ]
+        .concat();
+        let _ = writeln!(
+            page.text,
+            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npromise\t{}\t{}\nstep\t{}\t{}",
+            tuning.kp,
+            tuning.ki,
+            tuning.kd,
+            tuning.cutoff,
+            tuning.cap.map_or(String::new(), |cap| cap.to_string()),
+            tuning.promise.rise_time,
+            tuning.promise.overshoot,
+            settings.step,
+            settings.sample_time,
+        );
+        Ok(())
+    })
+}
+
+/// The scenario of the settings in the buffer as a text for the command line.
+#[unsafe(no_mangle)]
+pub extern "C" fn scenario() -> u32 {
+    answer(|page| {
+        page.text = page.settings()?.text();
+        Ok(())
+    })
+}
+
+/// Identifies the log in the buffer, behind a text of `stated` bytes: answers to questions, a line each, the flag and the
+/// answer divided by a tab. The numbers are time, position and command of its samples; questions that are open are lines
+/// that begin with a question mark.
+#[unsafe(no_mangle)]
+pub extern "C" fn identify(stated: usize) -> u32 {
+    answer(|page| {
+        let log = page.input.split_off(stated.min(page.input.len()));
+        let answers = String::from_utf8_lossy(&std::mem::take(&mut page.input)).into_owned();
+        let mut stated = Stated::default();
+        for (flag, answer) in answers.lines().filter_map(|line| line.split_once('\t')) {
+            let refused = |allowed| format!("?{flag}\t{allowed}");
+            stated.answer(flag, answer).map_err(refused)?;
+        }
+        host_sim::log::hold(log);
+        let found = log::identify(Path::new("the log"), &stated);
+        host_sim::log::hold(Vec::new());
+        let found = found?;
+        page.result(&found.summary);
+        for finding in &found.recognised.findings {
+            let _ = writeln!(page.text, "finding\t{}\t{}", finding.about, finding.text);
+        }
+        page.numbers = found.rows;
+        Ok(())
+    })
+}

@@ -1,0 +1,627 @@
+'use strict';
+
+// The page: settings, presets, verdict, figures, logs.
+
+const byId = (id) => document.getElementById(id);
+const element = (name, properties = {}, ...children) => {
+  const made = Object.assign(document.createElement(name), properties);
+  made.append(...children);
+  return made;
+};
+
+// Settings, in the order in which the module takes them.
+const NAMES = ['a', 'b', 'coulomb', 'load', 'load_step', 'delay', 'resonance', 'inertia_ratio', 'counts', 'limit',
+  'kp', 'ki', 'kd', 'sample_time', 'cutoff', 'reference', 'amplitude', 'period', 'duration', 'seed'];
+const COLUMNS = 13;
+
+const PRESETS = {
+  paper: { title: 'Paper', a: 0.2174, b: 257.7, coulomb: 0, load: 20, load_step: 0, delay: 0, resonance: 0, inertia_ratio: 0.5,
+    counts: 10000, limit: 10, kp: 9, ki: 4, kd: 0.19, sample_time: 0.001, cutoff: 500, reference: 0, amplitude: 0.2236,
+    period: 0.1, duration: 6, seed: 1212121 },
+  joint: { title: 'Robot joint', a: 3, b: 60, coulomb: 6, load: 8, load_step: 0, delay: 0.001, resonance: 0, inertia_ratio: 0.5,
+    counts: 65536, limit: 8, kp: 31, ki: 130, kd: 1.2, sample_time: 0.001, cutoff: 600, reference: 0, amplitude: 0.2,
+    period: 0.12, duration: 6, seed: 5 },
+  linear: { title: 'Linear axis', a: 2.5, b: 5, coulomb: 1.25, load: 0, load_step: 0, delay: 0, resonance: 0, inertia_ratio: 0.5,
+    counts: 6283185, limit: 8, kp: 540, ki: 2700, kd: 17.5, sample_time: 0.001, cutoff: 400, reference: 1, amplitude: 0.004,
+    period: 0.9, duration: 6, seed: 1, unit: 'm' },
+  hobby: { title: 'Coarse hobby servo', a: 9, b: 900, coulomb: 25, load: 15, load_step: 0, delay: 0, resonance: 0,
+    inertia_ratio: 0.5, counts: 1024, limit: 1, kp: 1.2, ki: 2, kd: 0.05, sample_time: 0.002, cutoff: 250, reference: 0,
+    amplitude: 0.4, period: 0.2, duration: 8, seed: 7 },
+  belt: { title: 'Compliant belt', a: 1.5, b: 120, coulomb: 4, load: 0, load_step: 0, delay: 0, resonance: 63,
+    inertia_ratio: 0.7, counts: 20000, limit: 8, kp: 8, ki: 6, kd: 0.25, sample_time: 0.001, cutoff: 400, reference: 0,
+    amplitude: 0.25, period: 0.15, duration: 6, seed: 3 },
+};
+
+// From the place of a slider, 0 to 1, to a value and back.
+const even = (low, high) => ({ low, high, to: (t) => low + t * (high - low), from: (v) => (v - low) / (high - low) });
+const log = (low, high) => ({ low, high, to: (t) => low * (high / low) ** t, from: (v) => Math.log(v / low) / Math.log(high / low) });
+const bent = (high) => ({ low: 0, high, to: (t) => high * t ** 3, from: (v) => Math.cbrt(v / high) });
+const signed = (high) => ({ low: -high, high, to: (t) => high * (2 * t - 1) ** 3, from: (v) => (Math.cbrt(v / high) + 1) / 2 });
+const among = (all) => ({ low: all[0], high: all.at(-1), all, to: (t) => all[Math.round(t * (all.length - 1))],
+  from: (v) => all.reduce((best, one, i) => (Math.abs(one - v) < Math.abs(all[best] - v) ? i : best), 0) / (all.length - 1) });
+// Rigid, then softer and softer.
+const soft = (high, low) => ({ low: 0, high, to: (t) => (t < 0.02 ? 0 : high * (low / high) ** t),
+  from: (v) => (v > 0 ? Math.max(0.02, Math.log(v / high) / Math.log(low / high)) : 0) });
+
+const plain = (value) => String(Number(value.toPrecision(3))).replace('-', '−');
+const REFERENCES = ['noise', 'two sines', 'square wave'];
+const GROUPS = [
+  ['Servo', [
+    ['b', 'Gain over inertia b', log(1, 5000), (v) => `${plain(v)} ${unit()}/s² per unit`],
+    ['a', 'Viscous friction a', bent(40), (v) => `${plain(v)} 1/s`],
+    ['coulomb', 'Coulomb friction c', bent(150), (v) => `${plain(v)} ${unit()}/s²`],
+    ['load', 'Load d', signed(150), (v) => `${plain(v)} ${unit()}/s²`],
+    ['load_step', 'Load step at half time', signed(100), (v) => (v ? `${plain(v)} ${unit()}/s²` : 'none')],
+    ['delay', 'Delay of the command', bent(0.006), (v) => (v ? `${plain(1e3 * v)} ms` : 'none')],
+    ['resonance', 'Compliance', soft(1200, 20), (v) => (v ? `resonance at ${plain(v / 2 / Math.PI)} Hz` : 'rigid')],
+    ['inertia_ratio', 'Inertia behind the spring', even(0.05, 0.95), (v) => `${Math.round(100 * v)} %`],
+  ]],
+  ['Encoder and amplifier', [
+    ['counts', 'Encoder', log(100, 1e7), (v) => `${Math.round(v)} counts/rev`],
+    ['limit', 'Limit of the command', log(0.1, 100), (v) => `±${plain(v)}`],
+  ]],
+  ['Your controller', [
+    ['kp', 'Proportional gain', log(0.01, 2000), plain],
+    ['ki', 'Integral gain', bent(5000), plain],
+    ['kd', 'Derivative gain', bent(50), plain],
+    ['sample_time', 'Sample time', among([0.00025, 0.0005, 0.001, 0.002, 0.004]), (v) => `${plain(1e3 * v)} ms`],
+  ]],
+  ['Motion', [
+    ['reference', 'Reference', null, (v) => REFERENCES[v]],
+    ['amplitude', 'Amplitude', log(0.001, 3), (v) => `${plain(v)} ${unit()}`],
+    ['period', 'Hold or period', log(0.02, 4), (v) => `${plain(v)} s`],
+    ['duration', 'Length', even(1, 20), (v) => `${plain(v)} s`],
+  ]],
+];
+const SCALES = Object.fromEntries(GROUPS.flatMap(([, sliders]) => sliders.map(([name, , scale]) => [name, scale])));
+
+const TILES = [
+  ['a', 'a', 'viscous friction', () => '1/s', 0.02],
+  ['b', 'b', 'gain over inertia', () => `${unit()}/s² per unit`, 0],
+  ['coulomb', 'c', 'Coulomb friction', () => `${unit()}/s²`, 0.02],
+  ['load', 'd', 'load', () => `${unit()}/s²`, 0.02],
+];
+
+let chosen = 'paper';
+let settings = { ...PRESETS.paper };
+// The last run, its verdict, and the steps behind it.
+let rows = null, verdict = null, steps = null, until = 1;
+// Times of the frames while settings changed, ms: of computing and of drawing; and when the first was drawn.
+const frames = [];
+let loaded = 0;
+
+const unit = () => settings.unit ?? 'rad';
+
+// The values as the module takes them: times are whole samples.
+function values() {
+  const T = settings.sample_time;
+  const whole = (time) => Number((Math.max(1, Math.round(time / 2 / T)) * 2 * T).toPrecision(12));
+  const exact = { ...settings, period: whole(settings.period), duration: whole(settings.duration),
+    cutoff: Math.min(settings.cutoff, 2.4 / T), counts: Math.round(settings.counts) };
+  return NAMES.map((name) => exact[name]);
+}
+
+// Workers.
+
+const source = URL.createObjectURL(new Blob([parts[1]], { type: 'text/javascript' }));
+let compiled;
+
+class Helper {
+  constructor() {
+    this.waiting = new Map();
+    this.number = 0;
+    this.start();
+  }
+  start() {
+    this.worker = new Worker(source);
+    this.worker.onmessage = ({ data }) => {
+      this.waiting.get(data.number)?.(data);
+      this.waiting.delete(data.number);
+    };
+    this.worker.postMessage({ module: compiled });
+  }
+  ask(request, moved = []) {
+    const number = ++this.number;
+    this.worker.postMessage({ ...request, number }, moved);
+    return new Promise((answer) => this.waiting.set(number, answer)).then((answer) => {
+      // A module that has stopped is good for nothing more.
+      if (answer.fault) {
+        this.worker.terminate();
+        this.start();
+      }
+      return answer;
+    });
+  }
+}
+let runner, judge;
+
+let running = false, again = false, judging = false, change = 0, timer = 0;
+
+// Runs the settings, the newest where they change faster than they run, and has them judged when they stay.
+async function refresh() {
+  change++;
+  clearTimeout(timer);
+  again = true;
+  if (running) return;
+  running = true;
+  while (again) {
+    again = false;
+    const answer = await runner.ask({ request: 'run', values: values() });
+    if (answer.rows) {
+      rows = answer.rows;
+      verdict = steps = null;
+      say('underway', 'Identifying', 'The estimates run in; the verdict follows as soon as the sliders rest.');
+      await new Promise(requestAnimationFrame);
+      const begun = performance.now();
+      drawAll();
+      if (frames.length > 200) frames.shift();
+      frames.push({ computed: answer.took, drawn: performance.now() - begun });
+      loaded ||= performance.now();
+    } else {
+      rows = verdict = steps = null;
+      refuse(answer.refusal ?? 'The module has stopped at these settings; it was started again');
+    }
+  }
+  running = false;
+  timer = setTimeout(settle, 200);
+}
+
+// The verdict on settings that rest.
+async function settle() {
+  if (judging) return;
+  judging = true;
+  const of = change;
+  const answer = rows ? await judge.ask({ request: 'judge', values: values() }) : {};
+  judging = false;
+  if (of !== change) {
+    if (!running) timer = setTimeout(settle, 50);
+    return;
+  }
+  if (answer.verdict) {
+    verdict = parse(answer.verdict);
+    steps = answer.tuned ? { ...parse(answer.tuned), rows: answer.steps } : { none: answer.refusal };
+    say(tone(verdict.status), title(verdict), sentence(verdict));
+    drawAll();
+  } else if (answer.refusal || answer.fault) {
+    refuse(answer.refusal ?? answer.fault);
+  }
+}
+
+// Lines of name and parts.
+function parse(text) {
+  const found = { effects: [], findings: [], estimates: {} };
+  for (const line of text.split('\n').filter(Boolean)) {
+    const [name, ...parts] = line.split('\t');
+    if (name === 'effect') found.effects.push(parts);
+    else if (name === 'finding') found.findings.push(parts);
+    else if (['status', 'reason', 'cap', 'none'].includes(name)) found[name] = parts[0];
+    else if (['gains', 'promise', 'step'].includes(name)) found[name] = parts.map(Number);
+    else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
+  }
+  return found;
+}
+
+const tone = (status) => ({ converged: 'good', aborted: 'failed' })[status] ?? 'doubtful';
+const TITLES = { converged: 'The servo is known', unexplained: 'The model does not explain this servo',
+  'no-information': 'The motion says too little', moving: 'The estimates still move', aborted: 'The run was ended' };
+// An effect beside the model is why a servo is not known that has one.
+const title = ({ status, effects }) => (status !== 'converged' && effects.length ? TITLES.unexplained : TITLES[status] ?? status);
+
+function sentence({ reason, effects, estimates }) {
+  // A parameter's letter stays as it is.
+  const capital = /^\w /.test(reason) ? reason : reason.charAt(0).toUpperCase() + reason.slice(1);
+  const delay = estimates.delay;
+  const late = delay && delay.value > 3 * delay.error && delay.value > 2e-5 ? [`a delay of ${plain(1e3 * delay.value)} ms`] : [];
+  const beside = [...late, ...effects.map(([, meaning]) => meaning)];
+  const found = beside.length ? ` It also found ${beside.join(' and ')}.` : '';
+  return `${capital}.${found}`;
+}
+
+function say(kind, head, text) {
+  const box = document.querySelector('#answer .verdict');
+  box.style.setProperty('--tone', `var(--${kind})`);
+  if (byId('verdict').textContent !== head) byId('verdict').textContent = head;
+  if (byId('reason').textContent !== text) byId('reason').textContent = text;
+}
+
+function refuse(text) {
+  say('failed', 'This cannot run', `${text.charAt(0).toUpperCase()}${text.slice(1)}.`);
+}
+
+// Figures.
+
+const column = (index) => (i) => rows[COLUMNS * i + index];
+
+function shown(value, error) {
+  if (!Number.isFinite(value)) return '–';
+  const digits = Number.isFinite(error) && error > 0
+    ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(error))))
+    : Math.max(0, 3 - Math.floor(Math.log10(Math.abs(value) || 1)));
+  return value.toFixed(Math.min(digits, 6)).replace('-', '−');
+}
+
+// The true value of a parameter at the end.
+const truth = (name) => settings[name] + (name === 'load' ? settings.load_step : 0);
+
+function drawTile([name, , , of, floor], place) {
+  const tile = byId(`tile-${name}`);
+  const count = rows.length / COLUMNS, end = column(0)(count - 1) + settings.sample_time;
+  const estimate = column(5 + place), error = column(9 + place);
+  const stepped = name === 'load' && settings.load_step !== 0;
+  const target = truth(name), now = estimate(count - 1), bound = 1.96 * error(count - 1);
+  const put = (part, text) => { tile.querySelector(part).textContent = text; };
+  const line = (part, value, known, target) => {
+    const off = value - target, share = target ? Math.abs((100 * off) / target) : Infinity;
+    put(`.${part} dd`, Number.isFinite(value) ? `${shown(value, known)} ± ${Number.isFinite(known) ? plain(Number(known.toPrecision(2))) : '?'}` : '…');
+    const cell = tile.querySelector(`.${part} .off`);
+    const size = share < 1000 ? `${share < 0.001 ? '0.001' : plain(Number(share.toPrecision(2)))} %` : shown(Math.abs(off), known);
+    cell.textContent = Number.isFinite(off) ? `${share < 0.001 ? '<\u202f' : off < 0 ? '−' : '+'}${size}` : '';
+    cell.className = `off ${Math.abs(off) <= Math.max(1.5 * known, 1e-3 * Math.abs(target)) ? 'within' : 'beyond'}`;
+  };
+  put('.truth dd', plain(target) + (stepped ? `, before ${plain(settings.load)}` : ''));
+  line('online', now, bound, target);
+  // The mean of a load that steps is what one value for the whole record can be.
+  const whole = verdict?.estimates[name];
+  line('record', whole ? whole.value : NaN, whole ? 1.96 * whole.error : NaN, stepped ? settings.load + settings.load_step / 2 : target);
+  put('h3 small', `${tile.dataset.meaning}, ${of()}`);
+
+  // As far as the estimates and their bands reach behind the beginning, but for a tenth of the time.
+  const reach = [];
+  const step = Math.max(1, Math.floor(count / 400));
+  for (let i = Math.floor(0.15 * count); i < count; i += step) {
+    const one = Math.abs(estimate(i) - target) + 1.96 * (error(i) || 0);
+    if (Number.isFinite(one)) reach.push(one);
+  }
+  reach.sort((one, other) => one - other);
+  const usual = 1.3 * (reach[Math.floor(0.9 * reach.length)] ?? 0);
+  const half = Math.max(usual, floor, 2e-3 * Math.abs(target), stepped ? 1.2 * Math.abs(settings.load_step) : 0);
+  const levels = stepped
+    ? [{ colour: '--truth', points: [[0, settings.load], [end / 2, settings.load], [end / 2, truth(name)], [end, truth(name)]] }]
+    : [{ colour: '--truth', value: target }];
+  const canvas = tile.querySelector('canvas');
+  canvas.setAttribute('aria-label', `${tile.dataset.meaning} over time: true ${plain(target)}, estimate ${shown(now, bound)}`);
+  const curve = { colour: '--estimate', count, x: column(0), y: estimate };
+  draw(canvas, { x: [0, end], y: [target - half, target + half], unit: 's', levels, until,
+    band: { ...curve, width: (i) => 1.96 * error(i) }, curves: [curve] });
+}
+
+function drawAll() {
+  document.querySelectorAll('[data-unit]').forEach((one) => { one.textContent = unit(); });
+  if (!rows) return;
+  const count = rows.length / COLUMNS, end = column(0)(count - 1) + settings.sample_time;
+  TILES.forEach(drawTile);
+  const curve = (index, name) => ({ colour: name, count, x: column(0), y: column(index) });
+  const part = Math.min(count, Math.ceil((2 * count) / Math.max(2, end)));
+  const motion = [];
+  for (let i = 0; i < part; i++) motion.push(column(1)(i), column(2)(i));
+  draw(byId('motion'), { x: [0, part * settings.sample_time], y: ends(motion), unit: 's', until,
+    curves: [{ ...curve(1, '--truth'), count: part, thin: true }, { ...curve(2, '--estimate'), count: part }] });
+  drawStep();
+}
+
+function drawStep() {
+  const text = byId('gains');
+  if (!steps?.rows) {
+    text.textContent = steps ? `Not tuned: ${steps.none}.` : 'The gains follow with the verdict.';
+    draw(byId('step'), { x: [0, 1], y: [-0.02, 0.14], unit: 's', curves: [], levels: [{ colour: '--truth', value: 0.1 }] });
+    return;
+  }
+  const { gains, promise, cap, none, step: [size, T], rows: both } = steps;
+  const count = none ? both.length : both.length / 2;
+  const of = (from, name) => ({ colour: name, count, x: (i) => i * T, y: (i) => both[from + i] });
+  draw(byId('step'), { x: [0, count * T], y: ends([...both, 0, 1.05 * size]), unit: 's', levels: [{ colour: '--truth', value: size }],
+    curves: none ? [of(0, '--other')] : [of(0, '--other'), of(count, '--estimate')] });
+  if (none) {
+    text.textContent = `Not tuned: ${none}.`;
+    return;
+  }
+  const bold = (value) => element('b', { textContent: plain(value) });
+  text.replaceChildren('Tuned: kp ', bold(gains[0]), ', ki ', bold(gains[1]), ', kd ', bold(gains[2]),
+    `, velocity filter ${plain(gains[3])} rad/s${cap ? `; ${cap} allows no more` : ''}. `,
+    `Promised: rises in ${plain(1e3 * promise[0])} ms, overshoots by ${plain(100 * promise[1])} % at most.`);
+}
+
+// Controls.
+
+function build() {
+  for (const [name, { title: text }] of Object.entries(PRESETS)) {
+    const button = element('button', { type: 'button', textContent: text });
+    button.dataset.preset = name;
+    button.onclick = () => choose(name);
+    byId('presets').append(button);
+  }
+  for (const [legend, sliders] of GROUPS) {
+    const set = element('fieldset', {}, element('legend', { textContent: legend }));
+    for (const [name, text, scale, words] of sliders) {
+      const id = `set-${name}`;
+      const output = element('output', { htmlFor: id });
+      const control = scale
+        ? element('input', { type: 'range', id, min: 0, max: scale.all ? scale.all.length - 1 : 1000, step: 1 })
+        : element('select', { id }, ...REFERENCES.map((one, i) => element('option', { value: i, textContent: one })));
+      control.oninput = () => {
+        const value = scale ? scale.to(control.value / control.max) : Number(control.value);
+        settings[name] = scale && !scale.all ? Number(value.toPrecision(3)) : value;
+        until = 1;
+        changed();
+      };
+      const line = element('div', { className: 'slider' }, element('label', { htmlFor: id, textContent: text }), output, control);
+      line.show = () => {
+        const value = settings[name];
+        output.textContent = scale ? words(value) : '';
+        if (!scale) control.value = value;
+        else if (document.activeElement !== control) control.value = Math.round(scale.from(value) * control.max);
+        control.setAttribute('aria-valuetext', words(value));
+      };
+      set.append(line);
+    }
+    byId('controls').append(set);
+  }
+  byId('controls').onsubmit = (event) => event.preventDefault();
+  for (const [name, letter, meaning, of] of TILES) {
+    const tile = element('div', { className: 'tile', id: `tile-${name}` },
+      element('h3', {}, `${letter} `, element('small', { textContent: `${meaning}, ${of()}` })));
+    tile.dataset.meaning = meaning;
+    const pair = (part, text) => element('div', { className: part }, element('dt', { textContent: text }),
+      element('dd', { textContent: '…' }), element('dd', { className: 'off' }));
+    tile.append(element('dl', {}, pair('truth', 'True'), pair('online', 'On-line'), pair('record', 'Record')));
+    const canvas = element('canvas');
+    canvas.setAttribute('role', 'img');
+    tile.append(canvas);
+    byId('tiles').append(tile);
+  }
+}
+
+function changed() {
+  document.querySelectorAll('.slider').forEach((line) => line.show());
+  document.querySelectorAll('[data-preset]').forEach((button) => button.setAttribute('aria-pressed', button.dataset.preset === chosen));
+  byId('done').textContent = '';
+  try {
+    history.replaceState(null, '', link());
+  } catch {
+    // Some browsers change no address of a file; the link can be copied all the same.
+  }
+  refresh();
+}
+
+function choose(name) {
+  chosen = name;
+  settings = { ...PRESETS[name] };
+  runIn();
+  changed();
+}
+
+// The estimates are drawn as they came, in a second.
+function runIn() {
+  if (matchMedia('(prefers-reduced-motion: reduce)').matches) return;
+  const begun = performance.now();
+  until = 0;
+  const next = () => {
+    if (until >= 1) return;
+    until = Math.min(1, (performance.now() - begun) / 1000);
+    if (rows) drawAll();
+    requestAnimationFrame(next);
+  };
+  requestAnimationFrame(next);
+}
+
+// The address of the settings: the preset, and the values that are not its own.
+function link() {
+  const own = NAMES.filter((name) => settings[name] !== PRESETS[chosen][name]).map((name) => `${name}=${settings[name]}`);
+  return `#${[chosen, ...own].join('&')}`;
+}
+
+// Takes the settings of an address, as far as they are allowed.
+function follow(hash) {
+  const [name, ...own] = hash.slice(1).split('&');
+  chosen = Object.hasOwn(PRESETS, name) ? name : 'paper';
+  settings = { ...PRESETS[chosen] };
+  for (const pair of own) {
+    const [key, text] = pair.split('=');
+    const value = Number(text);
+    if (!NAMES.includes(key) || text === undefined || text === '' || !Number.isFinite(value)) continue;
+    const scale = SCALES[key];
+    if (key === 'reference') settings[key] = Math.min(2, Math.max(0, Math.round(value)));
+    else if (scale?.all) settings[key] = scale.to(scale.from(value));
+    else if (scale) settings[key] = Math.min(scale.high, Math.max(scale.low, value));
+    else if (key === 'seed') settings[key] = Math.abs(Math.round(value)) % 2 ** 32;
+    else if (key === 'cutoff') settings[key] = Math.min(5000, Math.max(10, value));
+  }
+}
+
+// Logs.
+
+const LARGEST_LOG = 64e6;
+let recording = null;
+
+function found(...parts) {
+  byId('found').replaceChildren(...parts);
+}
+
+function verdictBox(kind, head, text) {
+  const box = element('div', { className: 'verdict' }, element('h2', { textContent: head }), element('p', { textContent: text }));
+  box.style.setProperty('--tone', `var(--${kind})`);
+  return box;
+}
+
+const notTaken = (text) => found(verdictBox('failed', 'This log was not taken', text));
+
+// The bytes of a file, unpacked if it is packed by gzip; or a sentence.
+async function bytesOfLog(file) {
+  if (file.size > LARGEST_LOG) {
+    return `It has ${Math.round(file.size / 1e6)} MB, and this page takes ${LARGEST_LOG / 1e6} MB: servo-id identify takes any size.`;
+  }
+  if (!file.size) return 'The file is empty: a log has a row of column names, and a row for each sample.';
+  let bytes;
+  try {
+    bytes = new Uint8Array(await file.arrayBuffer());
+  } catch {
+    return 'It cannot be read: this is a folder, or a file that has gone or may not be read.';
+  }
+  if (bytes[0] === 0x1f && bytes[1] === 0x8b) {
+    const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip')).getReader();
+    const parts = [];
+    let size = 0;
+    try {
+      for (let part = await reader.read(); !part.done; part = await reader.read()) {
+        parts.push(part.value);
+        size += part.value.length;
+        if (size > LARGEST_LOG) {
+          reader.cancel();
+          return `It unpacks to more than ${LARGEST_LOG / 1e6} MB: servo-id identify takes any size.`;
+        }
+      }
+    } catch {
+      return 'It is packed by gzip and damaged: save the log again.';
+    }
+    bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
+  }
+  const begin = String.fromCharCode(...bytes.subarray(0, 5));
+  if (begin.slice(1) === 'MCAP') return 'It is an MCAP recording: servo-id identify reads it.';
+  // What has a name of its own, text in UTF-16 and workbooks, the module names.
+  const named = /^(PK|\xff\xfe|\xfe\xff)/.test(begin);
+  if (!named && bytes.subarray(0, 4096).includes(0)) return 'It is not a text: a log is comma-separated text, with a row for each sample.';
+  return bytes;
+}
+
+async function take(file, stated = '') {
+  recording = null;
+  found(verdictBox('underway', 'Identifying', file.name));
+  const bytes = await bytesOfLog(file);
+  if (typeof bytes === 'string') {
+    notTaken(`${file.name}: ${bytes}`);
+    return;
+  }
+  const answer = await judge.ask({ request: 'identify', log: bytes, stated }, [bytes.buffer]);
+  if (answer.fault) {
+    notTaken(`${file.name}: the module has stopped at this file (${answer.fault}); it was started again, and nothing else is lost.`);
+    return;
+  }
+  if (answer.refusal) {
+    const lines = answer.refusal.split('\n');
+    if (lines.some((line) => line.startsWith('?'))) askAbout(file, stated, lines.filter((line) => line.startsWith('?')));
+    else notTaken(answer.refusal.replace(/^the log/, file.name).replaceAll('log.', ''));
+    return;
+  }
+  recording = { ...parse(answer.verdict), rows: answer.rows };
+  showLog(file);
+}
+
+// What the log does not show is asked.
+function askAbout(file, stated, lines) {
+  const form = element('form');
+  const fields = lines.map((line) => {
+    const [flag, text] = line.slice(1).split('\t');
+    const input = element('input', { name: flag, required: true, autocomplete: 'off' });
+    form.append(element('label', {}, `${text}: `, input));
+    return input;
+  });
+  form.append(element('button', { textContent: 'Identify' }));
+  form.onsubmit = (event) => {
+    event.preventDefault();
+    const answers = fields.map((input) => `${input.name}\t${input.value.trim()}\n`).join('');
+    take(file, stated + answers);
+  };
+  found(verdictBox('doubtful', 'The log does not say everything', file.name), form);
+  fields[0].focus();
+}
+
+const MEANINGS = { a: 'a, viscous friction', b: 'b, gain over inertia', coulomb: 'c, Coulomb friction', load: 'd, load', delay: 'delay' };
+
+function showLog(file) {
+  const { findings, estimates } = recording;
+  const table = element('table', {}, element('tbody', {}, ...Object.entries(estimates).map(([name, { value, error, unit: own }]) =>
+    element('tr', {}, element('th', { textContent: MEANINGS[name] ?? name }),
+      element('td', { textContent: `${shown(value, 1.96 * error)} ± ${Number.isFinite(error) ? plain(Number((1.96 * error).toPrecision(2))) : '?'} ${own}` })))));
+  const canvas = element('canvas', { className: 'wide', id: 'log-motion' });
+  canvas.setAttribute('role', 'img');
+  canvas.setAttribute('aria-label', 'Position of the log over time');
+  found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)), table,
+    element('figure', {}, element('figcaption', {}, element('b', { textContent: 'Position of the log, rad' })), canvas),
+    element('ul', {}, ...findings.map(([about, text]) => element('li', { textContent: `${about}: ${text}` }))));
+  drawLog();
+}
+
+function drawLog() {
+  const canvas = byId('log-motion');
+  if (!canvas || !recording) return;
+  const of = recording.rows, count = of.length / 3;
+  const positions = [];
+  for (let i = 0; i < count; i += Math.max(1, Math.floor(count / 2000))) positions.push(of[3 * i + 1]);
+  draw(canvas, { x: [of[0], of[3 * (count - 1)]], y: ends(positions), unit: 's',
+    curves: [{ colour: '--estimate', count, x: (i) => of[3 * i], y: (i) => of[3 * i + 1] }] });
+}
+
+function takeDropped(data) {
+  const item = data.items?.[0];
+  if (item?.webkitGetAsEntry?.()?.isDirectory) {
+    notTaken(`${data.files[0]?.name ?? 'This'}: this is a folder: drop one log.`);
+    return;
+  }
+  if (data.files.length > 1) notTaken(`These are ${data.files.length} files: drop one log at a time.`);
+  else if (data.files.length) take(data.files[0]);
+  else notTaken('This is no file: drop a log.');
+}
+
+// The beginning.
+
+async function begin() {
+  build();
+  follow(location.hash);
+  compiled = await WebAssembly.compile(parts[0]);
+  runner = new Helper();
+  judge = new Helper();
+  runIn();
+  changed();
+}
+
+addEventListener('hashchange', () => {
+  follow(location.hash);
+  changed();
+});
+new ResizeObserver(() => {
+  drawAll();
+  drawLog();
+}).observe(document.body);
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+  drawAll();
+  drawLog();
+});
+
+const drop = byId('drop');
+addEventListener('dragover', (event) => {
+  event.preventDefault();
+  drop.classList.add('over');
+});
+addEventListener('dragleave', () => drop.classList.remove('over'));
+addEventListener('drop', (event) => {
+  event.preventDefault();
+  drop.classList.remove('over');
+  takeDropped(event.dataTransfer);
+});
+byId('file').onchange = ({ target }) => {
+  if (target.files.length) take(target.files[0]);
+  target.value = '';
+};
+
+byId('link').onclick = async () => {
+  const address = location.href.split('#')[0] + link();
+  try {
+    await navigator.clipboard.writeText(address);
+    byId('done').textContent = 'Copied.';
+  } catch {
+    byId('done').textContent = address;
+  }
+};
+byId('save').onclick = async () => {
+  const { scenario, refusal } = await judge.ask({ request: 'scenario', values: values() });
+  if (!scenario) {
+    byId('done').textContent = refusal;
+    return;
+  }
+  const file = URL.createObjectURL(new Blob([scenario], { type: 'text/plain' }));
+  element('a', { href: file, download: 'playground.toml' }).click();
+  setTimeout(() => URL.revokeObjectURL(file), 1000);
+  byId('done').textContent = 'Saved as playground.toml.';
+};
+
+begin();

@@ -1,0 +1,68 @@
+//! From a scenario to its loop where there is room for one law in one number format: recursive Gauss–Newton in
+//! `f32`, its velocity from a low-pass, and the fit of a whole record. The types, and so the bits, are those of the program.
+
+use identifier_core::Settings;
+use identifier_core::identifier::GaussNewtonIdentifier;
+use identifier_core::measurement::LowPass;
+use identifier_core::parameters::{AbCoulombLoad, Parameter};
+use identifier_core::settings::SettingsError;
+
+use super::{Rig, Simulation};
+use crate::experiment::Outcome;
+use crate::loops::{DynIdentifier, PidLoop, Running, WholeRecord};
+use crate::scenario::{Arithmetic, Fault, Law, Scenario, Velocity};
+
+impl Simulation {
+    /// Builds the experiment of a scenario.
+    ///
+    /// # Errors
+    /// The key that something cannot be built from.
+    pub fn build(scenario: &Scenario) -> Result<Self, Fault> {
+        let settings = scenario
+            .settings()
+            .map_err(|error| scenario.fault(&error))?;
+        let identifier = identifier(scenario, &settings)?;
+        let closed = PidLoop::<f32, LowPass<f32>>::new(&settings, identifier, 0)
+            .map_err(|error| scenario.fault(&error))?;
+        Ok(Self {
+            rig: Rig::build::<f32>(scenario)?,
+            closed: Box::new(closed),
+        })
+    }
+}
+
+/// The identifier of a scenario beside any controller; the settings are those of [`Scenario::settings_for`].
+///
+/// # Errors
+/// The key that it cannot be built from.
+pub(crate) fn identifier(
+    scenario: &Scenario,
+    settings: &Settings,
+) -> Result<Box<dyn DynIdentifier>, Fault> {
+    type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
+    let absent = |key: &str| Fault::new(key, "only the program `servo-id` has it");
+    let chosen = &scenario.identifier;
+    if scenario.velocity != Velocity::LowPass {
+        return Err(absent("controller.velocity_filter.kind"));
+    }
+    match chosen.law {
+        Law::Fit => return Ok(Box::new(WholeRecord)),
+        Law::GaussNewton => {}
+        _ => return Err(absent("identifier.law")),
+    }
+    if chosen.arithmetic != Arithmetic::F32 {
+        return Err(absent("identifier.arithmetic"));
+    }
+    if !Parameter::ALL.into_iter().all(|one| chosen.estimates(one)) {
+        return Err(absent("identifier.parameters"));
+    }
+    if scenario.has_terms() {
+        return Err(absent("identifier.terms"));
+    }
+    if settings.identifier.terms.declares_amplifier() {
+        return Err(absent("amplifier"));
+    }
+    let built: Result<Identifier, SettingsError> = settings.build();
+    let built = built.map_err(|error| scenario.fault(&error))?;
+    Ok(Box::new(Running::<f32, _>::new(built, Outcome::default())))
+}

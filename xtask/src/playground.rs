@@ -1,0 +1,194 @@
+//! The playground: the core, the virtual servo and the command line's library as WebAssembly in one page that needs no
+//! server.
+//!
+//! The page's parts are in `docs/playground`. The module and the scripts are packed by LZMA, which the page unpacks, and
+//! written as text in base 85.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use lzma_rust2::{LzmaOptions, LzmaWriter};
+
+const TARGET: &str = "wasm32-unknown-unknown";
+
+/// The largest page, bytes.
+const MAX_PAGE: usize = 300_000;
+
+/// The characters of base 85, none of which ends a script; the page has the same.
+const ALPHABET: &[u8; 85] =
+    b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%()*+,-./:;=?@[]^_{|";
+
+/// Builds the page into a folder, as `index.html`.
+pub(crate) fn build(folder: &Path) -> Result<(), String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let module = without_custom_sections(&module(&root)?)?;
+    let parts = root.join("docs/playground");
+    let read = |name: &str| {
+        let path = parts.join(name);
+        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    let own = [read("draw.js")?, read("page.js")?].map(|part| brief(&part));
+    let packed_parts = [
+        module.clone(),
+        brief(&read("worker.js")?).into(),
+        own.concat().into(),
+    ];
+    let packed = packed(&packed_parts.concat())
+        .map_err(|error| format!("the module cannot be packed: {error}"))?;
+    let lengths = packed_parts.map(|part| part.len());
+    let mut page = read("page.html")?;
+    for (place, part) in [
+        ("/* style */", brief(&read("page.css")?)),
+        ("/* unpack */", brief(&read("unpack.js")?)),
+        ("PART_LENGTHS", format!("{lengths:?}")),
+        ("PACKED_PARTS", base_85(&packed)),
+    ] {
+        page = filled(&page, place, &part)?;
+    }
+    if page.len() > MAX_PAGE {
+        let length = page.len();
+        return Err(format!(
+            "the page has {length} bytes, at most {MAX_PAGE} are allowed: leave something out of the module"
+        ));
+    }
+    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let file = folder.join("index.html");
+    fs::write(&file, &page).map_err(|error| format!("{}: {error}", file.display()))?;
+    println!(
+        "{}: {} bytes; the module has {}, all parts packed {}",
+        file.display(),
+        page.len(),
+        module.len(),
+        packed.len()
+    );
+    Ok(())
+}
+
+/// Where the page is built unless another folder is asked for.
+pub(crate) fn usual_folder() -> PathBuf {
+    target().join("playground")
+}
+
+fn target() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from)
+}
+
+/// Builds the module.
+fn module(root: &Path) -> Result<Vec<u8>, String> {
+    // No path of this machine is in the page, so that every machine builds the same.
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")));
+    let home = home.ok_or("neither CARGO_HOME nor HOME is set")?;
+    let flags = format!("--remap-path-prefix={}=cargo", home.display());
+    let run = |program: &str, words: &[&str]| -> Result<String, String> {
+        let command = format!("{program} {}", words.join(" "));
+        let output = Command::new(program)
+            .args(words)
+            .current_dir(root)
+            .env("CARGO_ENCODED_RUSTFLAGS", &flags)
+            .stderr(std::process::Stdio::inherit())
+            .output()
+            .map_err(|error| format!("{command}: {error}"))?;
+        if !output.status.success() {
+            return Err(format!("{command}: {}", output.status));
+        }
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let installed = run("rustup", &["target", "list", "--installed"])?;
+    if !installed.lines().any(|line| line == TARGET) {
+        run("rustup", &["target", "add", TARGET])?;
+    }
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    run(
+        &cargo,
+        &[
+            "rustc",
+            "--quiet",
+            "--locked",
+            "--package",
+            "playground",
+            "--crate-type",
+            "cdylib",
+            "--profile",
+            "playground",
+            "--target",
+            TARGET,
+        ],
+    )?;
+    let file = target().join(TARGET).join("playground/playground.wasm");
+    fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// A module without its custom sections: names and tools, which nothing runs by.
+fn without_custom_sections(module: &[u8]) -> Result<Vec<u8>, String> {
+    const HEADER: usize = 8;
+    let short = || "the module ends within a section".to_owned();
+    let mut kept = module.get(..HEADER).ok_or_else(short)?.to_vec();
+    let mut at = HEADER;
+    while let Some(&kind) = module.get(at) {
+        let begin = at;
+        at += 1;
+        // LEB128.
+        let (mut length, mut shift) = (0, 0);
+        loop {
+            let byte = *module.get(at).ok_or_else(short)?;
+            at += 1;
+            length |= usize::from(byte & 0x7f) << shift;
+            shift += 7;
+            if byte & 0x80 == 0 {
+                break;
+            }
+        }
+        at += length;
+        let section = module.get(begin..at).ok_or_else(short)?;
+        if kind != 0 {
+            kept.extend_from_slice(section);
+        }
+    }
+    Ok(kept)
+}
+
+/// A raw stream of LZMA, without contexts of literals and positions.
+fn packed(bytes: &[u8]) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let mut options = LzmaOptions::with_preset(9);
+    (options.lc, options.lp, options.pb) = (0, 0, 0);
+    options.nice_len = 273;
+    let mut writer = LzmaWriter::new_no_header(Vec::new(), &options, false)?;
+    writer.write_all(bytes)?;
+    Ok(writer.finish()?)
+}
+
+fn base_85(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);
+    for four in bytes.chunks(4) {
+        let mut word = [0; 4];
+        word[..four.len()].copy_from_slice(four);
+        let mut value = u32::from_be_bytes(word);
+        let mut digits = [0; 5];
+        for digit in digits.iter_mut().rev() {
+            *digit = ALPHABET[(value % 85) as usize];
+            value /= 85;
+        }
+        text.extend(digits.map(char::from));
+    }
+    text
+}
+
+/// A part without indentation, empty lines and lines of comment.
+fn brief(part: &str) -> String {
+    let lines = part.lines().map(str::trim);
+    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    lines.fold(String::new(), |text, line| text + line + "\n")
+}
+
+fn filled(page: &str, place: &str, part: &str) -> Result<String, String> {
+    match page.matches(place).count() {
+        1 => Ok(page.replacen(place, part, 1)),
+        count => Err(format!(
+            "docs/playground/page.html has {place} {count} times, not once"
+        )),
+    }
+}
