@@ -477,7 +477,7 @@ async function bytesOfLog(file) {
   }
   const begin = String.fromCharCode(...bytes.subarray(0, 5));
   if (begin.slice(1) === 'MCAP') return 'It is an MCAP recording: servo-id identify reads it.';
-  // What has a name of its own, text in UTF-16 and workbooks, the module names.
+  // The module names the formats that it recognises: text in UTF-16, workbooks.
   const named = /^(PK|\xff\xfe|\xfe\xff)/.test(begin);
   if (!named && bytes.subarray(0, 4096).includes(0)) return 'It is not a text: a log is comma-separated text, with a row for each sample.';
   return bytes;
@@ -506,7 +506,7 @@ async function take(file, stated = '') {
   showLog(file);
 }
 
-// What the log does not show is asked.
+// Questions for the facts that the log does not show.
 function askAbout(file, stated, lines) {
   const form = element('form');
   const fields = lines.map((line) => {

@@ -426,6 +426,11 @@ mod tests {
     }
 
     #[test]
+    fn the_servo_that_was_found_is_kept_whole() {
+        assert_eq!(Commissioned::new(&servo(), TUNING, None).servo(), servo());
+    }
+
+    #[test]
     fn a_record_with_nothing_left_out_fits_a_slot() {
         let record = Record {
             settings: settings(),

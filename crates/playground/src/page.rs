@@ -1,4 +1,4 @@
-//! What the page calls.
+//! The functions that the page calls.
 
 use std::cell::RefCell;
 use std::fmt::Write;
@@ -14,7 +14,7 @@ use crate::experiment::Experiment;
 use crate::log;
 use crate::settings::Settings;
 
-/// What the page and its functions share.
+/// Memory that the page and its functions share.
 struct Page {
     input: Vec<u8>,
     text: String,

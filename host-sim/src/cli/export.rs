@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-/// What makes torques of the result's ratios.
+/// The scale of torques, which a result leaves open.
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Scaling {

@@ -1,10 +1,9 @@
-use identifier_core::parameters::IdentifiedServo;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::tune::{IdentifiedResult, KnownConditions, ResultError};
 
-/// What makes torques of the ratios that motion and command show: q̈ = −a q̇ + b u + d − c sign(q̇) holds for any
+/// The scale of torques, which motion and command leave open: q̈ = −a q̇ + b u + d − c sign(q̇) holds for any
 /// inertia J, and the torque of a unit of command is b J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
@@ -21,6 +20,8 @@ pub enum Scale {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identified {
     servo: IdentifiedResult,
+    /// Standard errors of a, b, Coulomb friction, load and delay, where they are known.
+    errors: [Option<f64>; 5],
     /// Largest command, command units, if it is known and finite.
     limit: Option<f64>,
     is_linear: bool,
@@ -44,7 +45,8 @@ pub(super) struct Origin {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Quantity {
     pub(super) value: f64,
-    pub(super) std_error: f64,
+    /// None for a quantity that was stated, and where a result has no standard error.
+    pub(super) std_error: Option<f64>,
     pub(super) unit: &'static str,
 }
 
@@ -96,16 +98,13 @@ pub enum ExportError {
     },
     /// The links have more inertia than all that moves.
     #[error(
-        "link-inertia = {links} is not allowed: all that moves has {inertia:.4e} ± {error:.1e}, the model's links \
-         included; state the links' inertia about this joint, or a larger torque constant"
+        "link-inertia = {links} is not allowed: all that moves has {inertia:.4e}, the model's links included; state the links' inertia about this joint, or a larger torque constant"
     )]
     Links {
         /// Inertia of the links.
         links: f64,
         /// Inertia of all that moves.
         inertia: f64,
-        /// Its standard error.
-        error: f64,
     },
 }
 
@@ -129,7 +128,14 @@ impl Identified {
         let log = |log: &Value| {
             ["file", "sha256"].map(|key| log[key].as_str().unwrap_or_default().to_owned())
         };
+        let errors = ["a", "b", "coulomb", "load", "delay"];
+        let error = |name| {
+            value
+                .pointer(&format!("/estimates/{name}/std_error"))?
+                .as_f64()
+        };
         Ok(Self {
+            errors: errors.map(error),
             limit: limit.or(known).filter(|limit| limit.is_finite()),
             is_linear: text("/estimates/b/unit").starts_with("m/"),
             origin: Origin {
@@ -176,35 +182,36 @@ impl Identified {
         }
         let servo = &self.servo.servo;
         let parameters = servo.parameters;
-        let error = |place: usize| servo.covariance[place][place].sqrt();
-        let a = [parameters.a, error(IdentifiedServo::A)];
-        let b = [parameters.b, error(IdentifiedServo::B)];
-        let c = [parameters.coulomb, error(IdentifiedServo::COULOMB)];
-        let d = [parameters.load, error(IdentifiedServo::LOAD)];
-        let relative = b[1] / b[0];
+        let [a, b, c, d, delay] = self.errors;
+        let a = (parameters.a, a);
+        let b = (parameters.b, b);
+        let c = (parameters.coulomb, c);
+        let d = (parameters.load, d);
         let (inertia, torque_constant) = match scale {
             Scale::TorqueConstant(constant) => {
                 let constant = above_zero("torque-constant", constant)?;
-                let inertia = constant / b[0];
-                ([inertia, inertia * relative], [constant, 0.0])
+                let inertia = constant / b.0;
+                let error = b.1.map(|error| inertia * error / b.0);
+                ((inertia, error), (constant, None))
             }
             Scale::Inertia(inertia) => {
                 let inertia = above_zero("inertia", inertia)?;
-                ([inertia, 0.0], [b[0] * inertia, b[1] * inertia])
+                let error = b.1.map(|error| inertia * error);
+                ((inertia, None), (inertia * b.0, error))
             }
-            Scale::Ratios => ([1.0, 0.0], b),
+            Scale::Ratios => ((1.0, None), b),
         };
-        let armature = inertia[0] - links;
+        let armature = inertia.0 - links;
         if armature <= 0.0 {
             return Err(ExportError::Links {
                 links,
-                inertia: inertia[0],
-                error: inertia[1],
+                inertia: inertia.0,
             });
         }
-        let of_inertia = |[value, error]: [f64; 2], unit| Quantity {
-            value: value * inertia[0],
-            std_error: (error * inertia[0]).hypot(value * inertia[1]),
+        let of_inertia = |(value, error): (f64, Option<f64>), unit| Quantity {
+            value: value * inertia.0,
+            std_error: error
+                .map(|error| (error * inertia.0).hypot(value * inertia.1.unwrap_or_default())),
             unit,
         };
         let units = if self.is_linear {
@@ -212,7 +219,7 @@ impl Identified {
         } else {
             ["kg·m²", "N·m", "N·m·s/rad"]
         };
-        let quantity = |[value, std_error]: [f64; 2], unit| Quantity {
+        let quantity = |(value, std_error), unit| Quantity {
             value,
             std_error,
             unit,
@@ -220,14 +227,14 @@ impl Identified {
         Ok(Joint {
             name: name.to_owned(),
             inertia: quantity(inertia, units[0]),
-            armature: quantity([armature, inertia[1]], units[0]),
+            armature: quantity((armature, inertia.1), units[0]),
             torque_constant: quantity(torque_constant, units[1]),
             damping: of_inertia(a, units[2]),
             friction: of_inertia(c, units[1]),
             load: of_inertia(d, units[1]),
-            delay: quantity([servo.delay, error(IdentifiedServo::DELAY)], "s"),
+            delay: quantity((servo.delay, delay), "s"),
             command_limit: self.limit,
-            effort_limit: self.limit.map(|limit| limit * torque_constant[0]),
+            effort_limit: self.limit.map(|limit| limit * torque_constant.0),
             has_unit_inertia: scale == Scale::Ratios,
             is_linear: self.is_linear,
             origin: self.origin.clone(),
@@ -250,7 +257,8 @@ impl Joint {
                 std_error,
                 unit,
             } = quantity;
-            format!("{name} {value:.4e} ± {std_error:.1e} {unit}")
+            let error = std_error.map_or(String::new(), |error| format!(" ± {error:.1e}"));
+            format!("{name} {value:.4e}{error} {unit}")
         };
         let Origin {
             version,
@@ -329,7 +337,8 @@ mod tests {
             ..
         } = quantity;
         assert!((found - value).abs() < 1e-12 * value.abs(), "{quantity:?}");
-        assert!((std_error - error).abs() < 1e-12, "{quantity:?}");
+        let is_close = std_error.is_some_and(|found| (found - error).abs() < 1e-12);
+        assert!(is_close, "{quantity:?}");
     }
 
     #[test]
@@ -349,6 +358,17 @@ mod tests {
         );
         assert_close(joint.load, -0.008, (0.2_f64 * 0.002).hypot(4.0 * 0.000_02));
         assert_eq!(joint.effort_limit, Some(2.0));
+    }
+
+    #[test]
+    fn an_error_that_is_not_known_is_none_and_not_zero() {
+        let without = RESULT.replace(", \"std_error\": 0.4", "");
+        let identified = Identified::read(&without, None).expect("a result");
+        let joint = identified.joint("elbow", Scale::TorqueConstant(0.4), 0.0);
+        let joint = joint.expect("allowed");
+        assert_eq!(joint.friction.std_error, None);
+        assert_eq!(joint.torque_constant.std_error, None);
+        assert!(joint.damping.std_error.is_some());
     }
 
     #[test]
@@ -376,7 +396,7 @@ mod tests {
         let whole = joint(Scale::TorqueConstant(0.4), 0.0005).expect("allowed");
         assert_close(whole.armature, 0.0015, 0.000_02);
         let error = joint(Scale::TorqueConstant(0.4), 0.003).expect_err("more than all");
-        assert!(error.to_string().contains("2.0000e-3 ± 2.0e-5"), "{error}");
+        assert!(error.to_string().contains("2.0000e-3"), "{error}");
         for links in [-1.0, f64::NAN] {
             joint(Scale::TorqueConstant(0.4), links).expect_err("no inertia");
         }

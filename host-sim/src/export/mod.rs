@@ -1,6 +1,6 @@
-//! Robot models from results: what was identified, in physical units and as a simulator names it.
+//! Robot models from results: the identified servo in physical units, named as a simulator names it.
 //!
-//! result.json → [`Identified`]; with a [`Scale`], which makes torques of ratios → [`Joint`]; joints in a [`Format`] →
+//! result.json → [`Identified`]; with a [`Scale`] of torques → [`Joint`]; joints in a [`Format`] →
 //! text.
 
 mod isaac_lab;

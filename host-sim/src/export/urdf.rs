@@ -1,4 +1,4 @@
-//! URDF: what stands within each `<joint>`. A URDF has no place for a joint's own inertia and for the delay: the remarks
+//! URDF: the elements within each `<joint>`. A URDF has no place for a joint's own inertia and for the delay: the remarks
 //! have them.
 
 use super::joint::Joint;

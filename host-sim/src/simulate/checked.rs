@@ -42,7 +42,7 @@ impl Scenario {
     }
 }
 
-/// What builds everything that a purpose needs.
+/// The function that builds everything which a purpose needs.
 fn built_for(purpose: Purpose) -> fn(&Scenario) -> Result<(), Fault> {
     match purpose {
         #[cfg(feature = "program")]

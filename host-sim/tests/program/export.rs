@@ -23,7 +23,7 @@ fn result(folder: &Path, name: &str, status: &str) -> String {
     path.display().to_string()
 }
 
-/// What an export without a failure prints, the version left out, which changes with every commit.
+/// The output of an export without a failure, the version left out, which changes with every commit.
 fn exported(arguments: &[&str]) -> String {
     let output = servo_id(&[&["export"], arguments].concat());
     assert_done(&output);

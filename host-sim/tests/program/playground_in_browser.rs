@@ -428,7 +428,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         "takeDropped({ items: [{ webkitGetAsEntry: () => ({ isDirectory: true }) }], files: [new File([], 'logs')] });",
     );
     assert!(said().contains("folder"), "{}", said());
-    // What a log does not show is asked.
+    // A question follows for each fact that the log does not show.
     let bare: String = log.lines().skip(1).fold("p,w\n".to_owned(), |text, line| {
         let cells: Vec<_> = line.split(',').collect();
         text + cells[2] + "," + cells[3] + "\n"
