@@ -221,7 +221,10 @@ fn a_page_follows_a_run_and_stays() {
             assert!(begun.elapsed() < Duration::from_secs(60), "it never ends");
             std::thread::sleep(Duration::from_millis(100));
             // The page loads itself again where there are other figures to draw.
-            if seen.as_array().is_none_or(|seen| seen.contains(&Value::Null)) {
+            if seen
+                .as_array()
+                .is_none_or(|seen| seen.contains(&Value::Null))
+            {
                 continue;
             }
             let stage = seen[0].as_str().unwrap_or_default().to_owned();
