@@ -137,7 +137,7 @@ impl<const P: usize> GradientPlan<P> {
             bounds[i] = Interval::new(bounds_name, low, high)?;
             let start = given.initial.get(parameter).unwrap_or(match parameter {
                 Parameter::B => libm::sqrt(nominal.b().min() * nominal.b().max()),
-                _ => 0.0_f64.clamp(low, high),
+                _ => 0.0_f64.max(low).min(high),
             });
             initial[i] = Allowed::Within(low, high).check(initial_name, start)?;
         }

@@ -114,7 +114,7 @@ impl Scene {
     reason = "a few thousand at most"
 )]
 pub(super) fn samples(time: f64, design: &Design, closed_loop: &ClosedLoop) -> u32 {
-    (time / (design.bandwidth * closed_loop.sample_time())) as u32 + 1
+    ((time / (design.bandwidth * closed_loop.sample_time())) as u32).saturating_add(1)
 }
 
 impl PromisePrediction {

@@ -1,0 +1,193 @@
+// servo_id.hpp: servo_id.h for C++17, without exceptions, heap and globals.
+#ifndef SERVO_ID_HPP
+#define SERVO_ID_HPP
+
+#include "servo_id.h"
+
+namespace servo_id {
+
+using Error = servo_id_error;
+using Estimates = servo_id_estimates;
+using Servo = servo_id_servo;
+using Tuning = servo_id_tuning;
+using Verdict = servo_id_verdict;
+
+// The status of a call: a number of servo_id.h.
+class Status {
+public:
+    constexpr Status(int32_t number) : number_(number) {}
+    // Nothing was refused.
+    constexpr explicit operator bool() const { return number_ >= 0; }
+    constexpr int32_t number() const { return number_; }
+    const char *text() const {
+        const char *text = "";
+        servo_id_status_text(number_, &text);
+        return text;
+    }
+
+private:
+    int32_t number_;
+};
+
+// Settings; the first refusal is kept and meets the object that is built from them.
+class Settings {
+public:
+    Settings(double sample_time, double counts_per_revolution)
+        : status_(servo_id_settings_init(&given_, sizeof given_, sample_time, counts_per_revolution)) {}
+
+    Settings &set(int32_t parameter, double value) {
+        return take(servo_id_settings_set(&given_, parameter, value));
+    }
+    Settings &set(int32_t parameter, double low, double high) {
+        return take(servo_id_settings_set_range(&given_, parameter, low, high));
+    }
+    Settings &choose_gamma(double amplitude, double hold, uint32_t samples, bool coulomb, Error *error = nullptr) {
+        return take(servo_id_settings_choose_gamma(&given_, amplitude, hold, samples, coulomb ? 1 : 0, error));
+    }
+
+    Status status() const { return status_; }
+    const servo_id_settings *get() const { return &given_; }
+
+private:
+    Settings &take(int32_t status) {
+        if (status_ && status < 0) {
+            status_ = status;
+        }
+        return *this;
+    }
+
+    servo_id_settings given_{};
+    Status status_;
+};
+
+namespace detail {
+
+// An identifier's functions; N is the number that a command is.
+template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, servo_id_error *),
+          int32_t (*Sample)(T *, int32_t, N), int32_t (*Resume)(T *, int32_t),
+          int32_t (*Get)(const T *, servo_id_estimates *)>
+class Listening {
+public:
+    Status init(const Settings &settings, Error *error = nullptr) {
+        return settings.status() ? Status(Init(&own_, sizeof own_, settings.get(), error)) : settings.status();
+    }
+    Status sample(int32_t moved, N command) { return Sample(&own_, moved, command); }
+    Status resume(int32_t moved) { return Resume(&own_, moved); }
+    Status estimates(Estimates &estimates) const { return Get(&own_, &estimates); }
+    T *get() { return &own_; }
+    const T *get() const { return &own_; }
+
+private:
+    T own_{};
+};
+
+// A loop's functions; N is the number that a command and an offset are.
+template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, int32_t, servo_id_error *),
+          int32_t (*Process)(T *, int32_t, N, int32_t, N *), int32_t (*Control)(T *, int32_t, N, int32_t, N *),
+          int32_t (*Learn)(T *, N), int32_t (*Get)(const T *, servo_id_estimates *)>
+class Closed {
+public:
+    Status init(const Settings &settings, int32_t count, Error *error = nullptr) {
+        return settings.status() ? Status(Init(&own_, sizeof own_, settings.get(), count, error)) : settings.status();
+    }
+    Status process(int32_t setpoint, N offset, int32_t count, N &command) {
+        return Process(&own_, setpoint, offset, count, &command);
+    }
+    Status control(int32_t setpoint, N offset, int32_t count, N &command) {
+        return Control(&own_, setpoint, offset, count, &command);
+    }
+    Status learn(N acted) { return Learn(&own_, acted); }
+    Status estimates(Estimates &estimates) const { return Get(&own_, &estimates); }
+    T *get() { return &own_; }
+    const T *get() const { return &own_; }
+
+private:
+    T own_{};
+};
+
+} // namespace detail
+
+#define SERVO_ID_LISTENING(NAME, NUMBER)                                                                               \
+    detail::Listening<servo_id_##NAME, NUMBER, servo_id_##NAME##_init, servo_id_##NAME##_sample,                       \
+                      servo_id_##NAME##_resume, servo_id_##NAME##_estimates>
+#define SERVO_ID_CLOSED(NAME, NUMBER)                                                                                  \
+    detail::Closed<servo_id_##NAME, NUMBER, servo_id_##NAME##_init, servo_id_##NAME##_process,                         \
+                   servo_id_##NAME##_control, servo_id_##NAME##_learn, servo_id_##NAME##_estimates>
+#define SERVO_ID_LEARNS(NAME)                                                                                          \
+    Status learn(float increment, float command) { return servo_id_##NAME##_learn(get(), increment, command); }
+#define SERVO_ID_WORKS(NAME)                                                                                           \
+    Status work(uint32_t blocks) { return servo_id_##NAME##_work(get(), blocks); }
+#define SERVO_ID_SCALES(NAME)                                                                                          \
+    Status scale(double &scale) const { return servo_id_##NAME##_scale(get(), &scale); }
+
+class Gradient : public SERVO_ID_LISTENING(gradient, float) {
+public:
+    SERVO_ID_LEARNS(gradient)
+};
+class GradientCoulomb : public SERVO_ID_LISTENING(gradient_coulomb, float) {
+public:
+    SERVO_ID_LEARNS(gradient_coulomb)
+};
+class GaussNewton : public SERVO_ID_LISTENING(gauss_newton, float) {
+public:
+    SERVO_ID_LEARNS(gauss_newton)
+    SERVO_ID_WORKS(gauss_newton)
+};
+class Fixed : public SERVO_ID_LISTENING(fixed, int32_t) {
+public:
+    SERVO_ID_SCALES(fixed)
+};
+class FixedCoulomb : public SERVO_ID_LISTENING(fixed_coulomb, int32_t) {
+public:
+    SERVO_ID_SCALES(fixed_coulomb)
+};
+class GradientLoop : public SERVO_ID_CLOSED(gradient_loop, float) {};
+class GradientCoulombLoop : public SERVO_ID_CLOSED(gradient_coulomb_loop, float) {};
+class GaussNewtonLoop : public SERVO_ID_CLOSED(gauss_newton_loop, float) {
+public:
+    SERVO_ID_WORKS(gauss_newton_loop)
+};
+class FixedLoop : public SERVO_ID_CLOSED(fixed_loop, int32_t) {
+public:
+    SERVO_ID_SCALES(fixed_loop)
+};
+class FixedCoulombLoop : public SERVO_ID_CLOSED(fixed_coulomb_loop, int32_t) {
+public:
+    SERVO_ID_SCALES(fixed_coulomb_loop)
+};
+
+#undef SERVO_ID_LISTENING
+#undef SERVO_ID_CLOSED
+#undef SERVO_ID_LEARNS
+#undef SERVO_ID_WORKS
+#undef SERVO_ID_SCALES
+
+// The verdict in short: see servo_id_judge.
+inline Status judge(const Estimates &estimates, double command, double speed, Verdict &verdict) {
+    return servo_id_judge(&estimates, command, speed, &verdict);
+}
+
+// The servo of estimates: see servo_id_servo_from_estimates.
+inline Status servo_from(const Estimates &estimates, double delay, double unexplained, Servo &servo) {
+    return servo_id_servo_from_estimates(&estimates, delay, unexplained, &servo);
+}
+
+// A search for gains.
+class Tuner {
+public:
+    Status init(const Settings &settings, const Servo &servo, Error *error = nullptr) {
+        return settings.status() ? Status(servo_id_tuner_init(&own_, sizeof own_, settings.get(), &servo, error))
+                                 : settings.status();
+    }
+    // SERVO_ID_PENDING until it is done.
+    Status work(uint32_t slices, Tuning &tuning, Error *error = nullptr) {
+        return servo_id_tuner_work(&own_, slices, &tuning, error);
+    }
+
+private:
+    servo_id_tuner own_{};
+};
+
+} // namespace servo_id
+
+#endif

@@ -1,0 +1,27 @@
+/// A function as Rust has it.
+#[derive(Debug, Clone, Copy)]
+pub struct Prototype {
+    /// Its symbol.
+    pub name: &'static str,
+    /// Names and types of its arguments.
+    pub arguments: &'static [(&'static str, &'static str)],
+}
+
+/// Functions for C, each of which returns a status, and the list `FACE` of them.
+macro_rules! face {
+    ($(
+        $(#[$doc:meta])*
+        fn $name:ident($($argument:ident: $type:ty),* $(,)?) $body:block
+    )*) => {
+        $(
+            $(#[$doc])*
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $name($($argument: $type),*) -> i32 $body
+        )*
+
+        pub(crate) const FACE: &[crate::Prototype] = &[$(crate::Prototype {
+            name: stringify!($name),
+            arguments: &[$((stringify!($argument), stringify!($type))),*],
+        }),*];
+    };
+}

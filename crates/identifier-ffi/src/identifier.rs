@@ -1,0 +1,330 @@
+//! Identifiers that listen to a controller of the caller's.
+
+use identifier_core::identifier::Identify;
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+
+use crate::Prototype;
+use crate::status;
+
+/// Estimates for a, b, Coulomb friction and load, SI: `servo_id_estimates` in the header.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Estimates {
+    /// The estimates; zero for a parameter that the model does not have.
+    pub value: [f64; 4],
+    /// Their standard errors; NaN where the law has none.
+    pub std_error: [f64; 4],
+    /// One for an estimate at a bound, which is no result.
+    pub at_bound: [i32; 4],
+}
+
+/// An identifier and its state.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Listening<I, T> {
+    pub(crate) identifier: I,
+    pub(crate) state: T,
+}
+
+fn in_order(of: ServoParameters) -> [f64; 4] {
+    [of.a, of.b, of.coulomb, of.load]
+}
+
+impl Estimates {
+    /// The estimates of an identifier by its state.
+    pub(crate) fn of<N: Copy, I: Identify<N>>(identifier: &I, state: &I::State) -> Self {
+        let at_bounds: PerParameter<bool> = identifier.at_bounds(state);
+        let errors = identifier.standard_errors(state).map(in_order);
+        Self {
+            value: in_order(identifier.estimates(state)),
+            std_error: errors.unwrap_or([f64::NAN; 4]),
+            at_bound: Parameter::ALL.map(|parameter| at_bounds.get(parameter).into()),
+        }
+    }
+}
+
+/// Estimates before a first fit are no result.
+pub(crate) trait Readiness<N: Copy>: Identify<N> {
+    /// The status of the estimates.
+    fn readiness(&self, _: &Self::State) -> i32 {
+        status::OK
+    }
+}
+
+/// The functions of an identifier with numbers of a type, and further functions.
+macro_rules! listening {
+    (
+        $object:ident: $identifier:ty, $mark:literal, $words:literal words;
+        $init:ident $resume:ident $estimates:ident;
+        $number:ty;
+        $($more:tt)*
+    ) => {
+        use identifier_core::identifier::Identify;
+
+        use super::{Estimates, Listening, Readiness};
+        use crate::object::{Content, Object, content, fill, refuse, shared, status_of, storage, write};
+        use crate::settings::{Settings, given};
+        use crate::status::{self, Error, of_step};
+
+        type Identifier = $identifier;
+
+        /// The identifier and its state.
+        pub type Inner = Listening<Identifier, <Identifier as Identify<$number>>::State>;
+
+        /// Its object in the header.
+        pub type $object = Object<Inner>;
+
+        impl Content for Inner {
+            const MARK: u32 = $mark;
+            const WORDS: usize = $words;
+        }
+
+        /// # Safety
+        /// As the header says.
+        unsafe fn build(
+            object: *mut $object,
+            size: u32,
+            settings: *const Settings,
+        ) -> Result<(), Error> {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let object = storage(object, size).map_err(Error::of)?;
+                let identifier: Identifier = given(settings)?.build()?;
+                let state = identifier.start();
+                fill(object, Listening { identifier, state });
+            }
+            Ok(())
+        }
+
+        face! {
+            /// Builds it from settings.
+            fn $init(
+                object: *mut $object,
+                size: u32,
+                settings: *const Settings,
+                error: *mut Error,
+            ) {
+                // SAFETY: the header's conditions.
+                unsafe {
+                    match build(object, size, settings) {
+                        Ok(()) => status::OK,
+                        Err(refused) => refuse(error, refused),
+                    }
+                }
+            }
+
+            /// Joins a motion after a gap.
+            fn $resume(object: *mut $object, moved: i32) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { content(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let increment = own.identifier.increment(moved);
+                if let Err(error) = own.identifier.check(increment, Default::default()) {
+                    return of_step(error);
+                }
+                own.identifier.resume_moving(&mut own.state, increment);
+                status::OK
+            }
+
+            /// The estimates.
+            fn $estimates(object: *const $object, estimates: *mut Estimates) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { shared(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let found = Estimates::of(&own.identifier, &own.state);
+                // SAFETY: the header's conditions.
+                let written = unsafe { write(estimates, found) };
+                status_of(written.map(|()| own.identifier.readiness(&own.state)))
+            }
+
+            $($more)*
+        }
+    };
+}
+
+/// The same for floating point, which takes increments of sensors that do not count.
+macro_rules! listening_to_numbers {
+    (
+        $object:ident: $identifier:ty, $mark:literal, $words:literal words;
+        $init:ident $sample:ident $resume:ident $estimates:ident $learn:ident;
+        $($more:tt)*
+    ) => {
+        use identifier_core::number::Number;
+
+        listening! {
+            $object: $identifier, $mark, $words words;
+            $init $resume $estimates;
+            f32;
+
+            /// A sample.
+            fn $sample(object: *mut $object, moved: i32, command: f32) {
+                // One function for both: a second copy of the law would be called from here, and not be a part of it.
+                // SAFETY: the header's conditions.
+                unsafe { $learn(object, f32::from_count(moved), command) }
+            }
+
+            /// A sample of a sensor that does not count.
+            fn $learn(object: *mut $object, increment: f32, command: f32) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { content(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                match own.identifier.learn(&mut own.state, increment, command) {
+                    Ok(update) => update.event as i32,
+                    Err(error) => of_step(error),
+                }
+            }
+
+            $($more)*
+        }
+    };
+}
+
+/// The same for fixed point, where a command is a word.
+macro_rules! listening_to_words {
+    (
+        $object:ident: $identifier:ty, $mark:literal, $words:literal words;
+        $init:ident $sample:ident $resume:ident $estimates:ident $scale:ident;
+    ) => {
+        use identifier_core::fixed_point::Word;
+
+        listening! {
+            $object: $identifier, $mark, $words words;
+            $init $resume $estimates;
+            Word;
+
+            /// A sample.
+            fn $sample(object: *mut $object, moved: i32, command: i32) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { content(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let command = Word::from_bits(command);
+                match own.identifier.process(&mut own.state, moved, command) {
+                    Ok(update) => update.event as i32,
+                    Err(error) => of_step(error),
+                }
+            }
+
+            /// Command units of a word's last bit.
+            fn $scale(object: *const $object, scale: *mut f64) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { shared(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let last_bit = own.identifier.command(Word::from_bits(1));
+                // SAFETY: the header's conditions.
+                status_of(unsafe { write(scale, last_bit) }.map(|()| status::OK))
+            }
+        }
+    };
+}
+
+/// The paper's law for a and b; the load is carried by the correction.
+pub mod gradient {
+    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::measurement::LowPass;
+    use identifier_core::parameters::Ab;
+
+    listening_to_numbers! {
+        Gradient: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 47 words;
+        servo_id_gradient_init servo_id_gradient_sample servo_id_gradient_resume
+        servo_id_gradient_estimates servo_id_gradient_learn;
+    }
+
+    impl Readiness<f32> for Identifier {}
+}
+
+/// The same with Coulomb friction.
+pub mod gradient_coulomb {
+    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::measurement::LowPass;
+    use identifier_core::parameters::AbCoulomb;
+
+    listening_to_numbers! {
+        GradientCoulomb: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 60 words;
+        servo_id_gradient_coulomb_init servo_id_gradient_coulomb_sample servo_id_gradient_coulomb_resume
+        servo_id_gradient_coulomb_estimates servo_id_gradient_coulomb_learn;
+    }
+
+    impl Readiness<f32> for Identifier {}
+}
+
+/// Recursive Gauss–Newton for a, b, Coulomb friction and load.
+pub mod gauss_newton {
+    use identifier_core::identifier::GaussNewtonIdentifier;
+    use identifier_core::parameters::AbCoulombLoad;
+
+    listening_to_numbers! {
+        GaussNewton: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0004, 630 words;
+        servo_id_gauss_newton_init servo_id_gauss_newton_sample servo_id_gauss_newton_resume
+        servo_id_gauss_newton_estimates servo_id_gauss_newton_learn;
+
+        /// Continues the first fit by at most so many blocks.
+        fn servo_id_gauss_newton_work(object: *mut GaussNewton, blocks: u32) {
+            // SAFETY: the header's conditions.
+            let own = match unsafe { content(object) } {
+                Ok(own) => own,
+                Err(status) => return status,
+            };
+            own.identifier.work(&mut own.state, blocks);
+            status::OK
+        }
+    }
+
+    impl Readiness<f32> for Identifier {
+        fn readiness(&self, state: &Self::State) -> i32 {
+            if self.is_running(state) {
+                status::OK
+            } else {
+                status::NO_FIT
+            }
+        }
+    }
+}
+
+/// The paper's law in fixed point for a and b.
+pub mod fixed {
+    use identifier_core::fixed_point::FixedGradientIdentifier;
+    use identifier_core::measurement::LowPass;
+    use identifier_core::parameters::Ab;
+
+    listening_to_words! {
+        Fixed: FixedGradientIdentifier<LowPass<Word>, Ab, 2>, 0x5e1d_0005, 58 words;
+        servo_id_fixed_init servo_id_fixed_sample servo_id_fixed_resume servo_id_fixed_estimates
+        servo_id_fixed_scale;
+    }
+
+    impl Readiness<Word> for Identifier {}
+}
+
+/// The same with Coulomb friction.
+pub mod fixed_coulomb {
+    use identifier_core::fixed_point::FixedGradientIdentifier;
+    use identifier_core::measurement::LowPass;
+    use identifier_core::parameters::AbCoulomb;
+
+    listening_to_words! {
+        FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>, 0x5e1d_0006, 66 words;
+        servo_id_fixed_coulomb_init servo_id_fixed_coulomb_sample servo_id_fixed_coulomb_resume
+        servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale;
+    }
+
+    impl Readiness<Word> for Identifier {}
+}
+
+/// The lists of all of them.
+pub(crate) const FACES: [&[Prototype]; 5] = [
+    gradient::FACE,
+    gradient_coulomb::FACE,
+    gauss_newton::FACE,
+    fixed::FACE,
+    fixed_coulomb::FACE,
+];

@@ -1,0 +1,155 @@
+//! Objects in the caller's memory.
+
+use core::mem::MaybeUninit;
+
+use crate::status::{self, Error};
+
+/// The content of an object.
+///
+/// It has no address of itself or of anything else, so that an object may be copied byte by byte.
+pub trait Content: Copy {
+    /// Marks initialised storage: another number for each content.
+    const MARK: u32;
+    /// Eight-byte words of the storage, as the header has them.
+    const WORDS: usize;
+    /// The storage is as large as the header says: on 64 bits no larger than needed.
+    const FITS: () = {
+        let bytes = size_of::<Object<Self>>();
+        assert!(bytes <= 8 * Self::WORDS);
+        assert!(size_of::<usize>() < 8 || bytes == 8 * Self::WORDS);
+    };
+}
+
+/// Storage of the caller: `uint64_t words[WORDS]` in the header.
+#[derive(Debug)]
+#[repr(C, align(8))]
+pub struct Object<T> {
+    mark: u32,
+    content: MaybeUninit<T>,
+}
+
+impl<T> Object<T> {
+    /// Storage that was not initialised.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self {
+            mark: 0,
+            content: MaybeUninit::uninit(),
+        }
+    }
+}
+
+/// The content of an object that was initialised.
+///
+/// # Safety
+/// An address that is neither null nor misaligned is of an object that nothing else uses meanwhile.
+#[inline(always)]
+pub(crate) unsafe fn content<'a, T: Content>(object: *mut Object<T>) -> Result<&'a mut T, i32> {
+    check(object)?;
+    // SAFETY: the caller's promise; an integer and bytes that may be anything are always valid.
+    let object = unsafe { &mut *object };
+    if object.mark != T::MARK {
+        return Err(status::NOT_INITIALISED);
+    }
+    // SAFETY: the mark is set once the content is.
+    Ok(unsafe { object.content.assume_init_mut() })
+}
+
+/// The same for reading.
+///
+/// # Safety
+/// As for [`content`], but others may read it too.
+#[inline(always)]
+pub(crate) unsafe fn shared<'a, T: Content>(object: *const Object<T>) -> Result<&'a T, i32> {
+    check(object)?;
+    // SAFETY: as in `content`.
+    let object = unsafe { &*object };
+    if object.mark != T::MARK {
+        return Err(status::NOT_INITIALISED);
+    }
+    // SAFETY: as in `content`.
+    Ok(unsafe { object.content.assume_init_ref() })
+}
+
+/// Storage for an object, not initialised from now on: its address is right, and it has `size` bytes.
+///
+/// # Safety
+/// As for [`content`].
+pub(crate) unsafe fn storage<T: Content>(
+    object: *mut Object<T>,
+    size: u32,
+) -> Result<*mut Object<T>, i32> {
+    const { T::FITS };
+    check(object)?;
+    if (size as usize) < size_of::<Object<T>>() {
+        return Err(status::TOO_SMALL);
+    }
+    // SAFETY: the caller's promise.
+    unsafe { (&raw mut (*object).mark).write(0) };
+    Ok(object)
+}
+
+/// Initialises an object.
+///
+/// # Safety
+/// It is of [`storage`].
+pub(crate) unsafe fn fill<T: Content>(object: *mut Object<T>, content: T) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        (&raw mut (*object).content).write(MaybeUninit::new(content));
+        (&raw mut (*object).mark).write(T::MARK);
+    }
+}
+
+/// Refuses an address that cannot be of a T.
+#[inline(always)]
+pub(crate) fn check<T>(address: *const T) -> Result<(), i32> {
+    if address.is_null() {
+        Err(status::NULL_POINTER)
+    } else if !address.is_aligned() {
+        Err(status::MISALIGNED)
+    } else {
+        Ok(())
+    }
+}
+
+/// Writes a result.
+///
+/// # Safety
+/// An address that is neither null nor misaligned may be written.
+#[inline(always)]
+pub(crate) unsafe fn write<T>(address: *mut T, value: T) -> Result<(), i32> {
+    check(address)?;
+    // SAFETY: the caller's promise.
+    unsafe { address.write(value) };
+    Ok(())
+}
+
+/// Reads an argument.
+///
+/// # Safety
+/// An address that is neither null nor misaligned may be read.
+#[inline(always)]
+pub(crate) unsafe fn read<T: Copy>(address: *const T) -> Result<T, i32> {
+    check(address)?;
+    // SAFETY: the caller's promise.
+    Ok(unsafe { address.read() })
+}
+
+/// The status of a result.
+#[inline(always)]
+pub(crate) fn status_of(result: Result<i32, i32>) -> i32 {
+    match result {
+        Ok(status) | Err(status) => status,
+    }
+}
+
+/// Writes a refusal where the caller wants it, and returns its status.
+///
+/// # Safety
+/// An address that is neither null nor misaligned may be written.
+pub(crate) unsafe fn refuse(address: *mut Error, error: Error) -> i32 {
+    // SAFETY: the caller's promise. Null is allowed: the status alone is wanted.
+    let _ = unsafe { write(address, error) };
+    error.status
+}

@@ -1,0 +1,325 @@
+//! The core's PID with an identifier.
+
+use crate::Prototype;
+
+/// A loop, its state, and the sample of the controller that nothing was learnt from yet.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Closed<L, T, C> {
+    servo_loop: L,
+    state: T,
+    sample: Option<C>,
+}
+
+/// The functions of a loop with numbers of a type: offsets and commands as the caller has them, and back.
+macro_rules! closed {
+    (
+        $object:ident: $servo_loop:ty, $state:ty, $mark:literal, $words:literal words;
+        $init:ident $process:ident $control:ident $learn:ident $estimates:ident;
+        $number:ty: |$offset:ident: $c_offset:ty| $as_offset:expr;
+        |$acted:ident: $c_number:ty| $as_number:expr; |$word:ident| $as_c:expr;
+        $($more:tt)*
+    ) => {
+        use identifier_core::control::ControlSample;
+
+        use super::Closed;
+        use crate::identifier::{Estimates, Readiness};
+        use crate::object::{Content, Object, check, content, fill, refuse, shared, status_of, storage, write};
+        use crate::settings::{Settings, given};
+        use crate::status::{self, Error, of_step};
+
+        type Loop = $servo_loop;
+
+        /// The loop and its state.
+        pub type Inner = Closed<Loop, $state, ControlSample<$number>>;
+
+        /// Its object in the header.
+        pub type $object = Object<Inner>;
+
+        impl Content for Inner {
+            const MARK: u32 = $mark;
+            const WORDS: usize = $words;
+        }
+
+        /// # Safety
+        /// As the header says.
+        unsafe fn build(
+            object: *mut $object,
+            size: u32,
+            settings: *const Settings,
+            count: i32,
+        ) -> Result<(), Error> {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let object = storage(object, size).map_err(Error::of)?;
+                let servo_loop: Loop = given(settings)?.build()?;
+                let state = servo_loop.start(count);
+                fill(object, Closed { servo_loop, state, sample: None });
+            }
+            Ok(())
+        }
+
+        face! {
+            /// Builds it from settings, at rest at a count.
+            fn $init(
+                object: *mut $object,
+                size: u32,
+                settings: *const Settings,
+                count: i32,
+                error: *mut Error,
+            ) {
+                // SAFETY: the header's conditions.
+                unsafe {
+                    match build(object, size, settings, count) {
+                        Ok(()) => status::OK,
+                        Err(refused) => refuse(error, refused),
+                    }
+                }
+            }
+
+            /// A sample: the command, zero where it is refused.
+            fn $process(
+                object: *mut $object,
+                setpoint: i32,
+                $offset: $c_offset,
+                count: i32,
+                command: *mut $c_number,
+            ) {
+                if let Err(status) = check(command) {
+                    return status;
+                }
+                // SAFETY: the header's conditions.
+                let own = match unsafe { content(object) } {
+                    Ok(own) => own,
+                    Err(status) => {
+                        // SAFETY: the header's conditions; it was checked.
+                        unsafe { command.write(Default::default()) };
+                        return status;
+                    }
+                };
+                match own.servo_loop.process(&mut own.state, setpoint, $as_offset, count) {
+                    Ok(step) => {
+                        let $word = step.control.command;
+                        // SAFETY: the header's conditions; it was checked.
+                        unsafe { command.write($as_c) };
+                        step.seen.event as i32
+                    }
+                    Err(error) => {
+                        // SAFETY: the header's conditions; it was checked.
+                        unsafe { command.write(Default::default()) };
+                        of_step(error)
+                    }
+                }
+            }
+
+            /// The first half of a sample: the command, zero where it is refused.
+            fn $control(
+                object: *mut $object,
+                setpoint: i32,
+                $offset: $c_offset,
+                count: i32,
+                command: *mut $c_number,
+            ) {
+                if let Err(status) = check(command) {
+                    return status;
+                }
+                // SAFETY: the header's conditions.
+                let own = match unsafe { content(object) } {
+                    Ok(own) => own,
+                    Err(status) => {
+                        // SAFETY: the header's conditions; it was checked.
+                        unsafe { command.write(Default::default()) };
+                        return status;
+                    }
+                };
+                match own.servo_loop.control(&mut own.state, setpoint, $as_offset, count) {
+                    Ok(sample) => {
+                        own.sample = Some(sample);
+                        let $word = sample.command;
+                        // SAFETY: the header's conditions; it was checked.
+                        unsafe { command.write($as_c) };
+                        status::OK
+                    }
+                    Err(error) => {
+                        own.sample = None;
+                        // SAFETY: the header's conditions; it was checked.
+                        unsafe { command.write(Default::default()) };
+                        of_step(error)
+                    }
+                }
+            }
+
+            /// The second half, with the command that acts.
+            fn $learn(object: *mut $object, $acted: $c_number) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { content(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let Some(sample) = own.sample.take() else {
+                    return status::NO_SAMPLE;
+                };
+                match own.servo_loop.learn_with(&mut own.state, &sample, $as_number) {
+                    Ok(update) => update.event as i32,
+                    Err(error) => of_step(error),
+                }
+            }
+
+            /// The estimates.
+            fn $estimates(object: *const $object, estimates: *mut Estimates) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { shared(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let (identifier, state) = (own.servo_loop.identifier(), own.state.identification());
+                let found = Estimates::of(identifier, state);
+                // SAFETY: the header's conditions.
+                let written = unsafe { write(estimates, found) };
+                status_of(written.map(|()| identifier.readiness(state)))
+            }
+
+            $($more)*
+        }
+    };
+}
+
+/// The same for floating point.
+macro_rules! closed_on_numbers {
+    (
+        $object:ident: $identifier:ty, $mark:literal, $words:literal words;
+        $init:ident $process:ident $control:ident $learn:ident $estimates:ident;
+        $($more:tt)*
+    ) => {
+        use identifier_core::identifier::{Identify, ServoLoop, ServoLoopState};
+        use identifier_core::measurement::{LowPass, VelocityEstimate};
+
+        closed! {
+            $object: ServoLoop<f32, LowPass<f32>, $identifier>,
+            ServoLoopState<
+                f32,
+                <LowPass<f32> as VelocityEstimate<f32>>::State,
+                <$identifier as Identify<f32>>::State,
+            >,
+            $mark, $words words;
+            $init $process $control $learn $estimates;
+            f32: |offset: f32| offset; |acted: f32| acted; |command_of_loop| command_of_loop;
+            $($more)*
+        }
+    };
+}
+
+/// The same for fixed point, where a command is a word.
+macro_rules! closed_on_words {
+    (
+        $object:ident: $set:ty, $parameters:literal, $mark:literal, $words:literal words;
+        $init:ident $process:ident $control:ident $learn:ident $estimates:ident $scale:ident;
+    ) => {
+        use fixed::types::I16F16;
+        use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
+        use identifier_core::measurement::{LowPass, VelocityEstimate};
+
+        closed! {
+            $object: FixedServoLoop<LowPass<Word>, $set, $parameters>,
+            FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, $parameters>,
+            $mark, $words words;
+            $init $process $control $learn $estimates;
+            Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);
+            |word| word.to_bits();
+
+            /// Command units of a word's last bit.
+            fn $scale(object: *const $object, scale: *mut f64) {
+                // SAFETY: the header's conditions.
+                let own = match unsafe { shared(object) } {
+                    Ok(own) => own,
+                    Err(status) => return status,
+                };
+                let last_bit = own.servo_loop.identifier().command(Word::from_bits(1));
+                // SAFETY: the header's conditions.
+                status_of(unsafe { write(scale, last_bit) }.map(|()| status::OK))
+            }
+        }
+    };
+}
+
+/// With the paper's law for a and b.
+pub mod gradient {
+    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::parameters::Ab;
+
+    closed_on_numbers! {
+        GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 57 words;
+        servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
+        servo_id_gradient_loop_learn servo_id_gradient_loop_estimates;
+    }
+}
+
+/// The same with Coulomb friction.
+pub mod gradient_coulomb {
+    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::parameters::AbCoulomb;
+
+    closed_on_numbers! {
+        GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 70 words;
+        servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
+        servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
+        servo_id_gradient_coulomb_loop_estimates;
+    }
+}
+
+/// With Gauss–Newton.
+pub mod gauss_newton {
+    use identifier_core::identifier::GaussNewtonIdentifier;
+    use identifier_core::parameters::AbCoulombLoad;
+
+    closed_on_numbers! {
+        GaussNewtonLoop: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0014, 640 words;
+        servo_id_gauss_newton_loop_init servo_id_gauss_newton_loop_process
+        servo_id_gauss_newton_loop_control servo_id_gauss_newton_loop_learn
+        servo_id_gauss_newton_loop_estimates;
+
+        /// Continues the first fit by at most so many blocks.
+        fn servo_id_gauss_newton_loop_work(object: *mut GaussNewtonLoop, blocks: u32) {
+            // SAFETY: the header's conditions.
+            let own = match unsafe { content(object) } {
+                Ok(own) => own,
+                Err(status) => return status,
+            };
+            let identifier = own.servo_loop.identifier();
+            identifier.work(own.state.identification_mut(), blocks);
+            status::OK
+        }
+    }
+}
+
+/// With the paper's law in fixed point for a and b.
+pub mod fixed_point {
+    use identifier_core::parameters::Ab;
+
+    closed_on_words! {
+        FixedLoop: Ab, 2, 0x5e1d_0015, 77 words;
+        servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
+        servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale;
+    }
+}
+
+/// The same with Coulomb friction.
+pub mod fixed_point_coulomb {
+    use identifier_core::parameters::AbCoulomb;
+
+    closed_on_words! {
+        FixedCoulombLoop: AbCoulomb, 3, 0x5e1d_0016, 85 words;
+        servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
+        servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
+        servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale;
+    }
+}
+
+/// The lists of all of them.
+pub(crate) const FACES: [&[Prototype]; 5] = [
+    gradient::FACE,
+    gradient_coulomb::FACE,
+    gauss_newton::FACE,
+    fixed_point::FACE,
+    fixed_point_coulomb::FACE,
+];

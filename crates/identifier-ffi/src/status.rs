@@ -1,0 +1,251 @@
+//! Statuses: zero and above for success, where the number is the event of a sample; below zero for refusals.
+
+use core::ffi::CStr;
+
+use identifier_core::error::{Allowed, OutOfRange, StepError};
+use identifier_core::settings::{GainError, MatrixError, SettingsError};
+use identifier_core::stability::CertificateError;
+use identifier_core::tuning::TuningError;
+
+use crate::parameter;
+
+/// A status: its constant in the header, its number, and a sentence.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Its constant in the header, without the prefix.
+    pub constant: &'static str,
+    /// Its number.
+    pub number: i32,
+    /// A sentence for people.
+    pub text: &'static CStr,
+}
+
+macro_rules! statuses {
+    ($($number:literal $constant:ident $text:literal)*) => {
+        $(
+            #[doc = concat!("Status ", $number, ".")]
+            pub const $constant: i32 = $number;
+        )*
+
+        /// All of them.
+        pub const ROWS: &[Row] = &[$(Row {
+            constant: stringify!($constant),
+            number: $number,
+            text: $text,
+        }),*];
+    };
+}
+
+statuses! {
+    0 OK c"done"
+    1 SLOWED c"a guard shortened the step of the law"
+    2 STANDING c"nothing was learnt: the servo is at standstill"
+    3 RESTARTED c"the model had left the range of the number format and was restarted; the estimates are kept"
+    4 STARTED c"a first fit succeeded, and the recursion starts from it"
+    5 LOAD_STEP c"the load has changed by a step and is estimated anew"
+    6 TERM_ENTERED c"an optional term of the model has entered"
+    7 FRICTION_LOWERED c"the servo moves where the friction of the model would hold it: the friction was lowered"
+    8 AT_BOUND c"a fit was stopped by a bound: the last result stays"
+    9 NOT_FOLLOWING c"the servo does not follow its command: amplifier off, or a limit that the command does not contain"
+    20 PENDING c"work is left: call it again"
+    -1 NULL_POINTER c"an address is null"
+    -2 MISALIGNED c"an address is not a multiple of the alignment of its type"
+    -3 TOO_SMALL c"the storage is smaller than the header says: are header and library of one version?"
+    -4 NOT_INITIALISED c"the object was not initialised, or its initialisation was refused"
+    -5 NO_SUCH_PARAMETER c"no parameter has this number"
+    -6 NOT_A_VALUE c"the parameter takes a lowest and a highest value"
+    -7 NOT_A_RANGE c"the parameter takes one value"
+    -10 OUT_OF_RANGE c"the value of a parameter is not allowed"
+    -11 NOT_GIVEN c"a parameter without a default was not given"
+    -12 GAMMA c"gamma is not positive definite"
+    -13 NO_MOTION c"the reference does not move the servo, so that no gamma follows from it"
+    -14 CERTIFICATE c"the gains are not certified for all servos of the box"
+    -15 LOOP_UNSTABLE c"the sampled loop of a servo of the box is unstable"
+    -16 ESTIMATE_UNSTABLE c"the correction is unstable for an estimate that the bounds allow"
+    -17 NOT_SUPPORTED c"the identifier does not have what was asked for"
+    -20 ERROR_NOT_FINITE c"the position error is not a finite number: check the setpoint"
+    -21 TOO_FAR_APART c"the setpoint is further from the position than the number format counts exactly"
+    -22 COUNT_JUMPED c"the position has jumped further than the servo can move in a sample: check the encoder"
+    -23 COMMAND_NOT_FINITE c"the command that acted is not a finite number"
+    -24 SAMPLE_REFUSED c"the sample was refused"
+    -25 NO_SAMPLE c"nothing to learn from: control comes first, once for each time"
+    -30 NO_FIT c"nothing is fitted yet: the motion has too little information so far"
+    -31 NO_STANDARD_ERRORS c"the law has no standard errors"
+    -40 TOO_FAST c"the goal is beyond the margins of the servo"
+    -41 NOT_KNOWN c"the servo is not known well enough for any gains to keep the margins"
+    -42 DOES_NOT_ARRIVE c"the step does not get to 90 %, as friction holds the servo"
+}
+
+/// A refusal as numbers: `servo_id_error` in the header.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Error {
+    /// The status.
+    pub status: i32,
+    /// The number of the parameter, zero for none.
+    pub parameter: i32,
+    /// The kind of the range that is allowed: [`ALLOWED`].
+    pub allowed: i32,
+    /// For eight bytes.
+    pub unused: i32,
+    /// The value that was refused.
+    pub value: f64,
+    /// The range that is allowed, as its kind says.
+    pub low: f64,
+    /// The other end.
+    pub high: f64,
+}
+
+/// Kinds of ranges by number.
+pub const ALLOWED: &[(&str, i32)] = &[
+    ("ALLOWED_UNKNOWN", 0),
+    ("ALLOWED_FINITE", 1),
+    ("ALLOWED_ABOVE", 2),
+    ("ALLOWED_AT_LEAST", 3),
+    ("ALLOWED_BELOW", 4),
+    ("ALLOWED_AT_MOST", 5),
+    ("ALLOWED_BETWEEN", 6),
+    ("ALLOWED_WITHIN", 7),
+    ("ALLOWED_POSITIVE_UP_TO", 8),
+    ("ALLOWED_MULTIPLE_OF", 9),
+];
+
+impl Error {
+    /// A status alone.
+    pub(crate) const fn of(status: i32) -> Self {
+        Self {
+            status,
+            parameter: 0,
+            allowed: 0,
+            unused: 0,
+            value: 0.0,
+            low: 0.0,
+            high: 0.0,
+        }
+    }
+
+    fn about(status: i32, parameter: i32, value: f64, allowed: Allowed) -> Self {
+        let inf = f64::INFINITY;
+        let (allowed, low, high) = match allowed {
+            Allowed::Finite => (1, -inf, inf),
+            Allowed::Above(low) => (2, low, inf),
+            Allowed::AtLeast(low) => (3, low, inf),
+            Allowed::Below(high) => (4, -inf, high),
+            Allowed::AtMost(high) => (5, -inf, high),
+            Allowed::Between(low, high) => (6, low, high),
+            Allowed::Within(low, high) => (7, low, high),
+            Allowed::PositiveUpTo(high) => (8, 0.0, high),
+            Allowed::MultipleOf(step) => (9, step, inf),
+        };
+        Self {
+            status,
+            parameter,
+            allowed,
+            unused: 0,
+            value,
+            low,
+            high,
+        }
+    }
+
+    /// A value out of range; `given` says which parameters were given.
+    pub(crate) fn out_of_range(error: &OutOfRange, given: impl Fn(i32) -> bool) -> Self {
+        let number = number(error.parameter, given);
+        Self::about(OUT_OF_RANGE, number, error.value, error.allowed)
+    }
+
+    /// Settings that cannot be built.
+    pub(crate) fn settings(error: &SettingsError, given: impl Fn(i32) -> bool) -> Self {
+        match *error {
+            SettingsError::Range(ref range) => Self::out_of_range(range, given),
+            SettingsError::NotGiven { setting } => Self {
+                parameter: number(setting, |_| false),
+                ..Self::of(NOT_GIVEN)
+            },
+            SettingsError::Gamma(matrix) => {
+                let (row, value) = match matrix {
+                    MatrixError::NotFinite { row, value, .. }
+                    | MatrixError::NotSymmetric { row, value, .. }
+                    | MatrixError::NotDiagonal { row, value, .. }
+                    | MatrixError::NotPositiveDefinite { row, pivot: value } => (row, value),
+                    _ => return Self::of(GAMMA),
+                };
+                Self::about(
+                    GAMMA,
+                    parameter::GAMMA_A + row.min(3) as i32,
+                    value,
+                    Allowed::Above(0.0),
+                )
+            }
+            SettingsError::NoGamma(GainError::AtRest) => Self::of(NO_MOTION),
+            SettingsError::NoGamma(_) => Self::of(LOOP_UNSTABLE),
+            SettingsError::Certificate(certificate) => match certificate {
+                CertificateError::MuNotPositive { mu } => {
+                    Self::about(CERTIFICATE, parameter::MU, mu, Allowed::Above(0.0))
+                }
+                CertificateError::DampingTooSmall { mu, mu_below, .. } => {
+                    Self::about(CERTIFICATE, parameter::MU, mu, Allowed::Below(mu_below))
+                }
+                CertificateError::ProportionalGainTooSmall { kp, kp_above, .. } => {
+                    Self::about(CERTIFICATE, parameter::KP, kp, Allowed::Above(kp_above))
+                }
+            },
+            SettingsError::SampledLoop(sampled) => Self {
+                parameter: parameter::PLANT_BOX_B,
+                value: sampled.b,
+                ..Self::of(LOOP_UNSTABLE)
+            },
+            SettingsError::Estimate(estimate) => Self::about(
+                ESTIMATE_UNSTABLE,
+                parameter::BOUNDS_B,
+                estimate.b,
+                Allowed::AtMost(estimate.stable),
+            ),
+            SettingsError::NoSuchTerm { .. } | SettingsError::NoAmplifier { .. } => {
+                Self::of(NOT_SUPPORTED)
+            }
+        }
+    }
+
+    /// Gains that cannot be found.
+    pub(crate) fn tuning(error: &TuningError, given: impl Fn(i32) -> bool) -> Self {
+        match *error {
+            TuningError::OutOfRange(range) if range.parameter == "bandwidth" => Self::about(
+                OUT_OF_RANGE,
+                parameter::LOOP_BANDWIDTH,
+                range.value,
+                range.allowed,
+            ),
+            TuningError::OutOfRange(ref range) => Self::out_of_range(range, given),
+            TuningError::TooFast {
+                bandwidth, most, ..
+            } => Self::about(
+                TOO_FAST,
+                parameter::LOOP_BANDWIDTH,
+                bandwidth,
+                Allowed::AtMost(most),
+            ),
+            TuningError::NotKnown => Self::of(NOT_KNOWN),
+            TuningError::DoesNotArrive => Self::of(DOES_NOT_ARRIVE),
+        }
+    }
+}
+
+/// The number of a parameter by its name in the core; of a group the first that was given, or its first.
+fn number(name: &str, given: impl Fn(i32) -> bool) -> i32 {
+    let mut given_of_group = parameter::numbers(name).filter(|&number| given(number));
+    let first = || parameter::numbers(name).next();
+    given_of_group.next().or_else(first).unwrap_or(0)
+}
+
+/// The status of a refused sample.
+#[inline]
+pub(crate) fn of_step(error: StepError) -> i32 {
+    match error {
+        StepError::ErrorNotFinite => ERROR_NOT_FINITE,
+        StepError::TooFarApart => TOO_FAR_APART,
+        StepError::CountJumped => COUNT_JUMPED,
+        StepError::CommandNotFinite => COMMAND_NOT_FINITE,
+        _ => SAMPLE_REFUSED,
+    }
+}

@@ -1,0 +1,273 @@
+//! Gains for an identified servo.
+
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::tuning::{Cap, Goal, Tuner as CoreTuner, TunerState, TuningSettings};
+
+use crate::identifier::Estimates;
+use crate::object::{
+    Content, Object, check, content, fill, read, refuse, status_of, storage, write,
+};
+use crate::parameter as p;
+use crate::settings::{Given, Settings, given};
+use crate::status::{self, Error};
+
+/// An identified servo, SI: `servo_id_servo` in the header.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Servo {
+    /// a, b, Coulomb friction and load.
+    pub value: [f64; 4],
+    /// From a command to its acceleration, s.
+    pub delay: f64,
+    /// Covariance of a, b, Coulomb friction, delay and load.
+    pub covariance: [[f64; 5]; 5],
+    /// Standard deviation of the position that the model leaves unexplained, rad.
+    pub unexplained: f64,
+}
+
+/// Gains and their predicted performance, SI: `servo_id_tuning` in the header.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Tuning {
+    /// Proportional gain.
+    pub kp: f64,
+    /// Derivative gain.
+    pub kd: f64,
+    /// Integral gain.
+    pub ki: f64,
+    /// Cut-off of the velocity estimate, rad/s.
+    pub cutoff: f64,
+    /// ω of the double pole, rad/s.
+    pub bandwidth: f64,
+    /// The step that the promise is for, rad.
+    pub step: f64,
+    /// From 10 to 90 % of it, s: as it is, at the quickest and at the slowest.
+    pub rise_time: [f64; 3],
+    /// Beyond the step, a part of it.
+    pub overshoot: f64,
+    /// Until it stays within 2 %, s.
+    pub settling_time: f64,
+    /// The largest sensitivity.
+    pub sensitivity: f64,
+    /// Factors by which the loop's gain may fall and rise.
+    pub gain_margin: [f64; 2],
+    /// The largest command of the step, as a part of the available one.
+    pub command_share: f64,
+    /// Standard deviation of the command from the encoder's rounding.
+    pub noise: f64,
+    /// rad per rad/s² of a step of the load.
+    pub compliance: f64,
+    /// What keeps it from being faster: [`CAPS`].
+    pub cap: i32,
+    /// For eight bytes.
+    pub unused: i32,
+}
+
+/// Caps by number.
+pub const CAPS: &[(&str, i32)] = &[
+    ("CAP_NONE", 0),
+    ("CAP_DELAY", 1),
+    ("CAP_ENCODER_NOISE", 2),
+    ("CAP_COMMAND_LIMIT", 3),
+    ("CAP_RESONANCE", 4),
+];
+
+/// A tuner and its work.
+#[derive(Debug, Clone, Copy)]
+pub struct Working {
+    tuner: CoreTuner,
+    state: TunerState,
+}
+
+/// `servo_id_tuner` in the header.
+pub type Tuner = Object<Working>;
+
+impl Content for Working {
+    const MARK: u32 = 0x5e1d_0021;
+    const WORDS: usize = 230;
+}
+
+impl Given {
+    fn tuning(&self) -> TuningSettings {
+        let or_zero = |number| self.value(number).unwrap_or(0.0);
+        let command = self.value(p::COMMAND).unwrap_or(f64::INFINITY);
+        let usual = TuningSettings::new(
+            or_zero(p::SAMPLE_TIME),
+            or_zero(p::RESOLUTION),
+            command,
+            or_zero(p::STEP),
+        );
+        let goal = match (self.value(p::RESPONSE_TIME), self.value(p::LOOP_BANDWIDTH)) {
+            (Some(time), _) => Goal::ResponseTime(time),
+            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
+            (None, None) => usual.goal,
+        };
+        TuningSettings {
+            cutoff: self.value(p::CUTOFF),
+            command_delay: or_zero(p::COMMAND_DELAY),
+            goal,
+            max_sensitivity: self
+                .value(p::MAX_SENSITIVITY)
+                .unwrap_or(usual.max_sensitivity),
+            max_noise: self.value(p::MAX_NOISE).unwrap_or(usual.max_noise),
+            resonance: self.value(p::RESONANCE),
+            ..usual
+        }
+    }
+}
+
+impl From<Servo> for IdentifiedServo {
+    fn from(servo: Servo) -> Self {
+        let [a, b, coulomb, load] = servo.value;
+        Self {
+            parameters: ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            },
+            delay: servo.delay,
+            covariance: servo.covariance,
+            unexplained: servo.unexplained,
+        }
+    }
+}
+
+impl From<identifier_core::tuning::Tuning> for Tuning {
+    fn from(found: identifier_core::tuning::Tuning) -> Self {
+        let promise = found.promise;
+        Self {
+            kp: found.kp,
+            kd: found.kd,
+            ki: found.ki,
+            cutoff: found.cutoff,
+            bandwidth: found.bandwidth,
+            step: promise.step,
+            rise_time: [
+                promise.rise_time,
+                promise.quickest_rise_time,
+                promise.slowest_rise_time,
+            ],
+            overshoot: promise.overshoot,
+            settling_time: promise.settling_time,
+            sensitivity: promise.sensitivity,
+            gain_margin: promise.gain_margins,
+            command_share: promise.command_share,
+            noise: promise.noise,
+            compliance: promise.compliance,
+            cap: match found.cap {
+                None => 0,
+                Some(Cap::Delay) => 1,
+                Some(Cap::EncoderNoise) => 2,
+                Some(Cap::CommandLimit) => 3,
+                Some(Cap::Resonance) => 4,
+            },
+            unused: 0,
+        }
+    }
+}
+
+/// # Safety
+/// As the header says.
+unsafe fn build(
+    tuner: *mut Tuner,
+    size: u32,
+    settings: *const Settings,
+    servo: *const Servo,
+) -> Result<(), Error> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let object = storage(tuner, size).map_err(Error::of)?;
+        let given = given(settings)?;
+        let servo = read(servo).map_err(Error::of)?;
+        let tuner = CoreTuner::new(&given.tuning(), &servo.into())
+            .map_err(|error| Error::tuning(&error, |number| given.has(number)))?;
+        let state = tuner.start();
+        fill(object, Working { tuner, state });
+    }
+    Ok(())
+}
+
+face! {
+    /// The servo of estimates with standard errors, which are taken as independent.
+    fn servo_id_servo_from_estimates(
+        estimates: *const Estimates,
+        delay: f64,
+        unexplained: f64,
+        servo: *mut Servo,
+    ) {
+        // SAFETY: the header's conditions.
+        let estimates = match unsafe { read(estimates) } {
+            Ok(estimates) => estimates,
+            Err(status) => return status,
+        };
+        if estimates.std_error.iter().any(|error| !error.is_finite()) {
+            return status::NO_STANDARD_ERRORS;
+        }
+        let [a, b, coulomb, load] = estimates.std_error;
+        let deviations = [a, b, coulomb, 0.0, load];
+        let mut found = Servo {
+            value: estimates.value,
+            delay,
+            covariance: [[0.0; 5]; 5],
+            unexplained,
+        };
+        for (place, (row, deviation)) in found.covariance.iter_mut().zip(deviations).enumerate() {
+            for (beside, entry) in row.iter_mut().enumerate() {
+                if beside == place {
+                    *entry = deviation * deviation;
+                }
+            }
+        }
+        // SAFETY: the header's conditions.
+        status_of(unsafe { write(servo, found) }.map(|()| status::OK))
+    }
+
+    /// Begins to look for gains.
+    fn servo_id_tuner_init(
+        tuner: *mut Tuner,
+        size: u32,
+        settings: *const Settings,
+        servo: *const Servo,
+        error: *mut Error,
+    ) {
+        // SAFETY: the header's conditions.
+        unsafe {
+            match build(tuner, size, settings, servo) {
+                Ok(()) => status::OK,
+                Err(refused) => refuse(error, refused),
+            }
+        }
+    }
+
+    /// At most so many slices of work.
+    fn servo_id_tuner_work(
+        tuner: *mut Tuner,
+        slices: u32,
+        tuning: *mut Tuning,
+        error: *mut Error,
+    ) {
+        // SAFETY: the header's conditions.
+        let own = match check(tuning).and_then(|()| unsafe { content(tuner) }) {
+            Ok(own) => own,
+            // SAFETY: the header's conditions.
+            Err(status) => return unsafe { refuse(error, Error::of(status)) },
+        };
+        for _ in 0..slices {
+            match own.tuner.work(&mut own.state) {
+                None => {}
+                Some(Ok(found)) => {
+                    // SAFETY: the header's conditions; it was checked.
+                    unsafe { tuning.write(found.into()) };
+                    return status::OK;
+                }
+                Some(Err(refused)) => {
+                    let refused = Error::tuning(&refused, |_| false);
+                    // SAFETY: the header's conditions.
+                    return unsafe { refuse(error, refused) };
+                }
+            }
+        }
+        status::PENDING
+    }
+}

@@ -1,0 +1,87 @@
+/* Calls that C refuses nowhere: each has its status, also under the compiler's sanitizers. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "servo_id.h"
+
+static void expect(int line, int32_t answered, int32_t expected) {
+    if (answered != expected) {
+        printf("line %d: status %d in place of %d\n", line, (int)answered, (int)expected);
+        exit(1);
+    }
+}
+#define EXPECT(CALL, STATUS) expect(__LINE__, CALL, STATUS)
+
+int main(void) {
+    servo_id_settings settings = {{0}};
+    servo_id_gauss_newton *object = malloc(sizeof *object), *copy = malloc(sizeof *object);
+    servo_id_estimates found;
+    servo_id_error error;
+    float command = 1.0f;
+    const char *text = NULL;
+    char bytes[64];
+    memset(object, 0, sizeof *object);
+
+    /* Before initialisation. */
+    EXPECT(servo_id_settings_set(&settings, SERVO_ID_KP, 1.0), SERVO_ID_NOT_INITIALISED);
+    EXPECT(servo_id_gauss_newton_init(object, sizeof *object, &settings, &error), SERVO_ID_NOT_INITIALISED);
+    EXPECT(error.status, SERVO_ID_NOT_INITIALISED);
+    EXPECT(servo_id_gauss_newton_sample(object, 1, 0.0f), SERVO_ID_NOT_INITIALISED);
+    EXPECT(servo_id_gauss_newton_work(object, 1), SERVO_ID_NOT_INITIALISED);
+    EXPECT(servo_id_gauss_newton_estimates(object, &found), SERVO_ID_NOT_INITIALISED);
+
+    /* Too small, and settings that are none. */
+    EXPECT(servo_id_settings_init(&settings, sizeof settings - 1, 1e-3, 4096.0), SERVO_ID_TOO_SMALL);
+    EXPECT(servo_id_settings_init(&settings, sizeof settings, NAN, 4096.0), SERVO_ID_OUT_OF_RANGE);
+    EXPECT(servo_id_settings_init(&settings, sizeof settings, 1e-3, 0.0), SERVO_ID_OUT_OF_RANGE);
+    EXPECT(servo_id_settings_init(&settings, sizeof settings, 1e-3, 4096.0), SERVO_ID_OK);
+    EXPECT(servo_id_settings_set(&settings, 1000, 1.0), SERVO_ID_NO_SUCH_PARAMETER);
+    EXPECT(servo_id_settings_set(&settings, SERVO_ID_LIMIT, 1.0), SERVO_ID_NOT_A_VALUE);
+    EXPECT(servo_id_settings_set_range(&settings, SERVO_ID_KP, 1.0, 2.0), SERVO_ID_NOT_A_RANGE);
+    EXPECT(servo_id_gauss_newton_init(object, sizeof *object - 8, &settings, NULL), SERVO_ID_TOO_SMALL);
+
+    /* No memory, or none of the kind. */
+    EXPECT(servo_id_gauss_newton_init(NULL, sizeof *object, &settings, NULL), SERVO_ID_NULL_POINTER);
+    EXPECT(servo_id_gauss_newton_init((servo_id_gauss_newton *)(uintptr_t)((uintptr_t)object + 4), sizeof *object,
+                                      &settings, NULL),
+           SERVO_ID_MISALIGNED);
+    EXPECT(servo_id_gauss_newton_init(object, sizeof *object, NULL, NULL), SERVO_ID_NULL_POINTER);
+    EXPECT(servo_id_gauss_newton_sample(NULL, 1, 0.0f), SERVO_ID_NULL_POINTER);
+    EXPECT(servo_id_status_text(0, NULL), SERVO_ID_NULL_POINTER);
+
+    /* Right, wrong samples, and right again. */
+    EXPECT(servo_id_gauss_newton_init(object, sizeof *object, &settings, NULL), SERVO_ID_OK);
+    EXPECT(servo_id_gauss_newton_sample(object, 1, NAN), SERVO_ID_COMMAND_NOT_FINITE);
+    EXPECT(servo_id_gauss_newton_sample(object, INT32_MAX, 0.0f), SERVO_ID_COUNT_JUMPED);
+    EXPECT(servo_id_gauss_newton_sample(object, 1, 0.0f), SERVO_ID_OK);
+    EXPECT(servo_id_gauss_newton_estimates(object, NULL), SERVO_ID_NULL_POINTER);
+    EXPECT(servo_id_gauss_newton_estimates(object, &found), SERVO_ID_NO_FIT);
+
+    /* A copy lives by itself. */
+    memcpy(copy, object, sizeof *object);
+    memset(object, 0xff, sizeof *object);
+    free(object);
+    EXPECT(servo_id_gauss_newton_sample(copy, 1, 0.0f), SERVO_ID_OK);
+
+    /* Of another type; a loop without a PID; a refused loop commands nothing. */
+    EXPECT(servo_id_gradient_sample((servo_id_gradient *)copy, 1, 0.0f), SERVO_ID_NOT_INITIALISED);
+    free(copy);
+    servo_id_gradient_loop loop = {{0}};
+    EXPECT(servo_id_gradient_loop_init(&loop, sizeof loop, &settings, 0, &error), SERVO_ID_NOT_GIVEN);
+    EXPECT(servo_id_gradient_loop_process(&loop, 0, 0.0f, 0, &command), SERVO_ID_NOT_INITIALISED);
+    EXPECT(command == 0.0f, 1);
+    EXPECT(servo_id_gradient_loop_process(&loop, 0, 0.0f, 0, NULL), SERVO_ID_NULL_POINTER);
+
+    /* Every status has a sentence, every parameter a name. */
+    for (int32_t status = -50; status < 50; status++) {
+        EXPECT(servo_id_status_text(status, &text) <= 0 && strlen(text) > 3, 1);
+    }
+    for (int32_t parameter = 1; parameter <= SERVO_ID_RESONANCE; parameter++) {
+        EXPECT(servo_id_parameter_name(parameter, &text), SERVO_ID_OK);
+        snprintf(bytes, sizeof bytes, "%s", text);
+        EXPECT(strlen(bytes) > 1, 1);
+    }
+    return 0;
+}

@@ -1,0 +1,442 @@
+//! Calls of all kinds, right and wrong: each has a status, and nothing is touched that was not passed.
+
+use std::mem::MaybeUninit;
+use std::ptr::null_mut;
+
+use identifier_ffi::identifier::{Estimates, fixed, gauss_newton, gradient};
+use identifier_ffi::judge::{Verdict, servo_id_judge};
+use identifier_ffi::object::Object;
+use identifier_ffi::parameter as p;
+use identifier_ffi::servo_loop;
+use identifier_ffi::settings::*;
+use identifier_ffi::status::{self, Error};
+use identifier_ffi::tuner::*;
+
+use fixed::{
+    servo_id_fixed_estimates, servo_id_fixed_init, servo_id_fixed_resume, servo_id_fixed_sample,
+};
+use gauss_newton::{
+    servo_id_gauss_newton_estimates, servo_id_gauss_newton_init, servo_id_gauss_newton_resume,
+    servo_id_gauss_newton_sample, servo_id_gauss_newton_work,
+};
+use gradient::{
+    Gradient, servo_id_gradient_estimates, servo_id_gradient_init, servo_id_gradient_resume,
+    servo_id_gradient_sample,
+};
+use servo_loop::fixed_point::{servo_id_fixed_loop_init, servo_id_fixed_loop_process};
+use servo_loop::gradient::{
+    servo_id_gradient_loop_control, servo_id_gradient_loop_init, servo_id_gradient_loop_learn,
+    servo_id_gradient_loop_process,
+};
+
+fn size<T>() -> u32 {
+    size_of::<T>() as u32
+}
+
+/// No memory of a kind: null, or an address that is no multiple of its alignment.
+fn nowhere<T>(misaligned: bool) -> *mut T {
+    if misaligned {
+        0x1001 as *mut T
+    } else {
+        null_mut()
+    }
+}
+
+const NO_ESTIMATES: Estimates = Estimates {
+    value: [0.0; 4],
+    std_error: [f64::NAN; 4],
+    at_bound: [0; 4],
+};
+
+const NO_ERROR: Error = Error {
+    status: 0,
+    parameter: 0,
+    allowed: 0,
+    unused: 0,
+    value: 0.0,
+    low: 0.0,
+    high: 0.0,
+};
+
+/// Settings that every law accepts.
+fn settings() -> Settings {
+    let mut own = Settings::empty();
+    let at = &raw mut own;
+    // SAFETY: the objects are of their types.
+    unsafe {
+        assert_eq!(servo_id_settings_init(at, size::<Settings>(), 1e-3, 1e4), 0);
+        for (parameter, value) in [(p::KP, 9.0), (p::KD, 0.19), (p::KI, 4.0)] {
+            assert_eq!(servo_id_settings_set(at, parameter, value), 0);
+        }
+        for (parameter, value) in [
+            (p::GAMMA_A, 23.0),
+            (p::GAMMA_B, 1700.0),
+            (p::GAMMA_COULOMB, 100.0),
+        ] {
+            assert_eq!(servo_id_settings_set(at, parameter, value), 0);
+        }
+        for (parameter, [low, high]) in [
+            (p::LIMIT, [-10.0, 10.0]),
+            (p::PLANT_BOX_A, [0.0, 50.0]),
+            (p::PLANT_BOX_B, [110.0, 1000.0]),
+            (p::BOUNDS_COULOMB, [0.0, 100.0]),
+        ] {
+            assert_eq!(servo_id_settings_set_range(at, parameter, low, high), 0);
+        }
+    }
+    own
+}
+
+#[test]
+fn every_parameter_takes_what_its_row_says() {
+    let mut own = settings();
+    let at = &raw mut own;
+    // SAFETY: the object is of its type.
+    unsafe {
+        for row in p::ROWS {
+            let takes_value = row.kind == p::Kind::Value;
+            let value = servo_id_settings_set(at, row.number, 1.0);
+            assert_eq!(
+                value,
+                if takes_value { 0 } else { status::NOT_A_VALUE },
+                "{row:?}"
+            );
+            let range = servo_id_settings_set_range(at, row.number, 0.0, 1.0);
+            assert_eq!(
+                range,
+                if takes_value { status::NOT_A_RANGE } else { 0 },
+                "{row:?}"
+            );
+            let nan = servo_id_settings_set(at, row.number, f64::NAN);
+            assert!(nan < 0, "{row:?}");
+        }
+        for number in [0, -1, 50, 55, 56, 63, 64, i32::MAX, i32::MIN] {
+            assert_eq!(
+                servo_id_settings_set(at, number, 1.0),
+                status::NO_SUCH_PARAMETER
+            );
+            assert_eq!(
+                servo_id_settings_set_range(at, number, 0.0, 1.0),
+                status::NO_SUCH_PARAMETER
+            );
+        }
+    }
+}
+
+#[test]
+fn a_refusal_is_in_numbers() {
+    let refused = |change: &dyn Fn(*mut Settings)| {
+        let mut own = settings();
+        change(&raw mut own);
+        let mut object = Gradient::empty();
+        let mut error = NO_ERROR;
+        // SAFETY: the objects are of their types.
+        let status = unsafe {
+            servo_id_gradient_init(
+                &raw mut object,
+                size::<Gradient>(),
+                &raw const own,
+                &raw mut error,
+            )
+        };
+        // SAFETY: as above.
+        let after = unsafe { servo_id_gradient_sample(&raw mut object, 0, 0.0) };
+        assert_eq!(after, status::NOT_INITIALISED, "a refused object is none");
+        assert_eq!(status, error.status);
+        error
+    };
+    let set = |parameter, value| {
+        // SAFETY: the object is of its type.
+        move |own: *mut Settings| unsafe {
+            assert_eq!(servo_id_settings_set(own, parameter, value), 0);
+        }
+    };
+    let error = refused(&set(p::SAMPLE_TIME, 1e9));
+    assert_eq!(
+        (error.status, error.parameter, error.allowed),
+        (status::OUT_OF_RANGE, p::SAMPLE_TIME, 7)
+    );
+    assert!(
+        error.value.to_bits() == 1e9_f64.to_bits() && error.low < error.high && error.high < 1e9
+    );
+    let error = refused(&set(p::MU, 1000.0));
+    assert_eq!(
+        (error.status, error.parameter),
+        (status::CERTIFICATE, p::MU)
+    );
+    assert!(error.value >= error.high, "{error:?}");
+    let error = refused(&set(p::GAMMA_B, -1.0));
+    assert_eq!((error.status, error.parameter), (status::GAMMA, p::GAMMA_B));
+    let error = refused(&set(p::INITIAL_B, -1.0));
+    assert_eq!(
+        (error.status, error.parameter),
+        (status::OUT_OF_RANGE, p::INITIAL_B)
+    );
+    let error = refused(&set(p::RANGES_ERROR, 1.0));
+    assert_eq!(
+        (error.status, error.parameter),
+        (status::NOT_GIVEN, p::RANGES_VELOCITY)
+    );
+}
+
+/// A number from a sequence, with what is special among them.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> u32 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as u32
+    }
+
+    fn below(&mut self, limit: u32) -> u32 {
+        self.next() % limit
+    }
+
+    fn whole(&mut self) -> i32 {
+        match self.below(6) {
+            0 => i32::MIN,
+            1 => i32::MAX,
+            2 => self.next() as i32,
+            _ => self.below(200) as i32 - 100,
+        }
+    }
+
+    fn real(&mut self) -> f64 {
+        match self.below(10) {
+            0 => f64::NAN,
+            1 => f64::INFINITY,
+            2 => f64::NEG_INFINITY,
+            3 => 0.0,
+            4 => f64::from_bits(u64::from(self.next()) << 32 | u64::from(self.next())),
+            5 => 1e300,
+            6 => 1e-300,
+            _ => f64::from(self.whole()) * 0.01,
+        }
+    }
+
+    fn single(&mut self) -> f32 {
+        self.real() as f32
+    }
+
+    /// One of ten is a wrong address.
+    fn address<T>(&mut self, right: *mut T) -> *mut T {
+        match self.below(20) {
+            0 => nowhere(false),
+            1 if align_of::<T>() > 1 => nowhere(true),
+            _ => right,
+        }
+    }
+
+    fn size<T>(&mut self) -> u32 {
+        match self.below(8) {
+            0 => 0,
+            1 => self.below(size::<T>()),
+            2 => u32::MAX,
+            _ => size::<T>(),
+        }
+    }
+}
+
+/// An object and the settings it is built from, with guards around it.
+#[repr(C)]
+struct Guarded<T> {
+    before: [u64; 8],
+    object: Object<T>,
+    after: [u64; 8],
+}
+
+const GUARD: [u64; 8] = [0x5555_aaaa_3333_cccc; 8];
+
+impl<T> Guarded<T> {
+    fn new() -> Box<Self> {
+        Box::new(Self {
+            before: GUARD,
+            object: Object::empty(),
+            after: GUARD,
+        })
+    }
+
+    fn holds(&self) -> bool {
+        self.before == GUARD && self.after == GUARD
+    }
+}
+
+fn number_of_calls() -> u64 {
+    let asked = std::env::var("SERVO_ID_CALLS")
+        .ok()
+        .and_then(|text| text.parse().ok());
+    asked.unwrap_or(if cfg!(miri) { 3000 } else { 200_000 })
+}
+
+#[test]
+fn whatever_is_called_has_a_status() {
+    let mut numbers = Numbers(1);
+    let n = &mut numbers;
+    let (mut good, mut given) = (settings(), settings());
+    let mut gradient = Guarded::<gradient::Inner>::new();
+    let mut gauss_newton = Guarded::<gauss_newton::Inner>::new();
+    let mut fixed = Guarded::<fixed::Inner>::new();
+    let mut servo_loop = Guarded::<servo_loop::gradient::Inner>::new();
+    let mut fixed_loop = Guarded::<servo_loop::fixed_point::Inner>::new();
+    let mut tuner = Guarded::<Working>::new();
+    let (mut refused, mut taken) = (0_u64, 0_u64);
+    for call in 0..number_of_calls() {
+        if call % 1000 == 0 {
+            given = settings();
+        }
+        let own = if n.below(2) == 0 {
+            &raw mut good
+        } else {
+            &raw mut given
+        };
+        let none = null_mut();
+        // SAFETY: an address is null, misaligned, or of an object of its type.
+        let answered = unsafe {
+            match n.below(16) {
+                0..3 => {
+                    let at = n.address(&raw mut gradient.object);
+                    match n.below(40) {
+                        0 => servo_id_gradient_init(at, n.size::<Gradient>(), n.address(own), none),
+                        1 => estimate(n, |to| servo_id_gradient_estimates(at, to)),
+                        2 => servo_id_gradient_resume(at, n.whole()),
+                        _ => servo_id_gradient_sample(at, n.whole(), n.single()),
+                    }
+                }
+                3..6 => {
+                    let at = n.address(&raw mut gauss_newton.object);
+                    match n.below(40) {
+                        0 => {
+                            let size = n.size::<Object<gauss_newton::Inner>>();
+                            refusable(n, |error| servo_id_gauss_newton_init(at, size, own, error))
+                        }
+                        1 => estimate(n, |to| servo_id_gauss_newton_estimates(at, to)),
+                        2 => servo_id_gauss_newton_resume(at, n.whole()),
+                        3 => servo_id_gauss_newton_work(at, n.below(100)),
+                        _ => servo_id_gauss_newton_sample(at, n.whole(), n.single()),
+                    }
+                }
+                6..9 => {
+                    let at = n.address(&raw mut fixed.object);
+                    match n.below(40) {
+                        0 => {
+                            let size = n.size::<Object<fixed::Inner>>();
+                            refusable(n, |error| servo_id_fixed_init(at, size, own, error))
+                        }
+                        1 => estimate(n, |to| servo_id_fixed_estimates(at, to)),
+                        2 => servo_id_fixed_resume(at, n.whole()),
+                        _ => servo_id_fixed_sample(at, n.whole(), n.whole()),
+                    }
+                }
+                9 | 10 => {
+                    let mut command = 7.0;
+                    let to = n.address(&raw mut command);
+                    let at = n.address(&raw mut servo_loop.object);
+                    match n.below(30) {
+                        0 => {
+                            let size = n.size::<Object<servo_loop::gradient::Inner>>();
+                            servo_id_gradient_loop_init(at, size, n.address(own), n.whole(), none)
+                        }
+                        1..5 => servo_id_gradient_loop_learn(at, n.single()),
+                        way => {
+                            let (to_go, offset, now) = (n.whole(), n.single(), n.whole());
+                            let call = if way < 9 {
+                                servo_id_gradient_loop_control
+                            } else {
+                                servo_id_gradient_loop_process
+                            };
+                            let answered = call(at, to_go, offset, now, to);
+                            let right = std::ptr::eq(to, &raw const command);
+                            assert!(answered >= 0 || !right || command.to_bits() == 0);
+                            answered
+                        }
+                    }
+                }
+                11 => {
+                    let mut command = 7;
+                    let to = n.address(&raw mut command);
+                    let at = n.address(&raw mut fixed_loop.object);
+                    match n.below(30) {
+                        0 => {
+                            let size = n.size::<Object<servo_loop::fixed_point::Inner>>();
+                            servo_id_fixed_loop_init(at, size, n.address(own), n.whole(), none)
+                        }
+                        _ => servo_id_fixed_loop_process(at, n.whole(), n.whole(), n.whole(), to),
+                    }
+                }
+                12 => {
+                    let (value, parameter) = (n.real(), n.below(60) as i32);
+                    servo_id_settings_set(n.address(&raw mut given), parameter, value)
+                }
+                13 => {
+                    let (low, high, parameter) = (n.real(), n.real(), n.below(60) as i32);
+                    servo_id_settings_set_range(n.address(&raw mut given), parameter, low, high)
+                }
+                14 => {
+                    let mut estimates = Estimates {
+                        value: [n.real(), n.real(), n.real(), n.real()],
+                        std_error: [n.real(), n.real(), n.real(), n.real()],
+                        at_bound: [n.whole(), 0, 1, 2],
+                    };
+                    let mut verdict = MaybeUninit::<Verdict>::uninit();
+                    let (from, to) = (
+                        n.address(&raw mut estimates),
+                        n.address(verdict.as_mut_ptr()),
+                    );
+                    servo_id_judge(from, n.real(), n.real(), to)
+                }
+                _ => {
+                    let at = n.address(&raw mut tuner.object);
+                    let mut servo = Servo {
+                        value: [2.0, 257.7, n.real(), n.real()],
+                        delay: n.real(),
+                        covariance: [[0.0; 5]; 5],
+                        unexplained: n.real(),
+                    };
+                    let mut tuning = MaybeUninit::<Tuning>::uninit();
+                    if n.below(4) == 0 {
+                        let (size, from) = (n.size::<Tuner>(), n.address(&raw mut servo));
+                        refusable(n, |error| servo_id_tuner_init(at, size, own, from, error))
+                    } else {
+                        servo_id_tuner_work(at, n.below(50), n.address(tuning.as_mut_ptr()), none)
+                    }
+                }
+            }
+        };
+        assert!(
+            status::ROWS.iter().any(|row| row.number == answered),
+            "status {answered}"
+        );
+        if answered < 0 {
+            refused += 1;
+        } else {
+            taken += 1;
+        }
+    }
+    let some = number_of_calls() / 20;
+    assert!(refused > some && taken > some, "{refused}, {taken}");
+    assert!(gradient.holds() && gauss_newton.holds() && fixed.holds());
+    assert!(servo_loop.holds() && fixed_loop.holds() && tuner.holds());
+}
+
+/// Estimates, at a right or a wrong address; finite wherever they are answered.
+fn estimate(numbers: &mut Numbers, call: impl FnOnce(*mut Estimates) -> i32) -> i32 {
+    let mut found = NO_ESTIMATES;
+    let answered = call(numbers.address(&raw mut found));
+    assert!(
+        answered < 0 || found.value.iter().all(|value| value.is_finite()),
+        "{found:?}"
+    );
+    answered
+}
+
+/// A call that writes an error, at a right or a wrong address.
+fn refusable(numbers: &mut Numbers, call: impl FnOnce(*mut Error) -> i32) -> i32 {
+    let mut error = NO_ERROR;
+    let to = numbers.address(&raw mut error);
+    let answered = call(to);
+    assert!(answered >= 0 || !std::ptr::eq(to, &raw const error) || error.status == answered);
+    answered
+}
