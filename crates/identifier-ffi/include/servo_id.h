@@ -30,6 +30,7 @@
 #define SERVO_ID_AT_BOUND             8
 #define SERVO_ID_NOT_FOLLOWING        9
 #define SERVO_ID_PENDING             20
+#define SERVO_ID_DECIDED             21
 #define SERVO_ID_NULL_POINTER        -1
 #define SERVO_ID_MISALIGNED          -2
 #define SERVO_ID_TOO_SMALL           -3
@@ -37,6 +38,7 @@
 #define SERVO_ID_NO_SUCH_PARAMETER   -5
 #define SERVO_ID_NOT_A_VALUE         -6
 #define SERVO_ID_NOT_A_RANGE         -7
+#define SERVO_ID_NO_SUCH_REASON      -8
 #define SERVO_ID_OUT_OF_RANGE       -10
 #define SERVO_ID_NOT_GIVEN          -11
 #define SERVO_ID_GAMMA              -12
@@ -108,6 +110,12 @@
 #define SERVO_ID_MAX_NOISE            47  /* part of the command; default 0.03 */
 #define SERVO_ID_STEP                 48  /* of the reference that is promised, rad */
 #define SERVO_ID_RESONANCE            49  /* lowest known, rad/s */
+#define SERVO_ID_TRAVEL               50  /* of a commissioning: range about where the servo stands, rad */
+#define SERVO_ID_SPEED                51  /* largest, rad/s */
+#define SERVO_ID_DURATION             52  /* longest of a motion, s */
+#define SERVO_ID_ONE_WAY              53  /* not zero: it may move one way only */
+#define SERVO_ID_MAX_GAIN             54  /* largest b that it may have, if that is known */
+#define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
 
 /* Ranges that are allowed, with low and high of servo_id_error. */
 #define SERVO_ID_ALLOWED_UNKNOWN          0
@@ -120,6 +128,7 @@
 #define SERVO_ID_ALLOWED_WITHIN           7
 #define SERVO_ID_ALLOWED_POSITIVE_UP_TO   8
 #define SERVO_ID_ALLOWED_MULTIPLE_OF      9
+#define SERVO_ID_ALLOWED_NEAREST         10
 
 /* Places of the parameters in arrays. */
 #define SERVO_ID_A         0
@@ -139,6 +148,23 @@
 #define SERVO_ID_CAP_COMMAND_LIMIT   3
 #define SERVO_ID_CAP_RESONANCE       4
 
+/* Phases of a commissioning; the last three are ends. */
+#define SERVO_ID_PHASE_IDLE             0
+#define SERVO_ID_PHASE_RELEASED_CHECK   1
+#define SERVO_ID_PHASE_PROBING          2
+#define SERVO_ID_PHASE_FIT              3
+#define SERVO_ID_PHASE_REFINE           4
+#define SERVO_ID_PHASE_VERIFY           5
+#define SERVO_ID_PHASE_TUNE             6
+#define SERVO_ID_PHASE_TRIAL            7
+#define SERVO_ID_PHASE_APPLIED          8
+#define SERVO_ID_PHASE_ROLLED_BACK      9
+#define SERVO_ID_PHASE_ABORTED         10
+
+/* Conditions of a sample of a commissioning, which are added. */
+#define SERVO_ID_NO_COUNT 1  /* the encoder gave no valid reading */
+#define SERVO_ID_LATE     2  /* the sample before ended too late */
+
 /* A refusal as numbers. */
 typedef struct servo_id_error {
     int32_t status;
@@ -146,7 +172,7 @@ typedef struct servo_id_error {
     int32_t allowed;   /* SERVO_ID_ALLOWED_... */
     int32_t unused;
     double value; /* that was refused */
-    double low;   /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step */
+    double low;   /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step, of _NEAREST what would do */
     double high;
 } servo_id_error;
 
@@ -262,6 +288,47 @@ typedef struct servo_id_tuner {
     SERVO_ID_ALIGNED uint64_t words[230];
 } servo_id_tuner;
 
+/* The interrupt's half of a commissioning. */
+typedef struct servo_id_commission {
+    SERVO_ID_ALIGNED uint64_t words[338];
+} servo_id_commission;
+
+/* Its background's half. */
+typedef struct servo_id_solver {
+    SERVO_ID_ALIGNED uint64_t words[813];
+} servo_id_solver;
+
+/* From the interrupt to the background. */
+typedef struct servo_id_record {
+    SERVO_ID_ALIGNED uint64_t words[4];
+} servo_id_record;
+
+/* From the background to the interrupt. */
+typedef struct servo_id_decision {
+    SERVO_ID_ALIGNED uint64_t words[45];
+} servo_id_decision;
+
+/* A sample of a commissioning. */
+typedef struct servo_id_commission_step {
+    float command;      /* that acts until the next sample; zero where the stage is to be disabled */
+    int32_t is_enabled; /* one if the stage is to be enabled */
+    int32_t phase;      /* SERVO_ID_PHASE_... */
+    int32_t has_record; /* one if there is a record for the background */
+    servo_id_record record;
+} servo_id_commission_step;
+
+/* The results of a commissioning so far. */
+typedef struct servo_id_commission_result {
+    int32_t phase;
+    int32_t reason; /* why it ended without new gains, zero for none: servo_id_reason_cause */
+    int32_t has_servo;
+    int32_t has_tuning;
+    servo_id_servo servo;
+    servo_id_tuning tuning;
+    double measured_rise_time; /* of the trial, s; NaN for none */
+    double measured_overshoot; /* part of the step */
+} servo_id_commission_result;
+
 /* The library has the same sizes and places. */
 SERVO_ID_ASSERT(sizeof(servo_id_settings) == 912, "size of servo_id_settings");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 376, "size of servo_id_gradient");
@@ -287,6 +354,19 @@ SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gauss_newton_loop) == 8, "alignment 
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_loop) == 8, "alignment of servo_id_fixed_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_coulomb_loop) == 8, "alignment of servo_id_fixed_coulomb_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_tuner) == 8, "alignment of servo_id_tuner");
+SERVO_ID_ASSERT(sizeof(servo_id_commission) == 2704, "size of servo_id_commission");
+SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_commission) == 8, "alignment of servo_id_commission");
+SERVO_ID_ASSERT(sizeof(servo_id_solver) == 6504, "size of servo_id_solver");
+SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_solver) == 8, "alignment of servo_id_solver");
+SERVO_ID_ASSERT(sizeof(servo_id_record) == 32, "size of servo_id_record");
+SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_record) == 8, "alignment of servo_id_record");
+SERVO_ID_ASSERT(sizeof(servo_id_decision) == 360, "size of servo_id_decision");
+SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_decision) == 8, "alignment of servo_id_decision");
+SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
+SERVO_ID_ASSERT(offsetof(servo_id_commission_step, record) == 16, "place of record");
+SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 424, "size of servo_id_commission_result");
+SERVO_ID_ASSERT(offsetof(servo_id_commission_result, tuning) == 264, "place of tuning");
+SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 408, "place of measured_rise_time");
 SERVO_ID_ASSERT(sizeof(servo_id_error) == 40, "size of servo_id_error");
 SERVO_ID_ASSERT(offsetof(servo_id_error, value) == 16, "place of value");
 SERVO_ID_ASSERT(offsetof(servo_id_error, low) == 24, "place of low");
@@ -437,6 +517,32 @@ int32_t servo_id_servo_from_estimates(const servo_id_estimates *estimates, doubl
 int32_t servo_id_tuner_init(servo_id_tuner *tuner, uint32_t size, const servo_id_settings *settings,
                             const servo_id_servo *servo, servo_id_error *error);
 int32_t servo_id_tuner_work(servo_id_tuner *tuner, uint32_t slices, servo_id_tuning *tuning, servo_id_error *error);
+
+/* Commissioning: moves an unknown servo within limits, identifies it, finds gains and proves them on it; without success
+ * the gains before hold it again. Needs SERVO_ID_TRAVEL, SERVO_ID_SPEED, SERVO_ID_LIMIT and SERVO_ID_DURATION.
+ *
+ * The interrupt has the commission, the background the solver. In each sample: servo_id_commission_sample, whose record, if
+ * there is one, goes to servo_id_solver_take; and slices of servo_id_solver_work, whose decision, where the status is
+ * SERVO_ID_DECIDED, goes to servo_id_commission_accept. Both may be copied through queues of yours. `slices` is what may be
+ * done, and afterwards what is left of it; servo_id_commission_slices says how many a sample has time for.
+ *
+ * _init: at a count, released, or held by the PID of the settings with the command `held`.
+ * _sample: `conditions` are SERVO_ID_NO_COUNT and SERVO_ID_LATE, `stop` is zero or the number of a reason to end it. It
+ * holds the servo after its end too. */
+int32_t servo_id_commission_init(servo_id_commission *commission, uint32_t size, const servo_id_settings *settings,
+                                 int32_t count, float held, servo_id_error *error);
+int32_t servo_id_commission_slices(const servo_id_commission *commission, uint32_t *slices);
+int32_t servo_id_commission_sample(servo_id_commission *commission, int32_t count, int32_t conditions, int32_t stop,
+                                   servo_id_commission_step *step);
+int32_t servo_id_commission_accept(servo_id_commission *commission, const servo_id_decision *decision);
+int32_t servo_id_commission_get_result(const servo_id_commission *commission, servo_id_commission_result *result);
+int32_t servo_id_solver_init(servo_id_solver *solver, uint32_t size, const servo_id_settings *settings,
+                             servo_id_error *error);
+int32_t servo_id_solver_take(servo_id_solver *solver, const servo_id_record *record);
+int32_t servo_id_solver_work(servo_id_solver *solver, uint32_t *slices, servo_id_decision *decision);
+
+/* The cause of a reason: a text of so many bytes, without a zero at its end. */
+int32_t servo_id_reason_cause(int32_t reason, const char **text, uint32_t *length);
 
 /* A sentence about a status, and the name of a parameter. */
 int32_t servo_id_status_text(int32_t status, const char **text);

@@ -188,6 +188,44 @@ private:
     servo_id_tuner own_{};
 };
 
+using CommissionStep = servo_id_commission_step;
+using CommissionResult = servo_id_commission_result;
+using Record = servo_id_record;
+using Decision = servo_id_decision;
+
+// The interrupt's half of a commissioning.
+class Commission {
+public:
+    Status init(const Settings &settings, int32_t count, float held = 0.0F, Error *error = nullptr) {
+        return settings.status() ? Status(servo_id_commission_init(&own_, sizeof own_, settings.get(), count, held, error))
+                                 : settings.status();
+    }
+    Status slices(uint32_t &slices) const { return servo_id_commission_slices(&own_, &slices); }
+    Status sample(int32_t count, CommissionStep &step, int32_t conditions = 0, int32_t stop = 0) {
+        return servo_id_commission_sample(&own_, count, conditions, stop, &step);
+    }
+    Status accept(const Decision &decision) { return servo_id_commission_accept(&own_, &decision); }
+    Status result(CommissionResult &result) const { return servo_id_commission_get_result(&own_, &result); }
+
+private:
+    servo_id_commission own_{};
+};
+
+// Its background's half.
+class Solver {
+public:
+    Status init(const Settings &settings, Error *error = nullptr) {
+        return settings.status() ? Status(servo_id_solver_init(&own_, sizeof own_, settings.get(), error))
+                                 : settings.status();
+    }
+    Status take(const Record &record) { return servo_id_solver_take(&own_, &record); }
+    // SERVO_ID_DECIDED for a decision; slices are those that are left.
+    Status work(uint32_t &slices, Decision &decision) { return servo_id_solver_work(&own_, &slices, &decision); }
+
+private:
+    servo_id_solver own_{};
+};
+
 } // namespace servo_id
 
 #endif

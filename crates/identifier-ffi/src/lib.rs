@@ -15,6 +15,7 @@
 #[macro_use]
 mod face;
 
+pub mod commission;
 pub mod identifier;
 pub mod judge;
 pub mod names;
@@ -35,13 +36,13 @@ pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
         .into_iter()
         .chain(identifier::FACES)
         .chain(servo_loop::FACES)
-        .chain([judge::FACE, tuner::FACE, names::FACE])
+        .chain([judge::FACE, tuner::FACE, commission::FACE, names::FACE])
         .flatten()
 }
 
 /// The objects of the header: names without the prefix, and eight-byte words.
 #[must_use]
-pub fn objects() -> [(&'static str, usize); 12] {
+pub fn objects() -> [(&'static str, usize); 16] {
     fn words<T>(name: &'static str) -> (&'static str, usize) {
         (name, size_of::<T>().div_ceil(8))
     }
@@ -58,5 +59,9 @@ pub fn objects() -> [(&'static str, usize); 12] {
         words::<servo_loop::fixed_point::FixedLoop>("fixed_loop"),
         words::<servo_loop::fixed_point_coulomb::FixedCoulombLoop>("fixed_coulomb_loop"),
         words::<tuner::Tuner>("tuner"),
+        words::<commission::Commission>("commission"),
+        words::<commission::Solver>("solver"),
+        words::<commission::Record>("record"),
+        words::<commission::Decision>("decision"),
     ]
 }

@@ -91,6 +91,12 @@ parameters! {
     47 MAX_NOISE c"max_noise" Value
     48 STEP c"step" Value
     49 RESONANCE c"resonance" Value
+    50 TRAVEL c"travel" Range
+    51 SPEED c"speed" Value
+    52 DURATION c"duration" Value
+    53 ONE_WAY c"one_way" Value
+    54 MAX_GAIN c"max_gain" Value
+    55 TRIAL_STEP c"trial_step" Value
 }
 
 /// The places of all parameters, with room.

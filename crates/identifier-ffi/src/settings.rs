@@ -40,7 +40,7 @@ impl Given {
         Ok(status::OK)
     }
 
-    fn range(&self, number: i32) -> Option<[f64; 2]> {
+    pub(crate) fn range(&self, number: i32) -> Option<[f64; 2]> {
         let values = self.values.get(number as usize).copied();
         values.filter(|_| self.has(number))
     }

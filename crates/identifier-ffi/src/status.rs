@@ -48,6 +48,7 @@ statuses! {
     8 AT_BOUND c"a fit was stopped by a bound: the last result stays"
     9 NOT_FOLLOWING c"the servo does not follow its command: amplifier off, or a limit that the command does not contain"
     20 PENDING c"work is left: call it again"
+    21 DECIDED c"there is a decision for the other half"
     -1 NULL_POINTER c"an address is null"
     -2 MISALIGNED c"an address is not a multiple of the alignment of its type"
     -3 TOO_SMALL c"the storage is smaller than the header says: are header and library of one version?"
@@ -55,6 +56,7 @@ statuses! {
     -5 NO_SUCH_PARAMETER c"no parameter has this number"
     -6 NOT_A_VALUE c"the parameter takes a lowest and a highest value"
     -7 NOT_A_RANGE c"the parameter takes one value"
+    -8 NO_SUCH_REASON c"no reason has this number"
     -10 OUT_OF_RANGE c"the value of a parameter is not allowed"
     -11 NOT_GIVEN c"a parameter without a default was not given"
     -12 GAMMA c"gamma is not positive definite"
@@ -108,6 +110,7 @@ pub const ALLOWED: &[(&str, i32)] = &[
     ("ALLOWED_WITHIN", 7),
     ("ALLOWED_POSITIVE_UP_TO", 8),
     ("ALLOWED_MULTIPLE_OF", 9),
+    ("ALLOWED_NEAREST", 10),
 ];
 
 impl Error {
@@ -124,7 +127,7 @@ impl Error {
         }
     }
 
-    fn about(status: i32, parameter: i32, value: f64, allowed: Allowed) -> Self {
+    pub(crate) fn about(status: i32, parameter: i32, value: f64, allowed: Allowed) -> Self {
         let inf = f64::INFINITY;
         let (allowed, low, high) = match allowed {
             Allowed::Finite => (1, -inf, inf),
@@ -145,6 +148,19 @@ impl Error {
             value,
             low,
             high,
+        }
+    }
+
+    /// A value out of range, and the nearest that would do.
+    pub(crate) const fn near(parameter: i32, value: f64, nearest: f64) -> Self {
+        Self {
+            status: OUT_OF_RANGE,
+            parameter,
+            allowed: 10,
+            unused: 0,
+            value,
+            low: nearest,
+            high: nearest,
         }
     }
 

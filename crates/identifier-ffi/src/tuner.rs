@@ -88,6 +88,15 @@ impl Content for Working {
 }
 
 impl Given {
+    /// The goal of gains: as stiff as the servo bears unless another was given.
+    pub(crate) fn goal(&self) -> Goal {
+        match (self.value(p::RESPONSE_TIME), self.value(p::LOOP_BANDWIDTH)) {
+            (Some(time), _) => Goal::ResponseTime(time),
+            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
+            (None, None) => Goal::Stiffest,
+        }
+    }
+
     fn tuning(&self) -> TuningSettings {
         let or_zero = |number| self.value(number).unwrap_or(0.0);
         let command = self.value(p::COMMAND).unwrap_or(f64::INFINITY);
@@ -97,21 +106,65 @@ impl Given {
             command,
             or_zero(p::STEP),
         );
-        let goal = match (self.value(p::RESPONSE_TIME), self.value(p::LOOP_BANDWIDTH)) {
-            (Some(time), _) => Goal::ResponseTime(time),
-            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
-            (None, None) => usual.goal,
-        };
         TuningSettings {
             cutoff: self.value(p::CUTOFF),
             command_delay: or_zero(p::COMMAND_DELAY),
-            goal,
+            goal: self.goal(),
             max_sensitivity: self
                 .value(p::MAX_SENSITIVITY)
                 .unwrap_or(usual.max_sensitivity),
             max_noise: self.value(p::MAX_NOISE).unwrap_or(usual.max_noise),
             resonance: self.value(p::RESONANCE),
             ..usual
+        }
+    }
+}
+
+impl Servo {
+    /// Nothing is known.
+    pub(crate) const NONE: Self = Self {
+        value: [0.0; 4],
+        delay: 0.0,
+        covariance: [[0.0; 5]; 5],
+        unexplained: 0.0,
+    };
+}
+
+impl Tuning {
+    /// There are no gains.
+    pub(crate) const NONE: Self = Self {
+        kp: 0.0,
+        kd: 0.0,
+        ki: 0.0,
+        cutoff: 0.0,
+        bandwidth: 0.0,
+        step: 0.0,
+        rise_time: [0.0; 3],
+        overshoot: 0.0,
+        settling_time: 0.0,
+        sensitivity: 0.0,
+        gain_margin: [0.0; 2],
+        command_share: 0.0,
+        noise: 0.0,
+        compliance: 0.0,
+        cap: 0,
+        unused: 0,
+    };
+}
+
+impl From<IdentifiedServo> for Servo {
+    fn from(servo: IdentifiedServo) -> Self {
+        let ServoParameters {
+            a,
+            b,
+            coulomb,
+            load,
+        } = servo.parameters;
+        Self {
+            value: [a, b, coulomb, load],
+            delay: servo.delay,
+            covariance: servo.covariance,
+            unexplained: servo.unexplained,
         }
     }
 }

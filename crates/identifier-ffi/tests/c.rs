@@ -166,6 +166,22 @@ fn wrong_calls_have_a_status() {
 }
 
 #[test]
+fn the_wrapper_has_every_function() {
+    if !has("c++") {
+        return;
+    }
+    let source = own().join("tests/c/wrapper.cpp");
+    let flags = [&SANITIZED[..], &["-fno-exceptions", "-fno-rtti"]].concat();
+    run(&mut Command::new(compile(
+        "c++",
+        "-std=c++17",
+        &source,
+        &flags,
+        "wrapper",
+    )));
+}
+
+#[test]
 fn only_the_functions_of_the_header_are_seen() {
     if !has("nm") {
         return;

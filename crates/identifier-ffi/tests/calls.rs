@@ -3,6 +3,7 @@
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
+use identifier_ffi::commission::*;
 use identifier_ffi::identifier::{Estimates, fixed, gauss_newton, gradient};
 use identifier_ffi::judge::{Verdict, servo_id_judge};
 use identifier_ffi::object::Object;
@@ -65,7 +66,13 @@ fn settings() -> Settings {
     // SAFETY: the objects are of their types.
     unsafe {
         assert_eq!(servo_id_settings_init(at, size::<Settings>(), 1e-3, 1e4), 0);
-        for (parameter, value) in [(p::KP, 9.0), (p::KD, 0.19), (p::KI, 4.0)] {
+        for (parameter, value) in [
+            (p::KP, 9.0),
+            (p::KD, 0.19),
+            (p::KI, 4.0),
+            (p::SPEED, 15.0),
+            (p::DURATION, 1.0),
+        ] {
             assert_eq!(servo_id_settings_set(at, parameter, value), 0);
         }
         for (parameter, value) in [
@@ -80,6 +87,7 @@ fn settings() -> Settings {
             (p::PLANT_BOX_A, [0.0, 50.0]),
             (p::PLANT_BOX_B, [110.0, 1000.0]),
             (p::BOUNDS_COULOMB, [0.0, 100.0]),
+            (p::TRAVEL, [-0.3, 0.3]),
         ] {
             assert_eq!(servo_id_settings_set_range(at, parameter, low, high), 0);
         }
@@ -110,7 +118,7 @@ fn every_parameter_takes_what_its_row_says() {
             let nan = servo_id_settings_set(at, row.number, f64::NAN);
             assert!(nan < 0, "{row:?}");
         }
-        for number in [0, -1, 50, 55, 56, 63, 64, i32::MAX, i32::MIN] {
+        for number in [0, -1, 56, 57, 63, 64, i32::MAX, i32::MIN] {
             assert_eq!(
                 servo_id_settings_set(at, number, 1.0),
                 status::NO_SUCH_PARAMETER
@@ -282,6 +290,16 @@ fn whatever_is_called_has_a_status() {
     let mut servo_loop = Guarded::<servo_loop::gradient::Inner>::new();
     let mut fixed_loop = Guarded::<servo_loop::fixed_point::Inner>::new();
     let mut tuner = Guarded::<Working>::new();
+    let mut commission = Guarded::<Interrupt>::new();
+    let mut solver = Guarded::<Background>::new();
+    let mut decision = Decision::empty();
+    let mut step = CommissionStep {
+        command: 0.0,
+        is_enabled: 0,
+        phase: 0,
+        has_record: 0,
+        record: Record::empty(),
+    };
     let (mut refused, mut taken) = (0_u64, 0_u64);
     for call in 0..number_of_calls() {
         if call % 1000 == 0 {
@@ -295,7 +313,7 @@ fn whatever_is_called_has_a_status() {
         let none = null_mut();
         // SAFETY: an address is null, misaligned, or of an object of its type.
         let answered = unsafe {
-            match n.below(16) {
+            match n.below(20) {
                 0..3 => {
                     let at = n.address(&raw mut gradient.object);
                     match n.below(40) {
@@ -387,6 +405,48 @@ fn whatever_is_called_has_a_status() {
                     );
                     servo_id_judge(from, n.real(), n.real(), to)
                 }
+                15 | 16 => {
+                    let at = n.address(&raw mut commission.object);
+                    match n.below(40) {
+                        0 => {
+                            let size = n.size::<Commission>();
+                            let (now, held) = (n.whole(), n.single());
+                            refusable(n, |error| {
+                                servo_id_commission_init(at, size, own, now, held, error)
+                            })
+                        }
+                        1 => {
+                            let mut result = MaybeUninit::<CommissionResult>::uninit();
+                            servo_id_commission_get_result(at, n.address(result.as_mut_ptr()))
+                        }
+                        2 => {
+                            let mut slices = 0;
+                            servo_id_commission_slices(at, n.address(&raw mut slices))
+                        }
+                        3..8 => servo_id_commission_accept(at, n.address(&raw mut decision)),
+                        _ => {
+                            let (now, conditions) = (n.whole(), n.below(5) as i32);
+                            let stop = if n.below(200) == 0 { n.whole() } else { 0 };
+                            let to = n.address(&raw mut step);
+                            servo_id_commission_sample(at, now, conditions, stop, to)
+                        }
+                    }
+                }
+                17 | 18 => {
+                    let at = n.address(&raw mut solver.object);
+                    match n.below(40) {
+                        0 => {
+                            let size = n.size::<Solver>();
+                            refusable(n, |error| servo_id_solver_init(at, size, own, error))
+                        }
+                        1..20 => servo_id_solver_take(at, n.address(&raw mut step.record)),
+                        _ => {
+                            let mut slices = n.below(100);
+                            let to = n.address(&raw mut decision);
+                            servo_id_solver_work(at, n.address(&raw mut slices), to)
+                        }
+                    }
+                }
                 _ => {
                     let at = n.address(&raw mut tuner.object);
                     let mut servo = Servo {
@@ -419,6 +479,7 @@ fn whatever_is_called_has_a_status() {
     assert!(refused > some && taken > some, "{refused}, {taken}");
     assert!(gradient.holds() && gauss_newton.holds() && fixed.holds());
     assert!(servo_loop.holds() && fixed_loop.holds() && tuner.holds());
+    assert!(commission.holds() && solver.holds());
 }
 
 /// Estimates, at a right or a wrong address; finite wherever they are answered.

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 
+use identifier_core::commission::Phase;
+use identifier_ffi::commission::{CONDITIONS, CommissionResult, CommissionStep, PHASES};
 use identifier_ffi::identifier::Estimates;
 use identifier_ffi::judge::{STATES, Verdict};
 use identifier_ffi::object::Object;
@@ -85,7 +87,7 @@ fn numbers_are_the_same() {
     let own = parameter::ROWS.iter().map(|row| (row.constant, row.number));
     let own = own.chain(status::ROWS.iter().map(|row| (row.constant, row.number)));
     let places = [("A", 0), ("B", 1), ("COULOMB", 2), ("LOAD", 3)];
-    let listed = [ALLOWED, STATES, CAPS, &places]
+    let listed = [ALLOWED, STATES, CAPS, &places, &PHASES, CONDITIONS]
         .into_iter()
         .flatten()
         .copied();
@@ -137,6 +139,8 @@ fn sizes_and_places_are_the_same() {
         ("verdict", size_of::<Verdict>()),
         ("servo", size_of::<Servo>()),
         ("tuning", size_of::<Tuning>()),
+        ("commission_step", size_of::<CommissionStep>()),
+        ("commission_result", size_of::<CommissionResult>()),
     ] {
         assert!(
             asserts(&format!(
@@ -161,6 +165,18 @@ fn sizes_and_places_are_the_same() {
         ("tuning, gain_margin", offset_of!(Tuning, gain_margin)),
         ("tuning, compliance", offset_of!(Tuning, compliance)),
         ("tuning, cap", offset_of!(Tuning, cap)),
+        (
+            "commission_step, record",
+            offset_of!(CommissionStep, record),
+        ),
+        (
+            "commission_result, tuning",
+            offset_of!(CommissionResult, tuning),
+        ),
+        (
+            "commission_result, measured_rise_time",
+            offset_of!(CommissionResult, measured_rise_time),
+        ),
     ];
     for (field, place) in places {
         assert!(
@@ -177,5 +193,12 @@ fn parameters_have_places_and_one_name_each() {
     assert_eq!(names.len(), parameter::ROWS.len());
     for (place, row) in parameter::ROWS.iter().enumerate() {
         assert_eq!(row.number, place as i32 + 1, "{}", row.constant);
+    }
+}
+
+#[test]
+fn phases_are_numbered_in_their_order() {
+    for (phase, (name, number)) in Phase::ALL.into_iter().zip(PHASES) {
+        assert_eq!(phase as i32, number, "{name}");
     }
 }

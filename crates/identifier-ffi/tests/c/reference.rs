@@ -3,6 +3,9 @@
 use std::fmt::Write;
 
 use fixed::types::I16F16;
+use identifier_core::commission::{
+    CommissionInputs, CommissionSettings, Limits, Phase, SynchronousCommission,
+};
 use identifier_core::excitation::Prbs;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
 use identifier_core::identifier::{
@@ -11,6 +14,7 @@ use identifier_core::identifier::{
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::BoxSettings;
+use identifier_core::tuning::Goal;
 use identifier_core::{ControllerSettings, Settings};
 
 const SAMPLES: i32 = 12_000;
@@ -20,6 +24,7 @@ const RADIAN_COUNTS: f64 = 10_000.0 / core::f64::consts::TAU;
 struct World {
     position: f64,
     velocity: f64,
+    load: f64,
     noise: u32,
     setpoint: i32,
     commands: u64,
@@ -35,6 +40,7 @@ impl World {
         Self {
             position: 0.0,
             velocity: 0.0,
+            load: 20.0,
             noise: 1,
             setpoint: 0,
             commands: 0,
@@ -57,7 +63,7 @@ impl World {
     }
 
     fn advance(&mut self, command: f64, coulomb: f64) {
-        let push = 257.7 * command - 2.0 * self.velocity + 20.0;
+        let push = 257.7 * command - 2.0 * self.velocity + self.load;
         let free = self.velocity + TIME * push;
         let rub = TIME * coulomb;
         let velocity = if free > rub {
@@ -183,6 +189,56 @@ macro_rules! close_fixed {
     }};
 }
 
+fn commission() -> String {
+    let settings = CommissionSettings {
+        sample_time: TIME,
+        resolution: core::f64::consts::TAU / 10_000.0,
+        limits: Limits {
+            travel: [-0.3, 0.3],
+            speed: 15.0,
+            command: [-10.0, 10.0],
+            duration: 1.0,
+            one_way: false,
+        },
+        command_delay: 0.0,
+        max_gain: None,
+        goal: Goal::ResponseTime(0.03),
+        max_sensitivity: 1.6,
+        trial_step: None,
+    };
+    let mut own = SynchronousCommission::<f32>::new(&settings, None, None).expect("right limits");
+    let mut at = World::new();
+    at.load = 0.0;
+    sum(&mut at.statuses, 0);
+    let mut phase = Phase::Idle;
+    while !phase.is_end() {
+        let step = own.sample(&CommissionInputs {
+            count: Some(at.count()),
+            late: false,
+            stop: None,
+        });
+        phase = step.phase;
+        let command = step.command.unwrap_or(0.0);
+        at.advance(command, friction(true));
+        at.take(phase as i32, command as f32);
+    }
+    sum(&mut at.statuses, 0);
+    assert_eq!(phase, Phase::Applied);
+    let state = own.state().expect("it began");
+    let servo = state.servo().expect("it was identified").parameters;
+    let tuning = state.tuning().expect("it was tuned");
+    let gains = ServoParameters {
+        a: tuning.kp,
+        b: tuning.kd,
+        coulomb: tuning.ki,
+        load: state
+            .trial()
+            .and_then(|trial| trial.rise_time)
+            .expect("it was tried"),
+    };
+    at.line("commission", servo) + &at.line("commission_gains", gains)
+}
+
 /// All that the program prints.
 pub(crate) fn lines() -> String {
     type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
@@ -210,6 +266,7 @@ pub(crate) fn lines() -> String {
         close::<GaussNewton>("gauss_newton_loop", true),
         close_fixed!("fixed_loop", false, Ab, 2),
         close_fixed!("fixed_coulomb_loop", true, AbCoulomb, 3),
+        commission(),
     ]
     .concat()
 }

@@ -10,6 +10,7 @@
 typedef struct {
     double position; /* rad */
     double velocity;
+    double load;
     uint32_t noise;
     int32_t setpoint;
     uint64_t commands; /* sum over all samples */
@@ -33,7 +34,7 @@ static void begin(world *at, int sample) {
 
 /* The servo under a command until the next sample. */
 static void advance(world *at, double command, double coulomb) {
-    double push = 257.7 * command - 2.0 * at->velocity + 20.0;
+    double push = 257.7 * command - 2.0 * at->velocity + at->load;
     double free = at->velocity + TIME * push;
     double rub = TIME * coulomb;
     double velocity = free > rub ? free - rub : free < -rub ? free + rub : 0.0;
@@ -91,7 +92,7 @@ static servo_id_settings settings(int coulomb) {
         servo_id_settings given = settings(COULOMB);                                                                   \
         servo_id_error error = {0};                                                                                    \
         servo_id_estimates found = {0};                                                                                \
-        world at = {.noise = 1};                                                                                       \
+        world at = {.load = 20.0, .noise = 1};                                                                                       \
         int32_t last = count(&at);                                                                                     \
         sum(&at.statuses, (uint32_t)servo_id_##NAME##_init(&object, sizeof object, &given, &error));                   \
         for (int sample = 0; sample < SAMPLES; sample++) {                                                             \
@@ -119,7 +120,7 @@ static servo_id_settings settings(int coulomb) {
         servo_id_settings given = settings(COULOMB);                                                                   \
         servo_id_error error = {0};                                                                                    \
         servo_id_estimates found = {0};                                                                                \
-        world at = {.noise = 1};                                                                                       \
+        world at = {.load = 20.0, .noise = 1};                                                                                       \
         sum(&at.statuses, (uint32_t)servo_id_##NAME##_init(&object, sizeof object, &given, 0, &error));                \
         for (int sample = 0; sample < SAMPLES; sample++) {                                                             \
             NUMBER command;                                                                                            \
@@ -139,6 +140,54 @@ static servo_id_settings settings(int coulomb) {
         sum(&at.statuses, (uint32_t)servo_id_##NAME##_estimates(&object, &found));                                     \
         print(#NAME, &at, &found);                                                                                     \
     }
+
+/* An unknown servo is commissioned: both halves in step, what goes between them as copies. */
+static void commission(void) {
+    static servo_id_commission object;
+    static servo_id_solver solver;
+    servo_id_settings given;
+    servo_id_error error = {0};
+    servo_id_commission_step step = {0};
+    servo_id_commission_result result = {0};
+    servo_id_estimates found = {0};
+    uint32_t slices = 0;
+    world at = {.noise = 1};
+    int32_t status = servo_id_settings_init(&given, sizeof given, TIME, 10000.0);
+    status |= servo_id_settings_set_range(&given, SERVO_ID_TRAVEL, -0.3, 0.3);
+    status |= servo_id_settings_set(&given, SERVO_ID_SPEED, 15.0);
+    status |= servo_id_settings_set_range(&given, SERVO_ID_LIMIT, -10.0, 10.0);
+    status |= servo_id_settings_set(&given, SERVO_ID_DURATION, 1.0);
+    status |= servo_id_settings_set(&given, SERVO_ID_RESPONSE_TIME, 0.03);
+    status |= servo_id_commission_init(&object, sizeof object, &given, count(&at), 0.0f, &error);
+    status |= servo_id_solver_init(&solver, sizeof solver, &given, &error);
+    status |= servo_id_commission_slices(&object, &slices);
+    sum(&at.statuses, (uint32_t)status);
+    while (status == SERVO_ID_OK && step.phase < SERVO_ID_PHASE_APPLIED) {
+        uint32_t left = slices;
+        servo_id_decision decision, carried;
+        servo_id_commission_sample(&object, count(&at), 0, 0, &step);
+        if (step.has_record) {
+            servo_id_record record;
+            memcpy(&record, &step.record, sizeof record);
+            servo_id_solver_take(&solver, &record);
+        }
+        while (servo_id_solver_work(&solver, &left, &decision) == SERVO_ID_DECIDED) {
+            memcpy(&carried, &decision, sizeof carried);
+            servo_id_commission_accept(&object, &carried);
+        }
+        advance(&at, step.command, 10.0);
+        take(&at, step.phase, step.command);
+    }
+    servo_id_commission_get_result(&object, &result);
+    memcpy(found.value, result.servo.value, sizeof found.value);
+    sum(&at.statuses, (uint32_t)result.reason);
+    print("commission", &at, &found);
+    found.value[0] = result.tuning.kp;
+    found.value[1] = result.tuning.kd;
+    found.value[2] = result.tuning.ki;
+    found.value[3] = result.measured_rise_time;
+    print("commission_gains", &at, &found);
+}
 
 static int32_t word(float command, double scale) { return (int32_t)((double)command / scale); }
 
@@ -176,5 +225,6 @@ int main(void) {
     gauss_newton_loop();
     fixed_loop();
     fixed_coulomb_loop();
+    commission();
     return 0;
 }

@@ -74,11 +74,39 @@ int main(void) {
     EXPECT(command == 0.0f, 1);
     EXPECT(servo_id_gradient_loop_process(&loop, 0, 0.0f, 0, NULL), SERVO_ID_NULL_POINTER);
 
+    /* A commissioning without limits; a half that is none; a reason that is none. */
+    static servo_id_commission commission;
+    static servo_id_solver solver;
+    servo_id_record record = {{0}};
+    servo_id_commission_step step;
+    uint32_t slices = 3;
+    servo_id_decision decision;
+    EXPECT(servo_id_commission_init(&commission, sizeof commission, &settings, 0, 0.0f, &error), SERVO_ID_NOT_GIVEN);
+    EXPECT(error.parameter, SERVO_ID_TRAVEL);
+    EXPECT(servo_id_commission_sample(&commission, 0, 0, 0, &step), SERVO_ID_NOT_INITIALISED);
+    servo_id_settings_set_range(&settings, SERVO_ID_TRAVEL, -0.5, 0.5);
+    servo_id_settings_set_range(&settings, SERVO_ID_LIMIT, -1.0, 1.0);
+    servo_id_settings_set(&settings, SERVO_ID_SPEED, 20.0);
+    servo_id_settings_set(&settings, SERVO_ID_DURATION, -1.0);
+    EXPECT(servo_id_commission_init(&commission, sizeof commission, &settings, 0, 0.0f, &error), SERVO_ID_OUT_OF_RANGE);
+    EXPECT(error.parameter, SERVO_ID_DURATION);
+    servo_id_settings_set(&settings, SERVO_ID_DURATION, 1.0);
+    EXPECT(servo_id_commission_init(&commission, sizeof commission, &settings, 0, 0.0f, &error), SERVO_ID_OK);
+    EXPECT(servo_id_commission_sample(&commission, 0, 0, 255, &step), SERVO_ID_NO_SUCH_REASON);
+    EXPECT(servo_id_commission_sample(&commission, 0, 0, 0, NULL), SERVO_ID_NULL_POINTER);
+    EXPECT(servo_id_commission_sample(&commission, 0, 0, 0, &step), SERVO_ID_OK);
+    EXPECT(servo_id_solver_init(&solver, sizeof solver, &settings, NULL), SERVO_ID_OK);
+    EXPECT(servo_id_solver_take(&solver, &record), SERVO_ID_NOT_INITIALISED);
+    EXPECT(servo_id_solver_work(&solver, &slices, &decision), SERVO_ID_PENDING);
+    EXPECT(servo_id_commission_accept(&commission, &decision), SERVO_ID_NOT_INITIALISED);
+    EXPECT(servo_id_reason_cause(10, &text, &slices), SERVO_ID_OK);
+    EXPECT(slices > 10 && text != NULL, 1);
+
     /* Every status has a sentence, every parameter a name. */
     for (int32_t status = -50; status < 50; status++) {
         EXPECT(servo_id_status_text(status, &text) <= 0 && strlen(text) > 3, 1);
     }
-    for (int32_t parameter = 1; parameter <= SERVO_ID_RESONANCE; parameter++) {
+    for (int32_t parameter = 1; parameter <= SERVO_ID_TRIAL_STEP; parameter++) {
         EXPECT(servo_id_parameter_name(parameter, &text), SERVO_ID_OK);
         snprintf(bytes, sizeof bytes, "%s", text);
         EXPECT(strlen(bytes) > 1, 1);

@@ -88,7 +88,9 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
         }
         inverse[i][i] = 1.0 / factor[i][i];
         for j in 0..i {
-            let sum: f64 = (j..i).map(|k| factor[i][k] * inverse[k][j]).sum();
+            // Without an index, whose check not every chip's code would be rid of.
+            let rows = factor[i].iter().zip(&inverse).take(i).skip(j);
+            let sum: f64 = rows.map(|(entry, row)| entry * row[j]).sum();
             inverse[i][j] = -sum / factor[i][i];
         }
     }

@@ -142,8 +142,7 @@ impl<N: Number> Plan<N> {
             quiet: samples(0.004).max(4.0) as u32,
             usual_viscous: number(20.0 * time),
             off: number(0.3 + 0.003 * room),
-            reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) as u32)
-                + samples(0.001) as u32,
+            reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) + samples(0.001)) as u32,
             released: (Self::RELEASED / time) as u32,
             soon: number((Self::SOON.0 / time).max(Self::SOON.1)),
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],

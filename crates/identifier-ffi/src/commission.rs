@@ -1,0 +1,445 @@
+//! Commissioning: a half for the interrupt, a half for the background, and what goes between them.
+
+use core::ffi::c_char;
+
+use identifier_core::commission::{
+    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
+    CommissionState, Decision as CoreDecision, HoldingGains, Limits, Phase, Reason, RecordEvent,
+};
+use identifier_core::error::Allowed;
+use identifier_core::tuning::TuningSettings;
+
+use crate::object::{
+    Content, Object, content, fill, read, refuse, shared, status_of, storage, write,
+};
+use crate::parameter as p;
+use crate::settings::{Given, Settings, given};
+use crate::status::{self, Error};
+use crate::tuner::{Servo, Tuning};
+
+/// The interrupt's half.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Interrupt {
+    isr: CommissionIsr<f32>,
+    state: CommissionState<f32>,
+}
+
+/// The background's half.
+#[derive(Debug, Clone, Copy)]
+pub struct Background {
+    solver: CommissionSolver<f32>,
+}
+
+/// `servo_id_commission` in the header.
+pub type Commission = Object<Interrupt>;
+
+/// `servo_id_solver` in the header.
+pub type Solver = Object<Background>;
+
+/// `servo_id_record` in the header, from the interrupt to the background.
+pub type Record = Object<RecordEvent<f32>>;
+
+/// `servo_id_decision` in the header, from the background to the interrupt.
+pub type Decision = Object<CoreDecision<f32>>;
+
+impl Content for Interrupt {
+    const MARK: u32 = 0x5e1d_0031;
+    const WORDS: usize = 338;
+}
+
+impl Content for Background {
+    const MARK: u32 = 0x5e1d_0032;
+    const WORDS: usize = 813;
+}
+
+impl Content for RecordEvent<f32> {
+    const MARK: u32 = 0x5e1d_0033;
+    const WORDS: usize = 4;
+}
+
+impl Content for CoreDecision<f32> {
+    const MARK: u32 = 0x5e1d_0034;
+    const WORDS: usize = 45;
+}
+
+/// A sample of the interrupt's half: `servo_id_commission_step` in the header.
+#[derive(Debug)]
+#[repr(C)]
+pub struct CommissionStep {
+    /// The command that acts until the next sample; zero where the stage is to be disabled.
+    pub command: f32,
+    /// One if the stage is to be enabled.
+    pub is_enabled: i32,
+    /// Where the commissioning stands: [`PHASES`].
+    pub phase: i32,
+    /// One if there is a record for the background.
+    pub has_record: i32,
+    /// The record.
+    pub record: Record,
+}
+
+/// Its results so far: `servo_id_commission_result` in the header.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct CommissionResult {
+    /// Where it stands: [`PHASES`].
+    pub phase: i32,
+    /// The number of the reason why it ended without new gains, zero for none.
+    pub reason: i32,
+    /// One if there is a servo.
+    pub has_servo: i32,
+    /// One if there are gains.
+    pub has_tuning: i32,
+    /// The servo as identified so far.
+    pub servo: Servo,
+    /// The gains, on trial or applied.
+    pub tuning: Tuning,
+    /// Rise time that the trial measured, s; NaN for none.
+    pub measured_rise_time: f64,
+    /// Overshoot that it measured, a part of the step; NaN for none.
+    pub measured_overshoot: f64,
+}
+
+/// Phases by number.
+pub const PHASES: [(&str, i32); 11] = [
+    ("PHASE_IDLE", 0),
+    ("PHASE_RELEASED_CHECK", 1),
+    ("PHASE_PROBING", 2),
+    ("PHASE_FIT", 3),
+    ("PHASE_REFINE", 4),
+    ("PHASE_VERIFY", 5),
+    ("PHASE_TUNE", 6),
+    ("PHASE_TRIAL", 7),
+    ("PHASE_APPLIED", 8),
+    ("PHASE_ROLLED_BACK", 9),
+    ("PHASE_ABORTED", 10),
+];
+
+/// Conditions of a sample, bits.
+pub const CONDITIONS: &[(&str, i32)] = &[("NO_COUNT", 1), ("LATE", 2)];
+
+fn number(phase: Phase) -> i32 {
+    // As in the list.
+    phase as i32
+}
+
+impl Given {
+    fn commission(&self) -> Result<CommissionSettings, Error> {
+        let needed = |number| {
+            self.value(number).ok_or(Error {
+                parameter: number,
+                ..Error::of(status::NOT_GIVEN)
+            })
+        };
+        let range = |number| {
+            self.range(number).ok_or(Error {
+                parameter: number,
+                ..Error::of(status::NOT_GIVEN)
+            })
+        };
+        Ok(CommissionSettings {
+            sample_time: needed(p::SAMPLE_TIME)?,
+            resolution: needed(p::RESOLUTION)?,
+            limits: Limits {
+                travel: range(p::TRAVEL)?,
+                speed: needed(p::SPEED)?,
+                command: range(p::LIMIT)?,
+                duration: needed(p::DURATION)?,
+                one_way: self.value(p::ONE_WAY).is_some_and(|one_way| one_way != 0.0),
+            },
+            command_delay: self.value(p::COMMAND_DELAY).unwrap_or(0.0),
+            max_gain: self.value(p::MAX_GAIN),
+            goal: self.goal(),
+            max_sensitivity: self
+                .value(p::MAX_SENSITIVITY)
+                .unwrap_or(TuningSettings::MAX_SENSITIVITY),
+            trial_step: self.value(p::TRIAL_STEP),
+        })
+    }
+
+    /// The PID that holds the servo before, if one does.
+    fn holding(&self) -> Option<HoldingGains> {
+        let settings = self.settings();
+        settings.controller.map(|controller| HoldingGains {
+            controller,
+            cutoff: settings.cutoff,
+        })
+    }
+}
+
+impl Error {
+    fn commission(error: &CommissionError) -> Self {
+        match *error {
+            CommissionError::OutOfRange {
+                setting,
+                value,
+                needed,
+            } => {
+                let parameter = match setting {
+                    "command" => p::LIMIT,
+                    "bandwidth" => p::LOOP_BANDWIDTH,
+                    name => p::numbers(name).next().unwrap_or(0),
+                };
+                Self::near(parameter, value, needed)
+            }
+            CommissionError::TravelTooSmall { travel, needed } => Self::about(
+                status::OUT_OF_RANGE,
+                p::TRAVEL,
+                travel,
+                Allowed::AtLeast(needed),
+            ),
+            CommissionError::SpeedTooSmall { speed, needed } => Self::about(
+                status::OUT_OF_RANGE,
+                p::SPEED,
+                speed,
+                Allowed::AtLeast(needed),
+            ),
+            CommissionError::TooStrong {
+                sample_time, most, ..
+            } => Self::about(
+                status::OUT_OF_RANGE,
+                p::SAMPLE_TIME,
+                sample_time,
+                Allowed::AtMost(most),
+            ),
+            CommissionError::TooFast { bandwidth, most } => Self::about(
+                status::TOO_FAST,
+                p::LOOP_BANDWIDTH,
+                bandwidth,
+                Allowed::AtMost(most),
+            ),
+        }
+    }
+}
+
+/// # Safety
+/// As the header says.
+unsafe fn build(
+    commission: *mut Commission,
+    size: u32,
+    settings: *const Settings,
+    count: i32,
+    held: f32,
+) -> Result<(), Error> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let object = storage(commission, size).map_err(Error::of)?;
+        let given = given(settings)?;
+        let before = given.holding();
+        if !held.is_finite() {
+            return Err(Error::of(status::COMMAND_NOT_FINITE));
+        }
+        let isr = CommissionIsr::new(&given.commission()?, before.as_ref())
+            .map_err(|error| Error::commission(&error))?;
+        let state = isr.start(count, before.map(|_| held));
+        fill(object, Interrupt { isr, state });
+    }
+    Ok(())
+}
+
+/// # Safety
+/// As the header says.
+unsafe fn build_solver(
+    solver: *mut Solver,
+    size: u32,
+    settings: *const Settings,
+) -> Result<(), Error> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let object = storage(solver, size).map_err(Error::of)?;
+        let solver = CommissionSolver::new(&given(settings)?.commission()?)
+            .map_err(|error| Error::commission(&error))?;
+        fill(object, Background { solver });
+    }
+    Ok(())
+}
+
+/// The size of a record or a decision, which the library itself initialises.
+const fn size<T>() -> u32 {
+    size_of::<T>() as u32
+}
+
+face! {
+    /// Begins where the servo stands, released, or held by the PID of the settings with a command.
+    fn servo_id_commission_init(
+        commission: *mut Commission,
+        size: u32,
+        settings: *const Settings,
+        count: i32,
+        held: f32,
+        error: *mut Error,
+    ) {
+        // SAFETY: the header's conditions.
+        unsafe {
+            match build(commission, size, settings, count, held) {
+                Ok(()) => status::OK,
+                Err(refused) => refuse(error, refused),
+            }
+        }
+    }
+
+    /// The slices of work that the background does in each sample.
+    fn servo_id_commission_slices(commission: *const Commission, slices: *mut u32) {
+        // SAFETY: the header's conditions.
+        let own = match unsafe { shared(commission) } {
+            Ok(own) => own,
+            Err(status) => return status,
+        };
+        // SAFETY: the header's conditions.
+        status_of(unsafe { write(slices, own.isr.slices()) }.map(|()| status::OK))
+    }
+
+    /// A sample.
+    fn servo_id_commission_sample(
+        commission: *mut Commission,
+        count: i32,
+        conditions: i32,
+        stop: i32,
+        step: *mut CommissionStep,
+    ) {
+        // SAFETY: the header's conditions.
+        let own = match unsafe { content(commission) } {
+            Ok(own) => own,
+            Err(status) => return status,
+        };
+        if let Err(status) = crate::object::check(step) {
+            return status;
+        }
+        let stop = match u8::try_from(stop).ok() {
+            Some(0) => None,
+            Some(number) => match Reason::from_number(number) {
+                Some(reason) => Some(reason),
+                None => return status::NO_SUCH_REASON,
+            },
+            None => return status::NO_SUCH_REASON,
+        };
+        let done = own.isr.process(&mut own.state, &CommissionInputs {
+            count: (conditions & 1 == 0).then_some(count),
+            late: conditions & 2 != 0,
+            stop,
+        });
+        // SAFETY: the header's conditions; it was checked.
+        unsafe {
+            (&raw mut (*step).command).write(done.command.unwrap_or(0.0));
+            (&raw mut (*step).is_enabled).write(done.command.is_some().into());
+            (&raw mut (*step).phase).write(number(done.phase));
+            (&raw mut (*step).has_record).write(done.finding.is_some().into());
+            if let Some(finding) = done.finding {
+                fill(&raw mut (*step).record, finding);
+            }
+        }
+        status::OK
+    }
+
+    /// Takes a decision of the background.
+    fn servo_id_commission_accept(commission: *mut Commission, decision: *const Decision) {
+        // SAFETY: the header's conditions.
+        unsafe {
+            match (content(commission), shared(decision)) {
+                (Ok(own), Ok(decision)) => {
+                    own.isr.accept(&mut own.state, decision);
+                    status::OK
+                }
+                (Err(status), _) | (_, Err(status)) => status,
+            }
+        }
+    }
+
+    /// The results so far.
+    fn servo_id_commission_get_result(
+        commission: *const Commission,
+        result: *mut CommissionResult,
+    ) {
+        // SAFETY: the header's conditions.
+        let own = match unsafe { shared(commission) } {
+            Ok(own) => own,
+            Err(status) => return status,
+        };
+        let state = &own.state;
+        let trial = state.trial();
+        let found = CommissionResult {
+            phase: number(state.phase()),
+            reason: state.reason().map_or(0, |reason| reason.number().into()),
+            has_servo: state.servo().is_some().into(),
+            has_tuning: state.tuning().is_some().into(),
+            servo: state.servo().map_or(Servo::NONE, |servo| (*servo).into()),
+            tuning: state.tuning().map_or(Tuning::NONE, |tuning| (*tuning).into()),
+            measured_rise_time: trial.and_then(|trial| trial.rise_time).unwrap_or(f64::NAN),
+            measured_overshoot: trial.map_or(f64::NAN, |trial| trial.overshoot),
+        };
+        // SAFETY: the header's conditions.
+        status_of(unsafe { write(result, found) }.map(|()| status::OK))
+    }
+
+    /// The background's half.
+    fn servo_id_solver_init(
+        solver: *mut Solver,
+        size: u32,
+        settings: *const Settings,
+        error: *mut Error,
+    ) {
+        // SAFETY: the header's conditions.
+        unsafe {
+            match build_solver(solver, size, settings) {
+                Ok(()) => status::OK,
+                Err(refused) => refuse(error, refused),
+            }
+        }
+    }
+
+    /// Takes a record of the interrupt.
+    fn servo_id_solver_take(solver: *mut Solver, record: *const Record) {
+        // SAFETY: the header's conditions.
+        unsafe {
+            match (content(solver), shared(record)) {
+                (Ok(own), Ok(record)) => {
+                    own.solver.take(record);
+                    status::OK
+                }
+                (Err(status), _) | (_, Err(status)) => status,
+            }
+        }
+    }
+
+    /// At most so many slices of work, up to a decision.
+    fn servo_id_solver_work(solver: *mut Solver, slices: *mut u32, decision: *mut Decision) {
+        // SAFETY: the header's conditions.
+        unsafe {
+            let own = match content(solver) {
+                Ok(own) => own,
+                Err(status) => return status,
+            };
+            let mut left = match read(slices) {
+                Ok(left) => left,
+                Err(status) => return status,
+            };
+            let to = match storage(decision, size::<Decision>()) {
+                Ok(to) => to,
+                Err(status) => return status,
+            };
+            while left > 0 {
+                left -= 1;
+                if let Some(decided) = own.solver.work() {
+                    fill(to, decided);
+                    slices.write(left);
+                    return status::DECIDED;
+                }
+            }
+            slices.write(0);
+        }
+        status::PENDING
+    }
+
+    /// The cause of a reason, without a zero at its end.
+    fn servo_id_reason_cause(reason: i32, text: *mut *const c_char, length: *mut u32) {
+        let found = u8::try_from(reason).ok().and_then(Reason::from_number);
+        let cause = found.map_or("", Reason::cause);
+        // SAFETY: the header's conditions.
+        let written = unsafe {
+            write(text, cause.as_ptr().cast()).and_then(|()| write(length, cause.len() as u32))
+        };
+        let answer = if found.is_some() { status::OK } else { status::NO_SUCH_REASON };
+        status_of(written.map(|()| answer))
+    }
+}
