@@ -36,13 +36,16 @@ float MagneticSensorI2C::getMechanicalAngle() {
     return static_cast<float>((counts - COUNTS * std::floor(counts / COUNTS)) / COUNTS * TURN);
 }
 
-void BLDCMotor::loopFOC() { voltage.d = 0.0f; }
+// As SimpleFOC's newer versions do, and not in move.
+void BLDCMotor::loopFOC() {
+    voltage.q = current_sp;
+    ::voltage = voltage.q;
+}
 
 void BLDCMotor::move(float target) {
     const double wanted = 15.0 * (target + 3.0 - position);
     const double asked = 0.4 * (wanted - velocity);
-    voltage.q = static_cast<float>(asked > 6.0 ? 6.0 : asked < -6.0 ? -6.0 : asked);
-    ::voltage = voltage.q;
+    current_sp = static_cast<float>(asked > 6.0 ? 6.0 : asked < -6.0 ? -6.0 : asked);
 }
 
 int main() {

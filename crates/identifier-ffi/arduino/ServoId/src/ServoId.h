@@ -37,17 +37,19 @@ public:
         const bool in_time = joined_ && late < 2 * period_;
         last_count_ = count;
         last_time_ = in_time ? last_time_ + period_ : now;
-        motor.move(target);
+        // What acted since the last sample: some versions of SimpleFOC output it in move, others in loopFOC.
         const bool is_voltage = motor.torque_controller == TorqueControlType::voltage;
-        const float command = is_voltage ? motor.voltage.q : motor.current_sp;
+        const float acted = is_voltage ? motor.voltage.q : motor.current_sp;
+        motor.move(target);
         if (in_time) {
-            return identifier_.sample(moved, command);
+            const int32_t before = last_moved_;
+            last_moved_ = moved;
+            return identifier_.sample(before, acted);
         }
         // The first sample, or a gap: the speed across it is a guess.
-        const int32_t samples = joined_ ? late / period_ : 1;
-        const int32_t increment = joined_ ? moved / samples : 0;
+        last_moved_ = joined_ ? moved / static_cast<int32_t>(late / period_) : 0;
         joined_ = true;
-        return identifier_.resume(increment);
+        return identifier_.resume(last_moved_);
     }
 
     // SERVO_ID_NO_FIT before there are any.
@@ -82,6 +84,7 @@ private:
     int32_t counts_;
     uint32_t last_time_ = 0;
     int32_t last_count_ = 0;
+    int32_t last_moved_ = 0;
     bool joined_ = false;
 };
 
