@@ -45,18 +45,18 @@ pub mod analysis;
 pub mod check;
 #[cfg(feature = "program")]
 pub mod cli;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod commission;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod compare;
 #[cfg(feature = "program")]
 pub mod csv;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod drift;
 #[cfg(feature = "program")]
 pub mod drive;
 pub mod experiment;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod export;
 mod identify;
 #[cfg(feature = "program")]
@@ -76,7 +76,7 @@ pub mod predict;
 #[cfg(feature = "program")]
 pub mod present;
 pub mod program;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod provenance;
 pub mod recognise;
 #[cfg(feature = "program")]
@@ -88,7 +88,7 @@ pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "program")]
 pub mod simulated_drive;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod sweep;
 pub mod tune;
 pub mod verdict;

@@ -1,33 +1,33 @@
 //! The loops that can be closed around a servo, behind one trait: a control sample takes a reference and a
 //! measurement to a command.
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod batch;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod direct;
 mod feedback;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod fixed;
 mod identifier;
 mod pid;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod relay;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod two_degrees;
 mod whole_record;
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use batch::BatchLeastSquares;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use direct::Direct;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use fixed::{FixedIdentifier, FixedLoop};
 pub(crate) use identifier::{DynIdentifier, Innovation, Running, gamma_over};
 pub(crate) use pid::PidLoop;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use two_degrees::TwoDegreesLoop;
 pub(crate) use whole_record::WholeRecord;
 

@@ -4,22 +4,22 @@
 //! reference → sensor → loop → observer → servo. [`Simulation::build`] builds loop and rig from a
 //! scenario; faults of the scenario are found then.
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod build;
 mod checked;
-#[cfg(not(feature = "program"))]
+#[cfg(not(feature = "experiments"))]
 mod one_law;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 mod operations;
 mod rig;
 mod rig_of_scenario;
 mod sensor;
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use build::{closed_by_pid, identifier, identifier_in};
-#[cfg(not(feature = "program"))]
+#[cfg(not(feature = "experiments"))]
 pub(crate) use one_law::identifier;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub use operations::operations;
 pub(crate) use rig::Rig;
 

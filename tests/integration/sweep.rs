@@ -35,7 +35,7 @@ duration = 30.0
 const SERVOS: u32 = 400;
 
 fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
-    sweep(scenario, runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
+    sweep(scenario, 0..runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
 }
 
 /// By how much a load of 20 rad/s² moves the estimates of each servo, in ascending order: |Δb̂|/b in
@@ -142,7 +142,7 @@ fn a_stopped_sweep_keeps_its_finished_runs() {
     scenario.duration = 1.0;
     let stop = AtomicBool::new(false);
     let done = AtomicU32::new(0);
-    let runs = sweep(&scenario, 1000, 7, &stop, &|| {
+    let runs = sweep(&scenario, 0..1000, 7, &stop, &|| {
         if done.fetch_add(1, Ordering::Relaxed) == 20 {
             stop.store(true, Ordering::Relaxed);
         }

@@ -14,6 +14,7 @@ mod lead;
 mod listing;
 mod metered;
 mod playground;
+mod python;
 mod same_bits;
 mod seal;
 mod soak;
@@ -85,6 +86,8 @@ enum Verb {
         #[arg(long)]
         out: Option<std::path::PathBuf>,
     },
+    /// Build the Python package's wheel, install it in an environment of its own, and run its tests.
+    Python,
     /// Run a binary of the firmware in the emulator.
     Qemu {
         /// The binary: virtual-servo, bench, terms, commission or background.
@@ -106,6 +109,7 @@ fn main() -> ExitCode {
         Verb::Playground { out } => {
             playground::build(&out.unwrap_or_else(playground::usual_folder))
         }
+        Verb::Python => python::check(),
         Verb::Qemu { binary } => firmware::build(&[&binary], &[])
             .and_then(|()| emulator::run(emulator::BOARD, &firmware::path(&binary)))
             .map(|printed| print!("{printed}")),

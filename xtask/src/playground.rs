@@ -71,7 +71,8 @@ pub(crate) fn usual_folder() -> PathBuf {
     target().join("playground")
 }
 
-fn target() -> PathBuf {
+/// The folder of products, in full.
+pub(crate) fn target() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from)
 }

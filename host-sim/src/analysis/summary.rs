@@ -202,9 +202,9 @@ impl Summariser {
             noise.moving = Some(whole.noise * scenario.stated.resolution);
         }
         // Its code is a third of an identification's, and the fit of a whole record does without.
-        #[cfg(not(feature = "program"))]
+        #[cfg(not(feature = "experiments"))]
         let batch: Option<Batch> = None;
-        #[cfg(feature = "program")]
+        #[cfg(feature = "experiments")]
         let batch = (outcome.abort.is_none() && !is_whole)
             .then(|| {
                 let judged = Judged {

@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let stop = interruption::end_requested();
     let what = "servos (Ctrl-C ends with what is done)";
     let progress = Progress::of_items(u64::from(arguments.runs), what);
-    let runs = sweep::sweep(&scenario, arguments.runs, arguments.seed, stop, &|| {
+    let runs = sweep::sweep(&scenario, 0..arguments.runs, arguments.seed, stop, &|| {
         progress.advance()
     })
     .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;

@@ -12,7 +12,8 @@ mod urdf;
 pub use joint::{ExportError, Identified, Joint, Scale};
 
 /// A format of joints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum Format {
     /// Default classes of MuJoCo, to include in a model.
     Mjcf,

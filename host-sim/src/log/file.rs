@@ -1,10 +1,14 @@
 //! A recorded log: read once to be judged, and again, row by row, whenever it is needed.
 
 use std::path::{Path, PathBuf};
+#[cfg(feature = "experiments")]
+use std::sync::Arc;
 
+#[cfg(feature = "experiments")]
+use super::columns::{ColumnRows, Columns};
 use super::csv::{Dialect, TextRows};
 use super::excerpt::{Excerpt, Segment};
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use super::mcap::{Layout, MessageRows, is_mcap};
 use super::row::{Row, Rows};
 use super::spacing::{EvenRows, Wrapped, usual_step};
@@ -37,13 +41,16 @@ pub struct Log {
     segments: Vec<Segment>,
 }
 
-/// The format of a log's file, detected once.
+/// The format of a log, detected once.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Format {
+    /// No file, but columns in memory.
+    #[cfg(feature = "experiments")]
+    Columns(Arc<Columns>),
     /// `.csv`, `.csv.gz`.
     Text(Dialect),
     /// `.mcap`.
-    #[cfg(feature = "program")]
+    #[cfg(feature = "experiments")]
     Messages(Layout),
 }
 
@@ -51,7 +58,7 @@ impl Format {
     /// # Errors
     /// The file that cannot be read; of messages, the column that is missing.
     pub(super) fn detect(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
-        #[cfg(feature = "program")]
+        #[cfg(feature = "experiments")]
         if path.is_file() && is_mcap(path) {
             return Layout::detect(path, settings).map(Self::Messages);
         }
@@ -69,8 +76,12 @@ impl Format {
         sample_time: f64,
     ) -> Result<Box<dyn Rows + 'a>, LogError> {
         Ok(match self {
+            #[cfg(feature = "experiments")]
+            Self::Columns(columns) => {
+                Box::new(ColumnRows::open(path, settings, columns, sample_time)?)
+            }
             Self::Text(dialect) => Box::new(TextRows::open(path, settings, *dialect, sample_time)?),
-            #[cfg(feature = "program")]
+            #[cfg(feature = "experiments")]
             Self::Messages(layout) => {
                 Box::new(MessageRows::open(path, settings, layout, sample_time)?)
             }
@@ -128,6 +139,30 @@ impl Log {
         sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
         let format = Format::detect(path, settings)?;
+        Self::of_format(path, settings, &format, sample_time)
+    }
+
+    /// Reads columns in memory, as [`read`](Self::read) reads those of a file. They have a `name` in messages.
+    ///
+    /// # Errors
+    /// The row, counted from 1, and the column that is wrong.
+    #[cfg(feature = "experiments")]
+    pub fn of_columns(
+        name: &str,
+        columns: Columns,
+        settings: &LogSettings,
+        sample_time: Option<f64>,
+    ) -> Result<Self, LogError> {
+        let format = Format::Columns(Arc::new(columns));
+        Self::of_format(Path::new(name), settings, &format, sample_time)
+    }
+
+    fn of_format(
+        path: &Path,
+        settings: &LogSettings,
+        format: &Format,
+        sample_time: Option<f64>,
+    ) -> Result<Self, LogError> {
         let rows = |sample_time| format.open(path, settings, sample_time);
         let Some(stated) = sample_time else {
             if !settings.has_sample_time() {
@@ -136,11 +171,11 @@ impl Log {
             }
             let usual = usual_step(rows(f64::NAN)?, settings)?.unwrap_or(f64::NAN);
             check_step(path, settings, usual)?;
-            let (mut log, mean) = Self::unwrapped(path, settings, &format, usual)?;
+            let (mut log, mean) = Self::unwrapped(path, settings, format, usual)?;
             log.sample_time = mean.unwrap_or(usual);
             return Ok(log);
         };
-        let log = match Self::unwrapped(path, settings, &format, stated) {
+        let log = match Self::unwrapped(path, settings, format, stated) {
             Ok((log, mean)) => check_rate(path, settings, mean, stated).map(|()| log)?,
             // A rate that is not the stated one is why time seems to be wrong.
             Err(error) => {

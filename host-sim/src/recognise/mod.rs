@@ -12,7 +12,7 @@ mod time;
 
 use std::path::Path;
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use crate::log::mcap::is_mcap;
 use crate::log::{LogError, Table, Times};
 use crate::scenario::{LogSettings, PositionUnit, TimeUnit};
@@ -78,7 +78,7 @@ impl From<Question> for Unrecognised {
 /// # Errors
 /// A log that cannot be read, or what it does not show.
 pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognised> {
-    #[cfg(feature = "program")]
+    #[cfg(feature = "experiments")]
     if path.is_file() && is_mcap(path) {
         return Ok(messages(stated));
     }
@@ -199,7 +199,7 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
 }
 
 /// A log of messages: the columns of the tool's own recordings, unless others are stated.
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 fn messages(stated: &Stated) -> Recognised {
     let own = LogSettings::own();
     let named = |column: &Option<String>| column.as_deref().map(crate::scenario::Column::named);

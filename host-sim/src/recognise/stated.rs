@@ -97,23 +97,31 @@ impl Stated {
         }
     }
 
-    /// Takes the answer to a question.
+    /// Takes the value of an option by its name, as the answer to a question is one.
     ///
     /// # Errors
-    /// The allowed answers.
+    /// The allowed values.
     pub fn answer(&mut self, flag: &str, answer: &str) -> Result<(), String> {
         let number = || {
             let number = answer.parse().ok().filter(|number| f64::is_finite(*number));
             number.ok_or_else(|| "a number, as 0.05 or 5e-2".to_owned())
         };
         match flag {
+            "time" => self.time = Some(answer.to_owned()),
             "position" => self.position = Some(answer.to_owned()),
             "command" => self.command = Some(answer.to_owned()),
-            "position-unit" => self.position_unit = Some(position_unit(answer)?),
+            "reference" => self.reference = Some(answer.to_owned()),
             "time-unit" => self.time_unit = Some(time_unit(answer)?),
+            "position-unit" => self.position_unit = Some(position_unit(answer)?),
+            "reference-unit" => self.reference_unit = Some(position_unit(answer)?),
+            "position-scale" => self.position_scale = Some(number()?),
+            "command-scale" => self.command_scale = Some(number()?),
+            "reference-scale" => self.reference_scale = Some(number()?),
             "sample-time" => self.sample_time = Some(number()?),
             "counts-per-rev" => self.counts_per_rev = Some(number()?),
-            _ => return Err(format!("--{flag} is an option")),
+            "wrap" => self.wrap = Some(number()?),
+            "scan" => self.scan = Some(scan(answer)?),
+            _ => return Err(format!("--{flag} is no option that takes one value")),
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 //! documented in docs/command-line.md; its numbers are what every page shows.
 
 mod check;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub mod commissioning;
 mod comparison;
 mod drift;
@@ -15,7 +15,7 @@ mod sweep;
 mod tuning;
 
 pub use check::{Certificate, CheckResult, EncoderFigures, Known, LoopFigures, ServoFigures};
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub use commissioning::{CommissioningEnd, CommissioningResult, DriveCommissioningResult};
 pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};
 pub use drift::{Difference, DriftResult};

@@ -6,7 +6,7 @@
 //! `pid::<N, LowPass<N>>(settings)` for a scenario with a low-pass.
 
 /// With the number that a loop is computed in; what has no form in fixed point is computed in `f64`.
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 macro_rules! with_number {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {
         match $scenario.identifier.arithmetic {
@@ -19,7 +19,7 @@ macro_rules! with_number {
 }
 
 /// With the velocity estimate on a number.
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 macro_rules! with_velocity {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::measurement as velocity;
@@ -37,7 +37,7 @@ macro_rules! with_velocity {
 }
 
 /// With the velocity estimate on a number: without the program there is the low-pass alone.
-#[cfg(not(feature = "program"))]
+#[cfg(not(feature = "experiments"))]
 macro_rules! with_velocity {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::measurement::LowPass;
@@ -47,7 +47,7 @@ macro_rules! with_velocity {
 }
 
 /// With the parameter set and the number of its parameters.
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 macro_rules! with_set {
     ($scenario:expr => $function:ident::<$($given:ty),+> ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad};
@@ -62,7 +62,7 @@ macro_rules! with_set {
 }
 
 /// With the velocity estimate on a number, the parameter set and the number of its parameters.
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 macro_rules! with_types {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::measurement as velocity;
@@ -83,7 +83,7 @@ macro_rules! with_types {
 
 /// With the velocity estimate on fixed-point words, the parameter set and the number of its
 /// parameters.
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 macro_rules! with_words {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::fixed_point::Word;
@@ -102,5 +102,5 @@ macro_rules! with_words {
 }
 
 pub(crate) use with_velocity;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 pub(crate) use {with_number, with_set, with_types, with_words};

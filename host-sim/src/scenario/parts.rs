@@ -11,7 +11,7 @@ use identifier_core::settings::{BoxSettings, GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use super::dispatch::{with_types, with_words};
 use super::{Arithmetic, ExcitationKind, Fault, Key, Reference, Scenario};
 
@@ -63,7 +63,7 @@ impl Scenario {
         if self.identifier.arithmetic == Arithmetic::Fixed {
             bound_by_the_box(&mut settings);
         }
-        #[cfg(feature = "program")]
+        #[cfg(feature = "experiments")]
         if let Some(reference) = reference
             && self.identifier.law.is_gradient()
             && settings.identifier.gamma.is_none()
@@ -77,7 +77,7 @@ impl Scenario {
         Ok(settings)
     }
 
-    #[cfg(feature = "program")]
+    #[cfg(feature = "experiments")]
     /// Γ over all four parameters; one for a parameter that the model does not have.
     fn automatic_gamma(
         &self,
@@ -107,9 +107,9 @@ impl Scenario {
     /// It is not given.
     pub(crate) fn servo(&self) -> Result<ServoParameters, Fault> {
         self.plant.ok_or_else(|| {
-            #[cfg(feature = "program")]
+            #[cfg(feature = "experiments")]
             let about = Key::at("plant").map_or("", |key| key.about);
-            #[cfg(not(feature = "program"))]
+            #[cfg(not(feature = "experiments"))]
             let about = "the true servo";
             Fault::new("plant", format!("a run needs {about}"))
         })

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::Simulation;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use crate::commission::Commissioning;
 use crate::scenario::{Fault, Purpose, Scenario, ScenarioError, fetch};
 
@@ -45,9 +45,9 @@ impl Scenario {
 /// The function that builds everything which a purpose needs.
 fn built_for(purpose: Purpose) -> fn(&Scenario) -> Result<(), Fault> {
     match purpose {
-        #[cfg(feature = "program")]
+        #[cfg(feature = "experiments")]
         Purpose::Commission => commissionable,
-        #[cfg(not(feature = "program"))]
+        #[cfg(not(feature = "experiments"))]
         Purpose::Commission => |_| Err(Fault::new("commission", "only the program commissions")),
         Purpose::Run | Purpose::Replay => build,
     }
@@ -57,7 +57,7 @@ fn build(scenario: &Scenario) -> Result<(), Fault> {
     Simulation::build(scenario).map(drop)
 }
 
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 fn commissionable(scenario: &Scenario) -> Result<(), Fault> {
     Commissioning::new(scenario).map(drop)
 }

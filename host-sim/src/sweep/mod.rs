@@ -4,6 +4,7 @@ mod draw;
 
 pub use draw::draw;
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use identifier_core::parameters::{Parameter, ServoParameters};
@@ -14,21 +15,21 @@ use crate::result::SweepRun;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
-/// Runs a number of random servos on all cores, in the order of their numbers whatever the number of
-/// threads. Each that is done calls `done`; once `stop` is set no further one begins, and the result
+/// Runs the random servos of some numbers on all cores, in the order of their numbers whatever the number of
+/// threads; a servo is the same in any range. Each that is done calls `done`; once `stop` is set no further one begins, and the result
 /// is what was done.
 ///
 /// # Errors
 /// The key that a servo's scenario cannot be built from.
 pub fn sweep(
     base: &Scenario,
-    runs: u32,
+    numbers: Range<u32>,
     seed: u32,
     stop: &AtomicBool,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<SweepRun>, Fault> {
     let base = base.clone().with_gamma_chosen();
-    let results: Result<Vec<Option<SweepRun>>, Fault> = (0..runs)
+    let results: Result<Vec<Option<SweepRun>>, Fault> = numbers
         .into_par_iter()
         .map(|index| {
             if stop.load(Ordering::Relaxed) {

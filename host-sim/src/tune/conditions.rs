@@ -1,13 +1,13 @@
 use std::f64::consts::TAU;
 
 use identifier_core::tuning::{Goal, TuningSettings};
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use serde::Deserialize;
 
 use super::IdentifiedResult;
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use crate::provenance::{Origin, Task};
-#[cfg(feature = "program")]
+#[cfg(feature = "experiments")]
 use crate::scenario::Purpose;
 use crate::scenario::Scenario;
 
@@ -194,7 +194,7 @@ impl KnownConditions {
 
     /// Those of the JSON of a result with its origin: its scenario's, and of a log that was replayed with an unknown
     /// encoder or controller those that it showed. Without an origin nothing is known.
-    #[cfg(feature = "program")]
+    #[cfg(feature = "experiments")]
     #[must_use]
     pub fn of_result(json: &str, has_delay: bool) -> Self {
         #[derive(Deserialize)]

@@ -104,7 +104,7 @@ fn a_sweep_takes_them_on_every_servo_that_it_draws() {
     lowest.effects.low_speed_friction = -4.0;
     let going = AtomicBool::new(false);
     for base in [base, lowest] {
-        let runs = sweep::sweep(&base, 20, 3, &going, &|| ()).expect("every servo can be built");
+        let runs = sweep::sweep(&base, 0..20, 3, &going, &|| ()).expect("every servo can be built");
         assert_eq!(runs.len(), 20);
     }
     let drawn = [0, 1].map(|index| sweep::draw(&scenario("delay = 0.002", ""), 3, index));

@@ -1,0 +1,169 @@
+"""Experiments: on logs, on the simulated servo, on many servos."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from os import PathLike, fspath
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native, _scenario
+from ._results import Columns, Commissioning, Gains, Result, Sweep, columns
+from ._scenario import Scenario
+
+Path: TypeAlias = str | PathLike[str]
+Log: TypeAlias = Path | Mapping[str, npt.ArrayLike]
+"""A file, or columns by name: position, command, and time where the samples are not ``sample_time`` apart."""
+
+_ROLES = ("time", "position", "command", "reference")
+
+
+def identify(
+    log: Log, *, scenario: Scenario | None = None, trace: bool = True, **stated: Any
+) -> Result:
+    """The servo behind a log of position and command.
+
+    ``log`` is a file (.csv, .csv.gz, .mcap) or a mapping of columns: ``position`` and ``command``, the total that acted,
+    with ``time`` (s) or ``sample_time=``. The file's columns and units are found; ``result.findings`` says how. What a log
+    does not show is asked for by a ``ValueError`` that names the keyword: time, time_unit, sample_time, position,
+    position_unit (rad, deg, turns, counts, m, mm), position_scale, command, command_scale, reference, counts_per_rev, wrap,
+    scan. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
+    time_unit, wrap, scan, ``law`` (``fit``, the default, ``gauss-newton``, ``window``, ``gradient``) and ``identifier``,
+    further keys of that table.
+
+    With a ``scenario``, its ``[log]`` names the columns and nothing else may be stated.
+    """
+    if scenario is not None:
+        if stated:
+            raise ValueError(f"{', '.join(stated)}: with a scenario, its tables state it")
+        file, text = _scenario.read(scenario)
+        findings = ()
+    elif isinstance(log, Mapping):
+        file, text, findings = *_scenario.read(_scenario_of_columns(log, stated)), ()
+    else:
+        options = {name: str(value) for name, value in stated.items()}
+        text, found = _native.recognise_log(fspath(log), options)
+        file, findings = f"the scenario of {fspath(log)}", tuple(found)
+    if isinstance(log, Mapping):
+        found, samples = _native.identify_columns(file, text, _float_columns(log), trace=trace)
+    else:
+        found, samples = _native.identify_file(file, text, fspath(log), trace=trace)
+    return Result(found, columns(samples), findings)
+
+
+def identify_joints(
+    log: Mapping[str, npt.ArrayLike],
+    *,
+    names: Sequence[str] | None = None,
+    threads: int | None = None,
+    trace: bool = False,
+    **stated: Any,
+) -> dict[str, Result]:
+    """The servos of several joints, each with a column of its own in ``position`` and ``command`` (samples × joints).
+
+    ``names`` are those of the joints, ``joint_0`` and so on by default; ``stated`` is as for :func:`identify`.
+    """
+    wide = {name: np.asarray(column, dtype=np.float64) for name, column in log.items()}
+    counts = {name: column.shape[1] for name, column in wide.items() if column.ndim == 2}
+    if len(set(counts.values())) != 1:
+        raise ValueError(f"position and command have a column for each joint (samples × joints), and these have {counts}")
+    count = next(iter(counts.values()))
+    names = [f"joint_{number}" for number in range(count)] if names is None else list(names)
+    if len(set(names)) != count or len(names) != count:
+        raise ValueError(f"names has {len(names)} entries for {count} joints: each has a name of its own")
+
+    def one(number: int) -> Result:
+        own = {name: column[:, number] if column.ndim == 2 else column for name, column in wide.items()}
+        return identify(own, trace=trace, **stated)
+
+    with ThreadPoolExecutor(threads) as pool:
+        return dict(zip(names, pool.map(one, range(count))))
+
+
+def read_log(log: Path, *, scenario: Scenario | None = None, **stated: Any) -> Columns:
+    """The samples of a log in SI: time, position, and command and reference where it has them."""
+    if scenario is None:
+        options = {name: str(value) for name, value in stated.items()}
+        text, _ = _native.recognise_log(fspath(log), options)
+        file = f"the scenario of {fspath(log)}"
+    else:
+        file, text = _scenario.read(scenario)
+    return columns(_native.read_log(file, text, fspath(log)))
+
+
+def simulate(scenario: Scenario, *, trace: bool = True) -> Result:
+    """Identification on the simulated servo of a scenario."""
+    found, samples = _native.simulate(*_scenario.read(scenario), trace=trace)
+    return Result(found, columns(samples))
+
+
+def commission(scenario: Scenario) -> Commissioning:
+    """A commissioning of the simulated drive of a scenario."""
+    return Commissioning(_native.commission(*_scenario.read(scenario)))
+
+
+def sweep(scenario: Scenario, runs: int, *, seed: int = 1, first: int = 0) -> Sweep:
+    """``runs`` random servos about the one of a scenario, on all cores. Servo ``first`` and those after it are the same in
+    every sweep of a seed, so that machines can share one. Ctrl-C ends it between batches."""
+    if runs < 1:
+        raise ValueError(f"runs = {runs}: a sweep has one servo or more")
+    batch = 200
+    file, text = _scenario.read(scenario)
+    parts = [
+        _native.sweep(file, text, start, min(batch, first + runs - start), seed)
+        for start in range(first, first + runs, batch)
+    ]
+    of_parts = [columns(part) for part, _ in parts]
+    joined = {name: np.concatenate([part[name] for part in of_parts]) for name in of_parts[0]}
+    return Sweep(joined, tuple(status for _, statuses in parts for status in statuses))
+
+
+def tune(result: Result, *, accept_unconverged: bool = False, **conditions: float) -> Gains:
+    """PID gains for a servo, with the response that they promise.
+
+    The goal is ``response_time`` (s, from 10 to 90 % of a step) or ``bandwidth`` (rad/s), by default as stiff as the servo
+    allows. Further conditions: sample_time, counts or resolution, limit, command_delay, cutoff, max_sensitivity, max_noise,
+    resonance, step.
+    """
+    if {"response_time", "bandwidth"} <= conditions.keys():
+        raise ValueError("response_time and bandwidth are two goals: state one")
+    stated = {name: float(value) for name, value in conditions.items()}
+    text, assumptions = _native.tune(result.text, stated, accept_unconverged)
+    return Gains(text, tuple(assumptions))
+
+
+def _scenario_of_columns(log: Mapping[str, Any], stated: dict[str, Any]) -> dict[str, Any]:
+    """The scenario of columns whose names are their quantities."""
+    for role in ("position", "command"):
+        if role not in log:
+            raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}")
+    unknown = set(log) - set(_ROLES)
+    if unknown:
+        raise ValueError(f"{', '.join(sorted(unknown))}: a column is one of {', '.join(_ROLES)}")
+    if "time" not in log and "sample_time" not in stated:
+        raise ValueError("sample_time is missing: state how many seconds pass from one sample to the next, or a column time")
+    stated = dict(stated)
+    identifier = {"law": stated.pop("law", "fit"), **stated.pop("identifier", {})}
+    encoder = {"counts_per_rev": float(stated.pop("counts_per_rev"))} if "counts_per_rev" in stated else {}
+    allowed = ("sample_time", "time_unit", "position_unit", "position_scale", "command_scale", "wrap", "scan")
+    unknown = set(stated) - set(allowed)
+    if unknown:
+        raise ValueError(f"{', '.join(sorted(unknown))}: a keyword is one of {', '.join(allowed)}, counts_per_rev, law, identifier")
+    numbers = {name: value if isinstance(value, str) else float(value) for name, value in stated.items()}
+    return {"encoder": encoder, "identifier": identifier, "log": {role: role for role in log} | numbers}
+
+
+def _float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:
+    """The columns as contiguous float64, without a copy where they are."""
+    arrays = {}
+    for name, column in log.items():
+        array = np.asarray(column)
+        if array.ndim != 1:
+            raise ValueError(
+                f"{name} has the shape {array.shape}: a column has one number per sample; identify_joints takes several joints"
+            )
+        if array.dtype.kind not in "fiu":
+            raise ValueError(f"{name} has the type {array.dtype}: a column is of numbers")
+        arrays[name] = np.ascontiguousarray(array, dtype=np.float64)
+    return arrays

@@ -1,0 +1,37 @@
+"""The native half: texts and columns in, JSON and the bytes of float64 columns out."""
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+VERSION: str
+
+_Columns: TypeAlias = dict[str, bytes]
+_Path: TypeAlias = "str | PathLike[str]"
+
+def simulate(file: str, text: str, *, trace: bool) -> tuple[str, _Columns]: ...
+def recognise_log(
+    log: _Path, stated: Mapping[str, str]
+) -> tuple[str, list[tuple[str, str]]]: ...
+def identify_file(
+    file: str, text: str, log: _Path, *, trace: bool
+) -> tuple[str, _Columns]: ...
+def identify_columns(
+    file: str, text: str, log: Mapping[str, npt.NDArray[np.float64]], *, trace: bool
+) -> tuple[str, _Columns]: ...
+def read_log(file: str, text: str, log: _Path) -> _Columns: ...
+def commission(file: str, text: str) -> str: ...
+def sweep(
+    file: str, text: str, first: int, count: int, seed: int
+) -> tuple[_Columns, list[str]]: ...
+def tune(
+    result: str, conditions: Mapping[str, float], accept_unconverged: bool
+) -> tuple[str, list[str]]: ...
+def export(
+    joints: Sequence[tuple[str, str, float | None, float | None, float, float | None]],
+    format: str,
+    accept_unconverged: bool,
+) -> str: ...

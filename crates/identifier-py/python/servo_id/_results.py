@@ -1,0 +1,192 @@
+"""Results of experiments."""
+
+import html
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Columns: TypeAlias = dict[str, npt.NDArray[np.float64]]
+
+
+def columns(of_bytes: dict[str, bytes]) -> Columns:
+    """Columns of float64 without a copy."""
+    return {name: np.frombuffer(data) for name, data in of_bytes.items()}
+
+
+def _number(value: float | None) -> float:
+    """A number of a result, in whose JSON one that is not finite is null."""
+    return float("nan") if value is None else value
+
+
+@dataclass(frozen=True, repr=False)
+class Result:
+    """The servo that an identification found."""
+
+    text: str
+    """The result as ``servo-id`` writes it with ``--json``."""
+    trace: Columns = field(default_factory=dict)
+    """The samples: time, reference, position, command, output_error; a, b, coulomb, load as they were estimated then, and
+    std_error_a … where the law knows them. Empty where no trace was asked for."""
+    findings: tuple[tuple[str, str], ...] = ()
+    """How a log without a scenario was taken: columns, time, position, each with its evidence."""
+
+    @cached_property
+    def json(self) -> dict[str, Any]:
+        """The whole result; its keys are documented with the command line."""
+        return json.loads(self.text)
+
+    @cached_property
+    def _known(self) -> dict[str, dict[str, Any]]:
+        return {name: one for name, one in self.json["estimates"].items() if one is not None}
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the law estimates them, and the
+        optional terms that entered."""
+        return {name: _number(one["final"]) for name, one in self._known.items()}
+
+    @property
+    def std_errors(self) -> dict[str, float]:
+        """Their standard errors; NaN where one is not known."""
+        return {name: _number(one.get("std_error")) for name, one in self._known.items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Their units."""
+        return {name: one["unit"] for name, one in self._known.items()}
+
+    @property
+    def verdict(self) -> str:
+        """converged, unexplained, no-information, moving or aborted."""
+        return self.json["status"]
+
+    @property
+    def reason(self) -> str:
+        """The verdict's reason with parameter, figure and remedy."""
+        return self.json["reason"]
+
+    @property
+    def converged(self) -> bool:
+        """True for estimates that may be relied on."""
+        return self.verdict == "converged"
+
+    @property
+    def truth(self) -> dict[str, float] | None:
+        """The true servo of a simulation."""
+        return self.json["truth"]
+
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        errors = self.std_errors
+        return [
+            (name, f"{value:.6g}", f"{errors[name]:.2g}", self.units[name])
+            for name, value in self.estimates.items()
+        ]
+
+    def __repr__(self) -> str:
+        rows = [f"  {name} = {value} ± {error} {unit}" for name, value, error, unit in self._rows()]
+        return "\n".join([f"{self.verdict}: {self.reason}", *rows])
+
+    def _repr_html_(self) -> str:
+        cells = lambda tag, row: "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in row)
+        rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in self._rows())
+        heading = cells("th", ("quantity", "estimate", "standard error", "unit"))
+        return (
+            f"<p><b>{html.escape(self.verdict)}</b>: {html.escape(self.reason)}</p>"
+            f"<table><tr>{heading}</tr>{rows}</table>"
+        )
+
+    def plot(self) -> "Figure":
+        """Position, command, output error and the estimates over time, each with its band of two standard errors.
+        It needs matplotlib and a trace."""
+        from ._figures import of_result
+
+        return of_result(self)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """PID gains and their promise."""
+
+    text: str
+    """The result as ``servo-id tune`` writes it with ``--json``."""
+    assumptions: tuple[str, ...] = ()
+    """Conditions that were taken from the log because nothing states them."""
+
+    @cached_property
+    def json(self) -> dict[str, Any]:
+        """The whole result."""
+        return json.loads(self.text)
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """kp (command units per rad), kd (per rad/s), ki (per rad s), and the cutoff of the velocity estimate, rad/s."""
+        return {name: self.json[name] for name in ("kp", "kd", "ki", "cutoff")}
+
+    @property
+    def bandwidth(self) -> float:
+        """ω of the loop's double pole, rad/s."""
+        return self.json["bandwidth"]
+
+    @property
+    def promise(self) -> dict[str, float]:
+        """Rise time, overshoot, margins and stiffness of the loop."""
+        return self.json["promise"]
+
+    def __repr__(self) -> str:
+        return ", ".join(f"{name} = {value:.5g}" for name, value in self.gains.items())
+
+
+@dataclass(frozen=True)
+class Commissioning:
+    """The end of a commissioning."""
+
+    text: str
+    """The result as ``servo-id commission`` writes it with ``--json``."""
+
+    @cached_property
+    def json(self) -> dict[str, Any]:
+        """The whole result."""
+        return json.loads(self.text)
+
+    @property
+    def status(self) -> str:
+        """applied, or how it ended otherwise."""
+        return self.json["status"]
+
+    @property
+    def applied(self) -> bool:
+        """True where the new gains hold the axis."""
+        return self.status == "applied"
+
+    def __repr__(self) -> str:
+        return f"commissioning: {self.status}"
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Random servos, identified."""
+
+    columns: Columns
+    """A number per servo: number, true_a, a, true_b, b, true_coulomb, coulomb, true_load, load; NaN where the law does not
+    estimate it."""
+    statuses: tuple[str, ...]
+    """The verdict on each."""
+
+    @property
+    def converged(self) -> float:
+        """The part of the servos that converged."""
+        return self.statuses.count("converged") / len(self.statuses)
+
+    def errors(self, parameter: str) -> npt.NDArray[np.float64]:
+        """Estimate less truth of each servo."""
+        return self.columns[parameter] - self.columns[f"true_{parameter}"]
+
+    def __repr__(self) -> str:
+        return f"{len(self.statuses)} servos, {100 * self.converged:.1f} % converged"

@@ -1,0 +1,33 @@
+//! The native half of the Python package `servo_id`: scenarios as text and columns of numbers in, results as JSON and
+//! columns of numbers out. The package's Python half gives them names, types and pictures.
+//!
+//! A call releases Python's global lock while it computes. A fault of the caller's is a `ValueError` with the remedy.
+
+mod columns;
+mod commission;
+mod export;
+mod fault;
+mod identify;
+mod origin;
+mod simulate;
+mod sweep;
+mod tune;
+
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::commission::commission;
+    #[pymodule_export]
+    use super::export::export;
+    #[pymodule_export]
+    use super::identify::{identify_columns, identify_file, read_log, recognise_log};
+    #[pymodule_export]
+    use super::simulate::simulate;
+    #[pymodule_export]
+    use super::sweep::sweep;
+    #[pymodule_export]
+    use super::tune::tune;
+
+    #[pymodule_export]
+    const VERSION: &str = host_sim::VERSION;
+}

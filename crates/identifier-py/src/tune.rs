@@ -1,0 +1,86 @@
+//! Gains from a result.
+
+use std::collections::BTreeMap;
+
+use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use identifier_core::tuning::Goal;
+use pyo3::prelude::*;
+
+use crate::fault::value_error;
+
+/// Gains for a result's JSON under conditions by name, as JSON, and the assumptions that they rest on.
+///
+/// # Errors
+/// `ValueError`: a result that has not converged unless that is accepted, a condition that is not known or not allowed,
+/// or why there are no gains.
+#[pyfunction]
+pub(crate) fn tune(
+    py: Python<'_>,
+    result: &str,
+    conditions: BTreeMap<String, f64>,
+    accept_unconverged: bool,
+) -> PyResult<(String, Vec<String>)> {
+    py.detach(|| {
+        let identified = IdentifiedResult::read(result).map_err(value_error)?;
+        if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
+            return Err(value_error(format!(
+                "{doubt}: gains for it would be a guess; see to that first, or accept_unconverged=True"
+            )));
+        }
+        let (goal, conditions) = stated(&conditions)?;
+        let known = KnownConditions::of_result(result, identified.has_delay);
+        let settings = conditions.settings(goal, &identified, &known);
+        let settings = settings.map_err(value_error)?;
+        let tuned = Tuned::new(&identified, &settings).map_err(|error| refusal(&error))?;
+        let json = serde_json::to_string(&tuned.result()).map_err(value_error)?;
+        Ok((json, conditions.assumptions(&known)))
+    })
+}
+
+/// The goal and the conditions of their names.
+fn stated(named: &BTreeMap<String, f64>) -> PyResult<(Goal, Conditions)> {
+    let mut conditions = Conditions::default();
+    let mut goal = Goal::Stiffest;
+    for (name, &value) in named {
+        let place = match name.as_str() {
+            "response_time" => {
+                goal = Goal::ResponseTime(value);
+                continue;
+            }
+            "bandwidth" => {
+                goal = Goal::Bandwidth(value);
+                continue;
+            }
+            "sample_time" => &mut conditions.sample_time,
+            "counts" => &mut conditions.counts,
+            "resolution" => &mut conditions.resolution,
+            "limit" => &mut conditions.limit,
+            "command_delay" => &mut conditions.command_delay,
+            "cutoff" => &mut conditions.cutoff,
+            "max_sensitivity" => &mut conditions.max_sensitivity,
+            "max_noise" => &mut conditions.max_noise,
+            "resonance" => &mut conditions.resonance,
+            "step" => &mut conditions.step,
+            _ => return Err(value_error(format!("{name} is no condition of gains"))),
+        };
+        *place = Some(value);
+    }
+    Ok((goal, conditions))
+}
+
+fn refusal(error: &NoGains) -> PyErr {
+    match error {
+        NoGains::TooFast {
+            cap,
+            most,
+            rise_time,
+        } => {
+            let instead = rise_time.map(|least| format!(", with a rise time of {least:.4} s"));
+            value_error(format!(
+                "{cap} allows {most:.2} rad/s{}: ask for less, or state no goal for the stiffest gains",
+                instead.unwrap_or_default()
+            ))
+        }
+        NoGains::Error(error) => value_error(error),
+    }
+}

@@ -1,0 +1,209 @@
+"""The package as it is installed: same results as the command line, faults as sentences, pictures, the page's examples."""
+
+import json
+import math
+import os
+import re
+import subprocess
+import tempfile
+import threading
+import time
+import tomllib
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import servo_id
+
+ROOT = Path(__file__).resolve().parents[3]
+LOG = ROOT / "host-sim/logs/simulated-servo.csv.gz"
+SCENARIOS = ROOT / "host-sim/scenarios"
+SERVO = {"plant": {"a": 0.5, "b": 180.0, "load": 12.0}, "run": {"duration": 10.0}}
+
+
+def columns():
+    log = servo_id.read_log(LOG)
+    return {name: log[name] for name in ("position", "command")}
+
+
+class Identification(unittest.TestCase):
+    def test_a_file_and_its_columns_give_the_same(self):
+        of_file = servo_id.identify(LOG)
+        self.assertTrue(of_file.converged, of_file.reason)
+        self.assertIn("position", dict(of_file.findings))
+        of_columns = servo_id.identify(columns(), sample_time=1e-3, counts_per_rev=10000)
+        self.assertEqual(of_file.estimates, of_columns.estimates)
+        self.assertEqual(of_file.std_errors, of_columns.std_errors)
+        self.assertAlmostEqual(of_file.estimates["b"], 257.7, delta=2 * of_file.std_errors["b"])
+
+    def test_units_and_single_precision_are_taken(self):
+        log = columns()
+        degrees = {"position": np.degrees(log["position"]).astype(np.float32), "command": log["command"]}
+        found = servo_id.identify(degrees, sample_time=1e-3, counts_per_rev=10000, position_unit="deg")
+        self.assertAlmostEqual(found.estimates["b"], 257.7, delta=0.5)
+        every_other = {name: np.repeat(column, 2)[::2] for name, column in log.items()}
+        stepped = servo_id.identify(every_other, sample_time=1e-3, counts_per_rev=10000)
+        self.assertTrue(stepped.converged)
+
+    def test_laws_and_a_trace(self):
+        found = servo_id.identify(columns(), sample_time=1e-3, counts_per_rev=10000, law="gauss-newton")
+        self.assertEqual(len(found.trace["time"]), len(columns()["position"]))
+        self.assertEqual(found.trace["b"][-1], found.json["estimates"]["b"]["final"])
+        self.assertEqual(servo_id.identify(LOG, trace=False).trace, {})
+
+    def test_joints_are_identified_each(self):
+        log = columns()
+        both = {name: np.stack([column, column], axis=1) for name, column in log.items()}
+        both["command"][:, 1] *= 2.0
+        joints = servo_id.identify_joints(both, names=["hip", "knee"], sample_time=1e-3, counts_per_rev=10000)
+        self.assertEqual(list(joints), ["hip", "knee"])
+        ratio = joints["hip"].estimates["b"] / joints["knee"].estimates["b"]
+        self.assertAlmostEqual(ratio, 2.0, delta=1e-3)
+        model = servo_id.export(joints, "mjcf", torque_constant={"hip": 0.1, "knee": 0.2})
+        self.assertIn("hip", model)
+        self.assertIn("armature", model)
+
+    def test_wrong_input_is_a_sentence(self):
+        log = columns()
+        spoilt = dict(log, command=np.where(np.arange(len(log["command"])) == 77, np.nan, log["command"]))
+        reference = servo_id.read_log(LOG)["reference"]
+        for wrong, keywords, said in [
+            (log, {}, "sample_time is missing"),
+            ({"position": log["position"]}, {"sample_time": 1e-3}, "has no command"),
+            (dict(log, command=log["command"][:-1]), {"sample_time": 1e-3}, "command 7999"),
+            (spoilt, {"sample_time": 1e-3}, "log:78: column command: NaN is not allowed"),
+            (dict(log, command=reference), {"sample_time": 1e-3}, "follows a reference"),
+            (dict(log, command=log["command"].astype(str)), {"sample_time": 1e-3}, "type <U32"),
+            (dict(log, command=np.stack([log["command"]] * 2)), {"sample_time": 1e-3}, "identify_joints"),
+            (dict(log, torque=log["command"]), {"sample_time": 1e-3}, "torque: a column is one of"),
+            (log, {"sample_time": 1e-3, "law": "gaus"}, 'there is no "gaus"'),
+            (log, {"sample_time": 1e-3, "colour": 1}, "colour: a keyword is one of"),
+            (log, {"sample_time": -1e-3}, "sample_time"),
+            ({name: column[:5] for name, column in log.items()}, {"sample_time": 1e-3}, "5 samples"),
+            ("nothing.csv", {}, "nothing.csv: the log cannot be read"),
+            (LOG, {"position": "angle"}, "angle"),
+            (LOG, {"colour": "red"}, "colour"),
+        ]:
+            with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
+                servo_id.identify(wrong, **keywords)
+        with self.assertRaises(TypeError):
+            servo_id.simulate(42)
+
+
+class OtherVerbs(unittest.TestCase):
+    def test_results_are_those_of_the_command_line(self):
+        program = os.environ.get("SERVO_ID_PROGRAM")
+        if not program:
+            self.skipTest("SERVO_ID_PROGRAM does not name the program")
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "result.json")
+            for verb, call, scenario in [
+                ("run", servo_id.simulate, "friction.toml"),
+                ("commission", servo_id.commission, "commission.toml"),
+            ]:
+                words = [program, verb, str(SCENARIOS / scenario), "--quiet", "--force", "--json", str(file)]
+                subprocess.run(words, check=True, capture_output=True)
+                own, its = call(SCENARIOS / scenario).json, json.loads(file.read_text())
+                own.pop("origin"), its.pop("origin")
+                self.assertEqual(own, its)
+
+    def test_a_simulation_is_identified_and_tuned(self):
+        result = servo_id.simulate(SERVO)
+        self.assertTrue(result.converged)
+        self.assertEqual(result.truth["b"], 180.0)
+        gains = servo_id.tune(result, response_time=0.05)
+        self.assertAlmostEqual(gains.promise["rise_time"], 0.05, delta=0.002)
+        with self.assertRaisesRegex(ValueError, "rise time of"):
+            servo_id.tune(result, response_time=1e-5)
+        with self.assertRaisesRegex(ValueError, "two goals"):
+            servo_id.tune(result, response_time=0.05, bandwidth=10.0)
+        with self.assertRaisesRegex(ValueError, "colour"):
+            servo_id.tune(result, colour=1.0)
+
+    def test_an_unconverged_result_is_not_built_on(self):
+        result = servo_id.simulate(dict(SERVO, identifier={"law": "gauss-newton"}, excitation={"kind": "none"}))
+        self.assertFalse(result.converged)
+        with self.assertRaisesRegex(ValueError, "accept_unconverged=True"):
+            servo_id.tune(result)
+        with self.assertRaisesRegex(ValueError, "accept_unconverged=True"):
+            servo_id.export(result, torque_constant=0.1)
+
+    def test_a_sweep_is_the_same_in_parts(self):
+        short = {"plant": {"a": 0.5, "b": 180.0}, "run": {"duration": 2.0}}
+        whole = servo_id.sweep(short, 12, seed=3)
+        parts = [servo_id.sweep(short, 5, seed=3), servo_id.sweep(short, 7, seed=3, first=5)]
+        joined = np.concatenate([part.columns["b"] for part in parts])
+        np.testing.assert_array_equal(whole.columns["b"], joined)
+        self.assertEqual(list(whole.columns["number"]), list(range(12)))
+        self.assertEqual(whole.errors("b").shape, (12,))
+
+    def test_other_threads_run_meanwhile(self):
+        counted, over = 0, threading.Event()
+
+        def work():
+            servo_id.simulate(dict(SERVO, run={"duration": 300.0}), trace=False)
+            over.set()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        while not over.is_set():
+            counted += 1
+            time.sleep(0.001)
+        thread.join()
+        self.assertGreater(counted, 3)
+
+    def test_a_scale_is_stated_once(self):
+        result = servo_id.simulate(SERVO)
+        for keywords in ({}, {"torque_constant": 0.1, "inertia": 1.0}):
+            with self.assertRaisesRegex(ValueError, "the scale of torques is open"):
+                servo_id.export(result, **keywords)
+        with self.assertRaisesRegex(ValueError, "one of mjcf"):
+            servo_id.export(result, "step", ratios=True)
+
+    def test_scenarios_are_mappings_too(self):
+        text = (SCENARIOS / "friction.toml").read_text()
+        of_file = servo_id.simulate(SCENARIOS / "friction.toml", trace=False)
+        of_mapping = servo_id.simulate(tomllib.loads(text), trace=False)
+        self.assertEqual(of_file.estimates, of_mapping.estimates)
+        with self.assertRaisesRegex(ValueError, "plant.bb: there is no such key"):
+            servo_id.simulate({"plant": {"bb": 1.0}})
+        with self.assertRaisesRegex(TypeError, "no value of a scenario"):
+            servo_id.simulate({"plant": {"a": object()}})
+
+
+class Presentation(unittest.TestCase):
+    def test_text_and_table(self):
+        result = servo_id.identify(LOG)
+        self.assertIn("converged", repr(result))
+        self.assertIn("rad/s² per command unit", result._repr_html_())
+        self.assertIn("<table>", result._repr_html_())
+        self.assertFalse(math.isnan(result.std_errors["b"]))
+
+    def test_a_picture_is_drawn(self):
+        try:
+            import matplotlib
+        except ImportError:
+            self.skipTest("matplotlib is not installed")
+        matplotlib.use("agg")
+        figure = servo_id.simulate(SERVO).plot()
+        self.assertEqual(len(figure.axes), 6)
+        self.assertTrue(all(axis.lines for axis in figure.axes))
+        with self.assertRaisesRegex(ValueError, "trace=True"):
+            servo_id.simulate(SERVO, trace=False).plot()
+
+    def test_the_examples_of_the_page_run(self):
+        page = (ROOT / "crates/identifier-py/README.md").read_text()
+        blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        self.assertGreater(len(blocks), 1)
+        before, space = os.getcwd(), {}
+        os.chdir(ROOT)
+        try:
+            for block in blocks:
+                exec(block, space)
+        finally:
+            os.chdir(before)
+
+
+if __name__ == "__main__":
+    unittest.main()
