@@ -35,10 +35,9 @@
 #define SERVO_ID_MISALIGNED          -2
 #define SERVO_ID_TOO_SMALL           -3
 #define SERVO_ID_NOT_INITIALISED     -4
-#define SERVO_ID_NO_SUCH_PARAMETER   -5
+#define SERVO_ID_NO_SUCH_NUMBER      -5
 #define SERVO_ID_NOT_A_VALUE         -6
 #define SERVO_ID_NOT_A_RANGE         -7
-#define SERVO_ID_NO_SUCH_REASON      -8
 #define SERVO_ID_OUT_OF_RANGE       -10
 #define SERVO_ID_NOT_GIVEN          -11
 #define SERVO_ID_GAMMA              -12

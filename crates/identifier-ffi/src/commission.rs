@@ -306,18 +306,14 @@ face! {
         if let Err(status) = crate::object::check(step) {
             return status;
         }
-        let stop = match u8::try_from(stop).ok() {
-            Some(0) => None,
-            Some(number) => match Reason::from_number(number) {
-                Some(reason) => Some(reason),
-                None => return status::NO_SUCH_REASON,
-            },
-            None => return status::NO_SUCH_REASON,
-        };
+        let reason = u8::try_from(stop).ok().and_then(Reason::from_number);
+        if stop != 0 && reason.is_none() {
+            return status::NO_SUCH_NUMBER;
+        }
         let done = own.isr.process(&mut own.state, &CommissionInputs {
             count: (conditions & 1 == 0).then_some(count),
             late: conditions & 2 != 0,
-            stop,
+            stop: reason,
         });
         // SAFETY: the header's conditions; it was checked.
         unsafe {
@@ -439,7 +435,7 @@ face! {
         let written = unsafe {
             write(text, cause.as_ptr().cast()).and_then(|()| write(length, cause.len() as u32))
         };
-        let answer = if found.is_some() { status::OK } else { status::NO_SUCH_REASON };
+        let answer = if found.is_some() { status::OK } else { status::NO_SUCH_NUMBER };
         status_of(written.map(|()| answer))
     }
 }

@@ -4,7 +4,7 @@ use core::ffi::c_char;
 
 use crate::object::{status_of, write};
 use crate::parameter;
-use crate::status::{self, NO_SUCH_PARAMETER, OK};
+use crate::status::{self, NO_SUCH_NUMBER, OK};
 
 face! {
     /// A sentence about a status.
@@ -14,7 +14,7 @@ face! {
         status_of(unsafe {
             match found {
                 Some(row) => write(text, row.text.as_ptr()).map(|()| OK),
-                None => write(text, c"no status has this number".as_ptr()).map(|()| NO_SUCH_PARAMETER),
+                None => write(text, c"this status has no text".as_ptr()).map(|()| NO_SUCH_NUMBER),
             }
         })
     }
@@ -26,7 +26,7 @@ face! {
         status_of(unsafe {
             match found {
                 Some(row) => write(name, row.name.as_ptr()).map(|()| OK),
-                None => write(name, c"".as_ptr()).map(|()| NO_SUCH_PARAMETER),
+                None => write(name, c"".as_ptr()).map(|()| NO_SUCH_NUMBER),
             }
         })
     }

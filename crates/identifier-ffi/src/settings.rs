@@ -35,7 +35,7 @@ impl Given {
 
     fn take(&mut self, number: i32, values: [f64; 2]) -> Result<i32, i32> {
         let place = self.values.get_mut(number as usize);
-        *place.ok_or(status::NO_SUCH_PARAMETER)? = values;
+        *place.ok_or(status::NO_SUCH_NUMBER)? = values;
         self.given |= 1 << number;
         Ok(status::OK)
     }
@@ -213,7 +213,7 @@ face! {
             Err(status) => return status,
         };
         match row(parameter) {
-            None => status::NO_SUCH_PARAMETER,
+            None => status::NO_SUCH_NUMBER,
             Some(row) if row.kind != Kind::Value => status::NOT_A_VALUE,
             Some(_) if value.is_nan() => status::OUT_OF_RANGE,
             Some(_) => status_of(given.take(parameter, [value, 0.0])),
@@ -228,7 +228,7 @@ face! {
             Err(status) => return status,
         };
         match row(parameter) {
-            None => status::NO_SUCH_PARAMETER,
+            None => status::NO_SUCH_NUMBER,
             Some(row) if row.kind != Kind::Range => status::NOT_A_RANGE,
             Some(_) if low.is_nan() || high.is_nan() => status::OUT_OF_RANGE,
             Some(_) => status_of(given.take(parameter, [low, high])),

@@ -121,11 +121,11 @@ fn every_parameter_takes_what_its_row_says() {
         for number in [0, -1, 56, 57, 63, 64, i32::MAX, i32::MIN] {
             assert_eq!(
                 servo_id_settings_set(at, number, 1.0),
-                status::NO_SUCH_PARAMETER
+                status::NO_SUCH_NUMBER
             );
             assert_eq!(
                 servo_id_settings_set_range(at, number, 0.0, 1.0),
-                status::NO_SUCH_PARAMETER
+                status::NO_SUCH_NUMBER
             );
         }
     }

@@ -37,7 +37,7 @@ int main(void) {
     EXPECT(servo_id_settings_init(&settings, sizeof settings, NAN, 4096.0), SERVO_ID_OUT_OF_RANGE);
     EXPECT(servo_id_settings_init(&settings, sizeof settings, 1e-3, 0.0), SERVO_ID_OUT_OF_RANGE);
     EXPECT(servo_id_settings_init(&settings, sizeof settings, 1e-3, 4096.0), SERVO_ID_OK);
-    EXPECT(servo_id_settings_set(&settings, 1000, 1.0), SERVO_ID_NO_SUCH_PARAMETER);
+    EXPECT(servo_id_settings_set(&settings, 1000, 1.0), SERVO_ID_NO_SUCH_NUMBER);
     EXPECT(servo_id_settings_set(&settings, SERVO_ID_LIMIT, 1.0), SERVO_ID_NOT_A_VALUE);
     EXPECT(servo_id_settings_set_range(&settings, SERVO_ID_KP, 1.0, 2.0), SERVO_ID_NOT_A_RANGE);
     EXPECT(servo_id_gauss_newton_init(object, sizeof *object - 8, &settings, NULL), SERVO_ID_TOO_SMALL);
@@ -92,7 +92,7 @@ int main(void) {
     EXPECT(error.parameter, SERVO_ID_DURATION);
     servo_id_settings_set(&settings, SERVO_ID_DURATION, 1.0);
     EXPECT(servo_id_commission_init(&commission, sizeof commission, &settings, 0, 0.0f, &error), SERVO_ID_OK);
-    EXPECT(servo_id_commission_sample(&commission, 0, 0, 255, &step), SERVO_ID_NO_SUCH_REASON);
+    EXPECT(servo_id_commission_sample(&commission, 0, 0, 255, &step), SERVO_ID_NO_SUCH_NUMBER);
     EXPECT(servo_id_commission_sample(&commission, 0, 0, 0, NULL), SERVO_ID_NULL_POINTER);
     EXPECT(servo_id_commission_sample(&commission, 0, 0, 0, &step), SERVO_ID_OK);
     EXPECT(servo_id_solver_init(&solver, sizeof solver, &settings, NULL), SERVO_ID_OK);

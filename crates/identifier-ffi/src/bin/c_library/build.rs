@@ -8,6 +8,9 @@ use std::process::{Command, Stdio};
 /// The symbol that a panic would call: see `panic.rs`.
 const PANIC: &str = "servo_id_a_panic_survived";
 
+/// A target of a chip, for an example.
+const CHIP: &str = "thumbv7em-none-eabihf";
+
 /// What a program on a PC has from C's library.
 const OF_C: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
@@ -26,7 +29,15 @@ pub(crate) fn this_machine() -> Result<String, String> {
 }
 
 /// Builds the object for a target and returns its file.
+///
+/// # Errors
+/// A program that it needs fails; the library can panic; or a PC's objects are of another format than ELF.
 pub(crate) fn object(target: &str) -> Result<PathBuf, String> {
+    if target.contains("-apple-") || target.contains("-windows-") {
+        return Err(format!(
+            "{target}: of PCs the library is for Linux alone; for a chip name its target, such as --target {CHIP}"
+        ));
+    }
     let installed = output(Command::new("rustup").args(["target", "list", "--installed"]));
     if installed.is_ok_and(|list| !list.lines().any(|line| line == target)) {
         output(Command::new("rustup").args(["target", "add", target]))?;
