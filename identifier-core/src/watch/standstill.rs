@@ -58,7 +58,8 @@ pub(super) struct Able<N> {
     /// and around which command, and how far from it, after a step of the load.
     holding: N,
     reach: N,
-    /// Samples that it may stand where it must move.
+    /// Samples until it counts as standing, and those that it may stand where it must move.
+    settling: i32,
     patience: i32,
 }
 
@@ -138,6 +139,7 @@ impl<N: Number> StandstillWatch<N> {
                 stands: self.ranges,
                 holding: N::ZERO,
                 reach: N::REACH,
+                settling: self.patience,
                 patience: self.patience,
             },
         }
@@ -167,13 +169,21 @@ impl<N: Number> StandstillWatch<N> {
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED_COUNTS) / push);
         let least = f64::from(Self::samples(Self::MIN_PATIENCE, sample_time));
         let most = f64::from(Self::longest_patience(sample_time));
+        let shows = moves + model.delay as f64;
+        let patience = shows.max(least.min(most)).min(most);
+        let settling = match settings.used_for {
+            Use::Commissioning => patience,
+            // A fine encoder shows sooner that it stands.
+            Use::Operation => (1.5 * shows).max(patience / 2.0).min(patience),
+        };
         Able {
             braking: N::from_f64(MODEL_ERROR * model.braking),
             gain: N::from_f64(MODEL_ERROR * model.gain),
             stands: [friction + load_steps * load_step, friction].map(N::from_f64),
             holding: N::from_f64(-model.load / model.gain),
             reach: N::from_f64(reach),
-            patience: (moves + model.delay as f64).max(least.min(most)).min(most) as i32,
+            settling: settling as i32,
+            patience: patience as i32,
         }
     }
 
@@ -280,7 +290,7 @@ impl<N: Number> StandstillWatch<N> {
             return Ok(());
         }
         // The command that brakes it is not yet the one under which it stands.
-        if state.still < state.able.patience {
+        if state.still < state.able.settling {
             state.still += 1;
             state.range = [state.command; 2];
         }
@@ -297,7 +307,7 @@ impl<N: Number> StandstillWatch<N> {
             Under::Nothing => false,
             Under::Push => true,
             Under::Control(setpoint) => {
-                if state.still < state.able.patience {
+                if state.still < state.able.settling {
                     state.setpoint = setpoint;
                 }
                 let [disturbed, undisturbed] = state.able.stands;
