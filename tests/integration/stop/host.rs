@@ -4,18 +4,19 @@ use drive_chip::F4;
 use drive_chip::family::ClockTree;
 use drive_chip::flash::{Areas, RecordFlash};
 use drive_chip::serial::{self, Bytes, Ring};
-use drive_link::{Command, Line, Request, State, frame};
+use drive_link::{Command, Line, Receiver, Refusal, Report, Request, State, frame};
 use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
-use super::machine::{Handlers, Machine, Mode, Reception};
+use super::machine::{BYTE, Handlers, Machine, Mode, Reception};
 use super::servo::{STAGE, settings};
 
 /// Duration of a turn of the background, ns, above its count of instructions (`cargo xtask budget`: `turn-…`) at two cycles
-/// for each: without anything to do; for each byte that is read; with anything sent; a slice of the work on a record.
+/// for each: without anything to do; for each byte that is read; with anything sent; a slice of the work on a record,
+/// which is counted at another level of the optimiser.
 const TURN: u64 = 5_000;
 const READ: u64 = 2_000;
 const ANSWER: u64 = 700_000;
-const SLICE: u64 = 360_000;
+const SLICE: u64 = 600_000;
 
 /// Duration of building a loop or a commissioning, before its order is given, ns.
 const BUILD: u64 = 400_000;
@@ -28,6 +29,8 @@ struct Timed {
     listened: u32,
     bytes: u64,
     frames: u64,
+    /// Where the host decodes what the drive sends: refusals since the last time.
+    refused: Option<(Receiver, Vec<Refusal>)>,
 }
 
 impl Line for Timed {
@@ -53,6 +56,13 @@ impl Line for Timed {
     fn send(&mut self, bytes: &[u8]) {
         self.frames += 1;
         self.line.send(bytes);
+        if let Some((receiver, refused)) = &mut self.refused {
+            let received = bytes.iter().filter_map(|&byte| receiver.take(byte));
+            refused.extend(received.filter_map(|report| match report {
+                Ok(Report::Refused { refusal, .. }) => Some(refusal),
+                _ => None,
+            }));
+        }
     }
 }
 
@@ -95,9 +105,42 @@ impl Host {
                 listened: 0,
                 bytes: 0,
                 frames: 0,
+                refused: None,
             },
             id: 0,
         }
+    }
+
+    /// Refusals since the last time; the first time none.
+    pub(super) fn refusals(&mut self) -> Vec<Refusal> {
+        let fresh = || (Receiver::new(), Vec::new());
+        core::mem::take(&mut self.line.refused.get_or_insert_with(fresh).1)
+    }
+
+    pub(super) fn state(&self) -> State {
+        self.supervisor.state()
+    }
+
+    pub(super) fn is_driven(&self) -> bool {
+        self.machine.servo.is_driven()
+    }
+
+    pub(super) fn now(&self) -> u64 {
+        self.machine.now()
+    }
+
+    /// Breaks the wire for a time after what is on it, ns.
+    pub(super) fn break_wire(&mut self, time: u64) {
+        self.machine.break_wire(time);
+    }
+
+    /// Puts the first bytes of a request on the wire, and the others behind a break.
+    pub(super) fn cut(&mut self, command: Command, place: usize) {
+        let framed = frame(&Request { id: 0, command }).expect("it fits");
+        let (before, behind) = framed.split_at(place.min(framed.len()));
+        self.send(before);
+        self.break_wire(BYTE);
+        self.send(behind);
     }
 
     pub(super) fn below(&self, most: u32) -> u32 {

@@ -45,6 +45,16 @@ pub(super) enum Mode {
     Commissioning,
 }
 
+/// A byte on the wire.
+#[derive(Debug, Clone, Copy)]
+struct Arriving {
+    /// The time at which it is complete, ns.
+    time: u64,
+    byte: u8,
+    /// Without it, it is a break.
+    has_stop_bit: bool,
+}
+
 /// What runs, by its priority.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 enum Level {
@@ -81,10 +91,10 @@ pub(super) struct Machine {
     note_at: Cell<u64>,
     noted: Cell<Option<bool>>,
     wire_free_at: Cell<u64>,
-    /// Bytes on the wire with the times at which they are complete.
-    arriving: RefCell<VecDeque<(u64, u8)>>,
+    arriving: RefCell<VecDeque<Arriving>>,
     received: Cell<Option<u8>>,
     overrun: Cell<bool>,
+    framing_error: Cell<bool>,
     ring: Cell<Option<&'static Ring>>,
     /// NDTR, and the flags of the stream.
     left: Cell<u32>,
@@ -142,6 +152,7 @@ impl Machine {
             arriving: RefCell::default(),
             received: Cell::new(None),
             overrun: Cell::new(false),
+            framing_error: Cell::new(false),
             ring: Cell::new(None),
             left: Cell::new(0),
             flags: Cell::new(0),
@@ -187,10 +198,23 @@ impl Machine {
 
     /// Puts a byte on the wire after those that are on it, and returns the time at which it begins.
     pub(super) fn put_on_the_wire(&self, byte: u8) -> u64 {
+        self.put(byte, true, BYTE)
+    }
+
+    /// Breaks the wire for a time after the bytes that are on it, ns: it is low, which the receiver takes for a byte of
+    /// zeros without a stop bit (30.3.3).
+    pub(super) fn break_wire(&self, time: u64) {
+        self.put(0, false, time.max(BYTE));
+    }
+
+    fn put(&self, byte: u8, has_stop_bit: bool, length: u64) -> u64 {
         let begins = self.wire_free_at.get().max(self.now.get());
-        self.wire_free_at.set(begins + BYTE);
-        let mut arriving = self.arriving.borrow_mut();
-        arriving.push_back((begins + BYTE, byte));
+        self.wire_free_at.set(begins + length);
+        self.arriving.borrow_mut().push_back(Arriving {
+            time: begins + BYTE,
+            byte,
+            has_stop_bit,
+        });
         begins
     }
 
@@ -247,8 +271,8 @@ impl Machine {
     /// The next time at which something happens that matters at a level.
     fn next_event(&self, level: Level) -> u64 {
         let mut next = self.next_tick.get();
-        if let Some(&(time, _)) = self.arriving.borrow().front() {
-            next = next.min(time);
+        if let Some(arriving) = self.arriving.borrow().front() {
+            next = next.min(arriving.time);
         }
         if level < Level::Sample {
             next = next.min(self.next_sample.get());
@@ -263,19 +287,22 @@ impl Machine {
     fn hardware(&self) {
         let now = self.now.get();
         loop {
-            let Some((time, byte)) = self.arriving.borrow().front().copied() else {
+            let Some(arriving) = self.arriving.borrow().front().copied() else {
                 break;
             };
-            if time > now {
+            if arriving.time > now {
                 break;
             }
             self.arriving.borrow_mut().pop_front();
+            if !arriving.has_stop_bit {
+                self.framing_error.set(true);
+            }
             if self.received.get().is_some() {
                 // The data register is not read yet (30.3.3).
                 self.overrun.set(true);
                 continue;
             }
-            self.received.set(Some(byte));
+            self.received.set(Some(arriving.byte));
             if self.reception == Reception::Dma {
                 self.transfer();
             }
@@ -409,9 +436,11 @@ impl Bus for &'static Machine {
                 u32::from(can_send) << 7
                     | u32::from(self.received.get().is_some()) << 5
                     | u32::from(self.overrun.get()) << 3
+                    | u32::from(self.framing_error.get()) << 1
             }
             USART_DR => {
                 self.overrun.set(false);
+                self.framing_error.set(false);
                 self.received.take().unwrap_or(0).into()
             }
             USART_CR1 => self.control.get(),

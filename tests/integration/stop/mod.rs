@@ -1,6 +1,7 @@
 //! Stops at any moment of a run, a commissioning, a write and an erasure of the flash, amid garbage, cut frames and full
 //! telemetry: the drive's own receiver, flash driver and logic on a chip with time.
 
+mod broken_wire;
 mod durations;
 mod host;
 mod machine;

@@ -160,6 +160,31 @@ fn an_overrun_and_a_framing_error_are_cleared_and_reported_once() {
 }
 
 #[test]
+fn a_break_of_the_line_is_a_disturbance_and_a_zero() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    // A loose wire breaks again and again.
+    for breaks in [1, 2, 30] {
+        let mut heard = received(&chip, &mut wired.port, &[7, 8], 1);
+        for _ in 0..breaks {
+            chip.usart.receive_break();
+            heard.listen(&mut wired.port);
+        }
+        assert_eq!(heard.disturbances, breaks, "each is counted");
+        // The zero ends what was a frame until then.
+        let zeros = vec![0; breaks as usize];
+        assert_eq!(heard.bytes, [&[7, 8][..], &zeros].concat());
+        let more = received(&chip, &mut wired.port, &[9], 1);
+        assert_eq!((&more.bytes[..], more.disturbances), (&[9][..], 0));
+        assert_eq!(taken(&mut wired.line), [&heard.bytes[..], &[9]].concat());
+    }
+    // Several before the line is listened to are one.
+    chip.usart.receive_break();
+    let heard = received(&chip, &mut wired.port, &[1, 2], 2);
+    assert_eq!((&heard.bytes[..], heard.disturbances), (&[0, 1, 2][..], 1));
+}
+
+#[test]
 fn a_stream_that_has_failed_is_started_again() {
     for before in [0, 10, RING - 1, RING + 10] {
         let chip = healthy();

@@ -109,6 +109,12 @@ impl Usart {
         }
     }
 
+    /// Receives a break: the line is low for longer than a byte, which is one of zeros without a stop bit (30.3.3).
+    pub(crate) fn receive_break(&self) {
+        self.receive(0);
+        self.framing_error.set(true);
+    }
+
     /// A byte to memory (10.3.8 and 10.3.9).
     fn transfer(&self) {
         let stream = self.dma.st(STREAM);

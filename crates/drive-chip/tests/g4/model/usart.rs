@@ -109,6 +109,12 @@ impl Usart {
         }
     }
 
+    /// Receives a break: the line is low for longer than a byte, which is one of zeros without a stop bit (USART).
+    pub(crate) fn receive_break(&self) {
+        self.receive(0);
+        self.framing_error.set(true);
+    }
+
     /// A byte to memory (DMA).
     fn transfer(&self) {
         let channel = self.dma.ch(0);
