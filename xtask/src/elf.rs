@@ -137,15 +137,41 @@ impl Elf {
 
     /// The instruction at an address.
     pub(crate) fn instruction(&self, address: u32) -> Instruction {
-        let half = |at: u32| {
-            let (first, bytes) = self.contents.range(..=at).next_back()?;
-            let bytes = bytes.get((at - first) as usize..)?.first_chunk()?;
-            Some(u16::from_le_bytes(*bytes))
+        let half = |at| self.bytes(at).map_or(0, u16::from_le_bytes);
+        Instruction::decode(address, [0, 2].map(|more| half(address + more)))
+    }
+
+    /// The word at an address.
+    pub(crate) fn word(&self, address: u32) -> Option<u32> {
+        self.bytes(address).map(u32::from_le_bytes)
+    }
+
+    /// The targets of a branch by a table, which lies behind it up to the next code.
+    pub(crate) fn table(&self, branch: &Instruction) -> Vec<u32> {
+        let first = branch.end();
+        let mut marks = self.is_code.range(first..);
+        let end = marks.find(|&(_, &is_code)| is_code);
+        let is_data = self.is_code.get(&first) == Some(&false);
+        let Some((&end, _)) = end.filter(|_| is_data) else {
+            return Vec::new();
         };
-        Instruction::decode(
-            address,
-            [0, 2].map(|more| half(address + more).unwrap_or(0)),
-        )
+        let entries = (first..end).step_by(branch.entry as usize);
+        let entry = |at| match branch.entry {
+            1 => self.bytes(at).map(u8::from_le_bytes).map(u32::from),
+            _ => self.bytes(at).map(u16::from_le_bytes).map(u32::from),
+        };
+        entries
+            .filter_map(entry)
+            .map(|half| first + 2 * half)
+            .collect()
+    }
+
+    fn bytes<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        let (first, bytes) = self.contents.range(..=address).next_back()?;
+        bytes
+            .get((address - first) as usize..)?
+            .first_chunk()
+            .copied()
     }
 }
 
@@ -154,6 +180,31 @@ pub(crate) fn mangled(path: &str) -> String {
     path.split("::")
         .map(|name| format!("{}{name}", name.len()))
         .collect()
+}
+
+#[cfg(test)]
+impl Elf {
+    /// Of pieces by name, address and half-words, each code or else constants.
+    pub(crate) fn of_code(pieces: &[(&str, u32, &[u16], bool)]) -> Self {
+        let mut elf = Self::default();
+        for &(name, start, halves, is_code) in pieces {
+            let bytes: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+            if is_code {
+                elf.functions.push(Function {
+                    name: name.to_owned(),
+                    range: start..start + bytes.len() as u32,
+                });
+            }
+            elf.mark(start, is_code);
+            elf.contents.insert(start, bytes);
+        }
+        elf
+    }
+
+    /// Marks the beginning of code, or of constants.
+    pub(crate) fn mark(&mut self, address: u32, is_code: bool) {
+        self.is_code.insert(address, is_code);
+    }
 }
 
 #[cfg(test)]

@@ -31,22 +31,36 @@ pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> 
     Ok(())
 }
 
-/// The crates whose code is generic or the firmware's own: at another optimiser level only they are built anew.
-const OF_OWN_LEVEL: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-servo"];
+/// The crates whose code is generic or the firmware's own, which a bench is of.
+const OF_A_BENCH: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-servo"];
 
-/// Builds the release of a binary at the optimiser level "s", in place of that at 3. It may panic.
-pub(crate) fn build_for_size(binary: &str) -> Result<PathBuf, String> {
-    let levels = OF_OWN_LEVEL.map(|name| format!("profile.release.package.{name}.opt-level=\"s\""));
-    let levels = levels.iter().flat_map(|level| ["--config", level]);
-    let mut what = vec!["--bin", binary];
-    what.extend(levels);
+/// Arguments that compile them at an optimiser level in place of the drive's.
+fn at(level: &str) -> impl Iterator<Item = String> {
+    let setting = move |name| format!("profile.release.package.{name}.opt-level={level}");
+    let settings = OF_A_BENCH.map(setting).into_iter();
+    settings.flat_map(|setting| ["--config".to_owned(), setting])
+}
+
+/// Builds the releases of benches at the optimiser level 3.
+pub(crate) fn build_for_speed(benches: &[&str]) -> Result<(), String> {
+    let levels: Vec<String> = at("3").collect();
+    let benches = benches.iter().flat_map(|bench| ["--bin", bench]);
+    let what: Vec<&str> = benches.chain(levels.iter().map(String::as_str)).collect();
+    release(&root().join("firmware-stm32"), &what)
+}
+
+/// Builds the release of a bench at the optimiser level "s", in place of that at 3. It may panic.
+pub(crate) fn build_for_size(bench: &str) -> Result<PathBuf, String> {
+    let levels: Vec<String> = at("\"s\"").collect();
+    let mut what = vec!["--bin", bench];
+    what.extend(levels.iter().map(String::as_str));
     what.extend([
         "--",
         "-C",
         "link-arg=--defsym=a_panic_survived_in_this_release=0",
     ]);
     cargo(&root().join("firmware-stm32"), "rustc", &what)?;
-    Ok(path(binary))
+    Ok(path(bench))
 }
 
 /// Builds and seals the drive for a board.

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use crate::elf::{Elf, mangled};
+use crate::register_calls::{Code, Targets};
 use crate::thumb::{Flow, Instruction};
 
 /// The functions of a binary by their addresses.
@@ -20,7 +21,7 @@ struct Function {
     frame: u32,
     /// Addresses called, tail calls included.
     calls: BTreeSet<u32>,
-    /// Calls through a register.
+    /// Calls through a register that may lead anywhere.
     indirect: u32,
     divisions: u32,
     /// Branches backwards inside the function.
@@ -43,20 +44,15 @@ struct Reach {
 impl Listing {
     /// Of a binary.
     fn new(elf: &Elf) -> Self {
+        let code = Code::new(elf);
+        let targets = code.targets();
         let listed = elf.functions.iter().map(|found| {
             let mut function = Function {
                 name: found.name.clone(),
                 ..Function::default()
             };
-            let instructions = elf.instructions(&found.range);
-            for instruction in &instructions {
-                function.take(instruction, &found.range);
-            }
-            if function.name.starts_with(TO_MEMORY)
-                && let Some(target) = far_target(&instructions)
-            {
-                function.indirect = 0;
-                function.calls.insert(target);
+            for instruction in code.instructions(found.range.start) {
+                function.take(instruction, &found.range, &targets);
             }
             (found.range.start, function)
         });
@@ -158,18 +154,6 @@ pub(crate) fn bounds(drive: &Elf) -> Result<[(&'static str, u32); 5], String> {
     ])
 }
 
-/// The linker's name of a jump from code in flash to code in memory: MOVW, MOVT and BX of r12.
-const TO_MEMORY: &str = "__Thumbv7ABSLongThunk_";
-
-/// The target of a MOVW and a MOVT with which a function begins.
-fn far_target(instructions: &[Instruction]) -> Option<u32> {
-    let [low, high, ..] = instructions else {
-        return None;
-    };
-    let address = high.immediate? << 16 | low.immediate?;
-    Some(address & !1)
-}
-
 /// Library functions that divide, and everything of a libm.
 fn divides(name: &str) -> bool {
     const PARTS: [&str; 7] = [
@@ -185,12 +169,15 @@ fn divides(name: &str) -> bool {
 }
 
 impl Function {
-    fn take(&mut self, instruction: &Instruction, own: &Range<u32>) {
+    fn take(&mut self, instruction: &Instruction, own: &Range<u32>, targets: &Targets) {
         self.frame += instruction.stack;
         self.divisions += u32::from(instruction.divides);
         match (instruction.flow, instruction.immediate) {
             (Flow::On | Flow::Return | Flow::Table, _) => {}
-            (Flow::Call | Flow::Jump, None) => self.indirect += 1,
+            (Flow::Call | Flow::Jump, None) => match targets.get(&instruction.address) {
+                Some(Some(targets)) => self.calls.extend(targets),
+                _ => self.indirect += 1,
+            },
             // Beyond the function a branch is a tail call.
             (Flow::Jump, Some(target)) if own.contains(&target) => {
                 self.loops += u32::from(target <= instruction.address);
@@ -208,20 +195,30 @@ mod tests {
 
     /// A function at 0x100 of one instruction at 0x120.
     fn function(halves: [u16; 2]) -> Function {
+        with_targets(halves, &Targets::new())
+    }
+
+    fn with_targets(halves: [u16; 2], targets: &Targets) -> Function {
         let mut function = Function::default();
-        function.take(&instruction(halves), &(0x100..0x200));
+        let instruction = Instruction::decode(0x120, halves);
+        function.take(&instruction, &(0x100..0x200), targets);
         function
     }
 
-    fn instruction(halves: [u16; 2]) -> Instruction {
-        Instruction::decode(0x120, halves)
-    }
-
     #[test]
-    fn the_way_to_memory_is_followed() {
-        // movw r12, #0x1001; movt r12, #0x2000
-        let jump = [[0xf241, 0x0c01], [0xf2c2, 0x0c00]].map(instruction);
-        assert_eq!(far_target(&jump), Some(0x2000_1000));
+    fn a_call_through_a_register_is_one_of_each_function_that_it_may_call_or_refused() {
+        // blx r3
+        let call = [0x4798, 0];
+        let found = with_targets(call, &Targets::from([(0x120, Some([0x10, 0x20].into()))]));
+        assert_eq!((found.indirect, found.calls), (0, [0x10, 0x20].into()));
+        for unresolved in [Targets::from([(0x120, None)]), Targets::new()] {
+            let found = with_targets(call, &unresolved);
+            assert_eq!((found.indirect, found.calls.len()), (1, 0));
+            let listing = Listing {
+                functions: BTreeMap::from([(0x10, found)]),
+            };
+            assert!(listing.under("own", |_| true, None).is_err());
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod listing;
 mod metered;
 mod playground;
 mod python;
+mod register_calls;
 mod same_bits;
 mod seal;
 mod soak;

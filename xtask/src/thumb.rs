@@ -2,7 +2,7 @@
 //! their flow.
 
 use capstone::arch::arm::{
-    ArchExtraMode, ArchMode, ArmInsnDetail, ArmOpMem, ArmOperandType, ArmReg,
+    ArchExtraMode, ArchMode, ArmCC, ArmInsnDetail, ArmOpMem, ArmOperandType, ArmReg,
 };
 use capstone::prelude::*;
 
@@ -31,6 +31,29 @@ pub(crate) struct Instruction {
     pub(crate) immediate: Option<u32>,
     /// It is a division or a square root.
     pub(crate) divides: bool,
+    /// A branch that may also continue with the next instruction by itself, without an IT before it.
+    pub(crate) is_conditional: bool,
+    /// Instructions after it that are conditional: it is an IT.
+    pub(crate) conditions: u32,
+    /// The core register that it sets to a value known from the code alone, and that value.
+    pub(crate) sets: Option<(usize, Source)>,
+    /// The core register that a jump or a call goes through.
+    pub(crate) through: Option<usize>,
+    /// Bytes of an entry of the table behind it by which it jumps: 1, 2, or 0 where there is none.
+    pub(crate) entry: u32,
+}
+
+/// A value that an instruction gives to a core register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// This one.
+    Constant(u32),
+    /// The upper half; the lower half stays.
+    UpperHalf(u32),
+    /// The word at this address in the code.
+    Word(u32),
+    /// That of another core register.
+    Register(usize),
 }
 
 /// The unit that executes an instruction.
@@ -96,6 +119,15 @@ impl Instruction {
             stack: 0,
             immediate: None,
             divides: false,
+            is_conditional: false,
+            // ARMv7-M Architecture Reference Manual, A7.7.38.
+            conditions: match (first >> 8, first & 0xf) {
+                (0xbf, mask @ 1..) => 4 - mask.trailing_zeros(),
+                _ => 0,
+            },
+            sets: None,
+            through: None,
+            entry: 0,
         };
         let [[a, b], [c, d]] = [first.to_le_bytes(), second.to_le_bytes()];
         let known = CAPSTONE.with(|own| Self::known(own.as_ref()?, unknown, [a, b, c, d]));
@@ -118,8 +150,11 @@ impl Instruction {
             _ => capstone.insn_name(instruction.id())?,
         };
         let detail = capstone.insn_detail(instruction).ok()?;
-        let operands = Operands::read(&name, detail.arch_detail().arm()?);
+        let arm = detail.arch_detail();
+        let arm = arm.arm()?;
+        let operands = Operands::read(&name, arm);
         let unit = unit(&name);
+        let is_always = matches!(arm.cc(), ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID);
         Some(Self {
             cycles: cycles(&name, unit, &operands),
             unit,
@@ -139,6 +174,14 @@ impl Instruction {
             stack: stack(&name, unit, &operands),
             immediate: operands.immediate,
             divides: matches!(&*name, "sdiv" | "udiv" | "vdiv" | "vsqrt"),
+            is_conditional: !is_always || matches!(&*name, "cbz" | "cbnz"),
+            sets: sets(unknown.address, &name, &operands),
+            through: only(operands.read.core).filter(|_| matches!(&*name, "bx" | "blx")),
+            entry: match &*name {
+                "tbb" => 1,
+                "tbh" => 2,
+                _ => 0,
+            },
             ..unknown
         })
     }
@@ -193,6 +236,13 @@ struct Operands {
     displacement: i32,
     writes_back: bool,
     immediate: Option<u32>,
+}
+
+/// The number of the core register, if there is one and no other.
+fn only(registers: u32) -> Option<usize> {
+    registers
+        .is_power_of_two()
+        .then(|| registers.trailing_zeros() as usize)
 }
 
 impl Operands {
@@ -302,6 +352,22 @@ fn flow(name: &str, operands: &Operands) -> Flow {
         "mov" => Flow::Table,
         _ => Flow::Jump,
     }
+}
+
+fn sets(address: u32, name: &str, operands: &Operands) -> Option<(usize, Source)> {
+    let register = only(operands.written.core)?;
+    let source = match (name, operands.immediate) {
+        ("mov" | "movw", Some(value)) => Source::Constant(value),
+        ("movt", Some(value)) => Source::UpperHalf(value),
+        ("mov", None) if operands.count == 2 => Source::Register(only(operands.read.core)?),
+        ("ldr", None) if operands.address == PC && !operands.has_index => {
+            // The program counter is two short instructions ahead, and its word is read.
+            let base = (address & !0b11).wrapping_add(4);
+            Source::Word(base.wrapping_add_signed(operands.displacement))
+        }
+        _ => return None,
+    };
+    Some((register, source))
 }
 
 fn stack(name: &str, unit: Unit, operands: &Operands) -> u32 {
@@ -436,6 +502,79 @@ mod tests {
         assert_eq!(floats([0xeeb7, 0x0a00]), (0, 0));
         assert_eq!(floats([0xed81, 0x1b00]), (0b1100, 0));
         assert_eq!(floats([0xed91, 0x0a01]), (0, 0));
+    }
+
+    #[test]
+    fn values_known_from_the_code_are_distinguished() {
+        for (halves, expected) in [
+            // ldr r5, [pc, #76]; ldr.w r6, [pc, #-728]; ldr r5, [r1, #76]; ldrb.w r5, [pc, #8]
+            ([0x4d13, 0], Some((5, Source::Word(0x150)))),
+            (
+                [0xf85f, 0x62d8],
+                Some((6, Source::Word(0x104_u32.wrapping_sub(728)))),
+            ),
+            ([0x6ccd, 0], None),
+            ([0xf89f, 0x5008], None),
+            // movw r12, #0x1001; movt r12, #0x2000; movs r4, #1
+            ([0xf241, 0x0c01], Some((12, Source::Constant(0x1001)))),
+            ([0xf2c2, 0x0c00], Some((12, Source::UpperHalf(0x2000)))),
+            ([0x2401, 0], Some((4, Source::Constant(1)))),
+            // mov r11, r3; lsls r4, r1, #2; mvn r4, #1; adds r4, #1
+            ([0x469b, 0], Some((11, Source::Register(3)))),
+            ([0x008c, 0], None),
+            ([0xf06f, 0x0401], None),
+            ([0x3401, 0], None),
+            // vmov s1, r2; vmov r2, s1; umull r2, r3, r0, r1
+            ([0xee00, 0x2a90], None),
+            ([0xee10, 0x2a90], None),
+            ([0xfba0, 0x2301], None),
+        ] {
+            assert_eq!(decode(halves).sets, expected, "{halves:x?}");
+        }
+        // The address of this one is no multiple of four: the word's is.
+        let load = Instruction::decode(0x102, [0x4d13, 0]);
+        assert_eq!(load.sets, Some((5, Source::Word(0x150))));
+    }
+
+    #[test]
+    fn every_register_that_is_written_is_named() {
+        for (halves, written) in [
+            // vmov r2, s1; vmov r0, r1, s2, s3; umull r2, r3, r0, r1; ldrd r4, r5, [sp, #112]
+            ([0xee10, 0x2a90], 1 << 2),
+            ([0xec51, 0x0a11], 0b11),
+            ([0xfba0, 0x2301], 0b1100),
+            ([0xe9dd, 0x451c], 0b11_0000),
+            // ldm.w r3, {r4, r5, r6}; pop {r4}; movt r12, #0x2000; mrs r4, primask
+            ([0xe893, 0x0070], 0b111_0000),
+            ([0xbc10, 0], 1 << 4),
+            ([0xf2c2, 0x0c00], 1 << 12),
+            ([0xf3ef, 0x8410], 1 << 4),
+        ] {
+            assert_eq!(decode(halves).writes & !SP, written, "{halves:x?}");
+        }
+    }
+
+    #[test]
+    fn a_branch_may_continue_and_an_it_makes_others_conditional() {
+        // bne; cbz r0; b.w; bx r3
+        let is_conditional = |halves| decode(halves).is_conditional;
+        assert!(is_conditional([0xd11e, 0]) && is_conditional([0xb108, 0]));
+        assert!(!is_conditional([0xf000, 0xbf26]) && !is_conditional([0x4718, 0]));
+        // it ge; itttt eq; itte eq; nop; bx r3
+        let conditions = |half| decode([half, 0]).conditions;
+        assert_eq!([0xbfa8, 0xbf01, 0xbf06].map(conditions), [1, 4, 3]);
+        assert_eq!([0xbf00, 0x4718].map(conditions), [0, 0]);
+    }
+
+    #[test]
+    fn the_register_of_a_call_is_named() {
+        // blx r3; bx r12; bx lr; bl; mov pc, r3
+        let through = |halves| decode(halves).through;
+        assert_eq!(through([0x4798, 0]), Some(3));
+        assert_eq!(through([0x4760, 0]), Some(12));
+        assert_eq!(through([0x4770, 0]), Some(14));
+        assert_eq!(through([0xf01d, 0xfd21]), None);
+        assert_eq!(through([0x469f, 0]), None);
     }
 
     #[test]

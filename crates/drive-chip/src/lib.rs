@@ -21,12 +21,16 @@
 //! | [`flash`] | FLASH | keeps records |
 //! | [`interrupts`] | NVIC | priorities |
 //!
+//! `background` has the drive's background with the drivers of a chip.
+//!
 //! References are to RM0090, the manual of the STM32F405; the STM32F446 (RM0390) is the same in all that is used here.
 //! Those of the STM32G474 are to RM0440, by the names of its chapters.
 #![no_std]
 #![deny(missing_docs)]
 
 pub mod analogue_input;
+#[cfg(target_os = "none")]
+pub mod background;
 pub mod board;
 pub mod bus;
 pub mod clock;

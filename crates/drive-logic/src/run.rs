@@ -253,6 +253,7 @@ impl Run {
     }
 
     /// The last sample as it is reported.
+    #[inline]
     pub(crate) fn report(
         &self,
         control: &ControlSample<f32>,

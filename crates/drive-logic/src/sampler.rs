@@ -87,7 +87,8 @@ impl<'a> Sampler<'a> {
                 }
                 self.counts.count(update.event);
                 if self.report_timer.is_due() {
-                    report(run, channel, &mut self.counts, &control, &update);
+                    let send = |sample| channel.report(sample);
+                    report(run, &mut self.counts, &control, &update, send);
                 }
             }
             Err(ended) => return self.end_run(ended, output),
@@ -418,17 +419,18 @@ fn rest_count<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fa
     sensor.count().map_err(|_| Fault::EncoderLost)
 }
 
-/// Reports a sample, if there is room for it. Not inlined, to be seen in the machine code.
+/// Reports a sample, if there is room for it. Not inlined, to be seen in the machine code; generic, to be compiled with the
+/// interrupt, for speed.
 #[inline(never)]
 fn report(
     run: &Run,
-    channel: &mut InterruptEnd<'_>,
     counts: &mut Counts,
     control: &ControlSample<f32>,
     update: &Update<f32>,
+    send: impl FnOnce(Event) -> Result<(), Event>,
 ) {
     let sample = Event::Run(run.report(control, update, counts));
-    if channel.report(sample).is_err() {
+    if send(sample).is_err() {
         counts.dropped = counts.dropped.saturating_add(1);
     }
 }

@@ -10,18 +10,14 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{entry, exception};
 use drive_chip::analogue_input::AnalogueInput;
-use drive_chip::flash::RecordFlash;
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
 use drive_chip::step_input::StepInput;
 use drive_chip::watchdog::Watchdog;
 use drive_chip::{interrupts, sample_timer};
-use drive_link::{BootChecks, Fault, Settings, State};
-use drive_logic::{
-    BackgroundEnd, Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, Supervisor,
-    self_test,
-};
+use drive_link::{BootChecks, State};
+use drive_logic::{Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, self_test};
 use firmware_stm32::board::{self, BUS, Encoder, Mmio, Output, Wired, interrupt};
 use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::{image, settings};
@@ -179,19 +175,6 @@ fn parts() -> Option<Parts> {
     })
 }
 
-/// The background's half with the record in the flash, in a static place as well.
-#[inline(never)]
-fn supervisor(
-    channel: BackgroundEnd<'static>,
-    memory: &'static mut Memory,
-    flash: RecordFlash<Mmio>,
-    built_in: &Settings,
-    found: Result<(), Fault>,
-) -> Option<&'static mut Supervisor<'static, RecordFlash<Mmio>>> {
-    cortex_m::singleton!(: Supervisor<'static, RecordFlash<Mmio>> =
-        Supervisor::new(channel, memory, (flash, 0), built_in, board::STAGE, found))
-}
-
 fn background(parts: Parts) {
     let Parts {
         wired,
@@ -219,7 +202,8 @@ fn background(parts: Parts) {
     let found = self_test().and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
-    let Some(supervisor) = supervisor(back, memory, flash, &built_in, found) else {
+    let begun = board::background::supervisor(back, memory, flash, &built_in, board::STAGE, found);
+    let Some(supervisor) = begun else {
         return;
     };
     supervisor.set_boot_checks(BootChecks {
@@ -251,7 +235,7 @@ fn background(parts: Parts) {
     log(state);
     loop {
         let samples = SAMPLES.load(Ordering::Relaxed);
-        let more = conversation.turn(&mut line, supervisor);
+        let more = board::background::turn(conversation, &mut line, supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
             log(state);

@@ -18,9 +18,9 @@ mod nucleo_g474re;
 mod olimex_stm32_h405;
 
 #[cfg(feature = "f4")]
-pub use f4::{Interrupt, interrupt};
+pub use f4::{Interrupt, background, interrupt};
 #[cfg(all(feature = "g4", not(feature = "f4")))]
-pub use g4::{Interrupt, interrupt};
+pub use g4::{Interrupt, background, interrupt};
 #[cfg(feature = "nucleo-f446re")]
 pub use nucleo_f446re::BOARD;
 #[cfg(all(feature = "nucleo-g474re", not(feature = "f4")))]

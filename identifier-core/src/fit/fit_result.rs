@@ -84,10 +84,12 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         let variance = self.covariance[B][B];
         let explained = self.left < N::from_f64(MAX_UNEXPLAINED)
             || self.unexplained < N::from_f64(4.0) * self.noise;
-        let finite = (0..P).all(|i| {
-            self.parameters[i].is_finite()
-                && self.covariance[i].iter().all(|entry| entry.is_finite())
-        });
+        let numbers = self
+            .covariance
+            .as_flattened()
+            .iter()
+            .chain(&self.parameters);
+        let finite = numbers.into_iter().all(|number| number.is_finite());
         finite && explained && !self.at_bound[B] && variance <= b * b
     }
 }
@@ -120,8 +122,9 @@ where
         let covariance = best.pass.equations.covariance();
         let per = &self.per_scale;
         let free = self.free_unknowns(&fit.prior);
-        let stopped_at_zero = |i: usize| best.unknowns[i] <= self.low[i] && self.low[i] == N::ZERO;
-        let further = if (0..P).any(|i| free[i] && stopped_at_zero(i)) {
+        let stopped_at_zero: [bool; P] =
+            core::array::from_fn(|i| best.unknowns[i] <= self.low[i] && self.low[i] == N::ZERO);
+        let further = if (0..P).any(|i| free[i] && stopped_at_zero[i]) {
             best.pass.equations.solve(N::ZERO, &free)
         } else {
             [N::ZERO; Q]
@@ -132,7 +135,7 @@ where
             let certain = N::from_f64(MIN_STANDARD_ERRORS * MIN_STANDARD_ERRORS);
             let significant =
                 below > N::ZERO && below * below > certain * coloured * covariance[i][i];
-            let stopped = if stopped_at_zero(i) {
+            let stopped = if stopped_at_zero[i] {
                 significant
             } else {
                 value <= self.low[i]

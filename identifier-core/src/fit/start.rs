@@ -86,9 +86,10 @@ where
     pub(super) fn add_initial(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
         for (place, weight) in (P..Q).zip(self.initial_weight) {
             let mut row = [N::ZERO; Q];
-            row[place] = weight;
-            let error = -(fit.trial[place] * row[place]);
-            fit.pass.equations.add(&row, error);
+            if let (Some(own), Some(&value)) = (row.get_mut(place), fit.trial.get(place)) {
+                *own = weight;
+                fit.pass.equations.add(&row, -(value * weight));
+            }
         }
     }
 }

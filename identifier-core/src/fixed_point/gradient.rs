@@ -84,25 +84,26 @@ impl<const P: usize> FixedGradient<P> {
         let output = scales.output(mu);
 
         // Where Γφ times y has the estimate's last bits; where Γφ asks for more, y is raised.
-        let level = |i: usize| Sum::exponent_of_factor(scales.estimate(S::PARAMETERS[i]), output);
-        let least = |i: usize| Coefficient::least(machine[i], scales.regressor(S::PARAMETERS[i]));
-        let up = |i: usize| (least(i) - level(i)).max(0);
-        let directed = |i: usize| level(i) + up(i);
+        let level = S::PARAMETERS.map(|of| Sum::exponent_of_factor(scales.estimate(of), output));
+        let regressor = S::PARAMETERS.map(|of| scales.regressor(of));
+        let least: [i32; P] =
+            core::array::from_fn(|i| Coefficient::least(machine[i], regressor[i]));
+        let up: [i32; P] = core::array::from_fn(|i| (least[i] - level[i]).max(0));
+        let directed: [i32; P] = core::array::from_fn(|i| level[i] + up[i]);
         let bits = |i: usize| match S::PARAMETERS[i] {
             Parameter::A | Parameter::B => Self::FELT,
             Parameter::Coulomb | Parameter::Load => Self::FELT_WHERE_CONSTANT,
         };
-        let gamma: [Coefficient; P] = core::array::from_fn(|i| {
-            Coefficient::new(machine[i], scales.regressor(S::PARAMETERS[i]), directed(i))
-        });
+        let gamma: [Coefficient; P] =
+            core::array::from_fn(|i| Coefficient::new(machine[i], regressor[i], directed[i]));
         for i in 0..P {
             let given = given[i][i];
-            if up(i) > Self::FURTHEST {
-                let most = given * power(Self::FURTHEST - up(i));
+            if up[i] > Self::FURTHEST {
+                let most = given * power(Self::FURTHEST - up[i]);
                 Allowed::PositiveUpTo(most).check("gamma", given)?;
             }
             if !plan.frozen[i] && !gamma[i].is_felt(bits(i)) {
-                let least = given * power(directed(i) - least(i) - (WORD_BITS - 2 - bits(i)));
+                let least = given * power(directed[i] - least[i] - (WORD_BITS - 2 - bits(i)));
                 Allowed::AtLeast(least).check("gamma", given)?;
             }
         }
@@ -113,9 +114,9 @@ impl<const P: usize> FixedGradient<P> {
         };
         let [known, per_gain] = [known, per_gain].map(|decay| Gradient::<f64, P>::GUARD * decay);
         let gain = scales.estimate(Parameter::B);
-        let strength_of = |i: usize| directed(i) + scales.regressor(S::PARAMETERS[i]);
+        let strengths: [i32; P] = core::array::from_fn(|i| directed[i] + regressor[i]);
         // Two bits for the quarter of a product, and the halves of four add up to less than one.
-        let strength = (0..P).map(strength_of).max().unwrap_or(0) + 2;
+        let strength = strengths.into_iter().max().unwrap_or(0) + 2;
         let strength = strength.max(Coefficient::least(per_gain, gain));
         // Where it follows from b̂, that of the start.
         let started = S::PARAMETERS.iter().zip(plan.initial);
@@ -128,12 +129,13 @@ impl<const P: usize> FixedGradient<P> {
         let bound = known + per_gain * started;
         let least = power(strength - Self::GUARD_BITS);
         if bound < least {
-            let largest = (0..P).max_by_key(|&i| strength_of(i)).unwrap_or(0);
-            let given = given[largest][largest];
+            let entries = (0..P).map(|i| (strengths[i], given[i][i]));
+            let largest = entries.max_by_key(|&(strength, _)| strength);
+            let given = largest.map_or(0.0, |(_, given)| given);
             Allowed::PositiveUpTo(given * bound / least).check("gamma", given)?;
         }
 
-        let furthest = (0..P).map(up).max().unwrap_or(0).min(Self::FURTHEST);
+        let furthest = up.into_iter().max().unwrap_or(0).min(Self::FURTHEST);
         let mu_by_error = Coefficient::new(mu, scales.position, output);
         if !mu_by_error.is_felt(Self::FELT) {
             let least = power(output - scales.position - 20) / units.rate();
@@ -151,7 +153,7 @@ impl<const P: usize> FixedGradient<P> {
                 let apart = high.word().to_bits().wrapping_sub(low.word().to_bits());
                 Entry {
                     gamma: gamma[i],
-                    up: Raise::by(up(i)),
+                    up: Raise::by(up[i]),
                     strength: Coefficient::new(
                         machine[i],
                         scales.regressor(parameter),

@@ -61,6 +61,15 @@ impl<N: Number, const P: usize> Measurement<N, P> {
 impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     const FITS: () = assert!(size_of::<L>() == P * (P - 1) / 2 * size_of::<N>());
 
+    /// Those of a zero matrix: everything is known.
+    pub(crate) const ZERO: Self = {
+        let () = Self::FITS;
+        Self {
+            lower: L::ZERO,
+            diagonal: [N::ZERO; P],
+        }
+    };
+
     /// Entry (i, j) of L, j < i.
     #[inline]
     fn entry(&self, i: usize, j: usize) -> N {
@@ -91,8 +100,10 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
                     if let Some(place) = lower.as_mut().get_mut(at(i, j)) {
                         *place = N::from_f64(entry);
                     }
-                    for k in j + 1..=i {
-                        left[i][k] -= entry * left[k][j];
+                    // Its column, not the row that it changes.
+                    let column = left.map(|row| row[j]);
+                    for (own, &other) in left[i].iter_mut().zip(&column).take(i + 1).skip(j + 1) {
+                        *own -= entry * other;
                     }
                 }
             }

@@ -26,8 +26,8 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     #[inline]
     pub fn add(&mut self, row: &[N; Q], error: N) {
         for i in 0..Q {
-            for j in 0..=i {
-                self.matrix[i][j] += row[i] * row[j];
+            for (entry, &before) in self.matrix[i].iter_mut().zip(row).take(i + 1) {
+                *entry += row[i] * before;
             }
             self.right[i] += row[i] * error;
         }
@@ -98,22 +98,28 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         let mut lower = [[N::ZERO; Q]; Q];
         let mut inverse = [N::ZERO; Q];
         for i in 0..Q {
-            for j in 0..=i {
-                let mut sum = self.matrix[i][j] * scale[i] * scale[j];
-                if i == j {
-                    sum = N::ONE + damping;
+            let mut own = [N::ZERO; Q];
+            let mut pivot = N::ONE + damping;
+            let columns = self.matrix[i]
+                .iter()
+                .zip(&scale)
+                .zip(lower.iter().zip(&inverse));
+            for (j, ((&entry, &other), (before, &per_pivot))) in columns.enumerate().take(i) {
+                let mut sum = entry * scale[i] * other;
+                for (&left, &above) in own.iter().zip(before).take(j) {
+                    sum = sum - left * above;
                 }
-                for k in 0..j {
-                    sum = sum - lower[i][k] * lower[j][k];
-                }
-                if i == j {
-                    let pivot = if sum > least { sum } else { least };
-                    inverse[i] = pivot.reciprocal_root();
-                    lower[i][i] = pivot * inverse[i];
-                } else {
-                    lower[i][j] = sum * inverse[j];
+                let entry = sum * per_pivot;
+                pivot = pivot - entry * entry;
+                // Looked up without a panic, also where the compiler optimises for size.
+                if let Some(place) = own.get_mut(j) {
+                    *place = entry;
                 }
             }
+            let pivot = if pivot > least { pivot } else { least };
+            inverse[i] = pivot.reciprocal_root();
+            own[i] = pivot * inverse[i];
+            lower[i] = own;
         }
         Factor {
             scale,

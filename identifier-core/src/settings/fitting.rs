@@ -66,7 +66,8 @@ impl<'a> Listening<'a> {
             per_low_speed_velocity: 0.0,
             demanded: Terms::NONE,
         };
-        for (i, parameter) in Parameter::ALL.into_iter().enumerate() {
+        for i in 0..Parameter::ALL.len() {
+            let parameter = Parameter::ALL[i];
             if !has(parameter) {
                 continue;
             }

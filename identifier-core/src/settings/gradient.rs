@@ -119,7 +119,8 @@ impl<const P: usize> GradientPlan<P> {
 
         let mut bounds = [nominal.b(); P];
         let mut initial = [0.0; P];
-        for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
+        for i in 0..P {
+            let parameter = S::PARAMETERS[i];
             let (allowed, bounds_name, initial_name) = allowed(parameter, &units);
             let widest = || match parameter {
                 Parameter::A => [0.0, ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate()],

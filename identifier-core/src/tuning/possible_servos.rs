@@ -108,19 +108,20 @@ impl PossibleServo {
 fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
     /// Rounding error of a variance that is zero, relative to its sum.
     const ROUNDING: f64 = 1e-9;
-    const PLACES: [usize; 3] = [
-        IdentifiedServo::A,
-        IdentifiedServo::B,
-        IdentifiedServo::DELAY,
-    ];
-    let entry = |i: usize, j: usize| covariance[PLACES[i]][PLACES[j]];
+    const A: usize = IdentifiedServo::A;
+    const B: usize = IdentifiedServo::B;
+    const DELAY: usize = IdentifiedServo::DELAY;
+    let rows = [covariance[A], covariance[B], covariance[DELAY]];
+    let covariance = rows.map(|row| [row[A], row[B], row[DELAY]]);
     let mut factor = [[0.0_f64; 3]; 3];
     for column in 0..3 {
-        let earlier = |factor: &[[f64; 3]; 3], row: usize| {
-            (0..column).fold(0.0, |sum, k| sum + factor[row][k] * factor[column][k])
+        let pivots = factor[column];
+        let earlier = |row: &[f64; 3]| {
+            let entries = row.iter().zip(&pivots).take(column);
+            entries.fold(0.0, |sum, (own, pivot)| sum + own * pivot)
         };
-        let variance = entry(column, column);
-        let left = variance - earlier(&factor, column);
+        let variance = covariance[column][column];
+        let left = variance - earlier(&pivots);
         let is_covariance = variance.is_finite() && left >= -ROUNDING * variance;
         if !is_covariance {
             return None;
@@ -130,7 +131,7 @@ fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
         }
         let length = libm::sqrt(left);
         for row in column..3 {
-            let value = (entry(row, column) - earlier(&factor, row)) / length;
+            let value = (covariance[row][column] - earlier(&factor[row])) / length;
             if !value.is_finite() {
                 return None;
             }

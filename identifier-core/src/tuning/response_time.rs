@@ -5,6 +5,7 @@ use super::placement::Design;
 use super::prediction::{Scene, samples};
 use super::search::Judge;
 use super::{StepMeasure, TuningError};
+use crate::number::Number;
 
 /// A search for a bandwidth, by predicted steps. Margins are not checked here.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +71,7 @@ impl ByTime {
         }
         let next = match (self.slow, self.fast) {
             (Some(slow), Some(fast)) => libm::sqrt(slow * fast),
-            _ => bandwidth * ratio.map_or(2.0, |ratio| ratio.clamp(0.5, 2.0)),
+            _ => bandwidth * ratio.map_or(2.0, |ratio| ratio.limited(0.5, 2.0)),
         };
         match Rise::begin(scene, &judge.design(next)) {
             Ok(rise) => {

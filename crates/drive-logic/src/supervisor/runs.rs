@@ -77,7 +77,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     fn order_run(
         &mut self,
         begun_from: &LoopSettings,
-        order: fn(Mode) -> Order,
+        order: impl FnOnce(Mode) -> Order,
     ) -> Result<(), Refusal> {
         let Some(run) = self.run_slot.take().and_then(Slot::into_filled) else {
             return Err(Refusal::Busy);

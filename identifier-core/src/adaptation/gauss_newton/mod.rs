@@ -363,17 +363,16 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         })
     }
 
-    /// The state from estimates and their covariance.
+    /// The state from estimates that count as known.
     #[must_use]
     pub(crate) fn start<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
-        covariance: &[[f64; P]; P],
     ) -> GaussNewtonState<N, S, P> {
-        self.start_from(estimates, Factors::from_matrix(covariance))
+        self.start_from(estimates, Factors::ZERO)
     }
 
-    /// The same where the covariance is in factors already: it divides nothing.
+    /// The same with a covariance in factors: it divides nothing.
     pub(crate) fn start_from<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],

@@ -45,7 +45,7 @@ impl<N: Number> Affected<N> {
         let Some(piece) = motion.get(index) else {
             return;
         };
-        let [a, gain] = [A, B].map(|i| unknowns[i]);
+        let [a, gain] = [unknowns[A], unknowns[B]];
         let load = unknowns[LOAD] + effect.push(position, piece.travel);
         let mut left = piece.samples;
         for _ in 0..MAX_COMMANDS {

@@ -90,7 +90,9 @@ impl<N: Number> Comparison<N> {
 
 fn with_change<N: Number>(unknowns: &[N; ALL], changes: &[N; ALL], place: usize) -> [N; ALL] {
     let mut changed = *unknowns;
-    changed[place] += changes[place];
+    for (own, &change) in changed.iter_mut().zip(changes).skip(place).take(1) {
+        *own += change;
+    }
     changed
 }
 

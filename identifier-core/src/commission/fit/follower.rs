@@ -69,7 +69,7 @@ impl<N: Number> Follower<N> {
     }
 
     fn advance_under(&mut self, step: &FrictionStep<N>, acting: &HeldCommand<N>) {
-        let [a, gain, coulomb] = [A, B, COULOMB].map(|i| self.unknowns[i]);
+        let [a, gain, coulomb] = [self.unknowns[A], self.unknowns[B], self.unknowns[COULOMB]];
         let time = acting.time;
         let square = time * time;
         let x = a * time;

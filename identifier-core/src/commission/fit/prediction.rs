@@ -164,8 +164,10 @@ impl<N: Number> ServoFitter<N> {
         for (place, weight) in at_first(self.speed_at_first(motion, true)) {
             let weight = N::from_f64(weight);
             let mut row = [N::ZERO; UNKNOWNS];
-            row[place] = weight;
-            equations.add(&row, -(weight * unknowns[place]));
+            if let (Some(own), Some(&value)) = (row.get_mut(place), unknowns.get(place)) {
+                *own = weight;
+                equations.add(&row, -(weight * value));
+            }
         }
         PredictionPass {
             follower: Follower::new(unknowns, motion),

@@ -28,7 +28,10 @@ impl<N: Number> ServoPrior<N> {
         prior.expected[DELAY] = N::from_f64(delay[0]);
         prior.rows[DELAY][DELAY] = N::from_f64(rounding / delay[1]);
         for (place, weight) in at_first(velocity) {
-            prior.rows[place][place] = N::from_f64(weight);
+            let row = prior.rows.get_mut(place);
+            if let Some(own) = row.and_then(|row| row.get_mut(place)) {
+                *own = N::from_f64(weight);
+            }
         }
         prior
     }
@@ -77,8 +80,8 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
         }
         for j in 0..=i {
             let mut sum = covariance[i][j];
-            for k in 0..j {
-                sum -= factor[i][k] * factor[j][k];
+            for (own, before) in factor[i].iter().zip(&factor[j]).take(j) {
+                sum -= own * before;
             }
             if i == j {
                 factor[i][i] = libm::sqrt(sum.max(MIN_UNEXPLAINED_SHARE * covariance[i][i]));
@@ -89,8 +92,9 @@ fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
         inverse[i][i] = 1.0 / factor[i][i];
         for j in 0..i {
             // Without an index, whose check not every chip's code would be rid of.
+            let column = |row: &[f64; 5]| row.get(j).copied().unwrap_or(0.0);
             let rows = factor[i].iter().zip(&inverse).take(i).skip(j);
-            let sum: f64 = rows.map(|(entry, row)| entry * row[j]).sum();
+            let sum: f64 = rows.map(|(entry, row)| entry * column(row)).sum();
             inverse[i][j] = -sum / factor[i][i];
         }
     }

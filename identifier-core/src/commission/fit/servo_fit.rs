@@ -144,7 +144,7 @@ impl<N: Number> ServoFit<N> {
     /// True if one of the unknowns that explain the motion best is as large as it may be.
     pub(super) fn is_at_upper_bound(&self, best: &BestServoFit<N>) -> bool {
         let [_, high] = &self.bounds;
-        [A, DELAY].into_iter().any(|i| best.unknowns[i] >= high[i])
+        best.unknowns[A] >= high[A] || best.unknowns[DELAY] >= high[DELAY]
     }
 
     /// Continues by a piece; true if there is no more to do.

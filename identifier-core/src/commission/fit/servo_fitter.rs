@@ -150,17 +150,10 @@ impl<N: Number> ServoFitter<N> {
         let mut low = [-f64::from(f32::MAX); UNKNOWNS];
         let mut high = [f64::from(f32::MAX); UNKNOWNS];
         let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / motion.longest().to_f64();
-        for (place, [least, most]) in [
-            (A, [0.0, most_rate]),
-            (B, [0.0, f64::from(f32::MAX)]),
-            (COULOMB, [0.0, f64::from(f32::MAX)]),
-            (DELAY, [0.0, Self::MAX_DELAY / time]),
-            (POSITION, [-1.0, 1.0]),
-            (VELOCITY, [-fastest, fastest]),
-        ] {
-            low[place] = least;
-            high[place] = most;
-        }
+        [low[A], low[B], low[COULOMB], low[DELAY]] = [0.0; 4];
+        (high[A], high[DELAY]) = (most_rate, Self::MAX_DELAY / time);
+        (low[POSITION], high[POSITION]) = (-1.0, 1.0);
+        (low[VELOCITY], high[VELOCITY]) = (-fastest, fastest);
         [low, high].map(|bound| bound.map(N::from_f64))
     }
 

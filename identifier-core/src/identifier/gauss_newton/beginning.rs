@@ -8,7 +8,6 @@ use crate::linalg::Factors;
 use crate::model::{Acting, ModelValues, ObserverModel};
 use crate::number::Number;
 use crate::parameters::Parameter;
-use crate::unrolled::from_fn;
 
 /// A fit result prepared for a recursion over any unknowns: 19 words in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,10 +49,10 @@ where
         velocity: N,
     ) -> Recursion<N, S, P> {
         let omega = self.bandwidth_of(result);
-        let places = from_fn(None, |i| place_of(S::UNKNOWNS[i]));
-        let estimates = from_fn(N::ZERO, |i| {
-            let own = places[i].and_then(|place| result.estimates.get(place));
-            own.copied().unwrap_or(N::ZERO)
+        let places = S::UNKNOWNS.map(place_of);
+        let estimates = places.map(|place| {
+            let found = place.and_then(|place| result.estimates.get(place));
+            found.copied().unwrap_or(N::ZERO)
         });
         let parameters = ModelValues::from_values::<S, P>(&estimates).parameters;
         let covariance = Factors::placed(&result.covariance, &places);

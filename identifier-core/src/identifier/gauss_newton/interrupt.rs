@@ -57,8 +57,7 @@ where
     fn start(&self) -> Self::State {
         GaussNewtonRecursionState {
             recursion: Recursion::new(
-                self.law
-                    .start(&self.initial.map(N::from_f64), &[[0.0; P]; P]),
+                self.law.start(&self.initial.map(N::from_f64)),
                 S::Inputs::<N>::START,
                 S::Evidence::<N>::NONE,
                 self.step.step.response(N::ZERO),

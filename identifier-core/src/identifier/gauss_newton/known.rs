@@ -40,14 +40,16 @@ where
         let scales = Parameter::ALL.map(|parameter| Unknown::from(parameter).scale(units));
         let has = Parameter::ALL.map(|parameter| S::UNKNOWNS.contains(&parameter.into()));
         let values = servo.values();
-        let estimates = core::array::from_fn(|i| N::from_f64(values[places[i]] * scales[i]));
+        let values = places.map(|place| values.get(place).copied().unwrap_or(0.0));
+        let estimates = core::array::from_fn(|i| N::from_f64(values[i] * scales[i]));
         let covariance = core::array::from_fn(|i| {
             core::array::from_fn(|j| {
                 if !has[i] || !has[j] {
                     return 0.0;
                 }
-                let entry = servo.covariance[places[i]][places[j]];
-                Self::COVARIANCE_FACTOR * entry * scales[i] * scales[j]
+                let row = servo.covariance.get(places[i]);
+                let entry = row.and_then(|row| row.get(places[j])).copied();
+                Self::COVARIANCE_FACTOR * entry.unwrap_or(0.0) * scales[i] * scales[j]
             })
         });
         let unexplained = servo.unexplained * units.position();

@@ -1,0 +1,53 @@
+//! The background of a drive on the chip.
+//!
+//! Generic code is compiled for the crate that names its types. These types are named here, and not in the firmware,
+//! because the firmware is compiled for the speed of its interrupts and everything else for size.
+
+use drive_link::{Fault, Settings};
+use drive_logic::{BackgroundEnd, Conversation, Memory, OutputStage};
+
+use crate::Mmio;
+use crate::flash::RecordFlash;
+use crate::serial::Line;
+
+/// The background of a family of chips.
+macro_rules! background {
+    ($name:ident, $family:ty, $documented:literal) => {
+        #[doc = concat!("Of an ", $documented, ".")]
+        pub mod $name {
+            use super::*;
+
+            /// The background's half.
+            pub type Supervisor = drive_logic::Supervisor<'static, RecordFlash<Mmio<$family>>>;
+
+            /// The background's half with the record in the flash; see [`drive_logic::Supervisor::new`]. None if there is
+            /// one already: it has a static place, as it is large.
+            #[inline(never)]
+            pub fn supervisor(
+                channel: BackgroundEnd<'static>,
+                memory: &'static mut Memory,
+                flash: RecordFlash<Mmio<$family>>,
+                built_in: &Settings,
+                stage: OutputStage,
+                found_at_boot: Result<(), Fault>,
+            ) -> Option<&'static mut Supervisor> {
+                let flash = (flash, 0);
+                cortex_m::singleton!(: Supervisor =
+                    Supervisor::new(channel, memory, flash, built_in, stage, found_at_boot))
+            }
+
+            /// One turn; true if there may be more to do at once.
+            #[inline(never)]
+            pub fn turn(
+                conversation: &mut Conversation,
+                line: &mut Line<'static, Mmio<$family>>,
+                supervisor: &mut Supervisor,
+            ) -> bool {
+                conversation.turn(line, supervisor)
+            }
+        }
+    };
+}
+
+background!(f4, crate::F4, "STM32F4");
+background!(g4, crate::G4, "STM32G4");
