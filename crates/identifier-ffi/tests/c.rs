@@ -102,52 +102,84 @@ fn c_has_the_bits_of_rust() {
     }
 }
 
+/// A chip that is emulated.
+struct Chip {
+    target: &'static str,
+    flags: &'static [&'static str],
+    board: &'static str,
+    flash: u32,
+    memory: u32,
+}
+
+/// A chip without FPU, whose code runs on a Cortex-M3 too, and two with one.
+const CHIPS: [Chip; 3] = [
+    Chip {
+        target: "thumbv6m-none-eabi",
+        flags: &["-mcpu=cortex-m0plus", "-mfloat-abi=soft"],
+        board: "mps2-an385",
+        flash: 0,
+        memory: 0x2000_0000,
+    },
+    Chip {
+        target: "thumbv7em-none-eabihf",
+        flags: &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
+        board: "olimex-stm32-h405",
+        flash: 0x0800_0000,
+        memory: 0x2000_0000,
+    },
+    Chip {
+        target: "thumbv8m.main-none-eabihf",
+        flags: &["-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"],
+        board: "mps2-an505",
+        flash: 0x1000_0000,
+        memory: 0x3800_0000,
+    },
+];
+
 #[test]
-fn a_chip_has_the_bits_of_rust() {
-    const TARGET: &str = "thumbv7em-none-eabihf";
+fn chips_have_the_bits_of_rust() {
     if !has("arm-none-eabi-gcc") || !has("qemu-system-arm") {
         return;
     }
-    let library = library(&["--target", TARGET]);
-    let program = folder("chip").join("same-bits.elf");
-    let flags = std::env::var("SERVO_ID_CHIP_FLAGS").unwrap_or_default();
+    let expected = reference::lines();
     let from = own().join("tests/c");
-    run(Command::new("arm-none-eabi-gcc")
-        .args([
-            "-mcpu=cortex-m4",
-            "-mthumb",
-            "-mfloat-abi=hard",
-            "-mfpu=fpv4-sp-d16",
-            "-std=gnu11",
-        ])
-        .args(STRICT)
-        .args([
-            "-nostartfiles",
-            "-Wl,--gc-sections",
-            "-Wl,--no-warn-execstack",
-            "-I",
-        ])
-        .arg(library.join("include"))
-        .args(["same_bits.c", "chip.c"].map(|file| from.join(file)))
-        .arg(library.join("lib").join(TARGET).join("libservo_id.a"))
-        .arg("-T")
-        .arg(from.join("chip.ld"))
-        .args(flags.split_whitespace())
-        .arg("-o")
-        .arg(&program));
-    let printed = run(Command::new("qemu-system-arm")
-        .args([
-            "-M",
-            "olimex-stm32-h405",
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "null",
-        ])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(&program));
-    assert_eq!(printed, reference::lines());
+    for chip in CHIPS {
+        let library = library(&["--target", chip.target]);
+        let program = folder(chip.target).join("same-bits.elf");
+        run(Command::new("arm-none-eabi-gcc")
+            .args(chip.flags)
+            .args([
+                "-mthumb",
+                "-std=gnu11",
+                "-nostartfiles",
+                "-Wl,--gc-sections",
+            ])
+            .args(["-Wl,--no-warn-execstack", "-Wl,--no-warn-rwx-segments"])
+            .args(STRICT)
+            .arg(format!("-Wl,--defsym=flash_begin={}", chip.flash))
+            .arg(format!("-Wl,--defsym=memory_begin={}", chip.memory))
+            .arg("-I")
+            .arg(library.join("include"))
+            .args(["same_bits.c", "chip.c"].map(|file| from.join(file)))
+            .arg(library.join("lib").join(chip.target).join("libservo_id.a"))
+            .arg("-T")
+            .arg(from.join("chip.ld"))
+            .arg("-o")
+            .arg(&program));
+        let printed = run(Command::new("qemu-system-arm")
+            .args([
+                "-M",
+                chip.board,
+                "-nographic",
+                "-monitor",
+                "none",
+                "-serial",
+                "null",
+            ])
+            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(&program));
+        assert_eq!(printed, expected, "{}", chip.target);
+    }
 }
 
 #[test]
