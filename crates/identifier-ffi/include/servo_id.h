@@ -234,67 +234,67 @@ typedef struct servo_id_settings {
 
 /* The paper's law for a and b; the load is carried by its correction */
 typedef struct servo_id_gradient {
-    SERVO_ID_ALIGNED uint64_t words[47];
+    SERVO_ID_ALIGNED uint64_t words[52];
 } servo_id_gradient;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_gradient_coulomb {
-    SERVO_ID_ALIGNED uint64_t words[60];
+    SERVO_ID_ALIGNED uint64_t words[66];
 } servo_id_gradient_coulomb;
 
 /* Recursive Gauss-Newton for a, b, Coulomb friction and load */
 typedef struct servo_id_gauss_newton {
-    SERVO_ID_ALIGNED uint64_t words[630];
+    SERVO_ID_ALIGNED uint64_t words[680];
 } servo_id_gauss_newton;
 
 /* The paper's law in fixed point for a and b */
 typedef struct servo_id_fixed {
-    SERVO_ID_ALIGNED uint64_t words[58];
+    SERVO_ID_ALIGNED uint64_t words[64];
 } servo_id_fixed;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_fixed_coulomb {
-    SERVO_ID_ALIGNED uint64_t words[66];
+    SERVO_ID_ALIGNED uint64_t words[72];
 } servo_id_fixed_coulomb;
 
 /* PID with the law of servo_id_gradient */
 typedef struct servo_id_gradient_loop {
-    SERVO_ID_ALIGNED uint64_t words[57];
+    SERVO_ID_ALIGNED uint64_t words[64];
 } servo_id_gradient_loop;
 
 /* PID with the law of servo_id_gradient_coulomb */
 typedef struct servo_id_gradient_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[70];
+    SERVO_ID_ALIGNED uint64_t words[76];
 } servo_id_gradient_coulomb_loop;
 
 /* PID with Gauss-Newton */
 typedef struct servo_id_gauss_newton_loop {
-    SERVO_ID_ALIGNED uint64_t words[640];
+    SERVO_ID_ALIGNED uint64_t words[690];
 } servo_id_gauss_newton_loop;
 
 /* PID and law in fixed point */
 typedef struct servo_id_fixed_loop {
-    SERVO_ID_ALIGNED uint64_t words[77];
+    SERVO_ID_ALIGNED uint64_t words[84];
 } servo_id_fixed_loop;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_fixed_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[85];
+    SERVO_ID_ALIGNED uint64_t words[92];
 } servo_id_fixed_coulomb_loop;
 
 /* A search for gains */
 typedef struct servo_id_tuner {
-    SERVO_ID_ALIGNED uint64_t words[230];
+    SERVO_ID_ALIGNED uint64_t words[256];
 } servo_id_tuner;
 
 /* The interrupt's half of a commissioning. */
 typedef struct servo_id_commission {
-    SERVO_ID_ALIGNED uint64_t words[338];
+    SERVO_ID_ALIGNED uint64_t words[400];
 } servo_id_commission;
 
 /* Its background's half. */
 typedef struct servo_id_solver {
-    SERVO_ID_ALIGNED uint64_t words[813];
+    SERVO_ID_ALIGNED uint64_t words[900];
 } servo_id_solver;
 
 /* From the interrupt to the background. */
@@ -304,7 +304,7 @@ typedef struct servo_id_record {
 
 /* From the background to the interrupt. */
 typedef struct servo_id_decision {
-    SERVO_ID_ALIGNED uint64_t words[45];
+    SERVO_ID_ALIGNED uint64_t words[72];
 } servo_id_decision;
 
 /* A sample of a commissioning. */
@@ -328,19 +328,19 @@ typedef struct servo_id_commission_result {
     double measured_overshoot; /* part of the step */
 } servo_id_commission_result;
 
-/* The library has the same sizes and places. */
+/* The library has the same sizes and places; objects have room for its next versions. */
 SERVO_ID_ASSERT(sizeof(servo_id_settings) == 912, "size of servo_id_settings");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 376, "size of servo_id_gradient");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 480, "size of servo_id_gradient_coulomb");
-SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5040, "size of servo_id_gauss_newton");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed) == 464, "size of servo_id_fixed");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb) == 528, "size of servo_id_fixed_coulomb");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_loop) == 456, "size of servo_id_gradient_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb_loop) == 560, "size of servo_id_gradient_coulomb_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton_loop) == 5120, "size of servo_id_gauss_newton_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed_loop) == 616, "size of servo_id_fixed_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb_loop) == 680, "size of servo_id_fixed_coulomb_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 1840, "size of servo_id_tuner");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 416, "size of servo_id_gradient");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 528, "size of servo_id_gradient_coulomb");
+SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5440, "size of servo_id_gauss_newton");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed) == 512, "size of servo_id_fixed");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb) == 576, "size of servo_id_fixed_coulomb");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_loop) == 512, "size of servo_id_gradient_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb_loop) == 608, "size of servo_id_gradient_coulomb_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton_loop) == 5520, "size of servo_id_gauss_newton_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed_loop) == 672, "size of servo_id_fixed_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb_loop) == 736, "size of servo_id_fixed_coulomb_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 2048, "size of servo_id_tuner");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_settings) == 8, "alignment of servo_id_settings");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient) == 8, "alignment of servo_id_gradient");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient_coulomb) == 8, "alignment of servo_id_gradient_coulomb");
@@ -353,13 +353,13 @@ SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gauss_newton_loop) == 8, "alignment 
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_loop) == 8, "alignment of servo_id_fixed_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_coulomb_loop) == 8, "alignment of servo_id_fixed_coulomb_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_tuner) == 8, "alignment of servo_id_tuner");
-SERVO_ID_ASSERT(sizeof(servo_id_commission) == 2704, "size of servo_id_commission");
+SERVO_ID_ASSERT(sizeof(servo_id_commission) == 3200, "size of servo_id_commission");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_commission) == 8, "alignment of servo_id_commission");
-SERVO_ID_ASSERT(sizeof(servo_id_solver) == 6504, "size of servo_id_solver");
+SERVO_ID_ASSERT(sizeof(servo_id_solver) == 7200, "size of servo_id_solver");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_solver) == 8, "alignment of servo_id_solver");
 SERVO_ID_ASSERT(sizeof(servo_id_record) == 32, "size of servo_id_record");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_record) == 8, "alignment of servo_id_record");
-SERVO_ID_ASSERT(sizeof(servo_id_decision) == 360, "size of servo_id_decision");
+SERVO_ID_ASSERT(sizeof(servo_id_decision) == 576, "size of servo_id_decision");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_decision) == 8, "alignment of servo_id_decision");
 SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_step, record) == 16, "place of record");

@@ -45,12 +45,12 @@ pub type Decision = Object<CoreDecision<f32>>;
 
 impl Content for Interrupt {
     const MARK: u32 = 0x5e1d_0031;
-    const WORDS: usize = 338;
+    const WORDS: usize = 400;
 }
 
 impl Content for Background {
     const MARK: u32 = 0x5e1d_0032;
-    const WORDS: usize = 813;
+    const WORDS: usize = 900;
 }
 
 impl Content for RecordEvent<f32> {
@@ -60,7 +60,7 @@ impl Content for RecordEvent<f32> {
 
 impl Content for CoreDecision<f32> {
     const MARK: u32 = 0x5e1d_0034;
-    const WORDS: usize = 45;
+    const WORDS: usize = 72;
 }
 
 /// A sample of the interrupt's half: `servo_id_commission_step` in the header.
@@ -256,8 +256,8 @@ unsafe fn build_solver(
 }
 
 /// The size of a record or a decision, which the library itself initialises.
-const fn size<T>() -> u32 {
-    size_of::<T>() as u32
+const fn size<T: Content>() -> u32 {
+    8 * T::WORDS as u32
 }
 
 face! {
@@ -410,7 +410,7 @@ face! {
                 Ok(left) => left,
                 Err(status) => return status,
             };
-            let to = match storage(decision, size::<Decision>()) {
+            let to = match storage(decision, size::<CoreDecision<f32>>()) {
                 Ok(to) => to,
                 Err(status) => return status,
             };

@@ -234,7 +234,7 @@ pub mod gradient {
     use identifier_core::parameters::Ab;
 
     listening_to_numbers! {
-        Gradient: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 47 words;
+        Gradient: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 52 words;
         servo_id_gradient_init servo_id_gradient_sample servo_id_gradient_resume
         servo_id_gradient_estimates servo_id_gradient_learn;
     }
@@ -249,7 +249,7 @@ pub mod gradient_coulomb {
     use identifier_core::parameters::AbCoulomb;
 
     listening_to_numbers! {
-        GradientCoulomb: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 60 words;
+        GradientCoulomb: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 66 words;
         servo_id_gradient_coulomb_init servo_id_gradient_coulomb_sample servo_id_gradient_coulomb_resume
         servo_id_gradient_coulomb_estimates servo_id_gradient_coulomb_learn;
     }
@@ -263,7 +263,7 @@ pub mod gauss_newton {
     use identifier_core::parameters::AbCoulombLoad;
 
     listening_to_numbers! {
-        GaussNewton: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0004, 630 words;
+        GaussNewton: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0004, 680 words;
         servo_id_gauss_newton_init servo_id_gauss_newton_sample servo_id_gauss_newton_resume
         servo_id_gauss_newton_estimates servo_id_gauss_newton_learn;
 
@@ -297,7 +297,7 @@ pub mod fixed {
     use identifier_core::parameters::Ab;
 
     listening_to_words! {
-        Fixed: FixedGradientIdentifier<LowPass<Word>, Ab, 2>, 0x5e1d_0005, 58 words;
+        Fixed: FixedGradientIdentifier<LowPass<Word>, Ab, 2>, 0x5e1d_0005, 64 words;
         servo_id_fixed_init servo_id_fixed_sample servo_id_fixed_resume servo_id_fixed_estimates
         servo_id_fixed_scale;
     }
@@ -312,7 +312,7 @@ pub mod fixed_coulomb {
     use identifier_core::parameters::AbCoulomb;
 
     listening_to_words! {
-        FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>, 0x5e1d_0006, 66 words;
+        FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>, 0x5e1d_0006, 72 words;
         servo_id_fixed_coulomb_init servo_id_fixed_coulomb_sample servo_id_fixed_coulomb_resume
         servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale;
     }

@@ -29,6 +29,7 @@ pub mod status;
 pub mod tuner;
 
 pub use face::Prototype;
+use object::Storage;
 
 /// All functions of the header.
 pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
@@ -43,8 +44,8 @@ pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
 /// The objects of the header: names without the prefix, and eight-byte words.
 #[must_use]
 pub fn objects() -> [(&'static str, usize); 16] {
-    fn words<T>(name: &'static str) -> (&'static str, usize) {
-        (name, size_of::<T>().div_ceil(8))
+    fn words<T: Storage>(name: &'static str) -> (&'static str, usize) {
+        (name, T::WORDS)
     }
     [
         words::<settings::Settings>("settings"),

@@ -12,12 +12,8 @@ pub trait Content: Copy {
     const MARK: u32;
     /// Eight-byte words of the storage, as the header has them.
     const WORDS: usize;
-    /// The storage is as large as the header says: on 64 bits no larger than needed.
-    const FITS: () = {
-        let bytes = size_of::<Object<Self>>();
-        assert!(bytes <= 8 * Self::WORDS);
-        assert!(size_of::<usize>() < 8 || bytes == 8 * Self::WORDS);
-    };
+    /// The content fits into the storage of the header, which has some room for what the core may need more.
+    const FITS: () = assert!(size_of::<Object<Self>>() <= 8 * Self::WORDS);
 }
 
 /// Storage of the caller: `uint64_t words[WORDS]` in the header.
@@ -26,6 +22,16 @@ pub trait Content: Copy {
 pub struct Object<T> {
     mark: u32,
     content: MaybeUninit<T>,
+}
+
+/// What the header says of an object.
+pub trait Storage {
+    /// Eight-byte words.
+    const WORDS: usize;
+}
+
+impl<T: Content> Storage for Object<T> {
+    const WORDS: usize = T::WORDS;
 }
 
 impl<T> Object<T> {
@@ -81,7 +87,7 @@ pub(crate) unsafe fn storage<T: Content>(
 ) -> Result<*mut Object<T>, i32> {
     const { T::FITS };
     check(object)?;
-    if (size as usize) < size_of::<Object<T>>() {
+    if (size as usize) < 8 * T::WORDS {
         return Err(status::TOO_SMALL);
     }
     // SAFETY: the caller's promise.

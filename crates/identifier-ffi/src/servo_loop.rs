@@ -248,7 +248,7 @@ pub mod gradient {
     use identifier_core::parameters::Ab;
 
     closed_on_numbers! {
-        GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 57 words;
+        GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 64 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
         servo_id_gradient_loop_learn servo_id_gradient_loop_estimates;
     }
@@ -260,7 +260,7 @@ pub mod gradient_coulomb {
     use identifier_core::parameters::AbCoulomb;
 
     closed_on_numbers! {
-        GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 70 words;
+        GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 76 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
         servo_id_gradient_coulomb_loop_estimates;
@@ -273,7 +273,7 @@ pub mod gauss_newton {
     use identifier_core::parameters::AbCoulombLoad;
 
     closed_on_numbers! {
-        GaussNewtonLoop: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0014, 640 words;
+        GaussNewtonLoop: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0014, 690 words;
         servo_id_gauss_newton_loop_init servo_id_gauss_newton_loop_process
         servo_id_gauss_newton_loop_control servo_id_gauss_newton_loop_learn
         servo_id_gauss_newton_loop_estimates;
@@ -297,7 +297,7 @@ pub mod fixed_point {
     use identifier_core::parameters::Ab;
 
     closed_on_words! {
-        FixedLoop: Ab, 2, 0x5e1d_0015, 77 words;
+        FixedLoop: Ab, 2, 0x5e1d_0015, 84 words;
         servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
         servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale;
     }
@@ -308,7 +308,7 @@ pub mod fixed_point_coulomb {
     use identifier_core::parameters::AbCoulomb;
 
     closed_on_words! {
-        FixedCoulombLoop: AbCoulomb, 3, 0x5e1d_0016, 85 words;
+        FixedCoulombLoop: AbCoulomb, 3, 0x5e1d_0016, 92 words;
         servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
         servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
         servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale;

@@ -84,7 +84,7 @@ pub type Tuner = Object<Working>;
 
 impl Content for Working {
     const MARK: u32 = 0x5e1d_0021;
-    const WORDS: usize = 230;
+    const WORDS: usize = 256;
 }
 
 impl Given {

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use identifier_ffi::commission::*;
 use identifier_ffi::identifier::{Estimates, fixed, gauss_newton, gradient};
 use identifier_ffi::judge::{Verdict, servo_id_judge};
-use identifier_ffi::object::Object;
+use identifier_ffi::object::{Object, Storage};
 use identifier_ffi::parameter as p;
 use identifier_ffi::servo_loop;
 use identifier_ffi::settings::*;
@@ -30,8 +30,8 @@ use servo_loop::gradient::{
     servo_id_gradient_loop_process,
 };
 
-fn size<T>() -> u32 {
-    size_of::<T>() as u32
+fn size<T: Storage>() -> u32 {
+    8 * T::WORDS as u32
 }
 
 /// No memory of a kind: null, or an address that is no multiple of its alignment.
@@ -238,7 +238,7 @@ impl Numbers {
         }
     }
 
-    fn size<T>(&mut self) -> u32 {
+    fn size<T: Storage>(&mut self) -> u32 {
         match self.below(8) {
             0 => 0,
             1 => self.below(size::<T>()),
