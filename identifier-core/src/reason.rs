@@ -123,7 +123,7 @@ catalogue! {
         "check the unit of the command, the counts per revolution and the limit of the current";
     NotPredicted = 120, "not-predicted":
         "the identified model does not predict a motion that it was not fitted to; no single effect stands out",
-        "record a log and replay it with further terms";
+        "record a log and identify it with the law fit";
     LacksResonance = 121, "lacks-resonance":
         "the servo does not follow as one mass: it resonates",
         "stiffen the coupling, or record a log and identify it with the law fit";
@@ -132,7 +132,7 @@ catalogue! {
         "remove the play, or measure the position behind it";
     LacksLowSpeedFriction = 123, "lacks-low-speed-friction":
         "friction is higher near standstill than the model has it",
-        "lubricate, or ask for a slower response";
+        "lubricate, or record a log and identify it with the law fit";
     LacksGravity = 124, "lacks-gravity":
         "the load changes with the angle",
         "balance the axis, or commission it within less travel";
@@ -147,16 +147,16 @@ catalogue! {
         "ask for a slower response: the figure that would do is stated";
     ResponseTimeMissed = 140, "response-time-missed":
         "the rise time on the machine is not the promised one",
-        "check for play, a changed load, or a limit of the current";
+        "check for stiction, play, or a changed load";
     OvershootExceeded = 141, "overshoot-exceeded":
         "the overshoot on the machine is larger than promised",
-        "ask for a slower response";
+        "check for stiction, a changed load, or a gain of the amplifier that changes";
     DisturbanceExceeded = 142, "disturbance-exceeded":
         "a disturbance moved the servo further than promised",
-        "ask for a slower response, or check for play";
+        "check for stiction or a changed load, or ask for a slower response";
     NeverAtRest = 143, "never-at-rest":
         "the servo did not come to rest",
-        "ask for a slower response, or check for play, stiction and a compliant coupling";
+        "check for noise of the position and a compliant coupling";
     EncoderStuck = 150, "encoder-stuck":
         "the encoder stood still in motion",
         "check the encoder's coupling and wires";
@@ -165,7 +165,7 @@ catalogue! {
         "check the encoder's shield and wires";
     Reversed = 153, "reversed":
         "the servo moved against the command: encoder or actuator is reversed",
-        "exchange two phases of the motor or the encoder's tracks";
+        "exchange two phases of the motor or the encoder's tracks; where the command acts late, declare its delay";
     ActuatorDead = 154, "actuator-dead":
         "the command moves nothing: the actuator is dead, or the encoder does not show the motion",
         "check the amplifier, its supply and its enable line, and then the encoder";
@@ -174,7 +174,7 @@ catalogue! {
         "check the supply and the current limit of the amplifier";
     Oscillating = 156, "oscillating":
         "the loop oscillates",
-        "ask for a slower response, or shorten the delay or current loop behind the command";
+        "ask for a slower response, declare or shorten the delay behind the command, or quicken the current loop";
     TimeOver = 160, "time-over":
         "the duration was over before there was enough evidence",
         "allow more time, travel or speed";

@@ -98,11 +98,9 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             "Then run again: what is hidden behind the largest effect shows up next.".to_owned(),
         ],
         VerdictReason::Lacks { cause: None, .. } => vec![
-            "Nothing stands out, so several effects act at once: let those that your servo has be estimated, with \
-             identifier.terms."
-                .to_owned(),
-            "Or declare what you know of the amplifier: amplifier.delay, amplifier.current_loop, \
-             amplifier.dead_band."
+            "Nothing stands out, so several effects act at once: declare what you know of the amplifier \
+             (amplifier.delay, amplifier.current_loop, amplifier.dead_band), and let other effects that your servo has \
+             be estimated, with identifier.terms."
                 .to_owned(),
         ],
         VerdictReason::Elsewhere { unknown, .. } => vec![
@@ -111,7 +109,6 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
         ],
         VerdictReason::NotPredicted { .. } => vec![
             "Learn from motions like those that are to be predicted: speeds, loads, angles.".to_owned(),
-            "Let effects that grow with them be estimated, with identifier.terms.".to_owned(),
         ],
     }
 }

@@ -176,6 +176,26 @@ impl Scenario {
                 Fault::new(format!("{table}.sample_time"), error)
             }
             (CommissionError::SpeedTooSmall { .. }, _) => Fault::new("commission.speed", error),
+            (
+                CommissionError::OutOfRange {
+                    setting: "command_delay",
+                    value,
+                    needed,
+                },
+                _,
+            ) => {
+                let fault = format!(
+                    "commands that act {value} s late are too late for a commissioning: at most {needed:.4} s at this sample \
+                     time would do; shorten the delay, or record a log and identify it with the law fit"
+                );
+                let own = self.commission.and_then(|order| order.command_delay);
+                let table = if own.is_some() {
+                    "commission.command_delay"
+                } else {
+                    "amplifier.delay"
+                };
+                Fault::new(table, fault)
+            }
             (CommissionError::OutOfRange { setting, .. }, _) => {
                 let key = match *setting {
                     "resolution" => "encoder.counts_per_rev",

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Output;
 
-use crate::support::{argument, folder, printed, servo_id, standard_error};
+use crate::predict;
+use crate::support::{argument, assert_done, folder, printed, servo_id, standard_error};
 use host_sim::verdict::{Cause, VerdictReason};
 use identifier_core::commission::Reason;
 use serde_json::Value;
@@ -18,11 +19,13 @@ type Lines = (&'static str, &'static str);
 enum Remedy {
     /// Printed for a case: a part of the text, and the lines that follow it.
     Followed(&'static str, &'static [Lines]),
+    /// Printed for a case of a commissioning: a log of its servo is recorded, and identified.
+    Logged,
     /// For hands on hardware, or for a state that no simulation has.
     NotHere(&'static str),
 }
 
-use Remedy::{Followed, NotHere};
+use Remedy::{Followed, Logged, NotHere};
 
 /// A case and its remedies.
 struct Row {
@@ -51,7 +54,7 @@ const SERVO: [Lines; 7] = [
     ("run", "duration = 10.0"),
 ];
 
-const AXIS: [Lines; 4] = [
+const AXIS: [Lines; 5] = [
     ("plant", "a = 0.2174\nb = 257.7"),
     ("encoder", "counts_per_rev = 10000"),
     ("amplifier", "limit = 10.0"),
@@ -59,6 +62,7 @@ const AXIS: [Lines; 4] = [
         "commission",
         "travel = 0.5\nspeed = 30.0\nsample_time = 0.001",
     ),
+    ("[fault]", ""),
 ];
 
 const FIT: &[Lines] = &[("=identifier", "law = \"fit\"")];
@@ -67,6 +71,10 @@ const ALL_FOUR: &[Lines] = &[(
     "=identifier",
     "law = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]",
 )];
+const STIFF: Lines = (
+    "=controller",
+    "kp = 200.0\nkd = 0.5\nki = 0.0\nsample_time = 0.001",
+);
 const LONGER: &[Lines] = &[("=run", "duration = 20.0")];
 const LIVELY: &[Lines] = &[("=excitation", SERVO[4].1)];
 
@@ -284,7 +292,7 @@ fn is_known_to_the_fit_alone(cause: Cause) -> bool {
 }
 
 /// The remedies of the verdict's reasons by their code; 40 has a table of its own.
-const VERDICTS: [(u8, Row); 16] = [
+const VERDICTS: [(u8, Row); 17] = [
     (
         0,
         Row {
@@ -366,10 +374,47 @@ const VERDICTS: [(u8, Row); 16] = [
     (
         25,
         Row {
-            case: NO_CASE,
-            remedies: &[NotHere(
-                "seen on recorded logs alone; the ridge of the gain has tests of its own",
-            )],
+            case: &[
+                ("=plant", "a = 0.2174\nb = 257.7\ncoulomb = 200.0"),
+                ("=encoder", "counts_per_rev = 2000\nnoise = 0.01"),
+                ("=amplifier", "limit = 0.85"),
+                STIFF,
+                (
+                    "=excitation",
+                    "kind = \"square\"\namplitude = 1.0\nperiod = 2.0",
+                ),
+                ("=identifier", "law = \"fit\""),
+                ("=run", "duration = 2.0"),
+            ],
+            remedies: &[
+                Followed(
+                    "with commands of several sizes well above friction",
+                    &[
+                        ("=amplifier", SERVO[2].1),
+                        ("=controller", SERVO[3].1),
+                        ("=excitation", SERVO[4].1),
+                    ],
+                ),
+                Followed("less noise of the position", &[("=encoder", SERVO[1].1)]),
+            ],
+        },
+    ),
+    (
+        25,
+        Row {
+            case: &[
+                ("=plant", "a = 0.2174\nb = 257.7\ncoulomb = 200.0"),
+                ("=encoder", "counts_per_rev = 2000\nnoise = 0.01"),
+                ("=amplifier", "limit = 0.85"),
+                STIFF,
+                (
+                    "=excitation",
+                    "kind = \"square\"\namplitude = 0.05\nperiod = 0.5",
+                ),
+                ("=identifier", "law = \"fit\""),
+                ("=run", "duration = 5.0"),
+            ],
+            remedies: &[Followed("A longer record", LONGER)],
         },
     ),
     (
@@ -443,10 +488,23 @@ const VERDICTS: [(u8, Row); 16] = [
     (
         41,
         Row {
-            case: NO_CASE,
-            remedies: &[NotHere(
-                "no simulated servo ends so: of several effects one is named",
-            )],
+            case: &[
+                ("plant", "asymmetry = 0.2\ndead_band = 0.01"),
+                (
+                    "=excitation",
+                    "kind = \"multisine\"\namplitudes = [1.0, 0.5]\nfrequencies = [5.0, 20.0]",
+                ),
+            ],
+            remedies: &[
+                Followed(
+                    "declare what you know of the amplifier",
+                    &[
+                        ("amplifier", "dead_band = 0.01"),
+                        ("identifier", "terms = [\"asymmetry\"]"),
+                    ],
+                ),
+                Followed(FIT_SAYS, FIT),
+            ],
         },
     ),
     (
@@ -471,15 +529,13 @@ const VERDICTS: [(u8, Row); 16] = [
         43,
         Row {
             case: NO_CASE,
-            remedies: &[NotHere(
-                "of recorded logs: the measured EMPS has it, with tests of its own",
-            )],
+            remedies: &[NotHere("of two logs: followed by a test of its own, below")],
         },
     ),
 ];
 
 /// The remedies of the core's reasons: those that a commissioning can follow.
-const COMMISSIONED: [(Reason, Row); 9] = [
+const COMMISSIONED: [(Reason, Row); 30] = [
     (
         Reason::TravelLeft,
         Row {
@@ -552,10 +608,11 @@ const COMMISSIONED: [(Reason, Row); 9] = [
     (
         Reason::LacksResonance,
         Row {
-            case: &[("plant", "resonance = 250.0\ninertia_ratio = 0.5")],
-            remedies: &[NotHere(
-                "the coupling is stiffened; the fit to a log of such a servo has a row of its own",
-            )],
+            case: &[("plant", "resonance = 300.0\ninertia_ratio = 0.4")],
+            remedies: &[
+                Followed("stiffen the coupling", &[("plant", "resonance = 800.0")]),
+                Logged,
+            ],
         },
     ),
     (
@@ -591,6 +648,271 @@ const COMMISSIONED: [(Reason, Row); 9] = [
             )],
         },
     ),
+    (
+        Reason::TooLittleEvidence,
+        Row {
+            case: &[("commission", "duration = 0.05")],
+            remedies: &[Followed("or duration", &[("commission", "duration = 0.3")])],
+        },
+    ),
+    (
+        Reason::EstimateAtBound,
+        Row {
+            case: &[("plant", "coulomb = 20.0\nhidden_limit = 1.0")],
+            remedies: &[
+                Followed(
+                    "the limit of the current",
+                    &[("commission", "command = 1.0")],
+                ),
+                NotHere("units and counts of a simulated axis are those that are stated"),
+            ],
+        },
+    ),
+    (
+        Reason::NotPredicted,
+        Row {
+            case: &[("plant", "load = 100.0\nload_dependent_friction = 0.3")],
+            remedies: &[Logged],
+        },
+    ),
+    (
+        Reason::LacksBacklash,
+        Row {
+            case: &[("plant", "coulomb = 20.0\nbacklash = 0.0125")],
+            remedies: &[Followed("remove the play", &[("plant", "backlash = 0.0")])],
+        },
+    ),
+    (
+        Reason::LacksLowSpeedFriction,
+        Row {
+            case: &[
+                (
+                    "=plant",
+                    "a = 0.39\nb = 81.0\ncoulomb = 24.3\nlow_speed_friction = 72.9\nlow_speed_velocity = 2.0",
+                ),
+                (
+                    "=commission",
+                    "travel = 2.0\nspeed = 100.0\nsample_time = 0.001\nresponse_time = 0.05",
+                ),
+            ],
+            remedies: &[
+                Followed(
+                    "lubricate",
+                    &[("=plant", "a = 0.39\nb = 81.0\ncoulomb = 24.3")],
+                ),
+                Logged,
+            ],
+        },
+    ),
+    (
+        Reason::LacksRipple,
+        Row {
+            case: &[("plant", "ripple = [100.0, 0.0]\nripple_order = 12")],
+            remedies: &[
+                Logged,
+                Followed("reduce the cogging", &[("plant", "ripple = [26.0, 0.0]")]),
+            ],
+        },
+    ),
+    (
+        Reason::ResponseTimeMissed,
+        Row {
+            case: &[(
+                "=plant",
+                "a = 2.79\nb = 23.0\ncoulomb = 23.0\nlow_speed_friction = 23.0\nlow_speed_velocity = 0.3",
+            )],
+            remedies: &[Followed(
+                "check for stiction",
+                &[("=plant", "a = 2.79\nb = 23.0\ncoulomb = 23.0")],
+            )],
+        },
+    ),
+    (
+        Reason::ResponseTimeMissed,
+        Row {
+            case: &[
+                ("=plant", "a = 4.591\nb = 22.0\nbacklash = 0.00149"),
+                ("=amplifier", "limit = 5.0"),
+                (
+                    "=commission",
+                    "travel = 2.068\nspeed = 11.39\nsample_time = 0.001\ntrial_step = 0.6786",
+                ),
+            ],
+            remedies: &[Followed("play", &[("plant", "backlash = 0.0")])],
+        },
+    ),
+    (
+        Reason::ResponseTimeMissed,
+        Row {
+            case: &[(
+                "[fault]",
+                "kind = \"friction-rise\"\ntime = 1.6\nsize = 200.0",
+            )],
+            remedies: &[Followed("a changed load", &[("=[fault]", "")])],
+        },
+    ),
+    (
+        Reason::OvershootExceeded,
+        Row {
+            case: &[
+                (
+                    "=plant",
+                    "a = 0.92\nb = 39.0\ncoulomb = 39.0\nlow_speed_friction = 78.0\nlow_speed_velocity = 0.5",
+                ),
+                ("=encoder", "counts_per_rev = 2000"),
+                (
+                    "=commission",
+                    "travel = 0.2\nspeed = 100.0\nsample_time = 0.001",
+                ),
+            ],
+            remedies: &[Followed(
+                "check for stiction",
+                &[("=plant", "a = 0.92\nb = 39.0\ncoulomb = 39.0")],
+            )],
+        },
+    ),
+    (
+        Reason::OvershootExceeded,
+        Row {
+            case: &[("[fault]", "kind = \"load-step\"\ntime = 1.6\nsize = 100.0")],
+            remedies: &[Followed("a changed load", &[("=[fault]", "")])],
+        },
+    ),
+    (
+        Reason::OvershootExceeded,
+        Row {
+            case: &[(
+                "[fault]",
+                "kind = \"actuator-weak\"\ntime = 1.6\nsize = 0.5",
+            )],
+            remedies: &[Followed(
+                "a gain of the amplifier that changes",
+                &[("=[fault]", "")],
+            )],
+        },
+    ),
+    (
+        Reason::DisturbanceExceeded,
+        Row {
+            case: &[
+                (
+                    "=plant",
+                    "a = 0.96\nb = 10.0\ncoulomb = 10.0\nlow_speed_friction = 30.0\nlow_speed_velocity = 0.1",
+                ),
+                (
+                    "=commission",
+                    "travel = 0.5\nspeed = 10.0\nsample_time = 0.001",
+                ),
+            ],
+            remedies: &[
+                Followed(
+                    "check for stiction",
+                    &[("=plant", "a = 0.96\nb = 10.0\ncoulomb = 10.0")],
+                ),
+                Followed(
+                    "ask for a slower response",
+                    &[("commission", "response_time = 0.3")],
+                ),
+            ],
+        },
+    ),
+    (
+        Reason::DisturbanceExceeded,
+        Row {
+            case: &[("[fault]", "kind = \"load-step\"\ntime = 2.1\nsize = 400.0")],
+            remedies: &[Followed("a changed load", &[("=[fault]", "")])],
+        },
+    ),
+    (
+        Reason::NeverAtRest,
+        Row {
+            case: &[
+                ("encoder", "noise = 0.0006"),
+                ("commission", "response_time = 0.05"),
+            ],
+            remedies: &[Followed(
+                "noise of the position",
+                &[("encoder", "noise = 0.0003")],
+            )],
+        },
+    ),
+    (
+        Reason::NeverAtRest,
+        Row {
+            case: &[
+                (
+                    "=plant",
+                    "a = 0.316\nb = 112.1\nresonance = 44.8\ninertia_ratio = 0.73",
+                ),
+                ("=encoder", "counts_per_rev = 65536"),
+                ("=amplifier", "limit = 5.0"),
+                (
+                    "=commission",
+                    "travel = 1.045\nspeed = 61.55\nsample_time = 0.001",
+                ),
+            ],
+            remedies: &[Followed(
+                "a compliant coupling",
+                &[("=plant", "a = 0.316\nb = 112.1")],
+            )],
+        },
+    ),
+    (
+        Reason::Reversed,
+        Row {
+            case: &[("plant", "delay = 0.01")],
+            remedies: &[
+                Followed("declare its delay", &[("amplifier", "delay = 0.01")]),
+                NotHere("phases or tracks are exchanged"),
+            ],
+        },
+    ),
+    (
+        Reason::Oscillating,
+        Row {
+            case: &[("plant", "resonance = 1500.0\ninertia_ratio = 0.5")],
+            remedies: &[Followed(
+                "ask for a slower response",
+                &[("commission", "response_time = 0.05")],
+            )],
+        },
+    ),
+    (
+        Reason::Oscillating,
+        Row {
+            case: &[
+                ("plant", "delay = 0.005"),
+                ("commission", "sample_time = 0.0005"),
+            ],
+            remedies: &[Followed(
+                "declare or shorten the delay",
+                &[("amplifier", "delay = 0.005")],
+            )],
+        },
+    ),
+    (
+        Reason::Oscillating,
+        Row {
+            case: &[("plant", "current_loop = 0.01")],
+            remedies: &[Followed(
+                "quicken the current loop",
+                &[("plant", "current_loop = 0.005")],
+            )],
+        },
+    ),
+    (
+        Reason::TimeOver,
+        Row {
+            case: &[
+                ("=plant", "a = 0.2174\nb = 20.0"),
+                ("commission", "duration = 0.03"),
+            ],
+            remedies: &[Followed(
+                "allow more time",
+                &[("commission", "duration = 0.5")],
+            )],
+        },
+    ),
 ];
 
 /// Why the remedy of any other reason is not followed here.
@@ -614,21 +936,12 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         R::EncoderLost | R::EncoderSilent | R::EncoderStuck | R::EncoderJumped | R::OutOfReach => {
             "the encoder or its wires are mended"
         }
-        R::FollowingError | R::Reversed => "phases or tracks are exchanged",
+        R::FollowingError => "phases or tracks are exchanged",
         R::LinkLost => "the line is mended",
         R::StepsTooFast | R::StepsUnclear | R::TargetOutside | R::VoltageInvalid => {
             "the source of the target is changed"
         }
         R::DoesNotStand => "a brake holds the servo",
-        R::EstimateAtBound => "a unit or the amplifier's limit is corrected",
-        R::NotPredicted | R::LacksRipple => "a log is recorded; the fit to one has rows of its own",
-        R::LacksBacklash => "the play is removed",
-        R::LacksLowSpeedFriction => "the axis is lubricated",
-        R::ResponseTimeMissed | R::OvershootExceeded | R::DisturbanceExceeded | R::NeverAtRest => {
-            "no simulated servo that is found misses its promise without a fault"
-        }
-        R::Oscillating => "the delay behind the command is shortened",
-        R::TimeOver => "no simulated commissioning ends so before it lacks evidence",
         R::Stopped | R::ModeChanged | R::PowerLost => "it is ordered again",
         _ => return None,
     })
@@ -664,7 +977,8 @@ fn scenario(base: &[Lines], changes: [&[Lines]; 2]) -> String {
             .chain(text.lines())
             .fold(String::new(), |table, line| table + line + "\n");
     }
-    tables.iter().fold(String::new(), |mut all, (name, text)| {
+    let stated = tables.iter().filter(|(_, text)| !text.is_empty());
+    stated.fold(String::new(), |mut all, (name, text)| {
         let _ = writeln!(all, "[{name}]\n{text}");
         all
     })
@@ -708,7 +1022,7 @@ fn is_followed(row: &Row) -> bool {
     let mut followed = 0;
     for remedy in row.remedies {
         match remedy {
-            Followed(..) => followed += 1,
+            Followed(..) | Logged => followed += 1,
             NotHere(why) => assert!(!why.is_empty()),
         }
     }
@@ -768,18 +1082,81 @@ fn a_commissioning_succeeds_once_the_remedy_of_its_reason_is_followed() {
         assert!(!output.status.success(), "{reason:?}");
         assert!(said.contains(&reason.to_string()), "{reason:?}: {said}");
         for remedy in row.remedies {
-            let Followed(says, lines) = remedy else {
-                continue;
-            };
-            assert!(reason.remedy().contains(says), "{reason:?}: {says}");
-            let output = commissioned(&folder, &scenario(&AXIS, [row.case, lines]));
-            assert!(
-                output.status.success(),
-                "{reason:?}: {says}: {}",
-                standard_error(&output)
-            );
+            match remedy {
+                Followed(says, lines) => {
+                    assert!(reason.remedy().contains(says), "{reason:?}: {says}");
+                    let output = commissioned(&folder, &scenario(&AXIS, [row.case, lines]));
+                    let said = standard_error(&output);
+                    assert!(output.status.success(), "{reason:?}: {says}: {said}");
+                }
+                Logged => {
+                    let says = "record a log and identify it with the law fit";
+                    assert!(reason.remedy().contains(says), "{reason:?}");
+                    assert_logged(&folder, row);
+                }
+                NotHere(_) => {}
+            }
         }
     }
+}
+
+/// Asserts that the servo of a commissioning's case is identified from a log of it.
+fn assert_logged(folder: &Path, row: &Row) {
+    const LOGGED: &[Lines] = &[("=run", "duration = 5.0")];
+    let servo: Vec<Lines> = row
+        .case
+        .iter()
+        .filter(|(name, _)| name.trim_start_matches('=') == "plant")
+        .copied()
+        .collect();
+    let mut base = SERVO;
+    base[0] = AXIS[0];
+    let [file, log] = ["logged.toml", "log.csv"].map(|name| folder.join(name));
+    std::fs::write(&file, scenario(&base, [&servo, LOGGED])).expect("written");
+    let [file, log] = [&file, &log].map(|path| argument(path));
+    assert_done(&servo_id(&["run", &file, "--csv", &log, "--force"]));
+    let output = servo_id(&["identify", &log, "--require", "converged"]);
+    assert!(
+        output.status.success(),
+        "{servo:?}: {}",
+        standard_error(&output)
+    );
+}
+
+#[test]
+fn a_log_is_predicted_once_the_estimates_come_from_motions_like_it() {
+    let folder = folder("advice-predicted");
+    let brake = "low_speed_friction = 25.0\nlow_speed_velocity = 100.0\n";
+    let [free, like, other] = [(1, ""), (2, brake), (3, brake)]
+        .map(|(seed, effects)| predict::log_of(&folder, seed, 1e-3, effects));
+    let scenario = argument(&predict::scenario(
+        &folder,
+        predict::ALL,
+        predict::CONTROLLER,
+    ));
+    let json = folder.join("result.json");
+    let verdict = |learnt: &Path| {
+        let [learnt, other, json] = [learnt, other.as_path(), json.as_path()].map(argument);
+        let output = servo_id(&[
+            "replay",
+            &learnt,
+            "--scenario",
+            &scenario,
+            "--predict",
+            &other,
+            "--json",
+            &json,
+            "--force",
+        ]);
+        let text = std::fs::read_to_string(&json).unwrap_or_default();
+        let result: Value = serde_json::from_str(&text).expect("a result");
+        (result["code"].as_u64(), printed(&output))
+    };
+    let (code, text) = verdict(&free);
+    assert_eq!(code, Some(43), "{text}");
+    let says = "Learn from motions like those that are to be predicted";
+    assert!(text.contains(says), "{text}");
+    assert_eq!(verdict(&like).0, Some(0));
 }
 
 #[test]

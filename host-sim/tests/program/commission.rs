@@ -157,6 +157,12 @@ fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_
         "sample every 0.000750 s or less, or allow a command of 7.5",
     );
     refused(
+        "late",
+        ("speed =", "command_delay = 0.02\nspeed ="),
+        "commission.command_delay",
+        "at most 0.0150 s at this sample time",
+    );
+    refused(
         "beside",
         ("travel = 0.5 ", "travel = [0.1, 0.5] "),
         "commission.travel",

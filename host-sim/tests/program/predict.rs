@@ -6,8 +6,9 @@ use crate::support::{argument, assert_done, folder, printed_json, servo_id, stan
 use serde_json::Value;
 
 const PLANT: &str = "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\ncoulomb = 10.0\n";
-const CONTROLLER: &str = "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\n[amplifier]\nlimit = 10.0\n";
-const ALL: &str = "parameters = [\"a\", \"b\", \"coulomb\", \"load\"]";
+pub(crate) const CONTROLLER: &str =
+    "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\n[amplifier]\nlimit = 10.0\n";
+pub(crate) const ALL: &str = "parameters = [\"a\", \"b\", \"coulomb\", \"load\"]";
 
 /// The log of a run with a noise of this seed.
 fn log(folder: &Path, seed: u32, sample_time: f64) -> PathBuf {
@@ -15,7 +16,7 @@ fn log(folder: &Path, seed: u32, sample_time: f64) -> PathBuf {
 }
 
 /// The same of a servo with effects.
-fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf {
+pub(crate) fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf {
     let scenario = folder.join(format!("run-{seed}.toml"));
     let text = format!(
         "{PLANT}{effects}{}[run]\nduration = 4.0\n[excitation]\nseed = {seed}\n",
@@ -33,7 +34,7 @@ fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf 
 }
 
 /// A scenario without a servo, with these parameters and tables.
-fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
+pub(crate) fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
     let path = folder.join("replay.toml");
     let text = format!(
         "[encoder]\ncounts_per_rev = 10000\n[identifier]\nlaw = \"gauss-newton\"\n{parameters}\n\

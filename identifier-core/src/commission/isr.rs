@@ -37,6 +37,8 @@ pub struct CommissionIsr<N: Number> {
     patience: u32,
     /// Samples that are recorded before a motion.
     lead: u32,
+    /// By which the commands of a servo that is not known yet are late, samples.
+    delay: N,
 }
 
 /// Inputs of a commissioning in a sample.
@@ -85,7 +87,7 @@ impl<N: Number> CommissionIsr<N> {
     /// The sizes of the second and of the third motion, as parts of the first.
     const PARTS: [f64; 2] = [0.8, 0.6];
 
-    /// The delay of a servo of which none is known yet, samples.
+    /// By how much more than is declared a command of a servo that is not known yet may be late, samples.
     const UNKNOWN_DELAY: f64 = 2.0;
 
     /// For an axis that is released, or is held by the gains before.
@@ -116,6 +118,7 @@ impl<N: Number> CommissionIsr<N> {
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
             lead: samples(lead).max(fewest_of_lead) as u32,
+            delay: N::from_f64(samples(settings.command_delay) + Self::UNKNOWN_DELAY),
             units,
         })
     }
@@ -141,7 +144,10 @@ impl<N: Number> CommissionIsr<N> {
             None => Activity::Free,
         };
         let recorder = MotionRecorder::new(&self.settings.fit());
-        CommissionState::begun(count, command, activity, self.watch.start(), recorder)
+        let watch = self
+            .watch
+            .start_delayed(self.settings.command_delay / self.settings.sample_time);
+        CommissionState::begun(count, command, activity, watch, recorder)
     }
 
     /// Begins beside a controller that has run until a count, with the gains before: `last` is that
@@ -324,7 +330,7 @@ impl<N: Number> CommissionIsr<N> {
                     ProbingProgress::Going => Ok(()),
                     ProbingProgress::AtRest => {
                         state.end_record();
-                        let unknown = || (servo, N::from_f64(Self::UNKNOWN_DELAY));
+                        let unknown = || (servo, self.delay);
                         let known = state.identified.as_ref();
                         let (servo, delay) =
                             known.map_or_else(unknown, |known| (known.rough, known.delay));

@@ -49,6 +49,10 @@ impl CommissionSettings {
     /// is hardly stable.
     pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
 
+    /// The longest declared delay, s and samples: with a longer one the watch and the fit cannot tell a late servo from
+    /// a reversed, a dead or a compliant one.
+    const MAX_COMMAND_DELAY: (f64, f64) = (0.015, 16.0);
+
     /// Settings of the watch.
     pub(super) fn watch(&self) -> WatchSettings {
         WatchSettings {
@@ -89,7 +93,9 @@ impl CommissionSettings {
         self.limits.check()?;
         let (least, most) = Self::SENSITIVITIES;
         Allowed::Within(least, most).check("max_sensitivity", self.max_sensitivity)?;
-        Allowed::AtLeast(0.0).check("command_delay", self.command_delay)?;
+        let (longest, samples) = Self::MAX_COMMAND_DELAY;
+        let longest = longest.min(samples * self.sample_time);
+        Allowed::Within(0.0, longest).check("command_delay", self.command_delay)?;
         if let Some(gain) = self.max_gain {
             Allowed::Above(0.0).check("max_gain", gain)?;
         }

@@ -118,6 +118,16 @@ impl<N: Number> ServoWatch<N> {
         }
     }
 
+    /// Begins with a servo of which nothing is known but the delay of its commands, samples from 0 to
+    /// [`MAX_DELAY_SAMPLES`] − 2.
+    pub(crate) fn start_delayed(&self, delay: f64) -> ServoWatchState<N> {
+        let whole = libm::floor(delay.max(0.0).min((MAX_DELAY_SAMPLES - 2) as f64));
+        ServoWatchState {
+            delay: whole as usize,
+            ..self.start()
+        }
+    }
+
     /// From now on the servo is known.
     pub fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
         Readings::know(&mut state.readings, servo.change);

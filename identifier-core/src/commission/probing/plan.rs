@@ -69,6 +69,11 @@ impl<N: Number> Plan<N> {
     /// Samples by which a command may be later than known.
     const UNKNOWN_DELAY: f64 = 2.0;
 
+    /// The shortest half-cycle of the relay, and the phase that it costs to hold the servo, rad, by the delay that is
+    /// known.
+    const SWING_DELAYS: f64 = 4.0;
+    const HOLD_PHASE: f64 = 0.4;
+
     /// Time for which a released servo must stand, s.
     const RELEASED: f64 = 0.02;
 
@@ -108,8 +113,14 @@ impl<N: Number> Plan<N> {
             .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
-        let half_swing = 0.042_f64.max(16.0 * time);
-        let stiffness = 60.0_f64.min(0.1 / time) * time;
+        let half_swing = 0.042_f64
+            .max(16.0 * time)
+            .max(Self::SWING_DELAYS * settings.command_delay);
+        let bandwidth = 60.0_f64.min(0.1 / time);
+        let stiffness = match settings.command_delay {
+            0.0 => bandwidth,
+            delay => bandwidth.min(Self::HOLD_PHASE / delay),
+        } * time;
         Self {
             // A servo that stands on an edge of the encoder may show a count.
             travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
