@@ -1,12 +1,12 @@
 //! `--live`: the report of a run while it lasts, for browsers of this machine.
 
-use std::io::{self, ErrorKind, Write as _};
+use std::io::{self, ErrorKind};
 use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::fault::Fault;
-use super::interruption;
+use super::{interruption, terminal};
 use crate::live::{Server, Update};
 use crate::present::{Page, Progress};
 use crate::render::html;
@@ -71,12 +71,10 @@ impl LiveOptions {
             return Ok(None);
         };
         let server = Server::start(port).map_err(|error| unavailable(port, &error))?;
-        // It is served even if standard error is closed.
-        let _ = writeln!(
-            io::stderr(),
+        terminal::notify(&format!(
             "live: http://{}/ shows the run while it goes on (Ctrl-C ends it)",
             server.address()
-        );
+        ));
         Ok(Some(Live {
             server,
             pace: self.pace,
@@ -119,12 +117,10 @@ impl Live {
         const LOOK: Duration = Duration::from_millis(50);
         self.put(page, Progress::Over);
         let enough = interruption::end_requested();
-        // As above.
-        let _ = writeln!(
-            io::stderr(),
+        terminal::notify(&format!(
             "live: the run is over; http://{}/ shows its report until Ctrl-C",
             self.server.address()
-        );
+        ));
         while !enough.load(Ordering::Relaxed) {
             thread::sleep(LOOK);
         }

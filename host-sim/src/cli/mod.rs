@@ -33,7 +33,6 @@ mod sweep;
 mod terminal;
 mod tune;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -134,14 +133,17 @@ pub fn main() -> ExitCode {
         Ok(arguments) => arguments.run(),
         // Help and version.
         Err(page) if !page.use_stderr() => standard_output::written(page.print()),
-        Err(wrong) => wrong.exit(),
+        Err(wrong) => {
+            let text = wrong.render().ansi().to_string();
+            terminal::notify(text.trim_end());
+            return ExitCode::from(2);
+        }
     };
     match done.and_then(|()| standard_output::flush()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
             // The exit status reports the fault even where standard error is closed.
-            let text = terminal::folded_error(&format!("{FAULT}error:{FAULT:#} {fault}"));
-            let _ = writeln!(anstream::stderr(), "{text}");
+            terminal::notify(&format!("{FAULT}error:{FAULT:#} {fault}"));
             fault.exit_code()
         }
     }

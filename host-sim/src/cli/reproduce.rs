@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::fault::Fault;
 use super::output::Outputs;
 use super::standard_output::show;
-use super::{commission, replay, run};
+use super::{commission, replay, run, terminal};
 use crate::provenance::{Kept, KeptError, LogFile, Task};
 
 #[derive(Debug, clap::Args)]
@@ -22,12 +22,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let refused = |error: KeptError| Fault::Input(format!("{}: {error}", file.display()));
     let kept = Kept::read(file).map_err(refused)?;
     if kept.origin.version != crate::VERSION {
-        eprintln!(
+        terminal::notify(&format!(
             "warning: {} was written by version {}, and this is {}: the result may differ",
             file.display(),
             kept.origin.version,
             crate::VERSION
-        );
+        ));
     }
     let found = |logs: &[LogFile]| -> Result<Vec<PathBuf>, Fault> {
         let logs = logs.iter().map(|log| kept.log(log));

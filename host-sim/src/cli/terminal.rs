@@ -1,6 +1,6 @@
 //! The width of the terminal, and text that fits it.
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write as _};
 
 use terminal_size::{Width, terminal_size_of};
 
@@ -40,11 +40,16 @@ pub(super) fn folded(text: &str) -> String {
 
 /// A text for standard error, as [`folded`].
 pub(super) fn folded_error(text: &str) -> String {
-    let terminal = terminal_size_of(io::stderr()).map(|(Width(width), _)| width);
-    match terminal.map(|width| stated_width().unwrap_or(width)) {
-        Some(width) if is_wide_enough(&width) => within(text, usize::from(width)),
-        _ => text.to_owned(),
+    let terminal = || terminal_size_of(io::stderr()).map(|(Width(width), _)| width);
+    match stated_width().or_else(terminal).filter(is_wide_enough) {
+        Some(width) => within(text, usize::from(width)),
+        None => text.to_owned(),
     }
+}
+
+/// Prints a line on standard error, folded; nothing depends on it, even where standard error is closed.
+pub(super) fn notify(line: &str) {
+    let _ = writeln!(anstream::stderr(), "{}", folded_error(line));
 }
 
 /// A text whose lines have at most `width` characters, but for longer words. A line is continued two characters

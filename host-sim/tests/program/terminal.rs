@@ -1,27 +1,46 @@
 //! The program in a terminal: width, colours, quiet, names, suggestions, completions and manual.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
+use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::terminal::Terminal;
 use crate::support::{folder, folder_with_paper, printed, servo_id, standard_error};
+use drive_link::Law;
 
 /// Accents that take no room of their own.
 fn marks(line: &str) -> usize {
     line.matches('\u{302}').count()
 }
 
-/// Output with a variable of the environment.
-fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
+/// A call with a variable of the environment.
+fn called(variable: &str, value: &str, folder: &Path, words: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
     command.args(words.split_whitespace()).current_dir(folder);
-    printed(
-        &command
-            .env(variable, value)
-            .output()
-            .expect("the program starts"),
-    )
+    command
+        .env(variable, value)
+        .output()
+        .expect("the program starts")
 }
+
+/// Its output.
+fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
+    printed(&called(variable, value, folder, words))
+}
+
+/// Asserts that a text keeps to a number of characters a line, but for a word, which is not divided.
+fn assert_fits(words: &str, columns: &str, text: &str) {
+    let room: usize = columns.parse().expect("a number");
+    for line in text.lines() {
+        let fits = line.chars().count() <= room + marks(line);
+        assert!(
+            fits || !line.trim().contains(' '),
+            "{words} at {columns}:\n{line}"
+        );
+    }
+}
+
+const WIDTHS: [&str; 2] = ["80", "60"];
 
 #[test]
 fn tables_fit_the_width_and_list_omitted_columns() {
@@ -68,8 +87,12 @@ fn tables_fit_the_width_and_list_omitted_columns() {
 }
 
 /// Verbs with all that they need, in a folder with a scenario, a short comparison, a log and a result.
-const VERBS: [&str; 18] = [
+const VERBS: [&str; 21] = [
     "",
+    "paper --out paper --force",
+    "init servo.toml --force --drive current --torque-constant 0.05 --rotor-inertia 1e-5 --counts 4096 \
+     --peak-current 5",
+    "export result.json --format json --torque-constant 0.1",
     "run scenario.toml",
     "identify log.csv",
     "replay log.csv --scenario scenario.toml",
@@ -87,6 +110,41 @@ const VERBS: [&str; 18] = [
     "drive configure --help",
     "completions --help",
     "manual --help",
+];
+
+/// Calls that are refused, in that folder.
+const WRONG: [&str; 17] = [
+    "replai",
+    "run missing.toml",
+    "run scenario.toml --jsn x",
+    "run scenario.toml --csv log.csv",
+    "identify scenario.toml",
+    "identify .",
+    "replay log.csv --scenario nothing.toml",
+    "tune scenario.toml",
+    "commission scenario.toml",
+    "sweep scenario.toml --runs 0",
+    "reproduce log.csv",
+    "export result.json --format mjcf",
+    "init servo.toml",
+    "keys plant.deley",
+    "manual comision",
+    "drive status",
+    "drive --port tcp:127.0.0.1:1 status",
+];
+
+/// Calls of a drive in their order, by their exit status.
+const DRIVE: [(&str, i32); 10] = [
+    ("status", 0),
+    ("start", 1),
+    ("configure drive.toml --link-timeout 20", 0),
+    ("start --for 0.5", 0),
+    ("target 0.1", 1),
+    ("home", 1),
+    ("save", 0),
+    ("stop", 0),
+    ("clear", 0),
+    ("commission commission.toml", 0),
 ];
 
 #[test]
@@ -110,6 +168,9 @@ fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own()
         &folder,
         "run scenario.toml --csv log.csv --json result.json",
     );
+    for prepared in &VERBS[1..=2] {
+        with("COLUMNS", "80", &folder, prepared);
+    }
     let files = || {
         let entries = std::fs::read_dir(&folder).expect("a folder");
         let mut names: Vec<_> = entries
@@ -119,22 +180,45 @@ fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own()
         names
     };
     let before = files();
-    for columns in ["80", "60"] {
-        let room: usize = columns.parse().expect("a number");
+    for columns in WIDTHS {
         for words in VERBS {
             let text = with("COLUMNS", columns, &folder, words);
             assert!(!text.is_empty(), "{words}");
-            for line in text.lines() {
-                // A word is not divided.
-                let fits = line.chars().count() <= room + marks(line);
-                assert!(
-                    fits || !line.trim().contains(' '),
-                    "{words} at {columns}:\n{line}"
-                );
-            }
+            assert_fits(words, columns, &text);
+        }
+        for words in WRONG {
+            let output = called("COLUMNS", columns, &folder, words);
+            assert!(!output.status.success(), "{words}");
+            assert_fits(words, columns, &standard_error(&output));
         }
     }
     assert_eq!(files(), before);
+}
+
+#[test]
+fn the_verbs_of_a_drive_keep_to_the_width_of_the_terminal() {
+    let folder = folder("terminal-drive");
+    for (name, text) in [
+        ("drive.toml", include_str!("../../scenarios/drive.toml")),
+        (
+            "commission.toml",
+            include_str!("../../scenarios/commission.toml"),
+        ),
+    ] {
+        std::fs::write(folder.join(name), text).expect("written");
+    }
+    for columns in WIDTHS {
+        let drive = SimulatedDrive::start(SERVO, built_in(Law::Gradient { friction: true }));
+        drive.with(|around| around.supply = true);
+        for (words, status) in DRIVE {
+            let call = format!("drive --port {} {words}", drive.port);
+            let output = called("COLUMNS", columns, &folder, &call);
+            let [said, why] = [&output.stdout, &output.stderr]
+                .map(|stream| String::from_utf8_lossy(stream).into_owned());
+            assert_eq!(output.status.code(), Some(status), "{words}: {said}{why}");
+            assert_fits(words, columns, &(said + &why));
+        }
+    }
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! `servo-id drive commission`: the drive identifies its servo, tunes itself and validates the gains.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,7 +13,7 @@ use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
 use crate::cli::standard_output::show;
-use crate::cli::terminal::width;
+use crate::cli::terminal::{notify, width};
 use crate::drive::Client;
 use crate::present;
 use crate::render::terminal;
@@ -95,7 +94,7 @@ fn show_progress(client: &mut Client, sample_time: f64, stop: &AtomicBool) -> Re
         if stop.load(Ordering::Relaxed) && !stopped {
             stopped = true;
             client.ask(Command::Stop).map_err(fault)?;
-            print("stopping");
+            notify("stopping");
         }
         match event {
             Some(Event::Status(status)) if status.state != State::Commissioning => {
@@ -104,12 +103,12 @@ fn show_progress(client: &mut Client, sample_time: f64, stop: &AtomicBool) -> Re
             Some(Event::Status(Status { commissioning, .. })) => {
                 if let Some(now) = commissioning.filter(|now| now.phase != shown) {
                     shown = now.phase;
-                    print(shown.name());
+                    notify(shown.name());
                 }
             }
-            Some(Event::Progress(progress)) => print(&line(&progress, sample_time)),
+            Some(Event::Progress(progress)) => notify(&line(&progress, sample_time)),
             Some(Event::Fault(fault)) => {
-                print(&fault.to_string());
+                notify(&fault.to_string());
                 return Ok(Some(()));
             }
             Some(Event::Snapshot(_)) | None => {}
@@ -140,11 +139,6 @@ fn line(progress: &Progress, sample_time: f64) -> String {
         "{time:>9.4} s  {:<15} {position:+.4} rad, {acts}{known}",
         phase.name()
     )
-}
-
-/// Prints a line on standard error; nothing depends on it.
-fn print(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
 }
 
 fn show(before: Option<&HoldingGains>, outcome: &Outcome) -> Result<(), Fault> {
