@@ -1,5 +1,5 @@
-//! Every command that README, guides and the pages of the verbs show is run as it is printed, in a folder
-//! of its own, and every output that they show is compared with the output of the commands.
+//! Every command that README and pages show is run as it is printed, in a folder of its own for each page, and every
+//! output that they show is compared with the output of the commands.
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -12,14 +12,22 @@ use crate::support::{folder, standard_error};
 use drive_link::Law;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
-const ELSEWHERE: [(&str, &str); 6] = [
+const ELSEWHERE: [(&str, &str); 8] = [
     (
         "cargo install",
         "builds everything anew; what it installs is run here",
     ),
     (
-        "(cd firmware-stm32 && cargo run",
-        "flashes a board: CI builds it and boots it in an emulator",
+        "(cd firmware-stm32 && cargo",
+        "is for a board: CI builds it and boots it in an emulator",
+    ),
+    (
+        "mdbook build",
+        "takes mdBook: a test reads the book's contents",
+    ),
+    (
+        "servo-id replay emps_train",
+        "takes the measured log: its tests run where it is",
     ),
     ("cargo test", "runs every test: CI does"),
     ("cargo xtask", "takes an emulator: CI does"),
@@ -85,7 +93,8 @@ fn runnable(block: &str, shown: &mut Vec<&str>) -> String {
         shown.extend(elsewhere.map(|(begin, _)| begin));
         elsewhere.is_none()
     };
-    block
+    let lines = block.replace("\\\n", " ");
+    lines
         .lines()
         .filter(is_run)
         .map(|line| format!("{line}\n"))
@@ -135,21 +144,27 @@ fn drive() -> SimulatedDrive {
     drive
 }
 
-/// The commands of this page of `docs` are run here; those of C are by the tests of `identifier-ffi`.
-fn is_run(page: &Path) -> bool {
-    let name = page.file_name().unwrap_or_default().to_string_lossy();
-    name.starts_with("guide-") && name != "guide-c.md"
-        || [
-            "command-line.md",
-            "commissioning.md",
-            "tuning.md",
-            "terms.md",
-        ]
-        .contains(&&*name)
+/// Pages whose commands and output other tests run and compare.
+const TESTED_ELSEWHERE: [&str; 2] = ["comparison.md", "guide-c.md"];
+
+/// The commands of this file of `docs` are run.
+fn is_run(file: &Path) -> bool {
+    let is_page = file.extension().is_some_and(|kind| kind == "md");
+    is_page && !TESTED_ELSEWHERE.iter().any(|other| file.ends_with(other))
+}
+
+/// Writes the files that a page shows with their names in the first line.
+fn write_shown(page: &Path, folder: &Path) {
+    for text in blocks(page, "toml") {
+        let name = text.lines().next().and_then(|line| line.strip_prefix("# "));
+        if let Some(name) = name.filter(|name| name.ends_with(".toml") && !name.contains(' ')) {
+            fs::write(folder.join(name), &text).expect("written");
+        }
+    }
 }
 
 #[test]
-fn every_command_of_readme_and_guides_works_as_it_is_printed() {
+fn every_command_of_readme_and_pages_works_as_it_is_printed() {
     let guides = fs::read_dir(root().join("docs")).expect("a folder");
     let mut pages: Vec<PathBuf> = guides
         .map(|entry| entry.expect("an entry").path())
@@ -161,6 +176,7 @@ fn every_command_of_readme_and_guides_works_as_it_is_printed() {
         let name = page.file_stem().unwrap_or_default().to_string_lossy();
         let folder = reader(&name);
         let drive = drive();
+        write_shown(page, &folder);
         let mut printed = String::new();
         for block in blocks(page, "sh") {
             // A longer link timeout: this machine may be busy.
@@ -221,24 +237,8 @@ fn ci_calls_the_test_command_of_the_readme() {
     );
 }
 
-/// Pages whose output other tests compare.
-const COMPARED_ELSEWHERE: [&str; 1] = ["comparison.md"];
-
 #[test]
-fn no_page_shows_output_that_no_test_compares() {
-    let docs = fs::read_dir(root().join("docs")).expect("a folder");
-    let docs = docs.map(|entry| entry.expect("an entry").path());
-    let firmware = root().join("firmware-stm32/README.md");
-    for page in docs.chain([firmware]) {
-        let name = page
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        let is_compared = is_run(&page) || COMPARED_ELSEWHERE.contains(&name.as_str());
-        if name.ends_with(".md") && !is_compared {
-            let shown = blocks(&page, "");
-            assert!(shown.is_empty(), "{name}: {}", shown.join("\n"));
-        }
-    }
+fn the_manual_of_the_drive_shows_no_output_that_no_test_compares() {
+    let shown = blocks(&root().join("firmware-stm32/README.md"), "");
+    assert!(shown.is_empty(), "{}", shown.join("\n"));
 }
