@@ -144,9 +144,15 @@ async function refresh() {
   again = true;
   if (running) return;
   running = true;
-  while (again) {
+  const next = () => {
+    if (!again) return null;
     again = false;
-    const answer = await runner.ask({ request: 'run', values: values() });
+    return runner.ask({ request: 'run', values: values() });
+  };
+  for (let coming = next(); coming; coming ??= next()) {
+    const answer = await coming;
+    // The module runs while the page draws.
+    coming = next();
     if (answer.rows) {
       rows = answer.rows;
       verdict = steps = null;
@@ -195,7 +201,7 @@ function parse(text) {
     if (name === 'effect') found.effects.push(parts);
     else if (name === 'finding') found.findings.push(parts);
     else if (['status', 'reason', 'cap', 'none'].includes(name)) found[name] = parts[0];
-    else if (['gains', 'promise', 'step'].includes(name)) found[name] = parts.map(Number);
+    else if (['gains', 'promise', 'margins', 'command', 'step', 'rows'].includes(name)) found[name] = parts.map(Number);
     else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
   }
   return found;
@@ -306,7 +312,7 @@ function drawStep() {
     draw(byId('step'), { x: [0, 1], y: [-0.02, 0.14], unit: 's', curves: [], levels: [{ colour: '--truth', value: 0.1 }] });
     return;
   }
-  const { gains, promise, cap, none, step: [size, T], rows: both } = steps;
+  const { none, step: [size, T], rows: both } = steps;
   const count = none ? both.length : both.length / 2;
   const of = (from, name) => ({ colour: name, count, x: (i) => i * T, y: (i) => both[from + i] });
   draw(byId('step'), { x: [0, count * T], y: ends([...both, 0, 1.05 * size]), unit: 's', levels: [{ colour: '--truth', value: size }],
@@ -315,10 +321,15 @@ function drawStep() {
     text.textContent = `Not tuned: ${none}.`;
     return;
   }
+  text.replaceChildren(...gainsOf(steps));
+}
+
+function gainsOf({ gains, promise, margins, cap }) {
   const bold = (value) => element('b', { textContent: plain(value) });
-  text.replaceChildren('Tuned: kp ', bold(gains[0]), ', ki ', bold(gains[1]), ', kd ', bold(gains[2]),
+  return ['Tuned: kp ', bold(gains[0]), ', ki ', bold(gains[1]), ', kd ', bold(gains[2]),
     `, velocity filter ${plain(gains[3])} rad/s${cap ? `; ${cap} allows no more` : ''}. `,
-    `Promised: rises in ${plain(1e3 * promise[0])} ms, overshoots by ${plain(100 * promise[1])} % at most.`);
+    `Promised: rises in ${plain(1e3 * promise[0])} ms, overshoots by ${plain(100 * promise[1])} % at most; sensitivity `,
+    `${plain(margins[0])}, gain margins ${plain(margins[1])} and ${plain(margins[2])}.`];
 }
 
 // Controls.
@@ -502,7 +513,8 @@ async function take(file, stated = '') {
     else notTaken(answer.refusal.replace(/^the log/, file.name).replaceAll('log.', ''));
     return;
   }
-  recording = { ...parse(answer.verdict), rows: answer.rows };
+  const parsed = parse(answer.verdict), end = parsed.rows?.[0] ?? answer.rows.length;
+  recording = { ...parsed, rows: answer.rows.subarray(0, end), response: answer.rows.subarray(end) };
   showLog(file);
 }
 
@@ -528,15 +540,22 @@ function askAbout(file, stated, lines) {
 const MEANINGS = { a: 'a, viscous friction', b: 'b, gain over inertia', coulomb: 'c, Coulomb friction', load: 'd, load', delay: 'delay' };
 
 function showLog(file) {
-  const { findings, estimates } = recording;
+  const { findings, estimates, none, command } = recording;
   const table = element('table', {}, element('tbody', {}, ...Object.entries(estimates).map(([name, { value, error, unit: own }]) =>
     element('tr', {}, element('th', { textContent: MEANINGS[name] ?? name }),
       element('td', { textContent: `${shown(value, 1.96 * error)} ± ${Number.isFinite(error) ? plain(Number((1.96 * error).toPrecision(2))) : '?'} ${own}` })))));
   const canvas = element('canvas', { className: 'wide', id: 'log-motion' });
   canvas.setAttribute('role', 'img');
   canvas.setAttribute('aria-label', 'Position of the log over time');
+  const stepCanvas = element('canvas', { className: 'wide', id: 'log-step' });
+  stepCanvas.setAttribute('role', 'img');
+  stepCanvas.setAttribute('aria-label', 'Predicted step response under the tuned gains');
   found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)), table,
     element('figure', {}, element('figcaption', {}, element('b', { textContent: 'Position of the log, rad' })), canvas),
+    ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${none}.` })] : [
+      element('figure', {}, element('figcaption', {}, element('b', { textContent: 'The step that tuned gains promise, rad' })), stepCanvas,
+        element('p', { id: 'log-gains' }, ...gainsOf(recording),
+          ` For commands of up to ${plain(command[0])} beside what holds the load, the largest of the log.`))]),
     element('ul', {}, ...findings.map(([about, text]) => element('li', { textContent: `${about}: ${text}` }))));
   drawLog();
 }
@@ -549,6 +568,12 @@ function drawLog() {
   for (let i = 0; i < count; i += Math.max(1, Math.floor(count / 2000))) positions.push(of[3 * i + 1]);
   draw(canvas, { x: [of[0], of[3 * (count - 1)]], y: ends(positions), unit: 's',
     curves: [{ colour: '--estimate', count, x: (i) => of[3 * i], y: (i) => of[3 * i + 1] }] });
+  const stepped = byId('log-step');
+  if (!stepped) return;
+  const { step: [size, T], response } = recording;
+  draw(stepped, { x: [0, response.length * T], y: ends([...response, 0, 1.05 * size]), unit: 's',
+    levels: [{ colour: '--truth', value: size }],
+    curves: [{ colour: '--estimate', count: response.length, x: (i) => i * T, y: (i) => response[i] }] });
 }
 
 function takeDropped(data) {

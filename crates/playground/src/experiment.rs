@@ -17,6 +17,28 @@ pub struct Experiment {
     outcome: Outcome,
 }
 
+/// Gains for a result under what is known beside it, by whether a delay was identified.
+///
+/// # Errors
+/// Why there are none, without an end.
+pub fn tuned(
+    summary: &Summary,
+    known: impl FnOnce(bool) -> KnownConditions,
+) -> Result<Tuned, String> {
+    let result = IdentifiedResult::new(summary).map_err(|error| error.to_string())?;
+    if result.doubt.is_some() {
+        return Err("gains for a servo that is not known would be a guess".to_owned());
+    }
+    let known = known(result.has_delay);
+    let settings = Conditions::default()
+        .settings(Goal::Stiffest, &result, &known)
+        .map_err(|error| error.to_string())?;
+    Tuned::new(&result, &settings).map_err(|error| match error {
+        NoGains::Error(error) => error.to_string(),
+        NoGains::TooFast { cap, .. } => cap.to_string(),
+    })
+}
+
 /// Columns of [`Experiment::rows`].
 pub const COLUMNS: usize = 13;
 
@@ -70,17 +92,8 @@ impl Experiment {
     /// # Errors
     /// Why there are none, without an end.
     pub fn tuned(&self, summary: &Summary) -> Result<Tuned, String> {
-        let result = IdentifiedResult::new(summary).map_err(|error| error.to_string())?;
-        if result.doubt.is_some() {
-            return Err("gains for a servo that is not known would be a guess".to_owned());
-        }
-        let known = KnownConditions::of_scenario(&self.scenario, result.has_delay);
-        let settings = Conditions::default()
-            .settings(Goal::Stiffest, &result, &known)
-            .map_err(|error| error.to_string())?;
-        Tuned::new(&result, &settings).map_err(|error| match error {
-            NoGains::Error(error) => error.to_string(),
-            NoGains::TooFast { cap, .. } => cap.to_string(),
+        tuned(summary, |has_delay| {
+            KnownConditions::of_scenario(&self.scenario, has_delay)
         })
     }
 

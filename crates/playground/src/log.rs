@@ -9,6 +9,9 @@ use host_sim::replay;
 use host_sim::result::Summary;
 use host_sim::scan;
 use host_sim::scenario::{Fault, Law, Purpose, Scenario};
+use host_sim::tune::{KnownConditions, Tuned};
+
+use crate::experiment::tuned;
 
 /// A log that was identified.
 #[derive(Debug, Clone)]
@@ -23,6 +26,8 @@ pub struct Identified {
     pub rows: Vec<f64>,
     /// The result.
     pub summary: Summary,
+    /// Gains for it under the largest command of the log, or why there are none.
+    pub tuned: Result<Tuned, String>,
 }
 
 /// The scenario of a log, as [`Recognised::scenario`] writes it.
@@ -79,11 +84,17 @@ pub fn identify(path: &Path, stated: &Stated) -> Result<Identified, String> {
         },
     )
     .map_err(|error| error.to_string())?;
+    let summary = summariser.finish(&scenario, replayed.outcome);
+    let shown = [(log.resolution(), log.largest_command())].into_iter();
+    let tuned = tuned(&summary, |has_delay| {
+        KnownConditions::of_logs(&scenario, has_delay, shown)
+    });
     Ok(Identified {
         recognised,
         sample_time: log.sample_time,
         samples: log.samples,
         rows,
-        summary: summariser.finish(&scenario, replayed.outcome),
+        summary,
+        tuned,
     })
 }

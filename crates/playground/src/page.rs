@@ -6,9 +6,10 @@ use std::path::Path;
 
 use host_sim::recognise::Stated;
 use host_sim::result::Summary;
-use host_sim::tune::Conditions;
+use host_sim::tune::{Conditions, Tuned};
 use identifier_core::ControllerSettings;
 use identifier_core::parameters::Parameter;
+use identifier_core::tuning::Tuning;
 
 use crate::experiment::Experiment;
 use crate::log;
@@ -82,6 +83,56 @@ impl Page {
             let _ = writeln!(text, "effect\t{}\t{}", effect.name, effect.meaning);
         }
     }
+
+    /// Gains with their promise, margins and the command and step that they are for.
+    fn gains(&mut self, tuned: &Tuned) {
+        let Tuned {
+            tuning, settings, ..
+        } = tuned;
+        let promise = &tuning.promise;
+        let [low, high] = promise.gain_margins;
+        let _ = writeln!(
+            self.text,
+            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npromise\t{}\t{}\nmargins\t{}\t{low}\t{high}\ncommand\t{}\n\
+             step\t{}\t{}",
+            tuning.kp,
+            tuning.ki,
+            tuning.kd,
+            tuning.cutoff,
+            tuning.cap.map_or(String::new(), |cap| cap.to_string()),
+            promise.rise_time,
+            promise.overshoot,
+            promise.sensitivity,
+            settings.command,
+            settings.step,
+            settings.sample_time,
+        );
+    }
+
+    /// Gains for a servo that is not here, and, behind the numbers, the step that they promise.
+    ///
+    /// # Errors
+    /// Why there are none.
+    fn promised(&mut self, tuned: &Tuned) -> Result<(), String> {
+        let step = tuned
+            .tuner()
+            .and_then(|tuner| tuner.step(&tuned.tuning))
+            .map_err(|error| error.to_string())?;
+        let samples = (shown_time(&tuned.tuning) / tuned.settings.sample_time).ceil();
+        let rows = self.numbers.len();
+        let step = step.take(samples as usize).map(|sample| sample.position);
+        self.numbers.extend(step);
+        self.gains(tuned);
+        let _ = writeln!(self.text, "rows\t{rows}");
+        Ok(())
+    }
+}
+
+/// The time for which a step under new gains is shown, s.
+fn shown_time(tuning: &Tuning) -> f64 {
+    /// In 1/ω of their loop, and the least, s.
+    const SHOWN: [f64; 2] = [25.0, 0.2];
+    (SHOWN[0] / tuning.bandwidth).max(SHOWN[1])
 }
 
 /// A buffer for what is to be read next.
@@ -147,8 +198,6 @@ pub extern "C" fn judge() -> u32 {
 /// after tuning.
 #[unsafe(no_mangle)]
 pub extern "C" fn tune() -> u32 {
-    /// The time that is shown, in 1/ω of the new loop, and the least, s.
-    const SHOWN: [f64; 2] = [25.0, 0.2];
     /// Of a loop that is not tuned, s.
     const SHOWN_UNTUNED: f64 = 1.0;
     answer(|page| {
@@ -172,7 +221,7 @@ pub extern "C" fn tune() -> u32 {
             }
         };
         let (tuning, settings) = (&tuned.tuning, &tuned.settings);
-        let time = (SHOWN[0] / tuning.bandwidth).max(SHOWN[1]);
+        let time = shown_time(tuning);
         let after = ControllerSettings {
             kp: tuning.kp,
             ki: tuning.ki,
@@ -184,19 +233,7 @@ pub extern "C" fn tune() -> u32 {
             step(after, tuning.cutoff, settings.step, time)?,
         ]
         .concat();
-        let _ = writeln!(
-            page.text,
-            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npromise\t{}\t{}\nstep\t{}\t{}",
-            tuning.kp,
-            tuning.ki,
-            tuning.kd,
-            tuning.cutoff,
-            tuning.cap.map_or(String::new(), |cap| cap.to_string()),
-            tuning.promise.rise_time,
-            tuning.promise.overshoot,
-            settings.step,
-            settings.sample_time,
-        );
+        page.gains(&tuned);
         Ok(())
     })
 }
@@ -212,7 +249,7 @@ pub extern "C" fn scenario() -> u32 {
 
 /// Identifies the log in the buffer, behind a text of `stated` bytes: answers to questions, a line each, the flag and the
 /// answer divided by a tab. The numbers are time, position and command of its samples; questions that are open are lines
-/// that begin with a question mark.
+/// that begin with a question mark. Behind the rows is the step that the gains for the result promise.
 #[unsafe(no_mangle)]
 pub extern "C" fn identify(stated: usize) -> u32 {
     answer(|page| {
@@ -232,6 +269,9 @@ pub extern "C" fn identify(stated: usize) -> u32 {
             let _ = writeln!(page.text, "finding\t{}\t{}", finding.about, finding.text);
         }
         page.numbers = found.rows;
+        if let Err(why) = found.tuned.and_then(|tuned| page.promised(&tuned)) {
+            let _ = writeln!(page.text, "none\t{why}");
+        }
         Ok(())
     })
 }

@@ -192,6 +192,30 @@ impl KnownConditions {
         }
     }
 
+    /// Those of replayed logs, each with its resolution, rad, and its largest command, where their scenario states no
+    /// encoder or no controller.
+    #[must_use]
+    pub fn of_logs(
+        scenario: &Scenario,
+        has_delay: bool,
+        logs: impl Iterator<Item = (f64, Option<f64>)> + Clone,
+    ) -> Self {
+        let mut known = Self::of_scenario(scenario, has_delay);
+        if scenario.counts_per_rev.is_none() {
+            known.resolution = logs
+                .clone()
+                .map(|(resolution, _)| resolution)
+                .reduce(f64::min);
+            known.is_step_of_log = true;
+        }
+        if scenario.stated.controller.is_none() {
+            let largest = logs.filter_map(|(_, command)| command).reduce(f64::max);
+            known.limit = largest.map(|largest| [-largest, largest]);
+            known.is_command_of_log = true;
+        }
+        known
+    }
+
     /// Those of the JSON of a result with its origin: its scenario's, and of a log that was replayed with an unknown
     /// encoder or controller those that it showed. Without an origin nothing is known.
     #[cfg(feature = "experiments")]
@@ -220,18 +244,11 @@ impl KnownConditions {
         let Ok(scenario) = origin.scenario.scenario(purpose) else {
             return Self::default();
         };
-        let mut known = Self::of_scenario(&scenario, has_delay);
-        if is_replay && scenario.counts_per_rev.is_none() {
-            known.resolution = logs.iter().map(|log| log.resolution).reduce(f64::min);
-            known.is_step_of_log = true;
+        if !is_replay {
+            return Self::of_scenario(&scenario, has_delay);
         }
-        if is_replay && scenario.stated.controller.is_none() {
-            let commands = logs.iter().filter_map(|log| log.largest_command);
-            let largest = commands.reduce(f64::max);
-            known.limit = largest.map(|largest| [-largest, largest]);
-            known.is_command_of_log = true;
-        }
-        known
+        let logs = logs.iter().map(|log| (log.resolution, log.largest_command));
+        Self::of_logs(&scenario, has_delay, logs)
     }
 }
 
