@@ -15,8 +15,8 @@
 //! let outcome = simulate::run(&scenario, &mut |sample| summariser.add(sample))
 //!     .map_err(|fault| fault.to_string())?;
 //! let summary = summariser.finish(&scenario, outcome);
-//! println!("{}: b = {}", summary.reason, summary.estimates.b.last);
-//! # assert!((summary.estimates.b.last / 180.0 - 1.0).abs() < 0.02);
+//! println!("{}: b = {}", summary.reason, summary.estimates.b.value);
+//! # assert!((summary.estimates.b.value / 180.0 - 1.0).abs() < 0.02);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

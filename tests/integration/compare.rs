@@ -49,10 +49,7 @@ fn that_find(parameter: Parameter) -> Vec<Law> {
 fn assert_found(summary: &Summary, parameters: &[Parameter]) {
     let truth = summary.truth.expect("a simulated servo");
     for &parameter in parameters {
-        let off = summary
-            .estimate(parameter)
-            .expect("it is estimated")
-            .tail_mean
+        let off = summary.estimate(parameter).expect("it is estimated").value
             - parameter.value_in(&truth);
         let tolerance = match parameter {
             Parameter::A => 0.1,

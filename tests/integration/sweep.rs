@@ -63,8 +63,8 @@ fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
                 truth: drawn.plant.expect("a servo"),
                 status: summary.status(),
                 found: identifier_core::parameters::ServoParameters {
-                    a: summary.estimates.a.tail_mean,
-                    b: summary.estimates.b.tail_mean,
+                    a: summary.estimates.a.value,
+                    b: summary.estimates.b.value,
                     coulomb: 0.0,
                     load: 0.0,
                 },

@@ -49,7 +49,7 @@ class Identification(unittest.TestCase):
     def test_laws_and_a_trace(self):
         found = servo_id.identify(columns(), sample_time=1e-3, counts_per_rev=10000, law="gauss-newton")
         self.assertEqual(len(found.trace["time"]), len(columns()["position"]))
-        self.assertEqual(found.trace["b"][-1], found.json["estimates"]["b"]["final"])
+        self.assertEqual(found.trace["b"][-1], found.json["estimates"]["b"]["value"])
         self.assertEqual(servo_id.identify(LOG, trace=False).trace, {})
 
     def test_joints_are_identified_each(self):

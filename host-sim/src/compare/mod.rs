@@ -164,10 +164,10 @@ fn run(scenario: &Scenario, method: &Method) -> MethodErrors {
     }
 }
 
-/// Mean over the last quarter less the truth; none where the method has no estimate.
+/// The estimate less the truth; none where the method has no estimate.
 fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
     let truth = summary.truth.as_ref()?;
     let estimate = summary.estimate(parameter)?;
-    let error = estimate.tail_mean - parameter.value_in(truth);
+    let error = estimate.value - parameter.value_in(truth);
     (summary.status() != Status::Aborted && error.is_finite()).then_some(error)
 }

@@ -317,11 +317,11 @@ mod tests {
     const RESULT: &str = r#"{
         "law": "fit", "status": "converged", "reason": "", "sample_time": 0.001,
         "estimates": {
-            "a": { "final": 0.5, "std_error": 0.05 },
-            "b": { "final": 200.0, "std_error": 2.0, "unit": "rad/s² per command unit" },
-            "coulomb": { "final": 8.0, "std_error": 0.4 },
-            "load": { "final": -4.0, "std_error": 0.2 },
-            "delay": { "final": 0.001, "std_error": 0.0001 }
+            "a": { "value": 0.5, "std_error": 0.05 },
+            "b": { "value": 200.0, "std_error": 2.0, "unit": "rad/s² per command unit" },
+            "coulomb": { "value": 8.0, "std_error": 0.4 },
+            "load": { "value": -4.0, "std_error": 0.2 },
+            "delay": { "value": 0.001, "std_error": 0.0001 }
         }
     }"#;
 

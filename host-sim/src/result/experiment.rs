@@ -81,10 +81,15 @@ pub struct Estimates {
 /// One estimate over a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
-    /// At the end; NaN, like everything that follows from it, if the method had none then.
-    #[serde(rename = "final")]
+    /// The value that the verdict is on, and that every page, table, file and tool shows: of laws with standard errors of
+    /// their own the last, which contains all samples, of others the mean over the last quarter. NaN, like everything that
+    /// follows from it, if the method had none at the end.
+    pub value: f64,
+    /// At the end.
+    #[serde(skip)]
     pub last: f64,
     /// Mean over the last quarter.
+    #[serde(skip)]
     pub tail_mean: f64,
     /// Wander: standard deviation over the last quarter.
     pub tail_std: f64,
@@ -95,10 +100,6 @@ pub struct Estimate {
     pub at_bound: bool,
     /// Its unit.
     pub unit: &'static str,
-    /// The value that the verdict is on and that pages show: of laws with standard errors of their own the last,
-    /// which contains all samples, of others the mean over the last quarter.
-    #[serde(skip)]
-    pub value: f64,
     /// Distance that it still had to go when the run ended, judged from the means over the thirds of the last
     /// quarter; infinite if its steps did not get shorter.
     #[serde(skip)]
@@ -115,7 +116,6 @@ pub struct TermSize {
     #[serde(skip)]
     pub unknown: Unknown,
     /// Its value, SI.
-    #[serde(rename = "final")]
     pub value: f64,
     /// Its standard error, SI.
     pub std_error: f64,

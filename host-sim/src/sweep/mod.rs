@@ -51,7 +51,7 @@ fn run(scenario: &Scenario, index: u32) -> Result<SweepRun, Fault> {
     let of = |parameter| {
         summary
             .estimate(parameter)
-            .map_or(f64::NAN, |estimate| estimate.tail_mean)
+            .map_or(f64::NAN, |estimate| estimate.value)
     };
     Ok(SweepRun {
         index,

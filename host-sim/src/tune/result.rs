@@ -73,7 +73,7 @@ impl IdentifiedResult {
     pub fn new(result: &Summary) -> Result<Self, ResultError> {
         let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
             let estimate = result.estimate(parameter)?;
-            Some((parameter.name(), estimate.last, estimate.std_error))
+            Some((parameter.name(), estimate.value, estimate.std_error))
         });
         let terms = result.estimates.terms.iter();
         let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
@@ -88,7 +88,7 @@ impl IdentifiedResult {
                 Some((_, value, std_error)) if value.is_finite() => {
                     Ok(Some([*value, std_error.unwrap_or(f64::INFINITY)]))
                 }
-                Some(_) => Err(missing(&format!("estimates.{name}.final"))),
+                Some(_) => Err(missing(&format!("estimates.{name}.value"))),
             },
         )
     }
@@ -118,7 +118,7 @@ impl IdentifiedResult {
         let (a, b) = (needed("a")?, needed("b")?);
         let (coulomb, load, delay) = (known("coulomb")?, known("load")?, known("delay")?);
         if b[0] <= 0.0 {
-            return Err(refused("estimates.b.final", b[0], "a number above 0"));
+            return Err(refused("estimates.b.value", b[0], "a number above 0"));
         }
         let not_negative = [("a", a), ("coulomb", coulomb), ("delay", delay)];
         let mut covariance = [[0.0; 5]; 5];
@@ -150,7 +150,7 @@ impl IdentifiedResult {
         // An estimate may pass its bound by its own error.
         for (name, [value, error]) in not_negative {
             if value < -3.0 * error {
-                let key = format!("estimates.{name}.final");
+                let key = format!("estimates.{name}.value");
                 return Err(refused(&key, value, "a number of at least 0"));
             }
         }
@@ -181,8 +181,8 @@ fn estimate(result: &Value, name: &str) -> Result<Option<[f64; 2]>, ResultError>
     match estimates.get(name) {
         None | Some(Value::Null) => Ok(None),
         Some(found) => {
-            let key = format!("estimates.{name}.final");
-            let value = found.get("final").and_then(Value::as_f64);
+            let key = format!("estimates.{name}.value");
+            let value = found.get("value").and_then(Value::as_f64);
             let value = value.ok_or_else(|| missing(&key))?;
             let std_error = found.get("std_error").and_then(Value::as_f64);
             Ok(Some([value, std_error.unwrap_or(f64::INFINITY)]))
@@ -217,12 +217,12 @@ mod tests {
     const RESULT: &str = r#"{
         "status": "converged", "reason": "it keeps still", "sample_time": 0.001,
         "estimates": {
-            "a": { "final": 0.2, "std_error": 0.01 },
-            "b": { "final": 250.0, "std_error": 0.5 },
-            "coulomb": { "final": -0.01, "std_error": 0.02 },
+            "a": { "value": 0.2, "std_error": 0.01 },
+            "b": { "value": 250.0, "std_error": 0.5 },
+            "coulomb": { "value": -0.01, "std_error": 0.02 },
             "load": null,
-            "delay": { "final": 0.0012, "std_error": 0.00001 },
-            "gravity-sine": { "final": 3.0, "std_error": 0.1 }
+            "delay": { "value": 0.0012, "std_error": 0.00001 },
+            "gravity-sine": { "value": 3.0, "std_error": 0.1 }
         }
     }"#;
 
@@ -273,17 +273,17 @@ mod tests {
             ("0.001,", r#""x","#, "sample_time: "),
             ("0.001,", "0.0,", "sample_time: 0 is not allowed"),
             (r#""estimates""#, r#""others""#, "estimates: "),
-            (r#""final": 0.2,"#, "", "estimates.a.final: "),
+            (r#""value": 0.2,"#, "", "estimates.a.value: "),
             (
                 r#""b": {"#,
                 r#""c": {"#,
                 "estimates.b: it was not identified",
             ),
-            ("250.0", "-250.0", "estimates.b.final: -250 is not allowed"),
+            ("250.0", "-250.0", "estimates.b.value: -250 is not allowed"),
             (
                 "-0.01",
                 "-0.1",
-                "estimates.coulomb.final: -0.1 is not allowed",
+                "estimates.coulomb.value: -0.1 is not allowed",
             ),
         ] {
             let text = RESULT.replacen(from, to, 1);

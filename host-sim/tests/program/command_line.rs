@@ -116,7 +116,7 @@ fn json_on_standard_output_is_alone_and_has_the_promised_keys() {
     assert!((result["sample_time"].as_f64().expect("number") - 1e-3).abs() < 1e-15);
     for parameter in ["a", "b", "load"] {
         let estimate = &result["estimates"][parameter];
-        for key in ["final", "tail_mean", "tail_std", "std_error"] {
+        for key in ["value", "tail_std", "std_error"] {
             assert!(estimate[key].is_f64(), "estimates.{parameter}.{key}");
         }
         assert_eq!(estimate["at_bound"], false);
@@ -537,9 +537,7 @@ fn every_kind_of_reference_runs() {
         let scenario = scenario(&folder, &text);
         let output = servo_id(&["run", &scenario, "--json", "-"]);
         let result = printed_json(&output);
-        let b = result["estimates"]["b"]["tail_mean"]
-            .as_f64()
-            .expect("number");
+        let b = result["estimates"]["b"]["value"].as_f64().expect("number");
         assert!((b / 200.0 - 1.0).abs() < 0.01, "{table}: {result}");
     }
 }

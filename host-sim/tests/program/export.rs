@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use crate::support::{assert_done, folder, refusal_message, servo_id};
 
 fn result(folder: &Path, name: &str, status: &str) -> String {
-    let estimate = |value: f64, error: f64| json!({ "final": value, "std_error": error });
+    let estimate = |value: f64, error: f64| json!({ "value": value, "std_error": error });
     let result = json!({
         "law": "fit", "status": status, "reason": "it moves", "sample_time": 1e-3,
         "estimates": {
             "a": estimate(0.5, 0.05),
-            "b": { "final": 200.0, "std_error": 2.0, "unit": "rad/s² per command unit" },
+            "b": { "value": 200.0, "std_error": 2.0, "unit": "rad/s² per command unit" },
             "coulomb": estimate(8.0, 0.4),
             "load": estimate(-4.0, 0.2),
             "delay": estimate(1e-3, 1e-4),

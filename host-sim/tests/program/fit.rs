@@ -69,7 +69,7 @@ fn a_log_is_identified_without_a_first_guess() {
     let result = replayed(&log, &scenario);
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
     let off = |name: &str, truth: f64| {
-        let value = number(&result, &format!("/estimates/{name}/final"));
+        let value = number(&result, &format!("/estimates/{name}/value"));
         let error = number(&result, &format!("/estimates/{name}/std_error"));
         assert!(
             (value - truth).abs() < 4.0 * error,
@@ -92,7 +92,7 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
     let result = replayed(&log, &scenario);
     let late = number(&result, "/fit/command_recorded_late");
     assert!((late - 1.0).abs() < 0.05, "{late}");
-    let coulomb = number(&result, "/estimates/coulomb/final");
+    let coulomb = number(&result, "/estimates/coulomb/value");
     assert!((coulomb - 10.0).abs() < 0.5, "{coulomb}");
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
 }
@@ -145,7 +145,7 @@ fn a_required_term_is_in_the_model_without_evidence() {
     with_keys(&scenario, "required_terms = [\"asymmetry\"]");
     let result = replayed(&log, &scenario);
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
-    let size = number(&result, "/estimates/asymmetry/final");
+    let size = number(&result, "/estimates/asymmetry/value");
     let error = number(&result, "/estimates/asymmetry/std_error");
     assert!(size.abs() < 4.0 * error && error < 0.1, "{size} ± {error}");
 }

@@ -157,7 +157,7 @@ fn saved_gives_the_same(text: &str, options: &[&str]) -> Value {
     assert_eq!(without_call(identified.clone()), without_call(replayed));
     let saved = std::fs::read_to_string(&scenario).expect("saved");
     assert_eq!(identified["origin"]["scenario"]["text"], saved.as_str());
-    let b = identified["estimates"]["b"]["final"]
+    let b = identified["estimates"]["b"]["value"]
         .as_f64()
         .expect("a number");
     assert!((b / GAIN - 1.0).abs() < 0.01, "{b}");

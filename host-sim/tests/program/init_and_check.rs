@@ -100,7 +100,7 @@ fn a_written_scenario_is_checked_run_and_commissioned() {
         );
         let run = json(&["run", &file, "--json", "-"]);
         assert_eq!(run["status"], "converged", "{name}: {}", run["reason"]);
-        let error = number(&run["estimates"]["b"]["final"]) / number(&run["truth"]["b"]) - 1.0;
+        let error = number(&run["estimates"]["b"]["value"]) / number(&run["truth"]["b"]) - 1.0;
         assert!(error.abs() < 0.01, "{name}: {error}");
         let commissioned = json(&["commission", &file, "--json", "-"]);
         assert_eq!(

@@ -82,7 +82,7 @@ fn rows(heading: &str, row: impl Fn(&[f64; 4]) -> String) -> String {
 
 fn estimates(result: &Value) -> [f64; 4] {
     ["a", "b", "coulomb", "load"].map(|name| {
-        result["estimates"][name]["final"]
+        result["estimates"][name]["value"]
             .as_f64()
             .expect("a number")
     })
@@ -238,7 +238,7 @@ fn every_dialect_and_unit_gives_the_estimates_of_the_plain_log() {
             assert_alike(test, &found, &plain, 1e-6);
         } else {
             // Standard errors are of double precision, in which nine decimals of a degree show.
-            for key in ["final", "tail_mean", "tail_std", "at_bound"] {
+            for key in ["value", "tail_std", "at_bound"] {
                 for parameter in ["a", "b", "coulomb", "load"] {
                     let of = |result: &Value| result["estimates"][parameter][key].clone();
                     assert_eq!(of(&found), of(&plain), "{test}: {parameter}.{key}");

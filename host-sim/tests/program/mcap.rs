@@ -86,7 +86,7 @@ fn a_trace_in_mcap_is_replayed_to_the_same_bits_as_in_csv() {
     std::fs::write(&stated, columns(joint)).expect("written");
     let of_joint = replayed(&mcap, &stated);
     let b = |result: &Value| {
-        result["estimates"]["b"]["final"]
+        result["estimates"]["b"]["value"]
             .as_f64()
             .expect("a number")
     };
@@ -225,7 +225,7 @@ fn separate_topics_are_joined_packed_or_not() {
         for unknown in ["a", "b", "coulomb", "load"] {
             let of = |result: &Value| {
                 let estimate = &result["estimates"][unknown];
-                ["final", "std_error"].map(|key| estimate[key].as_f64().expect("a number"))
+                ["value", "std_error"].map(|key| estimate[key].as_f64().expect("a number"))
             };
             let ([value, _], [expected, error]) = (of(&result), of(&expected));
             // The mean time of a sample differs in its last digits.

@@ -143,7 +143,7 @@ fn replayed(folder: &Path, name: &str) -> f64 {
     ]);
     assert!(output.status.success(), "{}", standard_error(&output));
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    json["estimates"]["b"]["final"].as_f64().expect("a number")
+    json["estimates"]["b"]["value"].as_f64().expect("a number")
 }
 
 #[test]

@@ -178,9 +178,7 @@ fn a_log_that_begins_in_motion_gives_the_same_estimates() {
         let (part, agreement) = without_agreement(replay(&path, &cut(&log, from)));
         assert_eq!(agreement["holds"], true, "{law}: {agreement}");
         let found = |result: &Value, name: &str| {
-            result["estimates"][name]["tail_mean"]
-                .as_f64()
-                .expect("number")
+            result["estimates"][name]["value"].as_f64().expect("number")
         };
         for (name, tolerance) in [("a", 0.01), ("b", 0.1), ("coulomb", 0.05), ("load", 0.05)] {
             let [whole, part] = [&whole, &part].map(|result| found(result, name));
@@ -212,7 +210,7 @@ fn an_ideal_sensors_log_gives_the_same_estimates() {
     let second = replay(&path, &log);
     for name in ["a", "b", "coulomb", "load"] {
         let [first, second] =
-            [&first, &second].map(|x| x["estimates"][name]["final"].as_f64().expect("number"));
+            [&first, &second].map(|x| x["estimates"][name]["value"].as_f64().expect("number"));
         assert!(
             (first - second).abs() < 1e-4 * (1.0 + first.abs()),
             "{name}: {first}, {second}"

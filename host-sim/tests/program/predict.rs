@@ -71,7 +71,7 @@ fn a_servo_identified_from_two_logs_predicts_a_third() {
     let whole = scenario(&folder, ALL, CONTROLLER);
     let found = result(&[&a, &b], &[&c, &b], &whole);
     assert_eq!(found["logs"].as_array().map(Vec::len), Some(3));
-    let of_b = number(&found["estimates"]["b"]["final"]);
+    let of_b = number(&found["estimates"]["b"]["value"]);
     assert!((of_b / 257.7 - 1.0).abs() < 1e-3, "{found}");
     let [third, learnt] = [&found["predictions"][0], &found["predictions"][1]];
     assert_eq!(third["learnt_from"], false);
@@ -151,7 +151,7 @@ fn a_second_log_continues_from_the_first_estimates() {
         ("coulomb", 10.0, 0.05),
         ("load", 20.0, 0.05),
     ] {
-        let found = number(&both["estimates"][name]["final"]);
+        let found = number(&both["estimates"][name]["value"]);
         assert!((found - truth).abs() < within, "{name}: {found}");
     }
     assert_eq!(both["predictions"], Value::Array(Vec::new()));
@@ -245,7 +245,7 @@ fn gravity_follows_the_angle_of_the_log() {
     let parameters = "parameters = [\"a\", \"b\", \"coulomb\"]\nrequired_terms = [\"gravity\"]\narithmetic = \"f64\"";
     let whole = scenario(&folder, parameters, CONTROLLER);
     let found = result(&[&a, &b], &[&c], &whole);
-    let term = |name: &str| number(&found["estimates"][name]["final"]);
+    let term = |name: &str| number(&found["estimates"][name]["value"]);
     let (sine, cosine) = (TURNED.sin(), TURNED.cos());
     let (by_sine, by_cosine) = (-30.0 * cosine + 12.0 * sine, 30.0 * sine + 12.0 * cosine);
     assert!(

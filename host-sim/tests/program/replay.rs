@@ -85,7 +85,7 @@ fn the_committed_log_gives_the_servo_that_made_it() {
         "--json",
         "-",
     ]));
-    let found = |name: &str| result["estimates"][name]["final"].as_f64().expect("number");
+    let found = |name: &str| result["estimates"][name]["value"].as_f64().expect("number");
     assert!((found("a") - 0.2174).abs() < 0.03, "{result}");
     assert!((found("b") / 257.7 - 1.0).abs() < 2e-3, "{result}");
     assert!((found("coulomb") / 10.0 - 1.0).abs() < 0.03, "{result}");
@@ -116,7 +116,7 @@ fn each_pass_continues_from_the_last_and_pictures_are_drawn() {
             &plot,
         ];
         let result = printed_json(&servo_id(&arguments));
-        let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+        let b = result["estimates"]["b"]["value"].as_f64().expect("number");
         (b / 257.7 - 1.0).abs()
     };
     assert!(error_after("8") < 0.01);
@@ -209,7 +209,7 @@ fn a_bridged_gap_costs_next_to_nothing() {
     let bridging = scenario() + "bridge_gaps = 3\n";
     let result = printed_json(&replay_text("bridged", &text, &bridging));
     assert_eq!(result["samples"], 8000);
-    let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+    let b = result["estimates"]["b"]["value"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
 }
 
@@ -242,7 +242,7 @@ fn a_broken_archive_is_refused() {
 fn a_wrongly_declared_controller_is_reported_and_does_no_harm() {
     let text = lines().join("\n") + "\n";
     let found = |result: &serde_json::Value| {
-        let b = result["estimates"]["b"]["final"].as_f64();
+        let b = result["estimates"]["b"]["value"].as_f64();
         b.expect("number")
     };
     let right = printed_json(&replay_text("right", &text, &gradient()));
@@ -290,7 +290,7 @@ fn a_log_with_the_command_needs_neither_controller_nor_reference() {
     )
     .replace("[log]", &format!("{gains}\n[log]"));
     let found = printed_json(&replay_text("alone", &text, &alone));
-    let b = found["estimates"]["b"]["final"].as_f64().expect("number");
+    let b = found["estimates"]["b"]["value"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{found}");
     assert!(found["agreement"].is_null());
     // The log's own.
@@ -302,7 +302,7 @@ fn a_log_without_the_command_is_driven_by_the_declared_controllers() {
     let text = lines().join("\n") + "\n";
     let computed = without(&gradient(), &[], &["command"]);
     let b = |result: &serde_json::Value| {
-        let b = result["estimates"]["b"]["final"].as_f64();
+        let b = result["estimates"]["b"]["value"].as_f64();
         b.expect("number")
     };
     let recorded = printed_json(&replay_text("recorded", &text, &gradient()));
@@ -489,7 +489,7 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
         "-",
     ];
     let result = printed_json(&servo_id(&arguments));
-    let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+    let b = result["estimates"]["b"]["value"].as_f64().expect("number");
     assert!((b / 257.7 - 1.0).abs() < 0.02, "{result}");
 }
 
@@ -507,7 +507,7 @@ fn direct_methods_take_a_log_and_methods_with_a_loop_of_their_own_refuse_it() {
         ("proportional-least-squares", "[\"a\", \"b\"]"),
     ] {
         let result = printed_json(&replay_text(law, &log, &with(law, parameters)));
-        let b = result["estimates"]["b"]["final"].as_f64().expect("number");
+        let b = result["estimates"]["b"]["value"].as_f64().expect("number");
         // The log's servo has friction, of which these know nothing.
         assert!((b / 257.7 - 1.0).abs() < 0.1, "{law}: {result}");
         assert!(result["output_error"].is_null() && result["residual"]["rms"].is_f64());

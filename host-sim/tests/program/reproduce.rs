@@ -109,14 +109,14 @@ fn a_different_version_and_a_different_result_are_reported() {
     );
     assert!(warning.contains(host_sim::VERSION), "{warning}");
 
-    let b = result["estimates"]["b"]["final"]
+    let b = result["estimates"]["b"]["value"]
         .as_f64()
         .expect("a number");
-    result["estimates"]["b"]["final"] = json!(b.next_up());
+    result["estimates"]["b"]["value"] = json!(b.next_up());
     std::fs::write(&other, result.to_string()).expect("written");
     let answer = servo_id(&["reproduce", &argument(&other)]);
     assert_eq!(answer.status.code(), Some(1));
-    let message = format!("estimates.b.final: {} before, {b} now", b.next_up());
+    let message = format!("estimates.b.value: {} before, {b} now", b.next_up());
     assert!(standard_error(&answer).contains(&message), "{answer:?}");
 
     for (bytes, expected) in [

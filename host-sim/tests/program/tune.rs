@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 /// A result of `run`, with the keys that `tune` reads.
 fn result() -> Value {
-    let estimate = |value: f64, error: f64| json!({ "final": value, "std_error": error });
+    let estimate = |value: f64, error: f64| json!({ "value": value, "std_error": error });
     json!({
         "status": "converged",
         "reason": "every estimate keeps still",

@@ -50,7 +50,7 @@ class Result:
     def estimates(self) -> dict[str, float]:
         """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the law estimates them, and the
         optional terms that entered."""
-        return {name: _number(one["final"]) for name, one in self._known.items()}
+        return {name: _number(one["value"]) for name, one in self._known.items()}
 
     @property
     def std_errors(self) -> dict[str, float]:

@@ -65,7 +65,7 @@ impl Case {
         }
         let result: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let text = |key: &str| result[key].as_str().unwrap_or_default().to_owned();
-        let gain = result["estimates"]["b"]["final"]
+        let gain = result["estimates"]["b"]["value"]
             .as_f64()
             .unwrap_or(f64::NAN);
         let is_right = matches!(self.expected, Gain(right) if (gain / right - 1.0).abs() < 0.05);
