@@ -13,6 +13,8 @@ const element = (name, properties = {}, ...children) => {
 const NAMES = ['a', 'b', 'coulomb', 'load', 'load_step', 'delay', 'resonance', 'inertia_ratio', 'counts', 'limit',
   'kp', 'ki', 'kd', 'sample_time', 'cutoff', 'reference', 'amplitude', 'period', 'duration', 'seed'];
 const COLUMNS = 13;
+// Time after which the address has the settings, ms.
+const LINK_REST = 300;
 
 const PRESETS = {
   paper: { title: 'Paper', a: 0.2174, b: 257.7, coulomb: 0, load: 20, load_step: 0, delay: 0, resonance: 0, inertia_ratio: 0.5,
@@ -135,7 +137,7 @@ class Helper {
 }
 let runner, judge;
 
-let running = false, again = false, judging = false, change = 0, timer = 0;
+let running = false, again = false, judging = false, change = 0, timer = 0, linked = 0;
 
 // Runs the settings, the newest where they change faster than they run, and has them judged when they stay.
 async function refresh() {
@@ -386,12 +388,18 @@ function changed() {
   document.querySelectorAll('.slider').forEach((line) => line.show());
   document.querySelectorAll('[data-preset]').forEach((button) => button.setAttribute('aria-pressed', button.dataset.preset === chosen));
   byId('done').textContent = '';
+  clearTimeout(linked);
+  linked = setTimeout(keepLink, LINK_REST);
+  refresh();
+}
+
+// Once the sliders rest: browsers take some hundred addresses in ten seconds and no more.
+function keepLink() {
   try {
     history.replaceState(null, '', link());
   } catch {
     // Some browsers change no address of a file; the link can be copied all the same.
   }
-  refresh();
 }
 
 function choose(name) {
