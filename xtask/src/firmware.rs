@@ -34,10 +34,11 @@ pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> 
 /// The crates whose code is generic or the firmware's own, which a bench is of.
 const OF_A_BENCH: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-servo"];
 
-/// Arguments that compile them at an optimiser level in place of the drive's.
+/// Arguments that compile them at an optimiser level in place of the drive's, and what they depend on at 3.
 fn at(level: &str) -> impl Iterator<Item = String> {
     let setting = move |name| format!("profile.release.package.{name}.opt-level={level}");
     let settings = OF_A_BENCH.map(setting).into_iter();
+    let settings = settings.chain(["profile.release.opt-level=3".to_owned()]);
     settings.flat_map(|setting| ["--config".to_owned(), setting])
 }
 
