@@ -32,7 +32,7 @@ plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }
 duration = 30.0
 ";
 
-const SERVOS: u32 = 400;
+const SERVOS: u32 = 200;
 
 fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
     sweep(scenario, 0..runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
