@@ -1,6 +1,6 @@
 use std::fmt;
 
-use identifier_core::parameters::{Quantity, Unknown};
+use identifier_core::parameters::{Tolerance, Unknown};
 
 use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
 
@@ -42,37 +42,7 @@ pub struct Verdict {
     pub reason: VerdictReason,
 }
 
-/// The tolerance of an unknown: a part of itself, or of what it acts beside.
-#[derive(Debug, Clone, Copy)]
-struct Tolerance {
-    /// Of b: without it a servo does not move, so that it is judged by itself alone.
-    gain: f64,
-    /// Of friction, load and other forces: of itself, and of the acceleration that the command gives.
-    force: [f64; 2],
-    /// Of a, of asymmetry and of all that is no force: of itself, and of what it acts beside.
-    other: [f64; 2],
-}
-
-impl Tolerance {
-    fn limit(self, unknown: Unknown, evidence: &UnknownEvidence) -> f64 {
-        let size = evidence.estimate.abs();
-        let [itself, beside] = match unknown.quantity() {
-            Quantity::Gain => return self.gain * size,
-            Quantity::Acceleration => self.force,
-            _ => self.other,
-        };
-        (itself * size).max(beside * evidence.scale)
-    }
-}
-
-/// The standard error up to which an unknown is known.
-const MAX_STD_ERROR: Tolerance = Tolerance {
-    gain: 0.015,
-    force: [0.05, 0.005],
-    other: [0.05, 0.01],
-};
-
-/// The same for standard errors that hold model errors too, and not chance alone: an interval of two of them
+/// [`Tolerance::STD_ERROR`] for standard errors that hold model errors too, and not chance alone: an interval of two of them
 /// is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by the command.
 const MAX_FIT_STD_ERROR: Tolerance = Tolerance {
     gain: 0.04,
@@ -120,9 +90,6 @@ const ENCODER_RATIO: f64 = 1.5;
 const LARGE_ENCODER_RATIO: f64 = 3.0;
 const MAIN_SHARE: f64 = 0.5;
 
-/// An estimate nearer to zero than this part of its scale is at no bound: friction is never negative.
-const ZERO_SHARE: f64 = 0.002;
-
 /// The prediction error from which estimates do not hold outside the data that they come from.
 const MAX_PREDICTION_ERROR: f64 = 0.1;
 
@@ -152,7 +119,7 @@ impl UnknownEvidence {
     /// The movement up to which an estimate keeps still.
     #[must_use]
     pub fn still(&self, unknown: Unknown) -> f64 {
-        MAX_MOVEMENT.limit(unknown, self)
+        MAX_MOVEMENT.limit(unknown, self.estimate, self.scale)
     }
 }
 
@@ -187,7 +154,7 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             if !of.estimate.is_finite() {
                 return Some(VerdictReason::NoEstimate { unknown });
             }
-            if of.at_bound && of.estimate.abs() > ZERO_SHARE * of.scale {
+            if of.at_bound && of.estimate.abs() > Tolerance::ZERO_SHARE * of.scale {
                 let estimate = of.estimate;
                 return Some(VerdictReason::AtBound { unknown, estimate });
             }
@@ -236,9 +203,9 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             // The errors of the four hold what the size of an effect leaves open.
             Some(_) if unknown.parameter().is_none() => return None,
             Some(_) => MAX_FIT_STD_ERROR,
-            None => MAX_STD_ERROR,
+            None => Tolerance::STD_ERROR,
         };
-        let limit = tolerance.limit(unknown, of);
+        let limit = tolerance.limit(unknown, of.estimate, of.scale);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
         Some(VerdictReason::NotExcited {
             unknown,
@@ -253,7 +220,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
     let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
-        let limit = NEAR_FACTOR * MAX_PULL.limit(unknown, of);
+        let limit = NEAR_FACTOR * MAX_PULL.limit(unknown, of.estimate, of.scale);
         of.pull.is_some_and(|pull| within(pull, limit))
     };
     let reason = lacking(evidence, &lack)?;
@@ -263,7 +230,7 @@ fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let limit = MAX_MOVEMENT.limit(unknown, of);
+        let limit = MAX_MOVEMENT.limit(unknown, of.estimate, of.scale);
         let movement = of.movement;
         (!within(movement, limit)).then_some(VerdictReason::StillMoving {
             unknown,
@@ -291,12 +258,14 @@ fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
         lack.cause.is_some() && lack.share > MAIN_SHARE && evidence.residual.is_some_and(large);
     first(evidence, |unknown, of| {
         let shift = lack.shift(unknown);
-        (plain || !within(shift, MAX_SHIFT.limit(unknown, of))).then_some(VerdictReason::Lacks {
-            cause: lack.cause,
-            share: lack.share,
-            unknown,
-            shift,
-        })
+        (plain || !within(shift, MAX_SHIFT.limit(unknown, of.estimate, of.scale))).then_some(
+            VerdictReason::Lacks {
+                cause: lack.cause,
+                share: lack.share,
+                unknown,
+                shift,
+            },
+        )
     })
 }
 
@@ -305,7 +274,7 @@ fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
     first(evidence, |unknown, of| {
         let pull = of.pull?;
         let chance = CHANCE_STD_ERRORS * of.std_error.unwrap_or(0.0);
-        let limit = MAX_PULL.limit(unknown, of).max(chance);
+        let limit = MAX_PULL.limit(unknown, of.estimate, of.scale).max(chance);
         (!within(pull, limit)).then_some(VerdictReason::Elsewhere {
             unknown,
             pull,

@@ -7,6 +7,7 @@ mod per_parameter;
 mod servo;
 mod sets;
 mod terms;
+mod tolerance;
 mod unknowns;
 
 pub use identified_servo::IdentifiedServo;
@@ -17,6 +18,7 @@ pub use sets::{
     Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, ParameterSet, UnknownSet,
 };
 pub use terms::Terms;
+pub use tolerance::Tolerance;
 pub(crate) use unknowns::UsualSizes;
 pub use unknowns::{PerQuantity, Quantity, Term, Unknown};
 

@@ -1,0 +1,39 @@
+//! The tolerances by which estimates are judged.
+
+use super::{Quantity, Unknown};
+
+/// The tolerance of an unknown: a part of itself, or of the quantity that it acts beside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Of b: without it a servo does not move, so that it is judged by itself alone.
+    pub gain: f64,
+    /// Of friction, load and other forces: of itself, and of the acceleration that the command gives.
+    pub force: [f64; 2],
+    /// Of a, of asymmetry and of all that is no force: of itself, and of the quantity that it acts beside.
+    pub other: [f64; 2],
+}
+
+impl Tolerance {
+    /// The standard error up to which an unknown is known.
+    pub const STD_ERROR: Self = Self {
+        gain: 0.015,
+        force: [0.05, 0.005],
+        other: [0.05, 0.01],
+    };
+
+    /// An estimate nearer to zero than this part of the quantity that it acts beside is at no bound: friction is never
+    /// negative.
+    pub const ZERO_SHARE: f64 = 0.002;
+
+    /// The limit for an estimate beside a quantity `beside`, both SI.
+    #[must_use]
+    pub fn limit(self, unknown: Unknown, estimate: f64, beside: f64) -> f64 {
+        let size = estimate.abs();
+        let [of_itself, of_beside] = match unknown.quantity() {
+            Quantity::Gain => return self.gain * size,
+            Quantity::Acceleration => self.force,
+            _ => self.other,
+        };
+        (of_itself * size).max(of_beside * beside)
+    }
+}
