@@ -10,7 +10,7 @@ use identifier_core::error::Allowed;
 use identifier_core::tuning::TuningSettings;
 
 use crate::object::{
-    Content, Object, content, fill, read, refuse, shared, status_of, storage, write,
+    Content, Object, answered, check, content, fill, read, shared, storage, write,
 };
 use crate::parameter as p;
 use crate::settings::{Given, Settings, given};
@@ -221,10 +221,10 @@ unsafe fn build(
     settings: *const Settings,
     count: i32,
     held: f32,
-) -> Result<(), Error> {
+) -> Result<i32, Error> {
     // SAFETY: the caller's promise.
     unsafe {
-        let object = storage(commission, size).map_err(Error::of)?;
+        let object = storage(commission, size)?;
         let given = given(settings)?;
         let before = given.holding();
         if !held.is_finite() {
@@ -235,7 +235,7 @@ unsafe fn build(
         let state = isr.start(count, before.map(|_| held));
         fill(object, Interrupt { isr, state });
     }
-    Ok(())
+    Ok(status::OK)
 }
 
 /// # Safety
@@ -244,15 +244,15 @@ unsafe fn build_solver(
     solver: *mut Solver,
     size: u32,
     settings: *const Settings,
-) -> Result<(), Error> {
+) -> Result<i32, Error> {
     // SAFETY: the caller's promise.
     unsafe {
-        let object = storage(solver, size).map_err(Error::of)?;
+        let object = storage(solver, size)?;
         let solver = CommissionSolver::new(&given(settings)?.commission()?)
             .map_err(|error| Error::commission(&error))?;
         fill(object, Background { solver });
     }
-    Ok(())
+    Ok(status::OK)
 }
 
 /// The size of a record or a decision, which the library itself initialises.
@@ -271,23 +271,16 @@ face! {
         error: *mut Error,
     ) {
         // SAFETY: the header's conditions.
-        unsafe {
-            match build(commission, size, settings, count, held) {
-                Ok(()) => status::OK,
-                Err(refused) => refuse(error, refused),
-            }
-        }
+        unsafe { answered(error, build(commission, size, settings, count, held)) }
     }
 
     /// The slices of work that the background does in each sample.
     fn servo_id_commission_slices(commission: *const Commission, slices: *mut u32) {
         // SAFETY: the header's conditions.
-        let own = match unsafe { shared(commission) } {
-            Ok(own) => own,
-            Err(status) => return status,
-        };
+        let own = unsafe { shared(commission) }?;
         // SAFETY: the header's conditions.
-        status_of(unsafe { write(slices, own.isr.slices()) }.map(|()| status::OK))
+        unsafe { write(slices, own.isr.slices()) }?;
+        Ok(status::OK)
     }
 
     /// A sample.
@@ -299,16 +292,11 @@ face! {
         step: *mut CommissionStep,
     ) {
         // SAFETY: the header's conditions.
-        let own = match unsafe { content(commission) } {
-            Ok(own) => own,
-            Err(status) => return status,
-        };
-        if let Err(status) = crate::object::check(step) {
-            return status;
-        }
+        let own = unsafe { content(commission) }?;
+        check(step)?;
         let reason = u8::try_from(stop).ok().and_then(Reason::from_number);
         if stop != 0 && reason.is_none() {
-            return status::NO_SUCH_NUMBER;
+            return Err(status::NO_SUCH_NUMBER);
         }
         let done = own.isr.process(&mut own.state, &CommissionInputs {
             count: (conditions & 1 == 0).then_some(count),
@@ -325,21 +313,17 @@ face! {
                 fill(&raw mut (*step).record, finding);
             }
         }
-        status::OK
+        Ok(status::OK)
     }
 
     /// Takes a decision of the background.
     fn servo_id_commission_accept(commission: *mut Commission, decision: *const Decision) {
         // SAFETY: the header's conditions.
         unsafe {
-            match (content(commission), shared(decision)) {
-                (Ok(own), Ok(decision)) => {
-                    own.isr.accept(&mut own.state, decision);
-                    status::OK
-                }
-                (Err(status), _) | (_, Err(status)) => status,
-            }
+            let own = content(commission)?;
+            own.isr.accept(&mut own.state, shared(decision)?);
         }
+        Ok(status::OK)
     }
 
     /// The results so far.
@@ -348,10 +332,7 @@ face! {
         result: *mut CommissionResult,
     ) {
         // SAFETY: the header's conditions.
-        let own = match unsafe { shared(commission) } {
-            Ok(own) => own,
-            Err(status) => return status,
-        };
+        let own = unsafe { shared(commission) }?;
         let state = &own.state;
         let trial = state.trial();
         let found = CommissionResult {
@@ -365,7 +346,8 @@ face! {
             measured_overshoot: trial.map_or(f64::NAN, |trial| trial.overshoot),
         };
         // SAFETY: the header's conditions.
-        status_of(unsafe { write(result, found) }.map(|()| status::OK))
+        unsafe { write(result, found) }?;
+        Ok(status::OK)
     }
 
     /// The background's half.
@@ -376,55 +358,36 @@ face! {
         error: *mut Error,
     ) {
         // SAFETY: the header's conditions.
-        unsafe {
-            match build_solver(solver, size, settings) {
-                Ok(()) => status::OK,
-                Err(refused) => refuse(error, refused),
-            }
-        }
+        unsafe { answered(error, build_solver(solver, size, settings)) }
     }
 
     /// Takes a record of the interrupt.
     fn servo_id_solver_take(solver: *mut Solver, record: *const Record) {
         // SAFETY: the header's conditions.
         unsafe {
-            match (content(solver), shared(record)) {
-                (Ok(own), Ok(record)) => {
-                    own.solver.take(record);
-                    status::OK
-                }
-                (Err(status), _) | (_, Err(status)) => status,
-            }
+            content(solver)?.solver.take(shared(record)?);
         }
+        Ok(status::OK)
     }
 
     /// At most so many slices of work, up to a decision.
     fn servo_id_solver_work(solver: *mut Solver, slices: *mut u32, decision: *mut Decision) {
         // SAFETY: the header's conditions.
         unsafe {
-            let own = match content(solver) {
-                Ok(own) => own,
-                Err(status) => return status,
-            };
-            let mut left = match read(slices) {
-                Ok(left) => left,
-                Err(status) => return status,
-            };
-            let to = match storage(decision, size::<CoreDecision<f32>>()) {
-                Ok(to) => to,
-                Err(status) => return status,
-            };
+            let own = content(solver)?;
+            let mut left = read(slices)?;
+            let to = storage(decision, size::<CoreDecision<f32>>())?;
             while left > 0 {
                 left -= 1;
                 if let Some(decided) = own.solver.work() {
                     fill(to, decided);
                     slices.write(left);
-                    return status::DECIDED;
+                    return Ok(status::DECIDED);
                 }
             }
             slices.write(0);
         }
-        status::PENDING
+        Ok(status::PENDING)
     }
 
     /// The cause of a reason, without a zero at its end.
@@ -432,10 +395,10 @@ face! {
         let found = u8::try_from(reason).ok().and_then(Reason::from_number);
         let cause = found.map_or("", Reason::cause);
         // SAFETY: the header's conditions.
-        let written = unsafe {
-            write(text, cause.as_ptr().cast()).and_then(|()| write(length, cause.len() as u32))
-        };
-        let answer = if found.is_some() { status::OK } else { status::NO_SUCH_NUMBER };
-        status_of(written.map(|()| answer))
+        unsafe {
+            write(text, cause.as_ptr().cast())?;
+            write(length, cause.len() as u32)?;
+        }
+        found.map(|_| status::OK).ok_or(status::NO_SUCH_NUMBER)
     }
 }

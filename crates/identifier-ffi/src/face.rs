@@ -7,7 +7,8 @@ pub struct Prototype {
     pub arguments: &'static [(&'static str, &'static str)],
 }
 
-/// Functions for C, each of which returns a status, and the list `FACE` of them.
+/// Functions for C, each of which returns a status, and the list `FACE` of them. A body gives its status, or refuses by
+/// one.
 macro_rules! face {
     ($(
         $(#[$doc:meta])*
@@ -16,7 +17,14 @@ macro_rules! face {
         $(
             $(#[$doc])*
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn $name($($argument: $type),*) -> i32 $body
+            pub unsafe extern "C" fn $name($($argument: $type),*) -> i32 {
+                #[inline(always)]
+                unsafe fn answer($($argument: $type),*) -> Result<i32, i32> $body
+                // SAFETY: the caller's promise.
+                match unsafe { answer($($argument),*) } {
+                    Ok(status) | Err(status) => status,
+                }
+            }
         )*
 
         pub(crate) const FACE: &[crate::Prototype] = &[$(crate::Prototype {

@@ -62,7 +62,7 @@ macro_rules! listening {
         use identifier_core::identifier::Identify;
 
         use super::{Estimates, Listening, Readiness};
-        use crate::object::{Content, Object, content, fill, refuse, shared, status_of, storage, write};
+        use crate::object::{Content, Object, content, fill, answered, shared, storage, write};
         use crate::settings::{Settings, given};
         use crate::status::{self, Error, of_step};
 
@@ -85,15 +85,15 @@ macro_rules! listening {
             object: *mut $object,
             size: u32,
             settings: *const Settings,
-        ) -> Result<(), Error> {
+        ) -> Result<i32, Error> {
             // SAFETY: the caller's promise.
             unsafe {
-                let object = storage(object, size).map_err(Error::of)?;
+                let object = storage(object, size)?;
                 let identifier: Identifier = given(settings)?.build()?;
                 let state = identifier.start();
                 fill(object, Listening { identifier, state });
             }
-            Ok(())
+            Ok(status::OK)
         }
 
         face! {
@@ -105,40 +105,27 @@ macro_rules! listening {
                 error: *mut Error,
             ) {
                 // SAFETY: the header's conditions.
-                unsafe {
-                    match build(object, size, settings) {
-                        Ok(()) => status::OK,
-                        Err(refused) => refuse(error, refused),
-                    }
-                }
+                unsafe { answered(error, build(object, size, settings)) }
             }
 
             /// Joins a motion after a gap.
             fn $resume(object: *mut $object, moved: i32) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { content(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
+                let own = unsafe { content(object) }?;
                 let increment = own.identifier.increment(moved);
-                if let Err(error) = own.identifier.check(increment, Default::default()) {
-                    return of_step(error);
-                }
+                own.identifier.check(increment, Default::default()).map_err(of_step)?;
                 own.identifier.resume_moving(&mut own.state, increment);
-                status::OK
+                Ok(status::OK)
             }
 
             /// The estimates.
             fn $estimates(object: *const $object, estimates: *mut Estimates) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { shared(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
+                let own = unsafe { shared(object) }?;
                 let found = Estimates::of(&own.identifier, &own.state);
                 // SAFETY: the header's conditions.
-                let written = unsafe { write(estimates, found) };
-                status_of(written.map(|()| own.identifier.readiness(&own.state)))
+                unsafe { write(estimates, found) }?;
+                Ok(own.identifier.readiness(&own.state))
             }
 
             $($more)*
@@ -164,20 +151,15 @@ macro_rules! listening_to_numbers {
             fn $sample(object: *mut $object, moved: i32, command: f32) {
                 // One function for both: a second copy of the law would be called from here, and not be a part of it.
                 // SAFETY: the header's conditions.
-                unsafe { $learn(object, f32::from_count(moved), command) }
+                Ok(unsafe { $learn(object, f32::from_count(moved), command) })
             }
 
             /// A sample of a sensor that does not count.
             fn $learn(object: *mut $object, increment: f32, command: f32) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { content(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
-                match own.identifier.learn(&mut own.state, increment, command) {
-                    Ok(update) => update.event as i32,
-                    Err(error) => of_step(error),
-                }
+                let own = unsafe { content(object) }?;
+                let update = own.identifier.learn(&mut own.state, increment, command);
+                update.map(|update| update.event as i32).map_err(of_step)
             }
 
             $($more)*
@@ -201,27 +183,20 @@ macro_rules! listening_to_words {
             /// A sample.
             fn $sample(object: *mut $object, moved: i32, command: i32) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { content(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
+                let own = unsafe { content(object) }?;
                 let command = Word::from_bits(command);
-                match own.identifier.process(&mut own.state, moved, command) {
-                    Ok(update) => update.event as i32,
-                    Err(error) => of_step(error),
-                }
+                let update = own.identifier.process(&mut own.state, moved, command);
+                update.map(|update| update.event as i32).map_err(of_step)
             }
 
             /// Command units of a word's last bit.
             fn $scale(object: *const $object, scale: *mut f64) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { shared(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
+                let own = unsafe { shared(object) }?;
                 let last_bit = own.identifier.command(Word::from_bits(1));
                 // SAFETY: the header's conditions.
-                status_of(unsafe { write(scale, last_bit) }.map(|()| status::OK))
+                unsafe { write(scale, last_bit) }?;
+                Ok(status::OK)
             }
         }
     };
@@ -270,12 +245,9 @@ pub mod gauss_newton {
         /// Continues the first fit by at most so many blocks.
         fn servo_id_gauss_newton_work(object: *mut GaussNewton, blocks: u32) {
             // SAFETY: the header's conditions.
-            let own = match unsafe { content(object) } {
-                Ok(own) => own,
-                Err(status) => return status,
-            };
+            let own = unsafe { content(object) }?;
             own.identifier.work(&mut own.state, blocks);
-            status::OK
+            Ok(status::OK)
         }
     }
 

@@ -2,7 +2,7 @@
 
 use core::ffi::c_char;
 
-use crate::object::{status_of, write};
+use crate::object::write;
 use crate::parameter;
 use crate::status::{self, NO_SUCH_NUMBER, OK};
 
@@ -11,23 +11,23 @@ face! {
     fn servo_id_status_text(status: i32, text: *mut *const c_char) {
         let found = status::ROWS.iter().find(|row| row.number == status);
         // SAFETY: the header's conditions.
-        status_of(unsafe {
+        unsafe {
             match found {
                 Some(row) => write(text, row.text.as_ptr()).map(|()| OK),
                 None => write(text, c"this status has no text".as_ptr()).map(|()| NO_SUCH_NUMBER),
             }
-        })
+        }
     }
 
     /// The name of a parameter.
     fn servo_id_parameter_name(parameter: i32, name: *mut *const c_char) {
         let found = parameter::row(parameter);
         // SAFETY: the header's conditions.
-        status_of(unsafe {
+        unsafe {
             match found {
                 Some(row) => write(name, row.name.as_ptr()).map(|()| OK),
                 None => write(name, c"".as_ptr()).map(|()| NO_SUCH_NUMBER),
             }
-        })
+        }
     }
 }

@@ -142,20 +142,14 @@ pub(crate) unsafe fn read<T: Copy>(address: *const T) -> Result<T, i32> {
     Ok(unsafe { address.read() })
 }
 
-/// The status of a result.
-#[inline(always)]
-pub(crate) fn status_of(result: Result<i32, i32>) -> i32 {
-    match result {
-        Ok(status) | Err(status) => status,
-    }
-}
-
-/// Writes a refusal where the caller wants it, and returns its status.
+/// The status of a result, with its refusal written where the caller wants it.
 ///
 /// # Safety
 /// An address that is neither null nor misaligned may be written.
-pub(crate) unsafe fn refuse(address: *mut Error, error: Error) -> i32 {
-    // SAFETY: the caller's promise. Null is allowed: the status alone is wanted.
-    let _ = unsafe { write(address, error) };
-    error.status
+pub(crate) unsafe fn answered(address: *mut Error, result: Result<i32, Error>) -> Result<i32, i32> {
+    result.map_err(|refused| {
+        // SAFETY: the caller's promise. Null is allowed: the status alone is wanted.
+        let _ = unsafe { write(address, refused) };
+        refused.status
+    })
 }

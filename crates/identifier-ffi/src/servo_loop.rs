@@ -1,6 +1,7 @@
 //! The core's PID with an identifier.
 
 use crate::Prototype;
+use crate::object::check;
 
 /// A loop, its state, and the sample of the controller that nothing was learnt from yet.
 #[derive(Debug, Clone, Copy)]
@@ -9,6 +10,25 @@ pub struct Closed<L, T, C> {
     servo_loop: L,
     state: T,
     sample: Option<C>,
+}
+
+/// Writes a command with its status, zero where it is refused.
+///
+/// # Safety
+/// An address that is neither null nor misaligned may be written.
+#[inline(always)]
+unsafe fn commanded<C: Default>(
+    address: *mut C,
+    sample: impl FnOnce() -> Result<(C, i32), i32>,
+) -> Result<i32, i32> {
+    check(address)?;
+    let (command, answer) = match sample() {
+        Ok((command, event)) => (command, Ok(event)),
+        Err(status) => (C::default(), Err(status)),
+    };
+    // SAFETY: the caller's promise; it was checked.
+    unsafe { address.write(command) };
+    answer
 }
 
 /// The functions of a loop with numbers of a type: offsets and commands as the caller has them, and back.
@@ -22,9 +42,9 @@ macro_rules! closed {
     ) => {
         use identifier_core::control::ControlSample;
 
-        use super::Closed;
+        use super::{Closed, commanded};
         use crate::identifier::{Estimates, Readiness};
-        use crate::object::{Content, Object, check, content, fill, refuse, shared, status_of, storage, write};
+        use crate::object::{Content, Object, answered, content, fill, shared, storage, write};
         use crate::settings::{Settings, given};
         use crate::status::{self, Error, of_step};
 
@@ -48,15 +68,15 @@ macro_rules! closed {
             size: u32,
             settings: *const Settings,
             count: i32,
-        ) -> Result<(), Error> {
+        ) -> Result<i32, Error> {
             // SAFETY: the caller's promise.
             unsafe {
-                let object = storage(object, size).map_err(Error::of)?;
+                let object = storage(object, size)?;
                 let servo_loop: Loop = given(settings)?.build()?;
                 let state = servo_loop.start(count);
                 fill(object, Closed { servo_loop, state, sample: None });
             }
-            Ok(())
+            Ok(status::OK)
         }
 
         face! {
@@ -69,12 +89,7 @@ macro_rules! closed {
                 error: *mut Error,
             ) {
                 // SAFETY: the header's conditions.
-                unsafe {
-                    match build(object, size, settings, count) {
-                        Ok(()) => status::OK,
-                        Err(refused) => refuse(error, refused),
-                    }
-                }
+                unsafe { answered(error, build(object, size, settings, count)) }
             }
 
             /// A sample: the command, zero where it is refused.
@@ -85,30 +100,15 @@ macro_rules! closed {
                 count: i32,
                 command: *mut $c_number,
             ) {
-                if let Err(status) = check(command) {
-                    return status;
-                }
                 // SAFETY: the header's conditions.
-                let own = match unsafe { content(object) } {
-                    Ok(own) => own,
-                    Err(status) => {
-                        // SAFETY: the header's conditions; it was checked.
-                        unsafe { command.write(Default::default()) };
-                        return status;
-                    }
-                };
-                match own.servo_loop.process(&mut own.state, setpoint, $as_offset, count) {
-                    Ok(step) => {
+                unsafe {
+                    commanded(command, || {
+                        let own = content(object)?;
+                        let step = own.servo_loop.process(&mut own.state, setpoint, $as_offset, count);
+                        let step = step.map_err(of_step)?;
                         let $word = step.control.command;
-                        // SAFETY: the header's conditions; it was checked.
-                        unsafe { command.write($as_c) };
-                        step.seen.event as i32
-                    }
-                    Err(error) => {
-                        // SAFETY: the header's conditions; it was checked.
-                        unsafe { command.write(Default::default()) };
-                        of_step(error)
-                    }
+                        Ok(($as_c, step.seen.event as i32))
+                    })
                 }
             }
 
@@ -120,63 +120,36 @@ macro_rules! closed {
                 count: i32,
                 command: *mut $c_number,
             ) {
-                if let Err(status) = check(command) {
-                    return status;
-                }
                 // SAFETY: the header's conditions.
-                let own = match unsafe { content(object) } {
-                    Ok(own) => own,
-                    Err(status) => {
-                        // SAFETY: the header's conditions; it was checked.
-                        unsafe { command.write(Default::default()) };
-                        return status;
-                    }
-                };
-                match own.servo_loop.control(&mut own.state, setpoint, $as_offset, count) {
-                    Ok(sample) => {
-                        own.sample = Some(sample);
-                        let $word = sample.command;
-                        // SAFETY: the header's conditions; it was checked.
-                        unsafe { command.write($as_c) };
-                        status::OK
-                    }
-                    Err(error) => {
-                        own.sample = None;
-                        // SAFETY: the header's conditions; it was checked.
-                        unsafe { command.write(Default::default()) };
-                        of_step(error)
-                    }
+                unsafe {
+                    commanded(command, || {
+                        let own = content(object)?;
+                        let sample = own.servo_loop.control(&mut own.state, setpoint, $as_offset, count);
+                        own.sample = sample.ok();
+                        let $word = sample.map_err(of_step)?.command;
+                        Ok(($as_c, status::OK))
+                    })
                 }
             }
 
             /// The second half, with the command that acts.
             fn $learn(object: *mut $object, $acted: $c_number) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { content(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
-                let Some(sample) = own.sample.take() else {
-                    return status::NO_SAMPLE;
-                };
-                match own.servo_loop.learn_with(&mut own.state, &sample, $as_number) {
-                    Ok(update) => update.event as i32,
-                    Err(error) => of_step(error),
-                }
+                let own = unsafe { content(object) }?;
+                let sample = own.sample.take().ok_or(status::NO_SAMPLE)?;
+                let update = own.servo_loop.learn_with(&mut own.state, &sample, $as_number);
+                update.map(|update| update.event as i32).map_err(of_step)
             }
 
             /// The estimates.
             fn $estimates(object: *const $object, estimates: *mut Estimates) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { shared(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
+                let own = unsafe { shared(object) }?;
                 let (identifier, state) = (own.servo_loop.identifier(), own.state.identification());
                 let found = Estimates::of(identifier, state);
                 // SAFETY: the header's conditions.
-                let written = unsafe { write(estimates, found) };
-                status_of(written.map(|()| identifier.readiness(state)))
+                unsafe { write(estimates, found) }?;
+                Ok(identifier.readiness(state))
             }
 
             $($more)*
@@ -230,13 +203,11 @@ macro_rules! closed_on_words {
             /// Command units of a word's last bit.
             fn $scale(object: *const $object, scale: *mut f64) {
                 // SAFETY: the header's conditions.
-                let own = match unsafe { shared(object) } {
-                    Ok(own) => own,
-                    Err(status) => return status,
-                };
+                let own = unsafe { shared(object) }?;
                 let last_bit = own.servo_loop.identifier().command(Word::from_bits(1));
                 // SAFETY: the header's conditions.
-                status_of(unsafe { write(scale, last_bit) }.map(|()| status::OK))
+                unsafe { write(scale, last_bit) }?;
+                Ok(status::OK)
             }
         }
     };
@@ -281,13 +252,10 @@ pub mod gauss_newton {
         /// Continues the first fit by at most so many blocks.
         fn servo_id_gauss_newton_loop_work(object: *mut GaussNewtonLoop, blocks: u32) {
             // SAFETY: the header's conditions.
-            let own = match unsafe { content(object) } {
-                Ok(own) => own,
-                Err(status) => return status,
-            };
+            let own = unsafe { content(object) }?;
             let identifier = own.servo_loop.identifier();
             identifier.work(own.state.identification_mut(), blocks);
-            status::OK
+            Ok(status::OK)
         }
     }
 }

@@ -7,7 +7,7 @@ use identifier_core::parameters::{Ab, AbCoulomb, PerParameter};
 use identifier_core::settings::{BoxSettings, RangeSettings, SettingsError, diagonal};
 use identifier_core::{ControllerSettings, Settings as CoreSettings};
 
-use crate::object::{Content, Object, content, fill, refuse, shared, status_of, storage};
+use crate::object::{Content, Object, answered, content, fill, shared, storage};
 use crate::parameter::{self, Kind, PLACES, row};
 use crate::status::{self, Error};
 
@@ -156,7 +156,35 @@ impl Given {
 /// As the header says.
 pub(crate) unsafe fn given<'a>(settings: *const Settings) -> Result<&'a Given, Error> {
     // SAFETY: the caller's promise.
-    unsafe { shared(settings) }.map_err(Error::of)
+    Ok(unsafe { shared(settings) }?)
+}
+
+/// # Safety
+/// As the header says.
+unsafe fn choose_gamma(
+    settings: *mut Settings,
+    amplitude: f64,
+    hold: f64,
+    samples: u32,
+    with_coulomb: bool,
+) -> Result<i32, Error> {
+    // SAFETY: the caller's promise.
+    let given = unsafe { content(settings) }?;
+    let chosen = if with_coulomb {
+        gamma::<AbCoulomb, 3>(given, amplitude, hold, samples)
+    } else {
+        gamma::<Ab, 2>(given, amplitude, hold, samples)
+    };
+    let chosen = chosen.map_err(|refused| Error::settings(&refused, |number| given.has(number)))?;
+    let numbers = [
+        parameter::GAMMA_A,
+        parameter::GAMMA_B,
+        parameter::GAMMA_COULOMB,
+    ];
+    for (place, (number, row)) in numbers.into_iter().zip(chosen).enumerate() {
+        given.take(number, [row.get(place).copied().unwrap_or(0.0), 0.0])?;
+    }
+    Ok(status::OK)
 }
 
 /// The diagonal of Γ for a model of P parameters.
@@ -185,53 +213,44 @@ face! {
         counts_per_revolution: f64,
     ) {
         // SAFETY: the header's conditions.
-        let settings = match unsafe { storage(settings, size) } {
-            Ok(settings) => settings,
-            Err(status) => return status,
-        };
+        let settings = unsafe { storage(settings, size) }?;
         let positive = |value| Allowed::Above(0.0).holds(value);
         if !positive(sample_time) || !positive(counts_per_revolution) {
-            return status::OUT_OF_RANGE;
+            return Err(status::OUT_OF_RANGE);
         }
         let mut given = Given {
             given: 0,
             values: [[0.0; 2]; PLACES],
         };
         let resolution = core::f64::consts::TAU / counts_per_revolution;
-        let taken = given.take(parameter::SAMPLE_TIME, [sample_time, 0.0]);
-        let taken = taken.and_then(|_| given.take(parameter::RESOLUTION, [resolution, 0.0]));
+        given.take(parameter::SAMPLE_TIME, [sample_time, 0.0])?;
+        given.take(parameter::RESOLUTION, [resolution, 0.0])?;
         // SAFETY: it is of `storage`.
         unsafe { fill(settings, given) };
-        status_of(taken)
+        Ok(status::OK)
     }
 
     /// A parameter that takes one value.
     fn servo_id_settings_set(settings: *mut Settings, parameter: i32, value: f64) {
         // SAFETY: the header's conditions.
-        let given = match unsafe { content(settings) } {
-            Ok(given) => given,
-            Err(status) => return status,
-        };
+        let given = unsafe { content(settings) }?;
         match row(parameter) {
-            None => status::NO_SUCH_NUMBER,
-            Some(row) if row.kind != Kind::Value => status::NOT_A_VALUE,
-            Some(_) if value.is_nan() => status::OUT_OF_RANGE,
-            Some(_) => status_of(given.take(parameter, [value, 0.0])),
+            None => Err(status::NO_SUCH_NUMBER),
+            Some(row) if row.kind != Kind::Value => Err(status::NOT_A_VALUE),
+            Some(_) if value.is_nan() => Err(status::OUT_OF_RANGE),
+            Some(_) => given.take(parameter, [value, 0.0]),
         }
     }
 
     /// A parameter that takes lowest and highest.
     fn servo_id_settings_set_range(settings: *mut Settings, parameter: i32, low: f64, high: f64) {
         // SAFETY: the header's conditions.
-        let given = match unsafe { content(settings) } {
-            Ok(given) => given,
-            Err(status) => return status,
-        };
+        let given = unsafe { content(settings) }?;
         match row(parameter) {
-            None => status::NO_SUCH_NUMBER,
-            Some(row) if row.kind != Kind::Range => status::NOT_A_RANGE,
-            Some(_) if low.is_nan() || high.is_nan() => status::OUT_OF_RANGE,
-            Some(_) => status_of(given.take(parameter, [low, high])),
+            None => Err(status::NO_SUCH_NUMBER),
+            Some(row) if row.kind != Kind::Range => Err(status::NOT_A_RANGE),
+            Some(_) if low.is_nan() || high.is_nan() => Err(status::OUT_OF_RANGE),
+            Some(_) => given.take(parameter, [low, high]),
         }
     }
 
@@ -245,31 +264,6 @@ face! {
         error: *mut Error,
     ) {
         // SAFETY: the header's conditions.
-        let given = match unsafe { content(settings) } {
-            Ok(given) => given,
-            // SAFETY: the header's conditions.
-            Err(status) => return unsafe { refuse(error, Error::of(status)) },
-        };
-        let chosen = if coulomb == 0 {
-            gamma::<Ab, 2>(given, amplitude, hold, samples)
-        } else {
-            gamma::<AbCoulomb, 3>(given, amplitude, hold, samples)
-        };
-        let chosen = match chosen {
-            Ok(chosen) => chosen,
-            Err(refused) => {
-                let refused = Error::settings(&refused, |number| given.has(number));
-                // SAFETY: the header's conditions.
-                return unsafe { refuse(error, refused) };
-            }
-        };
-        let numbers = [parameter::GAMMA_A, parameter::GAMMA_B, parameter::GAMMA_COULOMB];
-        let taken = numbers.into_iter().zip(chosen).enumerate().try_for_each(
-            |(place, (number, row))| {
-                let entry = row.get(place).copied().unwrap_or(0.0);
-                given.take(number, [entry, 0.0]).map(|_| ())
-            },
-        );
-        status_of(taken.map(|()| status::OK))
+        unsafe { answered(error, choose_gamma(settings, amplitude, hold, samples, coulomb != 0)) }
     }
 }

@@ -246,6 +246,12 @@ impl Error {
     }
 }
 
+impl From<i32> for Error {
+    fn from(status: i32) -> Self {
+        Self::of(status)
+    }
+}
+
 /// The number of a parameter by its name in the core; of a group the first that was given, or its first.
 fn number(name: &str, given: impl Fn(i32) -> bool) -> i32 {
     let mut given_of_group = parameter::numbers(name).filter(|&number| given(number));

@@ -4,9 +4,7 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::{Cap, Goal, Tuner as CoreTuner, TunerState, TuningSettings};
 
 use crate::identifier::Estimates;
-use crate::object::{
-    Content, Object, check, content, fill, read, refuse, status_of, storage, write,
-};
+use crate::object::{Content, Object, answered, check, content, fill, read, storage, write};
 use crate::parameter as p;
 use crate::settings::{Given, Settings, given};
 use crate::status::{self, Error};
@@ -227,18 +225,35 @@ unsafe fn build(
     size: u32,
     settings: *const Settings,
     servo: *const Servo,
-) -> Result<(), Error> {
+) -> Result<i32, Error> {
     // SAFETY: the caller's promise.
     unsafe {
-        let object = storage(tuner, size).map_err(Error::of)?;
+        let object = storage(tuner, size)?;
         let given = given(settings)?;
-        let servo = read(servo).map_err(Error::of)?;
+        let servo = read(servo)?;
         let tuner = CoreTuner::new(&given.tuning(), &servo.into())
             .map_err(|error| Error::tuning(&error, |number| given.has(number)))?;
         let state = tuner.start();
         fill(object, Working { tuner, state });
     }
-    Ok(())
+    Ok(status::OK)
+}
+
+/// # Safety
+/// As the header says.
+unsafe fn work(tuner: *mut Tuner, slices: u32, tuning: *mut Tuning) -> Result<i32, Error> {
+    check(tuning)?;
+    // SAFETY: the caller's promise.
+    let own = unsafe { content(tuner) }?;
+    for _ in 0..slices {
+        if let Some(done) = own.tuner.work(&mut own.state) {
+            let found = done.map_err(|refused| Error::tuning(&refused, |_| false))?;
+            // SAFETY: the caller's promise; it was checked.
+            unsafe { tuning.write(found.into()) };
+            return Ok(status::OK);
+        }
+    }
+    Ok(status::PENDING)
 }
 
 face! {
@@ -250,12 +265,9 @@ face! {
         servo: *mut Servo,
     ) {
         // SAFETY: the header's conditions.
-        let estimates = match unsafe { read(estimates) } {
-            Ok(estimates) => estimates,
-            Err(status) => return status,
-        };
+        let estimates = unsafe { read(estimates) }?;
         if estimates.std_error.iter().any(|error| !error.is_finite()) {
-            return status::NO_STANDARD_ERRORS;
+            return Err(status::NO_STANDARD_ERRORS);
         }
         let [a, b, coulomb, load] = estimates.std_error;
         let deviations = [a, b, coulomb, 0.0, load];
@@ -273,7 +285,8 @@ face! {
             }
         }
         // SAFETY: the header's conditions.
-        status_of(unsafe { write(servo, found) }.map(|()| status::OK))
+        unsafe { write(servo, found) }?;
+        Ok(status::OK)
     }
 
     /// Begins to look for gains.
@@ -285,12 +298,7 @@ face! {
         error: *mut Error,
     ) {
         // SAFETY: the header's conditions.
-        unsafe {
-            match build(tuner, size, settings, servo) {
-                Ok(()) => status::OK,
-                Err(refused) => refuse(error, refused),
-            }
-        }
+        unsafe { answered(error, build(tuner, size, settings, servo)) }
     }
 
     /// At most so many slices of work.
@@ -301,26 +309,6 @@ face! {
         error: *mut Error,
     ) {
         // SAFETY: the header's conditions.
-        let own = match check(tuning).and_then(|()| unsafe { content(tuner) }) {
-            Ok(own) => own,
-            // SAFETY: the header's conditions.
-            Err(status) => return unsafe { refuse(error, Error::of(status)) },
-        };
-        for _ in 0..slices {
-            match own.tuner.work(&mut own.state) {
-                None => {}
-                Some(Ok(found)) => {
-                    // SAFETY: the header's conditions; it was checked.
-                    unsafe { tuning.write(found.into()) };
-                    return status::OK;
-                }
-                Some(Err(refused)) => {
-                    let refused = Error::tuning(&refused, |_| false);
-                    // SAFETY: the header's conditions.
-                    return unsafe { refuse(error, refused) };
-                }
-            }
-        }
-        status::PENDING
+        unsafe { answered(error, work(tuner, slices, tuning)) }
     }
 }
