@@ -7,9 +7,9 @@ use host_sim::analysis::Summariser;
 use host_sim::log::Log;
 use host_sim::provenance::{LogFile, Task};
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
+use host_sim::replay;
 use host_sim::result::{LogReading, ReplayNotes};
-use host_sim::scenario::{Purpose, Scan};
-use host_sim::{replay, scan};
+use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -54,8 +54,7 @@ pub(crate) fn identify_file<'py>(
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
     let (json, trace) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
-        let (columns, sample_time) = (read.scenario.log_columns(), read.scenario.log_sample_time());
-        let opened = Log::read(&log, &columns, sample_time).map_err(value_error)?;
+        let opened = opened(&read, &log)?;
         let of_file = LogFile::read(&log).map_err(value_error)?;
         identified(read, &opened, vec![of_file], trace)
     })?;
@@ -99,8 +98,7 @@ pub(crate) fn read_log<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (time, position, command, reference) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
-        let (columns, sample_time) = (read.scenario.log_columns(), read.scenario.log_sample_time());
-        let log = Log::read(&log, &columns, sample_time).map_err(value_error)?;
+        let log = opened(&read, &log)?;
         let (mut time, mut position) = (Vec::new(), Vec::new());
         let (mut command, mut reference) = (Vec::new(), Vec::new());
         for row in log.rows().map_err(value_error)? {
@@ -121,6 +119,13 @@ pub(crate) fn read_log<'py>(
     columns::by_name(py, all.into_iter().filter(|(_, column)| !column.is_empty()))
 }
 
+/// The log of a file, read as a scenario has it.
+fn opened(read: &Read, log: &Path) -> PyResult<Log> {
+    let scenario = &read.scenario;
+    let opened = Log::read(log, &scenario.log_columns(), scenario.log_sample_time());
+    opened.map_err(value_error)
+}
+
 /// Identifies from a log; the result as JSON, and its trace if it `is_wanted`.
 fn identified(
     read: Read,
@@ -130,16 +135,7 @@ fn identified(
 ) -> PyResult<(String, Trace)> {
     let logs = std::slice::from_ref(log);
     let scenario = replay::fitted(read.scenario.clone(), logs);
-    let remarks = scan::scan(&scenario, log);
-    if log.settings().scan == Scan::Refuse {
-        let refused: Vec<_> = (remarks.iter())
-            .filter(|remark| remark.refuses)
-            .map(|remark| format!("{}: {remark}", log.path().display()))
-            .collect();
-        if !refused.is_empty() {
-            return Err(value_error(refused.join("\n")));
-        }
-    }
+    let reading = LogReading::scanned(&scenario, log).map_err(value_error)?;
     let mut summariser = Summariser::lasting(&scenario, log.duration());
     let mut trace = Trace::new(is_wanted);
     let replayed = replay::replay(&scenario, logs, 1, &mut |_, sample| {
@@ -150,10 +146,7 @@ fn identified(
     let mut summary = summariser.finish(&scenario, replayed.outcome);
     summary.replay = ReplayNotes {
         agreement: replayed.agreement,
-        logs: vec![LogReading {
-            remarks,
-            ..LogReading::new(log)
-        }],
+        logs: vec![reading],
         predictions: Vec::new(),
     };
     let task = Task::Replay {

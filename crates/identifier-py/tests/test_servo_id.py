@@ -78,7 +78,7 @@ class Identification(unittest.TestCase):
             (dict(log, command=np.stack([log["command"]] * 2)), {"sample_time": 1e-3}, "identify_joints"),
             (dict(log, torque=log["command"]), {"sample_time": 1e-3}, "torque: a column is one of"),
             (log, {"sample_time": 1e-3, "law": "gaus"}, 'there is no "gaus"'),
-            (log, {"sample_time": 1e-3, "colour": 1}, "colour: a keyword is one of"),
+            (log, {"sample_time": 1e-3, "colour": 1}, "log.colour: there is no such key"),
             (log, {"sample_time": -1e-3}, "sample_time"),
             ({name: column[:5] for name, column in log.items()}, {"sample_time": 1e-3}, "5 samples"),
             ("nothing.csv", {}, "nothing.csv: the log cannot be read"),

@@ -12,8 +12,7 @@ use crate::predict;
 use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::replay::{self, ReplayError};
 use crate::result::{LogReading, Prediction, ReplayNotes};
-use crate::scan;
-use crate::scenario::{Purpose, Scan, Scenario};
+use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -106,7 +105,7 @@ impl Replay<'_> {
         let scenario = replay::fitted(scenario, learnt);
         let mut readings = Vec::new();
         for log in learnt {
-            readings.push(scanned(&scenario, log)?);
+            readings.push(LogReading::scanned(&scenario, log).map_err(Fault::Input)?);
         }
         let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
         readings.extend(predicted_only.map(LogReading::new));
@@ -191,25 +190,6 @@ fn read_all<'a>(
         logs.push(log);
     }
     Ok(logs)
-}
-
-/// Properties of a log that is to be identified.
-///
-/// # Errors
-/// One that contradicts itself or the scenario, unless that is to be a warning.
-fn scanned(scenario: &Scenario, log: &Log) -> Result<LogReading, Fault> {
-    let remarks = scan::scan(scenario, log);
-    let refused = remarks.iter().filter(|remark| remark.refuses);
-    let refused: Vec<_> = (refused)
-        .map(|remark| format!("{}: {remark}", log.path().display()))
-        .collect();
-    if log.settings().scan == Scan::Refuse && !refused.is_empty() {
-        return Err(Fault::Input(refused.join("\n")));
-    }
-    Ok(LogReading {
-        remarks,
-        ..LogReading::new(log)
-    })
 }
 
 fn is_among(logs: &[Log], log: &Log) -> bool {

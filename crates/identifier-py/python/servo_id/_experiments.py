@@ -146,10 +146,6 @@ def _scenario_of_columns(log: Mapping[str, Any], stated: dict[str, Any]) -> dict
     stated = dict(stated)
     identifier = {"law": stated.pop("law", "fit"), **stated.pop("identifier", {})}
     encoder = {"counts_per_rev": float(stated.pop("counts_per_rev"))} if "counts_per_rev" in stated else {}
-    allowed = ("sample_time", "time_unit", "position_unit", "position_scale", "command_scale", "wrap", "scan")
-    unknown = set(stated) - set(allowed)
-    if unknown:
-        raise ValueError(f"{', '.join(sorted(unknown))}: a keyword is one of {', '.join(allowed)}, counts_per_rev, law, identifier")
     numbers = {name: value if isinstance(value, str) else float(value) for name, value in stated.items()}
     return {"encoder": encoder, "identifier": identifier, "log": {role: role for role in log} | numbers}
 
