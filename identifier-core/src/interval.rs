@@ -1,5 +1,6 @@
 //! Closed intervals of configuration values.
 
+use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 
 /// A closed interval of finite numbers.
@@ -7,6 +8,10 @@ use crate::error::{Allowed, OutOfRange};
 pub struct Interval {
     min: f64,
     max: f64,
+}
+
+encode! {
+    [] Interval as "Interval" { min, max }
 }
 
 impl Interval {

@@ -8,6 +8,7 @@
 extern crate std;
 
 // Once, in SI: the settings that every part is built from, and the errors that name one.
+pub mod constants;
 pub mod error;
 pub mod interval;
 pub mod number;

@@ -1,5 +1,6 @@
 //! Conversion between SI configuration and the machine units of the loop.
 
+use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 
 /// SI outside, machine units inside: time is counted in samples, position in machine units of
@@ -22,6 +23,10 @@ use crate::error::{Allowed, OutOfRange};
 pub struct Units {
     sample_time: f64,
     position_unit: f64,
+}
+
+encode! {
+    [] Units as "Units" { sample_time, position_unit }
 }
 
 impl Units {

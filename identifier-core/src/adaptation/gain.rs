@@ -1,5 +1,6 @@
 use core::fmt::Debug;
 
+use crate::constants::{Encode, encode};
 use crate::linalg::{MatrixError, PositiveDefinite, dot};
 use crate::number::Number;
 use crate::unrolled::from_fn;
@@ -20,9 +21,17 @@ pub trait Gain<N: Number, const P: usize>: Copy + Debug + PartialEq {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FullGain<N, const P: usize>([[N; P]; P]);
 
+encode! {
+    [N: Encode, const P: usize] FullGain<N, P> as "FullGain" { 0 }
+}
+
 /// A diagonal Γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiagonalGain<N, const P: usize>([N; P]);
+
+encode! {
+    [N: Encode, const P: usize] DiagonalGain<N, P> as "DiagonalGain" { 0 }
+}
 
 impl<N: Number, const P: usize> Gain<N, P> for FullGain<N, P> {
     fn new(gamma: &PositiveDefinite<P>, frozen: [bool; P]) -> Result<Self, MatrixError> {

@@ -1,4 +1,5 @@
 use super::{FullGain, Gain, Projection};
+use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
 use crate::linalg::{PositiveDefinite, dot};
@@ -25,6 +26,12 @@ pub(crate) struct GradientWith<N, const P: usize, G> {
     strongest: N,
     strongest_per_gain: N,
     projection: Projection<N, P>,
+}
+
+encode! {
+    [N: Encode, const P: usize, G: Encode] GradientWith<N, P, G> as "GradientWith" {
+        gamma, mu, strongest, strongest_per_gain, projection,
+    }
 }
 
 /// The law with any Γ.

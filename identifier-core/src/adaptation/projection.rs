@@ -1,3 +1,4 @@
+use crate::constants::{Encode, encode};
 use crate::linalg::PositiveDefinite;
 use crate::number::{Number, RunningSum};
 use crate::unrolled::each;
@@ -13,6 +14,10 @@ pub(crate) struct Projection<N, const P: usize> {
     low: [N; P],
     high: [N; P],
     direction: [[N; P]; P],
+}
+
+encode! {
+    [N: Encode, const P: usize] Projection<N, P> as "Projection" { low, high, direction }
 }
 
 impl<N: Number, const P: usize> Projection<N, P> {

@@ -27,6 +27,7 @@ pub use gains::Gains;
 pub use limit::CommandLimit;
 pub(crate) use pid::Pid;
 
+use crate::constants::{Encode, encode};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
@@ -43,6 +44,10 @@ pub struct Controller<N, V> {
     /// Weight of an increment against an error in the check of the inputs: an increment of
     /// [`Number::REACH`] over this is the largest accepted.
     pub(crate) jump: N,
+}
+
+encode! {
+    [N: Encode, V: Encode] Controller<N, V> as "Controller" { pid, velocity, jump }
 }
 
 impl<N: Number, V> Controller<N, V> {

@@ -1,4 +1,5 @@
 use super::{CommandLimit, Gains};
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 use crate::units::Units;
 
@@ -16,6 +17,10 @@ pub(crate) struct Pid<N> {
     per_integral: N,
     low: N,
     high: N,
+}
+
+encode! {
+    [N: Encode] Pid<N> as "Pid" { proportional, derivative, integral, per_integral, low, high }
 }
 
 /// A command and the state of the limit.

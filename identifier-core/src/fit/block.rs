@@ -1,3 +1,4 @@
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// A few successive samples condensed to the inputs of one model step over all of them.
@@ -28,6 +29,10 @@ pub struct NumberedBlock<N> {
 pub(crate) struct Blocking<N> {
     pub(super) samples: u32,
     pub(super) per_sample: N,
+}
+
+encode! {
+    [N: Encode] Blocking<N> as "Blocking" { samples, per_sample }
 }
 
 impl<N: Number> Blocking<N> {

@@ -7,9 +7,10 @@ use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger};
 use super::trial::BestFit;
 use super::{A, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
+use crate::constants::{Encode, encode};
 use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown};
+use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknowns_fingerprint};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
@@ -51,6 +52,14 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
     per_low_speed_velocity: N,
     pub(super) demanded: Terms,
     set: PhantomData<S>,
+}
+
+encode! {
+    [N: Encode, S: IdentifiableSet<P>, const P: usize, const Q: usize] Fitter<N, S, P, Q> as "Fitter" {
+        step, noise, low, high, prior, free, scale, per_scale, initial_weight, bandwidth, angle,
+        per_low_speed_velocity, demanded, set,
+    }
+    also unknowns_fingerprint(&S::UNKNOWNS, Q)
 }
 
 /// A fit under way.

@@ -1,6 +1,7 @@
 use super::survey::{larger, root};
 use super::{FitResult, Fitter};
 use crate::adaptation::IdentifiableSet;
+use crate::constants::{Encode, encode};
 use crate::model::AngleSettings;
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
@@ -30,6 +31,10 @@ pub(crate) struct Prior<N, const P: usize> {
     pub(super) initial: [Option<N>; P],
     /// Standard deviation of the noise over those of the initial values; zero where nothing is known.
     pub(super) weight: [N; P],
+}
+
+encode! {
+    [N: Encode, const P: usize] Prior<N, P> as "Prior" { initial, weight }
 }
 
 impl<N: Number, const P: usize> Prior<N, P> {

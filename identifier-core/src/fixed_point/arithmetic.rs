@@ -3,11 +3,26 @@
 //! Each form is one instruction of a Cortex-M4: a product of two words of 32 bits with the high half
 //! kept and rounded, and the same product added to 64 bits.
 
+use crate::constants::{Decoder, Encode, encode, fingerprint};
 use fixed::types::{I2F30, I4F60};
 
 /// A quantity as a fraction of its full scale, from −1 to just below 1: 32 bits, Q2.30, so one guard
 /// bit.
 pub type Word = I2F30;
+
+impl Encode for Word {
+    const SHAPE: u32 = fingerprint("Word", &[]);
+    const WORDS: usize = 1;
+
+    fn encode(&self, word: &mut dyn FnMut(u32)) {
+        self.to_bits().encode(word);
+    }
+
+    #[inline(always)]
+    fn decode(words: &mut Decoder<'_>) -> Self {
+        Self::from_bits(i32::decode(words))
+    }
+}
 
 /// A sum of products of words: 64 bits, Q4.60, so that seven products of full scale add up without
 /// a carry out of the top.
@@ -136,6 +151,10 @@ pub(super) fn wide(x: Word) -> Accumulator {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fraction(i32);
 
+encode! {
+    [] Fraction as "Fraction" { 0 }
+}
+
 impl Fraction {
     pub(super) const ZERO: Self = Self(0);
 
@@ -161,6 +180,10 @@ impl Fraction {
 /// 32.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Raise(i32);
+
+encode! {
+    [] Raise as "Raise" { 0 }
+}
 
 impl Raise {
     /// By 0 to 30 places.
@@ -189,6 +212,10 @@ impl Raise {
 /// A slow sum: 64 bits, Q2.62, whose high half is a word, so that reading it costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Sum(i64);
+
+encode! {
+    [] Sum as "Sum" { 0 }
+}
 
 /// Fraction bits of a [`Sum`].
 pub(super) const SUM_BITS: i32 = 62;
@@ -261,6 +288,10 @@ impl Sum {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Weight(i32);
 
+encode! {
+    [] Weight as "Weight" { 0 }
+}
+
 impl Weight {
     /// Least and largest difference of the exponents.
     pub(super) const APART: (i32, i32) = (2, 32);
@@ -276,6 +307,10 @@ impl Weight {
 /// that. It is off by less than an eighth of the output's last bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Coefficient(Fraction);
+
+encode! {
+    [] Coefficient as "Coefficient" { 0 }
+}
 
 impl Coefficient {
     /// The least exponent of an output for which a factor stays below half of it.

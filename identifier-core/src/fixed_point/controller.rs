@@ -3,6 +3,7 @@ use fixed::types::I16F16;
 use super::arithmetic::{Raise, Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
 use super::ranges::FullScales;
+use crate::constants::{Encode, encode};
 use crate::control::{ControlSample, Pid, Setpoint};
 use crate::error::StepError;
 use crate::measurement::velocity::VelocityEstimate;
@@ -24,6 +25,12 @@ pub struct FixedController<V> {
     /// The same PID on numbers, and last bits of the integral per count: for a transfer.
     on_numbers: Pid<f32>,
     integral_bits: f32,
+}
+
+encode! {
+    [V: Encode] FixedController<V> as "FixedController" {
+        pid, velocity, error, increment, most, scales, on_numbers, integral_bits,
+    }
 }
 
 /// State of the controller between samples.
@@ -165,6 +172,10 @@ struct ErrorWord {
     down: u32,
 }
 
+encode! {
+    [] ErrorWord as "ErrorWord" { full, up, down }
+}
+
 impl ErrorWord {
     fn new(scales: &FullScales) -> Self {
         let exponent = scales.position.clamp(0, WORD_BITS);
@@ -201,6 +212,10 @@ impl ErrorWord {
 pub(super) struct IncrementWord {
     most: i32,
     up: Raise,
+}
+
+encode! {
+    [] IncrementWord as "IncrementWord" { most, up }
 }
 
 impl IncrementWord {

@@ -4,6 +4,7 @@ use super::arithmetic::{
 };
 use super::ranges::FullScales;
 use crate::adaptation::Gradient;
+use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::{Decay, GradientPlan};
@@ -23,6 +24,12 @@ pub(super) struct FixedGradient<const P: usize> {
     small: Word,
 }
 
+encode! {
+    [const P: usize] FixedGradient<P> as "FixedGradient" {
+        entries, mu, rate_down, strongest, strongest_per_gain, small,
+    }
+}
+
 /// Gain and bounds of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Entry {
@@ -36,6 +43,10 @@ struct Entry {
     high: Sum,
     /// The distance of the high halves of the two bounds, in last bits.
     between: u32,
+}
+
+encode! {
+    [] Entry as "Entry" { gamma, up, strength, low, high, between }
 }
 
 impl Entry {

@@ -1,17 +1,18 @@
 use core::marker::PhantomData;
 
-use super::arithmetic::{Sum, Word, limit, limit_to_half, value, word};
+use super::arithmetic::{Sum, Word, limit, limit_to_half, power, product, value, word};
 use super::controller::IncrementWord;
 use super::gradient::FixedGradient;
 use super::model::{FixedModelLoop, FixedModelState, FixedObserved, FixedParameters};
 use super::ranges::{FullScales, bounds};
 use super::rest::{FixedRest, FixedRestState};
 use crate::adaptation::{DiagonalGain, Gain};
+use crate::constants::{Encode, encode};
 use crate::error::{Allowed, StepError};
-use crate::identifier::{Event, Identify, Update};
+use crate::identifier::{Event, Identify, MachineEstimates, Update};
 use crate::interval::Interval;
 use crate::measurement::velocity::VelocityEstimate;
-use crate::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
+use crate::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters, set_fingerprint};
 use crate::settings::{FromSettings, GradientPlan, Settings, SettingsError};
 use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
@@ -39,6 +40,14 @@ pub struct FixedGradientIdentifier<V, S, const P: usize> {
     mu: f64,
     stability_check: Option<StabilityCheck>,
     set: PhantomData<S>,
+}
+
+encode! {
+    [V: Encode, S: ParameterSet<P>, const P: usize]
+    FixedGradientIdentifier<V, S, P> as "FixedGradientIdentifier" {
+        model, law, rest, increment, most, initial, bounds, scales, units, mu, stability_check, set,
+    }
+    also set_fingerprint(&S::PARAMETERS)
 }
 
 /// State of the identifier between samples.
@@ -322,5 +331,32 @@ where
 
     fn resume_moving(&self, state: &mut Self::State, increment: Word) {
         state.model = self.model.alongside(&state.model, increment);
+    }
+}
+
+impl<V, S, const P: usize> MachineEstimates<Word> for FixedGradientIdentifier<V, S, P>
+where
+    V: VelocityEstimate<Word>,
+    S: ParameterSet<P>,
+{
+    #[inline]
+    fn machine_estimates(&self, state: &Self::State) -> PerParameter<Word> {
+        let of = |wanted: Parameter| {
+            let mut own = S::PARAMETERS.iter().zip(&state.estimates);
+            own.find(|(parameter, _)| **parameter == wanted)
+                .map_or(Word::ZERO, |(_, estimate)| estimate.word())
+        };
+        let (b, load_command) = (of(Parameter::B), self.model.load_command(&state.model));
+        PerParameter {
+            a: of(Parameter::A),
+            b,
+            coulomb: of(Parameter::Coulomb),
+            // Each is at most one half.
+            load: of(Parameter::Load) + product(b, load_command),
+        }
+    }
+
+    fn machine_unit(&self, parameter: Parameter) -> f64 {
+        power(self.scales.estimate(parameter)) / parameter.scale(&self.units)
     }
 }

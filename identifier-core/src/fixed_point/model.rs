@@ -4,6 +4,7 @@ use super::arithmetic::{
 use super::pid::FixedCorrection;
 use super::ranges::FullScales;
 use super::step::{FixedMotion, FixedStep};
+use crate::constants::{Encode, encode};
 use crate::control::Gains;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::parameters::{Parameter, ParameterSet};
@@ -19,6 +20,10 @@ pub(super) struct FixedModelLoop<V> {
     step: FixedStep,
     /// Of an increment in the output error.
     weight: Weight,
+}
+
+encode! {
+    [V: Encode] FixedModelLoop<V> as "FixedModelLoop" { velocity, correction, step, weight }
 }
 
 /// State of the model loop.

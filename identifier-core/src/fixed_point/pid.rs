@@ -1,5 +1,6 @@
 use super::arithmetic::{Coefficient, Raise, Sum, Weight, Word, between, is_within, limit, word};
 use super::ranges::FullScales;
+use crate::constants::encode;
 use crate::control::{CommandLimit, Gains};
 use crate::units::Units;
 
@@ -72,6 +73,10 @@ pub(super) struct FixedPid {
     up: Raise,
 }
 
+encode! {
+    [] FixedPid as "FixedPid" { proportional, derivative, integral, weight, low, high, up }
+}
+
 impl FixedPid {
     pub(super) fn new(
         units: &Units,
@@ -128,6 +133,12 @@ pub(super) struct FixedCorrection {
     /// Half of the command's full scale, in that of the command before the limit.
     most: Word,
     up: Raise,
+}
+
+encode! {
+    [] FixedCorrection as "FixedCorrection" {
+        proportional, derivative, integral, weight, most, up,
+    }
 }
 
 impl FixedCorrection {

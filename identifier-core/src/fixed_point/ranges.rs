@@ -1,4 +1,5 @@
 use super::arithmetic::{Coefficient, WORD_BITS, Weight, Word, exponent_above, power, word};
+use crate::constants::encode;
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
 use crate::parameters::Parameter;
@@ -85,6 +86,10 @@ pub(super) struct FullScales {
     pub(super) velocity: i32,
     /// Commands.
     pub(super) command: i32,
+}
+
+encode! {
+    [] FullScales as "FullScales" { position, velocity, command }
 }
 
 /// The exponent of â T: its words are fractions of a quarter.

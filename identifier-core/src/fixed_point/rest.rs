@@ -1,5 +1,6 @@
 use super::arithmetic::{Word, word};
 use super::ranges::FullScales;
+use crate::constants::encode;
 use crate::measurement::standstill::Standstill;
 use crate::units::Units;
 
@@ -13,6 +14,10 @@ pub(super) struct FixedRest {
     pause: u32,
     /// See [`Standstill::hidden_acceleration`].
     hidden: Word,
+}
+
+encode! {
+    [] FixedRest as "FixedRest" { slip, patience, pause, hidden }
 }
 
 /// State of the standstill detection.

@@ -3,6 +3,7 @@ use fixed::types::I16F16;
 use super::arithmetic::Word;
 use super::controller::{FixedControlState, FixedController};
 use super::identifier::{FixedGradientIdentifier, FixedGradientState};
+use crate::constants::{Encode, encode};
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::identifier::{Identify, LoopStep, Update};
@@ -19,6 +20,12 @@ use crate::settings::{FromSettings, Settings, SettingsError};
 pub struct FixedServoLoop<V, S, const P: usize> {
     controller: FixedController<V>,
     identifier: FixedGradientIdentifier<V, S, P>,
+}
+
+encode! {
+    [V: Encode, S: ParameterSet<P>, const P: usize] FixedServoLoop<V, S, P> as "FixedServoLoop" {
+        controller, identifier,
+    }
 }
 
 /// State of the loop between samples.

@@ -2,6 +2,7 @@ use super::arithmetic::{
     Accumulator, FULL, Fraction, Word, between, is_within, limit, narrow, product, quarter_product,
     quotient, wide, with_product, word,
 };
+use crate::constants::encode;
 use crate::unrolled::each;
 
 /// Terms of the series of a step.
@@ -16,6 +17,10 @@ pub(super) struct FixedStep {
     /// Halved: with 31 fraction bits.
     series: [Word; TERMS],
     parts: [Word; 3],
+}
+
+encode! {
+    [] FixedStep as "FixedStep" { series, parts }
 }
 
 /// A motion over one sample.

@@ -1,4 +1,5 @@
 use super::identify::{Identify, Update};
+use crate::constants::{Encode, encode};
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::model::{Amplifier, AmplifierState};
@@ -28,6 +29,11 @@ use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 pub struct BehindAmplifier<N, I, const L: usize> {
     pub(crate) amplifier: Amplifier<N>,
     pub(crate) identifier: I,
+}
+
+encode! {
+    [N: Encode, I: Encode, const L: usize] BehindAmplifier<N, I, L> as "BehindAmplifier" { amplifier, identifier }
+    also L as u32
 }
 
 /// State of amplifier and identifier.

@@ -1,8 +1,10 @@
+use super::MachineEstimates;
 use super::halves::{FitBlocks, RecordBlocks};
 use super::identify::{Identify, Update};
+use crate::constants::{Encode, encode};
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
+use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
 
 /// Both halves of an identifier that fits as one, for a PC and for firmwares that have the time:
 /// blocks and fit results are passed on at once, and [`Identify::work`] is the fitter's.
@@ -10,6 +12,10 @@ use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 pub struct Combined<R, F> {
     pub(crate) recorder: R,
     pub(crate) fitter: F,
+}
+
+encode! {
+    [R: Encode, F: Encode] Combined<R, F> as "Combined" { recorder, fitter }
 }
 
 /// State of both halves.
@@ -148,5 +154,21 @@ where
         if let Some(fitted) = self.fitter.work(&mut state.fitter, budget) {
             self.recorder.take_over(&mut state.recorder, &fitted);
         }
+    }
+}
+
+impl<N, R, F> MachineEstimates<N> for Combined<R, F>
+where
+    N: Copy,
+    R: RecordBlocks<N> + MachineEstimates<N>,
+    F: FitBlocks<N, Fitted = R::Fitted>,
+{
+    #[inline]
+    fn machine_estimates(&self, state: &Self::State) -> PerParameter<N> {
+        self.recorder.machine_estimates(&state.recorder)
+    }
+
+    fn machine_unit(&self, parameter: Parameter) -> f64 {
+        self.recorder.machine_unit(parameter)
     }
 }

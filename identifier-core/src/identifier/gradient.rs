@@ -1,8 +1,9 @@
 use core::marker::PhantomData;
 
 use super::identify::check;
-use super::{Event, Identify, Update};
+use super::{Event, Identify, MachineEstimates, Update};
 use crate::adaptation::{DiagonalGain, FullGain, Gain, GradientState, GradientStep, GradientWith};
+use crate::constants::{Encode, encode};
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::interval::Interval;
@@ -10,7 +11,9 @@ use crate::measurement::standstill::{Rest, Standstill};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{CommandCorrection, Correction, FrictionPhase, ModelLoop, ModelState, Observed};
 use crate::number::Number;
-use crate::parameters::{ModelParameters, Parameter, ParameterSet, PerParameter, ServoParameters};
+use crate::parameters::{
+    ModelParameters, Parameter, ParameterSet, PerParameter, ServoParameters, set_fingerprint,
+};
 use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 
@@ -32,6 +35,14 @@ pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
     pub(crate) units: Units,
     pub(crate) stability_check: Option<StabilityCheck>,
     pub(crate) set: PhantomData<S>,
+}
+
+encode! {
+    [N: Encode, V: Encode, S: ParameterSet<P>, const P: usize, G: Encode]
+    GradientIdentifierWith<N, V, S, P, G> as "GradientIdentifierWith" {
+        model, law, standstill, most, initial, bounds, gamma, mu, units, stability_check, set,
+    }
+    also set_fingerprint(&S::PARAMETERS)
 }
 
 /// The paper's identifier with any Γ.
@@ -298,5 +309,25 @@ where
 
     fn resume_moving(&self, state: &mut Self::State, increment: N) {
         state.model = self.model.alongside(&state.model, increment);
+    }
+}
+
+impl<N, V, S, const P: usize, G> MachineEstimates<N> for GradientIdentifierWith<N, V, S, P, G>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+    G: Gain<N, P>,
+{
+    #[inline]
+    fn machine_estimates(&self, state: &Self::State) -> PerParameter<N> {
+        let shown = self.snapshot(state);
+        let mut machine = ModelParameters::from_values::<S, P>(&shown.parameters);
+        machine.load += machine.gain * shown.load_command;
+        machine.per_parameter()
+    }
+
+    fn machine_unit(&self, parameter: Parameter) -> f64 {
+        1.0 / parameter.scale(&self.units)
     }
 }

@@ -14,6 +14,7 @@ mod gauss_newton;
 mod gradient;
 mod halves;
 mod identify;
+mod machine_estimates;
 mod servo_loop;
 mod window;
 
@@ -24,11 +25,12 @@ pub use behind_amplifier::BehindAmplifier;
 pub use combined::Combined;
 pub(crate) use gauss_newton::LoadStepTest;
 pub use gauss_newton::{
-    ExpectedMotion, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion,
+    ExpectedMotion, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, PreparedServo,
 };
 pub(crate) use gradient::GradientIdentifierWith;
 pub use gradient::{DiagonalGradientIdentifier, GradientIdentifier};
 pub use halves::{FitBlocks, RecordBlocks};
 pub use identify::{Event, Identify, Update};
+pub use machine_estimates::MachineEstimates;
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
 pub use window::{WindowFitter, WindowIdentifier, WindowRecorder};

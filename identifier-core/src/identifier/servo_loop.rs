@@ -1,4 +1,5 @@
 use super::{Identify, Update};
+use crate::constants::{Encode, encode};
 use crate::control::{ControlSample, ControlState, Controller, Setpoint};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -12,6 +13,10 @@ use crate::number::Number;
 pub struct ServoLoop<N, V, I> {
     pub(crate) controller: Controller<N, V>,
     pub(crate) identifier: I,
+}
+
+encode! {
+    [N: Encode, V: Encode, I: Encode] ServoLoop<N, V, I> as "ServoLoop" { controller, identifier }
 }
 
 /// State of the loop between samples.

@@ -1,3 +1,4 @@
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 use crate::unrolled::each;
 
@@ -13,6 +14,10 @@ pub(crate) struct Factors<N, L, const P: usize> {
     lower: L,
     /// D.
     diagonal: [N; P],
+}
+
+encode! {
+    [N: Encode, L: Encode, const P: usize] Factors<N, L, P> as "Factors" { lower, diagonal }
 }
 
 /// Room for the lower triangle of a matrix.

@@ -1,5 +1,6 @@
 //! Detection of standstill, from counts and time alone.
 
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 use crate::units::Units;
 
@@ -17,6 +18,10 @@ pub(crate) struct Standstill<N> {
     patience: N,
     pause: N,
     hidden: N,
+}
+
+encode! {
+    [N: Encode] Standstill<N> as "Standstill" { slip, patience, pause, hidden }
 }
 
 /// The state of the detection.

@@ -5,6 +5,7 @@
 //! the servo's position, on the model's and on the regressor; as it is linear, the difference of two
 //! velocity estimates is the estimate of the difference, and one state serves.
 
+use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::number::Number;
 use crate::units::Units;
@@ -46,6 +47,10 @@ pub struct Transfer {
 pub struct LowPass<N> {
     pub(crate) pole: N,
     pub(crate) gain: N,
+}
+
+encode! {
+    [N: Encode] LowPass<N> as "LowPass" { pole, gain }
 }
 
 impl<N: Number> LowPass<N> {
@@ -116,6 +121,10 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BackwardDifference;
 
+encode! {
+    [] BackwardDifference as "BackwardDifference" {}
+}
+
 impl<N: Number> VelocityEstimate<N> for BackwardDifference {
     type State = ();
 
@@ -141,6 +150,10 @@ impl<N: Number> VelocityEstimate<N> for BackwardDifference {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedDifference<N> {
     pub(crate) half: N,
+}
+
+encode! {
+    [N: Encode] AveragedDifference<N> as "AveragedDifference" { half }
 }
 
 impl<N: Number> AveragedDifference<N> {

@@ -1,3 +1,4 @@
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// The declared amplifier between a command and the servo: dead band, then delay, then a
@@ -17,6 +18,10 @@ pub(crate) struct Amplifier<N> {
     /// The mean over a sample of what a current that is off by one is off in the older command's part
     /// of the sample, and in the newer one's.
     lag: [N; 2],
+}
+
+encode! {
+    [N: Encode] Amplifier<N> as "Amplifier" { dead_band, whole, part, kept, lag }
 }
 
 /// The commands that have not acted in full.

@@ -1,3 +1,4 @@
+use crate::constants::{Encode, encode};
 use crate::control::Gains;
 use crate::number::{Number, RunningSum};
 use crate::units::Units;
@@ -40,6 +41,10 @@ pub(crate) struct CommandCorrection<N> {
     proportional: N,
     derivative: N,
     integral: N,
+}
+
+encode! {
+    [N: Encode] CommandCorrection<N> as "CommandCorrection" { proportional, derivative, integral }
 }
 
 impl<N: Number> CommandCorrection<N> {

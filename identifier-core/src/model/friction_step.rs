@@ -1,4 +1,5 @@
 use super::{Motion, Response, ZeroOrderHoldStep};
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// The exact step of q̈ = −a q̇ + w − c sign(q̇): Coulomb friction that stops and breaks away.
@@ -13,6 +14,10 @@ pub(crate) struct FrictionStep<N> {
     /// The step between events.
     pub step: ZeroOrderHoldStep<N>,
     halves: [N; 3],
+}
+
+encode! {
+    [N: Encode] FrictionStep<N> as "FrictionStep" { step, halves }
 }
 
 /// The phase of friction during a sample.

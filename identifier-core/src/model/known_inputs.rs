@@ -1,6 +1,7 @@
 use core::fmt::Debug;
 
 use super::terms::TermValues;
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// The known inputs of the model over a sample: the command behind
@@ -46,6 +47,10 @@ pub struct AngleSettings<N> {
     pub resolution: N,
     /// The order N of the ripple.
     pub order: N,
+}
+
+encode! {
+    [N: Encode] AngleSettings<N> as "AngleSettings" { revolution, per_revolution, resolution, order }
 }
 
 impl<N: Number> AngleSettings<N> {

@@ -1,4 +1,5 @@
 use super::{Corrected, Correction, FrictionPhase, FrictionStep, Motion};
+use crate::constants::{Encode, encode};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
@@ -29,6 +30,10 @@ pub(crate) struct ModelLoop<N, V, C> {
     velocity: V,
     correction: C,
     step: FrictionStep<N>,
+}
+
+encode! {
+    [N: Encode, V: Encode, C: Encode] ModelLoop<N, V, C> as "ModelLoop" { velocity, correction, step }
 }
 
 /// The state of the model loop between samples.

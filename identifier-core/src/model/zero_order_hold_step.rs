@@ -1,3 +1,4 @@
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 use crate::unrolled::each;
 
@@ -19,6 +20,10 @@ const MAX_TERMS: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ZeroOrderHoldStep<N> {
     coefficients: [N; MAX_TERMS],
+}
+
+encode! {
+    [N: Encode] ZeroOrderHoldStep<N> as "ZeroOrderHoldStep" { coefficients }
 }
 
 /// A motion over one sample.

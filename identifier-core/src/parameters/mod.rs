@@ -17,6 +17,7 @@ pub use servo::ServoParameters;
 pub use sets::{
     Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, ParameterSet, UnknownSet,
 };
+pub(crate) use sets::{set_fingerprint, unknowns_fingerprint};
 pub use terms::Terms;
 pub use tolerance::Tolerance;
 pub(crate) use unknowns::UsualSizes;

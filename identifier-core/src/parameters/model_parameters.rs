@@ -1,4 +1,4 @@
-use super::{Parameter, ParameterSet, ServoParameters};
+use super::{Parameter, ParameterSet, PerParameter, ServoParameters};
 use crate::number::Number;
 use crate::units::Units;
 use crate::unrolled::each;
@@ -34,6 +34,18 @@ impl<N: Number> ModelParameters<N> {
             Parameter::Load => model.load = values[i],
         });
         model
+    }
+
+    /// The parameters by name.
+    #[inline]
+    #[must_use]
+    pub(crate) fn per_parameter(self) -> PerParameter<N> {
+        PerParameter {
+            a: self.x,
+            b: self.gain,
+            coulomb: self.coulomb,
+            load: self.load,
+        }
     }
 
     /// The parameters in SI.

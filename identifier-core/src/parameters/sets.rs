@@ -1,5 +1,6 @@
 use super::unknowns::Changed;
 use super::{Parameter, Terms, Unknown};
+use crate::constants::fingerprint;
 
 /// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
 ///
@@ -139,4 +140,26 @@ unknown_sets! {
 
 impl UnknownSet<{ Unknown::COUNT }> for AllUnknowns {
     const UNKNOWNS: [Unknown; Unknown::COUNT] = Unknown::ALL;
+}
+
+/// The fingerprint of a set of parameters.
+pub(crate) const fn set_fingerprint(parameters: &[Parameter]) -> u32 {
+    let mut found = 0;
+    let mut i = 0;
+    while i < parameters.len() {
+        found = fingerprint(parameters[i].name(), &[found]);
+        i += 1;
+    }
+    found
+}
+
+/// The same of a set of unknowns and another size of the type.
+pub(crate) const fn unknowns_fingerprint(unknowns: &[Unknown], size: usize) -> u32 {
+    let mut found = size as u32;
+    let mut i = 0;
+    while i < unknowns.len() {
+        found = fingerprint(unknowns[i].name(), &[found]);
+        i += 1;
+    }
+    found
 }

@@ -1,10 +1,15 @@
 use super::Term;
+use crate::constants::encode;
 
 /// Some of the terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Terms(u8);
+
+encode! {
+    [] Terms as "Terms" { 0 }
+}
 
 const _: () = assert!(Term::ALL.len() <= u8::BITS as usize, "a bit each");
 

@@ -20,6 +20,7 @@
 use core::fmt;
 
 use super::PlantBox;
+use crate::constants::encode;
 use crate::control::Gains;
 
 /// Proof that (14) holds for every servo of a box.
@@ -27,6 +28,10 @@ use crate::control::Gains;
 pub struct Certificate {
     mu: f64,
     plant_box: PlantBox,
+}
+
+encode! {
+    [] Certificate as "Certificate" { mu, plant_box }
 }
 
 /// The inequality that fails, and values that would satisfy it.

@@ -14,9 +14,15 @@ pub use certificate::{Certificate, CertificateError};
 pub use plant_box::PlantBox;
 pub use sampled_loop::{EstimateError, SampledLoop, SampledLoopError};
 
+use crate::constants::encode;
+
 /// The results of the stability checks over the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StabilityCheck {
     pub(crate) certificate: Certificate,
     pub(crate) gain_margin: f64,
+}
+
+encode! {
+    [] StabilityCheck as "StabilityCheck" { certificate, gain_margin }
 }

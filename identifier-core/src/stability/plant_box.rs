@@ -1,3 +1,4 @@
+use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
 
@@ -9,6 +10,10 @@ use crate::interval::Interval;
 pub struct PlantBox {
     a: Interval,
     b: Interval,
+}
+
+encode! {
+    [] PlantBox as "PlantBox" { a, b }
 }
 
 impl PlantBox {

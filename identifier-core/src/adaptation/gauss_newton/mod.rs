@@ -3,6 +3,7 @@ mod whitening;
 pub(crate) use whitening::{FirstOrder, Whitening};
 
 use crate::adaptation::IdentifiableSet;
+use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::linalg::{Factors, Measurement};
 use crate::number::{Number, RunningSum};
@@ -68,6 +69,14 @@ pub(crate) struct GaussNewton<N, const P: usize> {
     mean_offset: N,
     low: [N; P],
     high: [N; P],
+}
+
+encode! {
+    [N: Encode, const P: usize] GaussNewton<N, P> as "GaussNewton" {
+        noise, dead_zone, settling, min_forgetting, initial_forgetting, level_gain, caution,
+        outlier_threshold_inv_sq, max_inflation, inflation_decay, correlation_gain, per_block, moved_samples,
+        mean_offset, low, high,
+    }
 }
 
 /// The configuration of [`GaussNewton`], machine units.

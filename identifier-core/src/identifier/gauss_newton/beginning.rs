@@ -3,6 +3,7 @@ use super::GaussNewtonRecursion;
 use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
 use crate::adaptation::IdentifiableSet;
+use crate::constants::{Encode, encode};
 use crate::fit::place_of;
 use crate::linalg::Factors;
 use crate::model::{Acting, ModelValues, ObserverModel};
@@ -34,6 +35,12 @@ pub(super) struct FirstFitSolution<N> {
     pub(super) acceleration: N,
     /// The motion never reversed.
     pub(super) one_way: bool,
+}
+
+encode! {
+    [N: Encode] FirstFitSolution<N> as "FirstFitSolution" {
+        estimates, covariance, unexplained, bandwidth, acceleration, one_way,
+    }
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>

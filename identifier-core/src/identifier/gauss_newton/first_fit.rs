@@ -3,10 +3,11 @@ use core::marker::PhantomData;
 use super::super::halves::FitBlocks;
 use super::beginning::{FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
+use crate::constants::{Encode, encode};
 use crate::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
 use crate::number::Number;
-use crate::parameters::Parameter;
+use crate::parameters::{Parameter, unknowns_fingerprint};
 
 const COULOMB: usize = Parameter::Coulomb as usize;
 const LOAD: usize = Parameter::Load as usize;
@@ -20,6 +21,12 @@ pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
     /// Those of the parameters that it fits.
     pub(crate) free: [bool; FITTED],
     pub(crate) set: PhantomData<S>,
+}
+
+encode! {
+    [N: Encode, S: IdentifiableSet<P>, const P: usize, const W: usize]
+    GaussNewtonFitter<N, S, P, W> as "GaussNewtonFitter" { fitter, free, set }
+    also unknowns_fingerprint(&S::UNKNOWNS, W)
 }
 
 /// The state of the background's half: the record and the fit under way.

@@ -1,3 +1,4 @@
+use super::super::MachineEstimates;
 use super::super::halves::RecordBlocks;
 use super::super::identify::{Event, Identify, Update, check};
 use super::GaussNewtonRecursion;
@@ -8,7 +9,7 @@ use crate::error::StepError;
 use crate::fit::{NumberedBlock, Recorder};
 use crate::model::{KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
+use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
 
 /// The state of the interrupt's half between samples; the fields that every sample needs come first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,5 +178,20 @@ where
         if state.recording && state.recorder.has_recorded(fitted.last) {
             state.fitted = Some(*fitted);
         }
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> MachineEstimates<N> for GaussNewtonRecursion<N, S, P, W>
+where
+    N: Number,
+    S: IdentifiableSet<P>,
+{
+    #[inline]
+    fn machine_estimates(&self, state: &Self::State) -> PerParameter<N> {
+        self.values(&state.recursion).parameters.per_parameter()
+    }
+
+    fn machine_unit(&self, parameter: Parameter) -> f64 {
+        1.0 / parameter.scale(&self.units)
     }
 }

@@ -1,4 +1,5 @@
 use crate::adaptation::GaussNewton;
+use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// Detects a step of the load by the mean of the output error.
@@ -17,6 +18,12 @@ pub(crate) struct LoadStepTest<N> {
     threshold: N,
     /// The least square of a mean that counts.
     least: N,
+}
+
+encode! {
+    [N: Encode] LoadStepTest<N> as "LoadStepTest" {
+        weight, variance_weight, floor, cap, threshold, least,
+    }
 }
 
 /// The state of the test.

@@ -12,7 +12,7 @@ mod terms;
 pub use first_fit::GaussNewtonFitter;
 pub(crate) use first_fit::GaussNewtonFitterState;
 pub(super) use interrupt::GaussNewtonRecursionState;
-pub use known::ExpectedMotion;
+pub use known::{ExpectedMotion, PreparedServo};
 
 use core::marker::PhantomData;
 
@@ -20,11 +20,13 @@ pub(crate) use load_step::LoadStepTest;
 use recursion::Recursion;
 
 use super::combined::{Combined, CombinedState};
+use super::halves::FitBlocks;
 use crate::adaptation::{GaussNewton, IdentifiableSet};
+use crate::constants::{Encode, encode};
 use crate::fit::Blocking;
 use crate::model::{AngleSettings, FrictionStep};
 use crate::number::Number;
-use crate::parameters::Terms;
+use crate::parameters::{Terms, unknowns_fingerprint};
 use crate::units::Units;
 
 /// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
@@ -98,6 +100,20 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     pub(crate) free: [bool; P],
     pub(crate) initial: [f64; P],
     pub(crate) set: PhantomData<S>,
+}
+
+encode! {
+    [N: Encode, S: IdentifiableSet<P>, const P: usize, const W: usize]
+    GaussNewtonRecursion<N, S, P, W> as "GaussNewtonRecursion" {
+        law, blocking, step, load_step, angle, per_low_speed_velocity, demanded, allowed,
+        max_delay_deviation, min_motion_blocks, units, longest, bandwidth, min_omega, max_omega,
+        joining_omega, narrowing, block_narrowing, joining_samples, search_samples,
+        standstill_samples, search_standstill_samples, max_held_samples, alarm_blocks,
+        waiting_samples, reversal_blocks, widening, unexplained_variance, explained_variance,
+        max_square, max_unexplained_omega, mean_square_weight, has_friction, friction, has_load,
+        free, initial, set,
+    }
+    also unknowns_fingerprint(&S::UNKNOWNS, W)
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
@@ -174,6 +190,15 @@ where
     /// Bytes that the recursion itself keeps; the rest of the state is the record of the first fit
     /// and that fit.
     pub const RECURSION_BYTES: usize = size_of::<Recursion<N, S, P>>();
+
+    /// Starts from a servo that is known, in place of a first fit: see [`GaussNewtonRecursion::prepare`].
+    #[must_use]
+    pub fn start_from(&self, known: &PreparedServo<N>) -> GaussNewtonIdentifierState<N, S, P, W> {
+        CombinedState {
+            recorder: self.recorder().start_from(known),
+            fitter: self.fitter().start(),
+        }
+    }
 
     /// True if the recursion runs: the first fit has succeeded.
     #[must_use]

@@ -1,0 +1,16 @@
+use super::Identify;
+use crate::parameters::{Parameter, PerParameter};
+
+/// The estimates as an identifier computes with them: a firmware that shows no others needs no double precision, which a
+/// chip computes by software.
+///
+/// The SI value of an estimate is the machine value times [`MachineEstimates::machine_unit`], a constant of the
+/// configuration that may be computed elsewhere.
+pub trait MachineEstimates<N: Copy>: Identify<N> {
+    /// a, b, Coulomb friction and load in machine units (see [`Units`](crate::units::Units)), in fixed point as fractions
+    /// of their full scales; zero for a parameter that the model does not have.
+    fn machine_estimates(&self, state: &Self::State) -> PerParameter<N>;
+
+    /// The SI value of a machine value of one.
+    fn machine_unit(&self, parameter: Parameter) -> f64;
+}
