@@ -57,6 +57,9 @@
 #define SERVO_ID_TOO_FAST           -40
 #define SERVO_ID_NOT_KNOWN          -41
 #define SERVO_ID_DOES_NOT_ARRIVE    -42
+#define SERVO_ID_CONSTANTS_VERSION  -50
+#define SERVO_ID_CONSTANTS_TYPE     -51
+#define SERVO_ID_CONSTANTS_CHANGED  -52
 
 /* Parameters, for servo_id_settings_set, or servo_id_settings_set_range where a range is said.
  * servo_id_parameter_name has a name for each. */
@@ -411,13 +414,19 @@ int32_t servo_id_settings_choose_gamma(servo_id_settings *settings, double ampli
  * _resume: joins a motion after a gap, which moves by so many counts a sample; the estimates stay.
  * _estimates: SERVO_ID_NO_FIT before the first fit, when they are no result.
  * _work: of Gauss-Newton the first fit, at most so many blocks of it; call it when there is time.
- * _scale: of fixed point the command units of the last bit of a command, which is a word: the command over this number. */
+ * _scale: of fixed point the command units of the last bit of a command, which is a word: the command over this number.
+ * _init_from_constants: from what `servo-id export --firmware c` writes, `words` numbers; nothing else of the library is
+ *     linked than the samples. Gauss-Newton starts from the servo of the result and needs no _work.
+ * _machine_estimates: the four estimates, without double precision; each times the number of the exported file is SI. */
 int32_t servo_id_gradient_init(servo_id_gradient *object, uint32_t size, const servo_id_settings *settings,
                                servo_id_error *error);
 int32_t servo_id_gradient_sample(servo_id_gradient *object, int32_t moved, float command);
 int32_t servo_id_gradient_resume(servo_id_gradient *object, int32_t moved);
 int32_t servo_id_gradient_estimates(const servo_id_gradient *object, servo_id_estimates *estimates);
 int32_t servo_id_gradient_learn(servo_id_gradient *object, float increment, float command);
+int32_t servo_id_gradient_init_from_constants(servo_id_gradient *object, uint32_t size, const uint32_t *constants,
+                                              uint32_t words);
+int32_t servo_id_gradient_machine_estimates(const servo_id_gradient *object, float *machine);
 
 int32_t servo_id_gradient_coulomb_init(servo_id_gradient_coulomb *object, uint32_t size,
                                        const servo_id_settings *settings, servo_id_error *error);
@@ -425,6 +434,9 @@ int32_t servo_id_gradient_coulomb_sample(servo_id_gradient_coulomb *object, int3
 int32_t servo_id_gradient_coulomb_resume(servo_id_gradient_coulomb *object, int32_t moved);
 int32_t servo_id_gradient_coulomb_estimates(const servo_id_gradient_coulomb *object, servo_id_estimates *estimates);
 int32_t servo_id_gradient_coulomb_learn(servo_id_gradient_coulomb *object, float increment, float command);
+int32_t servo_id_gradient_coulomb_init_from_constants(servo_id_gradient_coulomb *object, uint32_t size,
+                                                      const uint32_t *constants, uint32_t words);
+int32_t servo_id_gradient_coulomb_machine_estimates(const servo_id_gradient_coulomb *object, float *machine);
 
 int32_t servo_id_gauss_newton_init(servo_id_gauss_newton *object, uint32_t size, const servo_id_settings *settings,
                                    servo_id_error *error);
@@ -433,6 +445,9 @@ int32_t servo_id_gauss_newton_resume(servo_id_gauss_newton *object, int32_t move
 int32_t servo_id_gauss_newton_estimates(const servo_id_gauss_newton *object, servo_id_estimates *estimates);
 int32_t servo_id_gauss_newton_learn(servo_id_gauss_newton *object, float increment, float command);
 int32_t servo_id_gauss_newton_work(servo_id_gauss_newton *object, uint32_t blocks);
+int32_t servo_id_gauss_newton_init_from_constants(servo_id_gauss_newton *object, uint32_t size,
+                                                  const uint32_t *constants, uint32_t words);
+int32_t servo_id_gauss_newton_machine_estimates(const servo_id_gauss_newton *object, float *machine);
 
 int32_t servo_id_fixed_init(servo_id_fixed *object, uint32_t size, const servo_id_settings *settings,
                             servo_id_error *error);
@@ -440,6 +455,9 @@ int32_t servo_id_fixed_sample(servo_id_fixed *object, int32_t moved, int32_t com
 int32_t servo_id_fixed_resume(servo_id_fixed *object, int32_t moved);
 int32_t servo_id_fixed_estimates(const servo_id_fixed *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_scale(const servo_id_fixed *object, double *scale);
+int32_t servo_id_fixed_init_from_constants(servo_id_fixed *object, uint32_t size, const uint32_t *constants,
+                                           uint32_t words);
+int32_t servo_id_fixed_machine_estimates(const servo_id_fixed *object, int32_t *machine);
 
 int32_t servo_id_fixed_coulomb_init(servo_id_fixed_coulomb *object, uint32_t size, const servo_id_settings *settings,
                                     servo_id_error *error);
@@ -447,6 +465,9 @@ int32_t servo_id_fixed_coulomb_sample(servo_id_fixed_coulomb *object, int32_t mo
 int32_t servo_id_fixed_coulomb_resume(servo_id_fixed_coulomb *object, int32_t moved);
 int32_t servo_id_fixed_coulomb_estimates(const servo_id_fixed_coulomb *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_coulomb_scale(const servo_id_fixed_coulomb *object, double *scale);
+int32_t servo_id_fixed_coulomb_init_from_constants(servo_id_fixed_coulomb *object, uint32_t size,
+                                                   const uint32_t *constants, uint32_t words);
+int32_t servo_id_fixed_coulomb_machine_estimates(const servo_id_fixed_coulomb *object, int32_t *machine);
 
 /* Loops: a PID with one of the identifiers.
  *
@@ -462,6 +483,9 @@ int32_t servo_id_gradient_loop_control(servo_id_gradient_loop *object, int32_t s
                                        float *command);
 int32_t servo_id_gradient_loop_learn(servo_id_gradient_loop *object, float acted);
 int32_t servo_id_gradient_loop_estimates(const servo_id_gradient_loop *object, servo_id_estimates *estimates);
+int32_t servo_id_gradient_loop_init_from_constants(servo_id_gradient_loop *object, uint32_t size,
+                                                   const uint32_t *constants, uint32_t words, int32_t count);
+int32_t servo_id_gradient_loop_machine_estimates(const servo_id_gradient_loop *object, float *machine);
 
 int32_t servo_id_gradient_coulomb_loop_init(servo_id_gradient_coulomb_loop *object, uint32_t size,
                                             const servo_id_settings *settings, int32_t count, servo_id_error *error);
@@ -472,6 +496,9 @@ int32_t servo_id_gradient_coulomb_loop_control(servo_id_gradient_coulomb_loop *o
 int32_t servo_id_gradient_coulomb_loop_learn(servo_id_gradient_coulomb_loop *object, float acted);
 int32_t servo_id_gradient_coulomb_loop_estimates(const servo_id_gradient_coulomb_loop *object,
                                                  servo_id_estimates *estimates);
+int32_t servo_id_gradient_coulomb_loop_init_from_constants(servo_id_gradient_coulomb_loop *object, uint32_t size,
+                                                           const uint32_t *constants, uint32_t words, int32_t count);
+int32_t servo_id_gradient_coulomb_loop_machine_estimates(const servo_id_gradient_coulomb_loop *object, float *machine);
 
 int32_t servo_id_gauss_newton_loop_init(servo_id_gauss_newton_loop *object, uint32_t size,
                                         const servo_id_settings *settings, int32_t count, servo_id_error *error);
@@ -482,6 +509,9 @@ int32_t servo_id_gauss_newton_loop_control(servo_id_gauss_newton_loop *object, i
 int32_t servo_id_gauss_newton_loop_learn(servo_id_gauss_newton_loop *object, float acted);
 int32_t servo_id_gauss_newton_loop_estimates(const servo_id_gauss_newton_loop *object, servo_id_estimates *estimates);
 int32_t servo_id_gauss_newton_loop_work(servo_id_gauss_newton_loop *object, uint32_t blocks);
+int32_t servo_id_gauss_newton_loop_init_from_constants(servo_id_gauss_newton_loop *object, uint32_t size,
+                                                       const uint32_t *constants, uint32_t words, int32_t count);
+int32_t servo_id_gauss_newton_loop_machine_estimates(const servo_id_gauss_newton_loop *object, float *machine);
 
 int32_t servo_id_fixed_loop_init(servo_id_fixed_loop *object, uint32_t size, const servo_id_settings *settings,
                                  int32_t count, servo_id_error *error);
@@ -492,6 +522,9 @@ int32_t servo_id_fixed_loop_control(servo_id_fixed_loop *object, int32_t setpoin
 int32_t servo_id_fixed_loop_learn(servo_id_fixed_loop *object, int32_t acted);
 int32_t servo_id_fixed_loop_estimates(const servo_id_fixed_loop *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_loop_scale(const servo_id_fixed_loop *object, double *scale);
+int32_t servo_id_fixed_loop_init_from_constants(servo_id_fixed_loop *object, uint32_t size, const uint32_t *constants,
+                                                uint32_t words, int32_t count);
+int32_t servo_id_fixed_loop_machine_estimates(const servo_id_fixed_loop *object, int32_t *machine);
 
 int32_t servo_id_fixed_coulomb_loop_init(servo_id_fixed_coulomb_loop *object, uint32_t size,
                                          const servo_id_settings *settings, int32_t count, servo_id_error *error);
@@ -502,6 +535,9 @@ int32_t servo_id_fixed_coulomb_loop_control(servo_id_fixed_coulomb_loop *object,
 int32_t servo_id_fixed_coulomb_loop_learn(servo_id_fixed_coulomb_loop *object, int32_t acted);
 int32_t servo_id_fixed_coulomb_loop_estimates(const servo_id_fixed_coulomb_loop *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_coulomb_loop_scale(const servo_id_fixed_coulomb_loop *object, double *scale);
+int32_t servo_id_fixed_coulomb_loop_init_from_constants(servo_id_fixed_coulomb_loop *object, uint32_t size,
+                                                        const uint32_t *constants, uint32_t words, int32_t count);
+int32_t servo_id_fixed_coulomb_loop_machine_estimates(const servo_id_fixed_coulomb_loop *object, int32_t *machine);
 
 /* The verdict in short on estimates with standard errors, for a usual command (command units) and speed (rad/s): b is
  * known to 1.5 %, a to 5 % or 1 % of b command / speed, friction and load to 5 % or 0.5 % of b command. */

@@ -65,15 +65,21 @@ namespace detail {
 // An identifier's functions; N is the number that a command is.
 template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, servo_id_error *),
           int32_t (*Sample)(T *, int32_t, N), int32_t (*Resume)(T *, int32_t),
-          int32_t (*Get)(const T *, servo_id_estimates *)>
+          int32_t (*Get)(const T *, servo_id_estimates *), int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t),
+          int32_t (*Machine)(const T *, N *)>
 class Listening {
 public:
     Status init(const Settings &settings, Error *error = nullptr) {
         return settings.status() ? Status(Init(&own_, sizeof own_, settings.get(), error)) : settings.status();
     }
+    // From the array that `servo-id export --firmware c` writes.
+    template <uint32_t Words> Status init(const uint32_t (&constants)[Words]) {
+        return FromConstants(&own_, sizeof own_, constants, Words);
+    }
     Status sample(int32_t moved, N command) { return Sample(&own_, moved, command); }
     Status resume(int32_t moved) { return Resume(&own_, moved); }
     Status estimates(Estimates &estimates) const { return Get(&own_, &estimates); }
+    Status machine_estimates(N (&machine)[4]) const { return Machine(&own_, machine); }
     T *get() { return &own_; }
     const T *get() const { return &own_; }
 
@@ -84,11 +90,16 @@ private:
 // A loop's functions; N is the number that a command and an offset are.
 template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, int32_t, servo_id_error *),
           int32_t (*Process)(T *, int32_t, N, int32_t, N *), int32_t (*Control)(T *, int32_t, N, int32_t, N *),
-          int32_t (*Learn)(T *, N), int32_t (*Get)(const T *, servo_id_estimates *)>
+          int32_t (*Learn)(T *, N), int32_t (*Get)(const T *, servo_id_estimates *),
+          int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t, int32_t), int32_t (*Machine)(const T *, N *)>
 class Closed {
 public:
     Status init(const Settings &settings, int32_t count, Error *error = nullptr) {
         return settings.status() ? Status(Init(&own_, sizeof own_, settings.get(), count, error)) : settings.status();
+    }
+    // From the array that `servo-id export --firmware c` writes.
+    template <uint32_t Words> Status init(const uint32_t (&constants)[Words], int32_t count) {
+        return FromConstants(&own_, sizeof own_, constants, Words, count);
     }
     Status process(int32_t setpoint, N offset, int32_t count, N &command) {
         return Process(&own_, setpoint, offset, count, &command);
@@ -98,6 +109,7 @@ public:
     }
     Status learn(N acted) { return Learn(&own_, acted); }
     Status estimates(Estimates &estimates) const { return Get(&own_, &estimates); }
+    Status machine_estimates(N (&machine)[4]) const { return Machine(&own_, machine); }
     T *get() { return &own_; }
     const T *get() const { return &own_; }
 
@@ -109,10 +121,12 @@ private:
 
 #define SERVO_ID_LISTENING(NAME, NUMBER)                                                                               \
     detail::Listening<servo_id_##NAME, NUMBER, servo_id_##NAME##_init, servo_id_##NAME##_sample,                       \
-                      servo_id_##NAME##_resume, servo_id_##NAME##_estimates>
+                      servo_id_##NAME##_resume, servo_id_##NAME##_estimates, servo_id_##NAME##_init_from_constants,    \
+                      servo_id_##NAME##_machine_estimates>
 #define SERVO_ID_CLOSED(NAME, NUMBER)                                                                                  \
     detail::Closed<servo_id_##NAME, NUMBER, servo_id_##NAME##_init, servo_id_##NAME##_process,                         \
-                   servo_id_##NAME##_control, servo_id_##NAME##_learn, servo_id_##NAME##_estimates>
+                   servo_id_##NAME##_control, servo_id_##NAME##_learn, servo_id_##NAME##_estimates,                    \
+                   servo_id_##NAME##_init_from_constants, servo_id_##NAME##_machine_estimates>
 #define SERVO_ID_LEARNS(NAME)                                                                                          \
     Status learn(float increment, float command) { return servo_id_##NAME##_learn(get(), increment, command); }
 #define SERVO_ID_WORKS(NAME)                                                                                           \

@@ -1,5 +1,6 @@
 //! Identifiers that listen to a controller of the caller's.
 
+use identifier_core::constants::Configuration;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 
@@ -43,9 +44,15 @@ impl Estimates {
     }
 }
 
-/// Estimates before a first fit are no result.
+/// An identifier as it starts from constants, and whether it has estimates.
 pub(crate) trait Readiness<N: Copy>: Identify<N> {
-    /// The status of the estimates.
+    /// What its constants hold besides the configuration.
+    type Known: Configuration;
+
+    /// Begins with what is known.
+    fn begin(&self, _: &mut Self::State, _: &Self::Known) {}
+
+    /// The status of the estimates: before a first fit they are no result.
     fn readiness(&self, _: &Self::State) -> i32 {
         status::OK
     }
@@ -55,13 +62,14 @@ pub(crate) trait Readiness<N: Copy>: Identify<N> {
 macro_rules! listening {
     (
         $object:ident: $identifier:ty, $mark:literal, $words:literal words;
-        $init:ident $resume:ident $estimates:ident;
-        $number:ty;
+        $init:ident $resume:ident $estimates:ident $init_from_constants:ident $machine_estimates:ident;
+        $number:ty, $c_number:ty;
         $($more:tt)*
     ) => {
-        use identifier_core::identifier::Identify;
+        use identifier_core::identifier::{Identify, MachineEstimates};
 
         use super::{Estimates, Listening, Readiness};
+        use crate::constants::{InC, configuration};
         use crate::object::{Content, Object, content, fill, answered, shared, storage, write};
         use crate::settings::{Settings, given};
         use crate::status::{self, Error, of_step};
@@ -108,6 +116,20 @@ macro_rules! listening {
                 unsafe { answered(error, build(object, size, settings)) }
             }
 
+            /// Builds it from constants.
+            fn $init_from_constants(object: *mut $object, size: u32, constants: *const u32, words: u32) {
+                // SAFETY: the header's conditions.
+                unsafe {
+                    let object = storage(object, size)?;
+                    let (identifier, known): (Identifier, <Identifier as Readiness<$number>>::Known) =
+                        configuration(constants, words)?;
+                    let mut state = identifier.start();
+                    identifier.begin(&mut state, &known);
+                    fill(object, Listening { identifier, state });
+                }
+                Ok(status::OK)
+            }
+
             /// Joins a motion after a gap.
             fn $resume(object: *mut $object, moved: i32) {
                 // SAFETY: the header's conditions.
@@ -128,6 +150,16 @@ macro_rules! listening {
                 Ok(own.identifier.readiness(&own.state))
             }
 
+            /// The estimates in machine units.
+            fn $machine_estimates(object: *const $object, machine: *mut $c_number) {
+                // SAFETY: the header's conditions.
+                let own = unsafe { shared(object) }?;
+                let found = own.identifier.machine_estimates(&own.state).in_c();
+                // SAFETY: the header's conditions.
+                unsafe { write(machine.cast(), found) }?;
+                Ok(own.identifier.readiness(&own.state))
+            }
+
             $($more)*
         }
     };
@@ -137,15 +169,16 @@ macro_rules! listening {
 macro_rules! listening_to_numbers {
     (
         $object:ident: $identifier:ty, $mark:literal, $words:literal words;
-        $init:ident $sample:ident $resume:ident $estimates:ident $learn:ident;
+        $init:ident $sample:ident $resume:ident $estimates:ident $learn:ident
+        $init_from_constants:ident $machine_estimates:ident;
         $($more:tt)*
     ) => {
         use identifier_core::number::Number;
 
         listening! {
             $object: $identifier, $mark, $words words;
-            $init $resume $estimates;
-            f32;
+            $init $resume $estimates $init_from_constants $machine_estimates;
+            f32, f32;
 
             /// A sample.
             fn $sample(object: *mut $object, moved: i32, command: f32) {
@@ -171,14 +204,15 @@ macro_rules! listening_to_numbers {
 macro_rules! listening_to_words {
     (
         $object:ident: $identifier:ty, $mark:literal, $words:literal words;
-        $init:ident $sample:ident $resume:ident $estimates:ident $scale:ident;
+        $init:ident $sample:ident $resume:ident $estimates:ident $scale:ident
+        $init_from_constants:ident $machine_estimates:ident;
     ) => {
         use identifier_core::fixed_point::Word;
 
         listening! {
             $object: $identifier, $mark, $words words;
-            $init $resume $estimates;
-            Word;
+            $init $resume $estimates $init_from_constants $machine_estimates;
+            Word, i32;
 
             /// A sample.
             fn $sample(object: *mut $object, moved: i32, command: i32) {
@@ -211,10 +245,13 @@ pub mod gradient {
     listening_to_numbers! {
         Gradient: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 52 words;
         servo_id_gradient_init servo_id_gradient_sample servo_id_gradient_resume
-        servo_id_gradient_estimates servo_id_gradient_learn;
+        servo_id_gradient_estimates servo_id_gradient_learn
+        servo_id_gradient_init_from_constants servo_id_gradient_machine_estimates;
     }
 
-    impl Readiness<f32> for Identifier {}
+    impl Readiness<f32> for Identifier {
+        type Known = ();
+    }
 }
 
 /// The same with Coulomb friction.
@@ -226,21 +263,25 @@ pub mod gradient_coulomb {
     listening_to_numbers! {
         GradientCoulomb: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 66 words;
         servo_id_gradient_coulomb_init servo_id_gradient_coulomb_sample servo_id_gradient_coulomb_resume
-        servo_id_gradient_coulomb_estimates servo_id_gradient_coulomb_learn;
+        servo_id_gradient_coulomb_estimates servo_id_gradient_coulomb_learn
+        servo_id_gradient_coulomb_init_from_constants servo_id_gradient_coulomb_machine_estimates;
     }
 
-    impl Readiness<f32> for Identifier {}
+    impl Readiness<f32> for Identifier {
+        type Known = ();
+    }
 }
 
 /// Recursive Gauss–Newton for a, b, Coulomb friction and load.
 pub mod gauss_newton {
-    use identifier_core::identifier::GaussNewtonIdentifier;
+    use identifier_core::identifier::{GaussNewtonIdentifier, PreparedServo};
     use identifier_core::parameters::AbCoulombLoad;
 
     listening_to_numbers! {
         GaussNewton: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0004, 680 words;
         servo_id_gauss_newton_init servo_id_gauss_newton_sample servo_id_gauss_newton_resume
-        servo_id_gauss_newton_estimates servo_id_gauss_newton_learn;
+        servo_id_gauss_newton_estimates servo_id_gauss_newton_learn
+        servo_id_gauss_newton_init_from_constants servo_id_gauss_newton_machine_estimates;
 
         /// Continues the first fit by at most so many blocks.
         fn servo_id_gauss_newton_work(object: *mut GaussNewton, blocks: u32) {
@@ -252,6 +293,12 @@ pub mod gauss_newton {
     }
 
     impl Readiness<f32> for Identifier {
+        type Known = PreparedServo<f32>;
+
+        fn begin(&self, state: &mut Self::State, known: &Self::Known) {
+            *state = self.start_from(known);
+        }
+
         fn readiness(&self, state: &Self::State) -> i32 {
             if self.is_running(state) {
                 status::OK
@@ -271,10 +318,13 @@ pub mod fixed {
     listening_to_words! {
         Fixed: FixedGradientIdentifier<LowPass<Word>, Ab, 2>, 0x5e1d_0005, 64 words;
         servo_id_fixed_init servo_id_fixed_sample servo_id_fixed_resume servo_id_fixed_estimates
-        servo_id_fixed_scale;
+        servo_id_fixed_scale
+        servo_id_fixed_init_from_constants servo_id_fixed_machine_estimates;
     }
 
-    impl Readiness<Word> for Identifier {}
+    impl Readiness<Word> for Identifier {
+        type Known = ();
+    }
 }
 
 /// The same with Coulomb friction.
@@ -286,10 +336,13 @@ pub mod fixed_coulomb {
     listening_to_words! {
         FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>, 0x5e1d_0006, 72 words;
         servo_id_fixed_coulomb_init servo_id_fixed_coulomb_sample servo_id_fixed_coulomb_resume
-        servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale;
+        servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale
+        servo_id_fixed_coulomb_init_from_constants servo_id_fixed_coulomb_machine_estimates;
     }
 
-    impl Readiness<Word> for Identifier {}
+    impl Readiness<Word> for Identifier {
+        type Known = ();
+    }
 }
 
 /// The lists of all of them.

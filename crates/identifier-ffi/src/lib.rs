@@ -16,6 +16,7 @@
 mod face;
 
 pub mod commission;
+mod constants;
 pub mod identifier;
 pub mod judge;
 pub mod names;

@@ -35,14 +35,18 @@ unsafe fn commanded<C: Default>(
 macro_rules! closed {
     (
         $object:ident: $servo_loop:ty, $state:ty, $mark:literal, $words:literal words;
-        $init:ident $process:ident $control:ident $learn:ident $estimates:ident;
-        $number:ty: |$offset:ident: $c_offset:ty| $as_offset:expr;
+        $init:ident $process:ident $control:ident $learn:ident $estimates:ident
+        $init_from_constants:ident $machine_estimates:ident;
+        $identifier:ty, $number:ty: |$offset:ident: $c_offset:ty| $as_offset:expr;
         |$acted:ident: $c_number:ty| $as_number:expr; |$word:ident| $as_c:expr;
         $($more:tt)*
     ) => {
         use identifier_core::control::ControlSample;
 
+        use identifier_core::identifier::MachineEstimates;
+
         use super::{Closed, commanded};
+        use crate::constants::{InC, configuration};
         use crate::identifier::{Estimates, Readiness};
         use crate::object::{Content, Object, answered, content, fill, shared, storage, write};
         use crate::settings::{Settings, given};
@@ -90,6 +94,26 @@ macro_rules! closed {
             ) {
                 // SAFETY: the header's conditions.
                 unsafe { answered(error, build(object, size, settings, count)) }
+            }
+
+            /// Builds it from constants, at rest at a count.
+            fn $init_from_constants(
+                object: *mut $object,
+                size: u32,
+                constants: *const u32,
+                words: u32,
+                count: i32,
+            ) {
+                // SAFETY: the header's conditions.
+                unsafe {
+                    let object = storage(object, size)?;
+                    let (servo_loop, known): (Loop, <$identifier as Readiness<$number>>::Known) =
+                        configuration(constants, words)?;
+                    let mut state = servo_loop.start(count);
+                    servo_loop.identifier().begin(state.identification_mut(), &known);
+                    fill(object, Closed { servo_loop, state, sample: None });
+                }
+                Ok(status::OK)
             }
 
             /// A sample: the command, zero where it is refused.
@@ -152,6 +176,17 @@ macro_rules! closed {
                 Ok(identifier.readiness(state))
             }
 
+            /// The estimates in machine units.
+            fn $machine_estimates(object: *const $object, machine: *mut $c_number) {
+                // SAFETY: the header's conditions.
+                let own = unsafe { shared(object) }?;
+                let (identifier, state) = (own.servo_loop.identifier(), own.state.identification());
+                let found = identifier.machine_estimates(state).in_c();
+                // SAFETY: the header's conditions.
+                unsafe { write(machine.cast(), found) }?;
+                Ok(identifier.readiness(state))
+            }
+
             $($more)*
         }
     };
@@ -161,7 +196,8 @@ macro_rules! closed {
 macro_rules! closed_on_numbers {
     (
         $object:ident: $identifier:ty, $mark:literal, $words:literal words;
-        $init:ident $process:ident $control:ident $learn:ident $estimates:ident;
+        $init:ident $process:ident $control:ident $learn:ident $estimates:ident
+        $init_from_constants:ident $machine_estimates:ident;
         $($more:tt)*
     ) => {
         use identifier_core::identifier::{Identify, ServoLoop, ServoLoopState};
@@ -175,8 +211,8 @@ macro_rules! closed_on_numbers {
                 <$identifier as Identify<f32>>::State,
             >,
             $mark, $words words;
-            $init $process $control $learn $estimates;
-            f32: |offset: f32| offset; |acted: f32| acted; |command_of_loop| command_of_loop;
+            $init $process $control $learn $estimates $init_from_constants $machine_estimates;
+            $identifier, f32: |offset: f32| offset; |acted: f32| acted; |command_of_loop| command_of_loop;
             $($more)*
         }
     };
@@ -186,18 +222,21 @@ macro_rules! closed_on_numbers {
 macro_rules! closed_on_words {
     (
         $object:ident: $set:ty, $parameters:literal, $mark:literal, $words:literal words;
-        $init:ident $process:ident $control:ident $learn:ident $estimates:ident $scale:ident;
+        $init:ident $process:ident $control:ident $learn:ident $estimates:ident $scale:ident
+        $init_from_constants:ident $machine_estimates:ident;
     ) => {
         use fixed::types::I16F16;
-        use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
+        use identifier_core::fixed_point::{
+            FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,
+        };
         use identifier_core::measurement::{LowPass, VelocityEstimate};
 
         closed! {
             $object: FixedServoLoop<LowPass<Word>, $set, $parameters>,
             FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, $parameters>,
             $mark, $words words;
-            $init $process $control $learn $estimates;
-            Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);
+            $init $process $control $learn $estimates $init_from_constants $machine_estimates;
+            FixedGradientIdentifier<LowPass<Word>, $set, $parameters>, Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);
             |word| word.to_bits();
 
             /// Command units of a word's last bit.
@@ -221,7 +260,8 @@ pub mod gradient {
     closed_on_numbers! {
         GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 64 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
-        servo_id_gradient_loop_learn servo_id_gradient_loop_estimates;
+        servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
+        servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
     }
 }
 
@@ -234,7 +274,8 @@ pub mod gradient_coulomb {
         GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 76 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
-        servo_id_gradient_coulomb_loop_estimates;
+        servo_id_gradient_coulomb_loop_estimates
+        servo_id_gradient_coulomb_loop_init_from_constants servo_id_gradient_coulomb_loop_machine_estimates;
     }
 }
 
@@ -247,7 +288,8 @@ pub mod gauss_newton {
         GaussNewtonLoop: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0014, 690 words;
         servo_id_gauss_newton_loop_init servo_id_gauss_newton_loop_process
         servo_id_gauss_newton_loop_control servo_id_gauss_newton_loop_learn
-        servo_id_gauss_newton_loop_estimates;
+        servo_id_gauss_newton_loop_estimates
+        servo_id_gauss_newton_loop_init_from_constants servo_id_gauss_newton_loop_machine_estimates;
 
         /// Continues the first fit by at most so many blocks.
         fn servo_id_gauss_newton_loop_work(object: *mut GaussNewtonLoop, blocks: u32) {
@@ -267,7 +309,8 @@ pub mod fixed_point {
     closed_on_words! {
         FixedLoop: Ab, 2, 0x5e1d_0015, 84 words;
         servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
-        servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale;
+        servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale
+        servo_id_fixed_loop_init_from_constants servo_id_fixed_loop_machine_estimates;
     }
 }
 
@@ -279,7 +322,8 @@ pub mod fixed_point_coulomb {
         FixedCoulombLoop: AbCoulomb, 3, 0x5e1d_0016, 92 words;
         servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
         servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
-        servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale;
+        servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale
+        servo_id_fixed_coulomb_loop_init_from_constants servo_id_fixed_coulomb_loop_machine_estimates;
     }
 }
 

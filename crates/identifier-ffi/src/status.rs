@@ -75,6 +75,9 @@ statuses! {
     -40 TOO_FAST c"the goal is beyond the margins of the servo"
     -41 NOT_KNOWN c"the servo is not known well enough for any gains to keep the margins"
     -42 DOES_NOT_ARRIVE c"the step does not get to 90 %, as friction holds the servo"
+    -50 CONSTANTS_VERSION c"the constants were exported for another version of the library: export them again"
+    -51 CONSTANTS_TYPE c"the constants are those of another object"
+    -52 CONSTANTS_CHANGED c"the constants were changed, or are not complete: export them again"
 }
 
 /// A refusal as numbers: `servo_id_error` in the header.

@@ -89,6 +89,13 @@ fn compile(compiler: &str, standard: &str, source: &Path, more: &[&str], name: &
     program
 }
 
+/// A folder with `constants.h`, as an option of a compiler.
+fn constants(name: &str) -> String {
+    let folder = folder(name);
+    fs::write(folder.join("constants.h"), reference::constants()).expect("written");
+    format!("-I{}", folder.display())
+}
+
 #[test]
 fn c_has_the_bits_of_rust() {
     if !has("cc") {
@@ -96,7 +103,9 @@ fn c_has_the_bits_of_rust() {
     }
     let source = own().join("tests/c/same_bits.c");
     let expected = reference::lines();
+    let constants = constants("constants");
     for (name, flags) in [("same-bits", &[][..]), ("same-bits-sanitized", &SANITIZED)] {
+        let flags = &[&[&*constants], flags].concat();
         let program = compile("cc", "-std=c11", &source, flags, name);
         assert_eq!(run(&mut Command::new(program)), expected, "{name}");
     }
@@ -142,6 +151,7 @@ fn chips_have_the_bits_of_rust() {
         return;
     }
     let expected = reference::lines();
+    let constants = constants("constants-of-chips");
     let from = own().join("tests/c");
     for chip in CHIPS {
         let library = library(&["--target", chip.target]);
@@ -156,6 +166,7 @@ fn chips_have_the_bits_of_rust() {
             ])
             .args(["-Wl,--no-warn-execstack", "-Wl,--no-warn-rwx-segments"])
             .args(STRICT)
+            .arg(&constants)
             .arg(format!("-Wl,--defsym=flash_begin={}", chip.flash))
             .arg(format!("-Wl,--defsym=memory_begin={}", chip.memory))
             .arg("-I")
@@ -179,6 +190,50 @@ fn chips_have_the_bits_of_rust() {
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(&program));
         assert_eq!(printed, expected, "{}", chip.target);
+    }
+}
+
+/// Nothing but the samples is linked into a program whose objects are of constants: no certificate and no settings.
+#[test]
+fn a_program_of_constants_links_little() {
+    if !has("cc") || !has("size") {
+        return;
+    }
+    let bytes = |name: &str, init: &str| {
+        let program = folder("links-little").join(name);
+        let functions = [init, "process", "machine_estimates"];
+        run(Command::new("cc")
+            .args([
+                "-nostdlib",
+                "-Wl,--gc-sections",
+                "-Wl,--unresolved-symbols=ignore-all",
+            ])
+            .args(functions.map(|of| format!("-Wl,--undefined=servo_id_{name}_{of}")))
+            .arg(format!("-Wl,--entry=servo_id_{name}_process"))
+            .arg(archive())
+            .arg("-o")
+            .arg(&program));
+        let table = run(Command::new("size").arg(program));
+        let text = table
+            .lines()
+            .nth(1)
+            .and_then(|line| line.split_whitespace().next());
+        text.and_then(|bytes| bytes.parse::<u32>().ok())
+            .expect("a number")
+    };
+    for (name, most) in [
+        ("gradient_loop", 8),
+        ("gradient_coulomb_loop", 12),
+        ("fixed_loop", 8),
+        ("fixed_coulomb_loop", 12),
+        ("gauss_newton_loop", 28),
+    ] {
+        let [built, of_constants] = ["init", "init_from_constants"].map(|init| bytes(name, init));
+        println!("{name}: {of_constants} bytes of constants, {built} from settings");
+        assert!(
+            of_constants < 1024 * most && of_constants < built / 2,
+            "{name}"
+        );
     }
 }
 

@@ -3,6 +3,9 @@
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
+use identifier_core::identifier::DiagonalGradientIdentifier;
+use identifier_core::measurement::LowPass;
+use identifier_core::parameters::Ab;
 use identifier_ffi::commission::*;
 use identifier_ffi::identifier::{Estimates, fixed, gauss_newton, gradient};
 use identifier_ffi::judge::{Verdict, servo_id_judge};
@@ -21,8 +24,9 @@ use gauss_newton::{
     servo_id_gauss_newton_sample, servo_id_gauss_newton_work,
 };
 use gradient::{
-    Gradient, servo_id_gradient_estimates, servo_id_gradient_init, servo_id_gradient_resume,
-    servo_id_gradient_sample,
+    Gradient, servo_id_gradient_estimates, servo_id_gradient_init,
+    servo_id_gradient_init_from_constants, servo_id_gradient_machine_estimates,
+    servo_id_gradient_resume, servo_id_gradient_sample,
 };
 use servo_loop::fixed_point::{servo_id_fixed_loop_init, servo_id_fixed_loop_process};
 use servo_loop::gradient::{
@@ -93,6 +97,21 @@ fn settings() -> Settings {
         }
     }
     own
+}
+
+/// The constants of a gradient identifier.
+fn constants() -> Vec<u32> {
+    let mut given = identifier_core::Settings::new(1e-3, 1e4);
+    given.identifier.correction = Some([9.0, 0.19, 4.0]);
+    given.identifier.initial.b = Some(200.0);
+    given.identifier.gamma = Some(identifier_core::settings::diagonal([
+        23.0, 1700.0, 0.0, 0.0,
+    ]));
+    let built: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2> =
+        given.build().expect("right settings");
+    let mut constants = Vec::new();
+    identifier_core::constants::words(&(built, ()), |word| constants.push(word));
+    constants
 }
 
 #[test]
@@ -300,6 +319,7 @@ fn whatever_is_called_has_a_status() {
         has_record: 0,
         record: Record::empty(),
     };
+    let constants = constants();
     let (mut refused, mut taken) = (0_u64, 0_u64);
     for call in 0..number_of_calls() {
         if call % 1000 == 0 {
@@ -320,6 +340,29 @@ fn whatever_is_called_has_a_status() {
                         0 => servo_id_gradient_init(at, n.size::<Gradient>(), n.address(own), none),
                         1 => estimate(n, |to| servo_id_gradient_estimates(at, to)),
                         2 => servo_id_gradient_resume(at, n.whole()),
+                        3 => {
+                            let mut constants = constants.clone();
+                            if n.below(3) == 0 {
+                                let place = n.below(constants.len() as u32) as usize;
+                                constants[place] ^= 1 << n.below(32);
+                            }
+                            let all = constants.len() as u32;
+                            let words = if n.below(4) == 0 { n.below(all) } else { all };
+                            let from = n.address(constants.as_mut_ptr());
+                            servo_id_gradient_init_from_constants(
+                                at,
+                                n.size::<Gradient>(),
+                                from,
+                                words,
+                            )
+                        }
+                        4 => {
+                            let mut machine = [f32::NAN; 4];
+                            let to = n.address(machine.as_mut_ptr());
+                            let answered = servo_id_gradient_machine_estimates(at, to);
+                            assert!(answered < 0 || machine.iter().all(|value| value.is_finite()));
+                            answered
+                        }
                         _ => servo_id_gradient_sample(at, n.whole(), n.single()),
                     }
                 }

@@ -14,6 +14,7 @@ pub(super) const fn with(sum: u32, word: u32) -> u32 {
     (sum ^ word).wrapping_mul(PRIME).rotate_left(15)
 }
 
+#[inline(never)]
 pub(super) const fn checksum(words: &[u32]) -> u32 {
     let mut sum = EMPTY;
     let mut rest = words;
@@ -225,6 +226,16 @@ impl<T: Encode> Encode for Option<T> {
         let value = T::decode(words);
         is_some.then_some(value)
     }
+}
+
+impl Encode for () {
+    const SHAPE: u32 = fingerprint("nothing", &[]);
+    const WORDS: usize = 0;
+
+    fn encode(&self, _: &mut dyn FnMut(u32)) {}
+
+    #[inline(always)]
+    fn decode(_: &mut Decoder<'_>) {}
 }
 
 /// Of a type alone: a struct that holds it names its fingerprint.

@@ -6,20 +6,41 @@ use fixed::types::I16F16;
 use identifier_core::commission::{
     CommissionInputs, CommissionSettings, Limits, Phase, SynchronousCommission,
 };
+use identifier_core::constants::{Configuration, words};
 use identifier_core::excitation::Prbs;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify, ServoLoop,
+    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonIdentifier, Identify, MachineEstimates,
+    PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ServoParameters};
-use identifier_core::settings::BoxSettings;
+use identifier_core::parameters::{
+    Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, Parameter, PerParameter, ServoParameters,
+};
+use identifier_core::settings::{BoxSettings, FromSettings};
 use identifier_core::tuning::Goal;
 use identifier_core::{ControllerSettings, Settings};
 
 const SAMPLES: i32 = 12_000;
 const TIME: f64 = 1e-3;
 const RADIAN_COUNTS: f64 = 10_000.0 / core::f64::consts::TAU;
+
+/// A number's bits.
+trait Bits {
+    fn bits(self) -> u32;
+}
+
+impl Bits for f32 {
+    fn bits(self) -> u32 {
+        self.to_bits()
+    }
+}
+
+impl Bits for Word {
+    fn bits(self) -> u32 {
+        self.to_bits() as u32
+    }
+}
 
 struct World {
     position: f64,
@@ -82,6 +103,15 @@ impl World {
         sum(&mut self.statuses, (status as u32).into());
     }
 
+    /// The end of a run of an object with estimates.
+    fn end<N: Bits + Copy>(&mut self, machine: &PerParameter<N>) {
+        sum(&mut self.statuses, 0);
+        sum(&mut self.statuses, 0);
+        for parameter in Parameter::ALL {
+            sum(&mut self.statuses, machine.get(parameter).bits().into());
+        }
+    }
+
     fn own_command(&self, now: i32) -> f32 {
         let error = (self.setpoint - now) as f32;
         let command = 0.0055_f32 * error - 0.19_f32 * self.velocity as f32;
@@ -124,12 +154,17 @@ fn friction(coulomb: bool) -> f64 {
 }
 
 /// An identifier that observes; a command as it takes it.
-fn listen<N, I>(name: &str, coulomb: bool, identifier: &I, taken: impl Fn(f32) -> N) -> String
+fn listen<N, I>(
+    name: &str,
+    coulomb: bool,
+    identifier: &I,
+    mut state: I::State,
+    taken: impl Fn(f32) -> N,
+) -> String
 where
-    N: Copy,
-    I: Identify<N>,
+    N: Copy + Bits,
+    I: MachineEstimates<N>,
 {
-    let mut state = identifier.start();
     let mut at = World::new();
     let mut last = at.count();
     sum(&mut at.statuses, 0);
@@ -143,16 +178,18 @@ where
         identifier.work(&mut state, 50);
         last = now;
     }
-    sum(&mut at.statuses, 0);
+    at.end(&identifier.machine_estimates(&state));
     at.line(name, identifier.estimates(&state))
 }
 
-fn close<I: Identify<f32>>(name: &str, coulomb: bool) -> String
-where
-    ServoLoop<f32, LowPass<f32>, I>: identifier_core::settings::FromSettings,
-{
-    let own: ServoLoop<f32, LowPass<f32>, I> = settings(coulomb).build().expect("a loop");
+fn close<I: MachineEstimates<f32>>(
+    name: &str,
+    coulomb: bool,
+    own: &ServoLoop<f32, LowPass<f32>, I>,
+    start: I::State,
+) -> String {
     let mut state = own.start(0);
+    *state.identification_mut() = start;
     let mut at = World::new();
     sum(&mut at.statuses, 0);
     for sample in 0..SAMPLES {
@@ -164,14 +201,13 @@ where
         at.take(step.seen.event as i32, command);
         own.identifier().work(state.identification_mut(), 50);
     }
-    sum(&mut at.statuses, 0);
+    at.end(&own.identifier().machine_estimates(state.identification()));
     at.line(name, own.identifier().estimates(state.identification()))
 }
 
 macro_rules! close_fixed {
-    ($name:literal, $coulomb:literal, $set:ty, $parameters:literal) => {{
-        let own: FixedServoLoop<LowPass<Word>, $set, $parameters> =
-            settings($coulomb).build().expect("a loop");
+    ($name:expr, $coulomb:literal, $own:expr) => {{
+        let own = $own;
         let mut state = own.start(0);
         let mut at = World::new();
         sum(&mut at.statuses, 0);
@@ -184,7 +220,7 @@ macro_rules! close_fixed {
             at.advance(command, friction($coulomb));
             at.take(step.seen.event as i32, command as f32);
         }
-        sum(&mut at.statuses, 0);
+        at.end(&own.identifier().machine_estimates(state.identification()));
         at.line($name, own.identifier().estimates(state.identification()))
     }};
 }
@@ -239,34 +275,138 @@ fn commission() -> String {
     at.line("commission", servo) + &at.line("commission_gains", gains)
 }
 
-/// All that the program prints.
-pub(crate) fn lines() -> String {
-    type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
-    type GradientCoulomb = DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
-    type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
-    let gradient: Gradient = settings(false).build().expect("an identifier");
-    let gradient_coulomb: GradientCoulomb = settings(true).build().expect("an identifier");
-    let gauss_newton: GaussNewton = settings(true).build().expect("an identifier");
-    let fixed: FixedGradientIdentifier<LowPass<Word>, Ab, 2> =
-        settings(false).build().expect("an identifier");
-    let fixed_coulomb: FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3> =
-        settings(true).build().expect("an identifier");
-    let scale = fixed.command(Word::from_bits(1));
-    let word = |command: f32| Word::from_bits((f64::from(command) / scale) as i32);
-    [
-        listen("gradient", false, &gradient, |command| command),
-        listen("gradient_coulomb", true, &gradient_coulomb, |command| {
-            command
+type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
+type GradientCoulomb = DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
+type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
+type Fixed = FixedGradientIdentifier<LowPass<Word>, Ab, 2>;
+type FixedCoulomb = FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>;
+type Closed<I> = ServoLoop<f32, LowPass<f32>, I>;
+type FixedLoop = FixedServoLoop<LowPass<Word>, Ab, 2>;
+type FixedCoulombLoop = FixedServoLoop<LowPass<Word>, AbCoulomb, 3>;
+
+/// The loop or identifier of a type.
+fn built<T: FromSettings>(coulomb: bool) -> T {
+    settings(coulomb).build().expect("right settings")
+}
+
+/// A servo that Gauss–Newton begins with, not quite the true one.
+fn known() -> PreparedServo<f32> {
+    let servo = IdentifiedServo {
+        parameters: ServoParameters {
+            a: 2.5,
+            b: 250.0,
+            coulomb: 9.0,
+            load: 18.0,
+        },
+        delay: 0.0,
+        covariance: core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                if i == j {
+                    [0.1, 20.0, 0.5, 0.0, 1.0][i]
+                } else {
+                    0.0
+                }
+            })
         }),
-        listen("gauss_newton", true, &gauss_newton, |command| command),
-        listen("fixed", false, &fixed, word),
-        listen("fixed_coulomb", true, &fixed_coulomb, word),
-        close::<Gradient>("gradient_loop", false),
-        close::<GradientCoulomb>("gradient_coulomb_loop", true),
-        close::<GaussNewton>("gauss_newton_loop", true),
-        close_fixed!("fixed_loop", false, Ab, 2),
-        close_fixed!("fixed_coulomb_loop", true, AbCoulomb, 3),
-        commission(),
+        unexplained: 2e-4,
+    };
+    let motion = ExpectedMotion {
+        bandwidth: 30.0,
+        command: 1.0,
+    };
+    built::<GaussNewton>(true)
+        .recorder()
+        .prepare(&servo, &motion)
+}
+
+/// `constants.h`: an array for each object.
+pub(crate) fn constants() -> String {
+    fn array<T: Configuration>(name: &str, configuration: &T) -> String {
+        let mut text = format!("static const uint32_t {name}_words[] = {{");
+        words(configuration, |word| {
+            write!(text, "{word}u,").expect("a string takes it")
+        });
+        text + "};\n"
+    }
+    [
+        "#include <stdint.h>\n".to_owned(),
+        array("gradient", &(built::<Gradient>(false), ())),
+        array("gradient_coulomb", &(built::<GradientCoulomb>(true), ())),
+        array("gauss_newton", &(built::<GaussNewton>(true), known())),
+        array("fixed", &(built::<Fixed>(false), ())),
+        array("fixed_coulomb", &(built::<FixedCoulomb>(true), ())),
+        array("gradient_loop", &(built::<Closed<Gradient>>(false), ())),
+        array(
+            "gradient_coulomb_loop",
+            &(built::<Closed<GradientCoulomb>>(true), ()),
+        ),
+        array(
+            "gauss_newton_loop",
+            &(built::<Closed<GaussNewton>>(true), known()),
+        ),
+        array("fixed_loop", &(built::<FixedLoop>(false), ())),
+        array("fixed_coulomb_loop", &(built::<FixedCoulombLoop>(true), ())),
     ]
     .concat()
+}
+
+/// All that the program prints.
+pub(crate) fn lines() -> String {
+    let scale = built::<Fixed>(false).command(Word::from_bits(1));
+    let word = |command: f32| Word::from_bits((f64::from(command) / scale) as i32);
+    let number = |command: f32| command;
+    let of = |of_constants: bool| {
+        let name = |own: &str| own.to_owned() + if of_constants { "_of_constants" } else { "" };
+        let begun = |own: &GaussNewton| {
+            if of_constants {
+                own.start_from(&known())
+            } else {
+                own.start()
+            }
+        };
+        macro_rules! listens {
+            ($name:literal, $coulomb:literal, $identifier:ty, $taken:expr) => {{
+                let own: $identifier = built($coulomb);
+                listen(&name($name), $coulomb, &own, own.start(), $taken)
+            }};
+        }
+        macro_rules! closes {
+            ($name:literal, $coulomb:literal, $identifier:ty) => {{
+                let own: Closed<$identifier> = built($coulomb);
+                close(&name($name), $coulomb, &own, own.identifier().start())
+            }};
+        }
+        let gauss_newton: GaussNewton = built(true);
+        let gauss_newton_loop: Closed<GaussNewton> = built(true);
+        let in_loop = begun(gauss_newton_loop.identifier());
+        [
+            listens!("gradient", false, Gradient, number),
+            listens!("gradient_coulomb", true, GradientCoulomb, number),
+            listen(
+                &name("gauss_newton"),
+                true,
+                &gauss_newton,
+                begun(&gauss_newton),
+                number,
+            ),
+            listens!("fixed", false, Fixed, word),
+            listens!("fixed_coulomb", true, FixedCoulomb, word),
+            closes!("gradient_loop", false, Gradient),
+            closes!("gradient_coulomb_loop", true, GradientCoulomb),
+            close(
+                &name("gauss_newton_loop"),
+                true,
+                &gauss_newton_loop,
+                in_loop,
+            ),
+            close_fixed!(&name("fixed_loop"), false, built::<FixedLoop>(false)),
+            close_fixed!(
+                &name("fixed_coulomb_loop"),
+                true,
+                built::<FixedCoulombLoop>(true)
+            ),
+        ]
+        .concat()
+    };
+    [of(false), of(true), commission()].concat()
 }

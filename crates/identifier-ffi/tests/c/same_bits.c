@@ -1,8 +1,10 @@
 /* A servo under every law of the library: prints for each the bits of its estimates, and sums of all commands and
- * statuses. The arithmetic is such that every machine has the same bits, and tests/same_bits/reference.rs has the same. */
+ * statuses, first built from settings, then from the constants of constants.h, which a PC has computed. The arithmetic is
+ * such that every machine has the same bits, and reference.rs has the same. */
 #include <stdio.h>
 #include <string.h>
 
+#include "constants.h"
 #include "servo_id.h"
 
 #define SAMPLES 12000
@@ -85,16 +87,31 @@ static servo_id_settings settings(int coulomb) {
     return given;
 }
 
+#define WORDS(ARRAY) (sizeof(ARRAY) / sizeof *(ARRAY))
+
+/* The estimates in machine units, float or int32_t. */
+static uint32_t machine[4];
+
+static void sum_machine(world *at, int32_t status) {
+    sum(&at->statuses, (uint32_t)status);
+    for (int place = 0; place < 4; place++) {
+        sum(&at->statuses, machine[place]);
+    }
+}
+
 /* Objects are large for a small stack. */
 #define LISTENS(NAME, COULOMB, COMMAND, WORK)                                                                          \
-    static void NAME(void) {                                                                                           \
+    static void NAME(int of_constants) {                                                                               \
         static servo_id_##NAME object, copy;                                                                           \
         servo_id_settings given = settings(COULOMB);                                                                   \
         servo_id_error error = {0};                                                                                    \
         servo_id_estimates found = {0};                                                                                \
-        world at = {.load = 20.0, .noise = 1};                                                                                       \
+        world at = {.load = 20.0, .noise = 1};                                                                         \
         int32_t last = count(&at);                                                                                     \
-        sum(&at.statuses, (uint32_t)servo_id_##NAME##_init(&object, sizeof object, &given, &error));                   \
+        int32_t begun = of_constants ? servo_id_##NAME##_init_from_constants(&object, sizeof object, NAME##_words,     \
+                                                                             WORDS(NAME##_words))                      \
+                                     : servo_id_##NAME##_init(&object, sizeof object, &given, &error);                 \
+        sum(&at.statuses, (uint32_t)begun);                                                                            \
         for (int sample = 0; sample < SAMPLES; sample++) {                                                             \
             begin(&at, sample);                                                                                        \
             int32_t now = count(&at);                                                                                  \
@@ -111,17 +128,21 @@ static servo_id_settings settings(int coulomb) {
             }                                                                                                          \
         }                                                                                                              \
         sum(&at.statuses, (uint32_t)servo_id_##NAME##_estimates(&object, &found));                                     \
-        print(#NAME, &at, &found);                                                                                     \
+        sum_machine(&at, servo_id_##NAME##_machine_estimates(&object, (void *)machine));                               \
+        print(of_constants ? #NAME "_of_constants" : #NAME, &at, &found);                                              \
     }
 
 #define LOOPS(NAME, COULOMB, NUMBER, OFFSET, AS_FLOAT, WORK)                                                           \
-    static void NAME(void) {                                                                                           \
+    static void NAME(int of_constants) {                                                                               \
         static servo_id_##NAME object;                                                                                 \
         servo_id_settings given = settings(COULOMB);                                                                   \
         servo_id_error error = {0};                                                                                    \
         servo_id_estimates found = {0};                                                                                \
-        world at = {.load = 20.0, .noise = 1};                                                                                       \
-        sum(&at.statuses, (uint32_t)servo_id_##NAME##_init(&object, sizeof object, &given, 0, &error));                \
+        world at = {.load = 20.0, .noise = 1};                                                                         \
+        int32_t begun = of_constants ? servo_id_##NAME##_init_from_constants(&object, sizeof object, NAME##_words,     \
+                                                                             WORDS(NAME##_words), 0)                   \
+                                     : servo_id_##NAME##_init(&object, sizeof object, &given, 0, &error);              \
+        sum(&at.statuses, (uint32_t)begun);                                                                            \
         for (int sample = 0; sample < SAMPLES; sample++) {                                                             \
             NUMBER command;                                                                                            \
             int32_t status;                                                                                            \
@@ -138,7 +159,8 @@ static servo_id_settings settings(int coulomb) {
             WORK;                                                                                                      \
         }                                                                                                              \
         sum(&at.statuses, (uint32_t)servo_id_##NAME##_estimates(&object, &found));                                     \
-        print(#NAME, &at, &found);                                                                                     \
+        sum_machine(&at, servo_id_##NAME##_machine_estimates(&object, (void *)machine));                               \
+        print(of_constants ? #NAME "_of_constants" : #NAME, &at, &found);                                              \
     }
 
 /* An unknown servo is commissioned: both halves in step, what goes between them as copies. */
@@ -215,16 +237,18 @@ LOOPS(fixed_coulomb_loop, 1, int32_t, 16384, command *scale, (void)0)
 
 int main(void) {
     scale = fixed_scale();
-    gradient();
-    gradient_coulomb();
-    gauss_newton();
-    fixed();
-    fixed_coulomb();
-    gradient_loop();
-    gradient_coulomb_loop();
-    gauss_newton_loop();
-    fixed_loop();
-    fixed_coulomb_loop();
+    for (int of_constants = 0; of_constants < 2; of_constants++) {
+        gradient(of_constants);
+        gradient_coulomb(of_constants);
+        gauss_newton(of_constants);
+        fixed(of_constants);
+        fixed_coulomb(of_constants);
+        gradient_loop(of_constants);
+        gradient_coulomb_loop(of_constants);
+        gauss_newton_loop(of_constants);
+        fixed_loop(of_constants);
+        fixed_coulomb_loop(of_constants);
+    }
     commission();
     return 0;
 }

@@ -27,19 +27,25 @@ servo_id::Settings settings() {
     return given;
 }
 
+const uint32_t OF_ANOTHER_VERSION[] = {0xffffffff, 2, 3};
+
 template <class Identifier, class Number> void listen(Number command, int32_t before_motion) {
     Identifier own;
     servo_id::Estimates found{};
+    Number machine[4];
     EXPECT(own.sample(0, command), SERVO_ID_NOT_INITIALISED);
     EXPECT(own.init(settings()), SERVO_ID_OK);
     TAKES(own.sample(1, command));
     EXPECT(own.resume(1), SERVO_ID_OK);
     EXPECT(own.estimates(found), before_motion);
+    EXPECT(own.machine_estimates(machine), before_motion);
+    EXPECT(own.init(OF_ANOTHER_VERSION), SERVO_ID_CONSTANTS_VERSION);
 }
 
 template <class Loop, class Number> void close() {
     Loop own;
     Number command{};
+    Number machine[4];
     servo_id::Estimates found{};
     EXPECT(own.init(settings(), 0), SERVO_ID_OK);
     EXPECT(own.control(10, Number{}, 1, command), SERVO_ID_OK);
@@ -47,6 +53,8 @@ template <class Loop, class Number> void close() {
     EXPECT(own.learn(command), SERVO_ID_NO_SAMPLE);
     TAKES(own.process(10, Number{}, 2, command));
     own.estimates(found);
+    own.machine_estimates(machine);
+    EXPECT(own.init(OF_ANOTHER_VERSION, 0), SERVO_ID_CONSTANTS_VERSION);
 }
 
 } // namespace

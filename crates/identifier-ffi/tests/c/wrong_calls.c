@@ -65,6 +65,15 @@ int main(void) {
     free(object);
     EXPECT(servo_id_gauss_newton_sample(copy, 1, 0.0f), SERVO_ID_OK);
 
+    /* Constants of another version, of another object, and none. */
+    static const uint32_t constants[] = {1024, 2, 3};
+    servo_id_fixed fixed = {{0}};
+    EXPECT(servo_id_fixed_init_from_constants(&fixed, sizeof fixed, NULL, 3), SERVO_ID_NULL_POINTER);
+    EXPECT(servo_id_fixed_init_from_constants(&fixed, sizeof fixed, constants, 3), SERVO_ID_CONSTANTS_TYPE);
+    EXPECT(servo_id_fixed_init_from_constants(&fixed, sizeof fixed, constants + 1, 2), SERVO_ID_CONSTANTS_VERSION);
+    EXPECT(servo_id_fixed_init_from_constants(&fixed, sizeof fixed, constants, 0), SERVO_ID_CONSTANTS_CHANGED);
+    EXPECT(servo_id_fixed_sample(&fixed, 0, 0), SERVO_ID_NOT_INITIALISED);
+
     /* Of another type; a loop without a PID; a refused loop commands nothing. */
     EXPECT(servo_id_gradient_sample((servo_id_gradient *)copy, 1, 0.0f), SERVO_ID_NOT_INITIALISED);
     free(copy);
