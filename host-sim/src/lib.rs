@@ -26,7 +26,7 @@
 //! | experiments: one servo, logs, every method, random servos, number formats | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`] |
 //! | commissioning and gains | [`commission`], [`tune`] |
 //! | the host of a drive | [`drive`], [`port`] |
-//! | results, which are the JSON | [`result`] |
+//! | results, which are the JSON; their physical units | [`result`], [`physical`] |
 //! | pages, tables, pictures; CSV | [`present`], [`render`]; [`csv`] |
 //! | verbs, options, outputs | [`cli`] |
 
@@ -70,6 +70,7 @@ pub mod monitor;
 pub mod nearest;
 #[cfg(feature = "program")]
 pub mod paper;
+pub mod physical;
 #[cfg(feature = "program")]
 pub mod port;
 pub mod predict;

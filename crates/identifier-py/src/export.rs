@@ -1,6 +1,7 @@
 //! Robot models from results.
 
-use host_sim::export::{Format, Identified, Scale};
+use host_sim::export::{Format, Identified};
+use host_sim::physical::Scale;
 use pyo3::prelude::*;
 
 use crate::fault::value_error;
@@ -9,7 +10,8 @@ use crate::fault::value_error;
 /// of the model have already, kg·m²; largest command.
 type Stated = (String, String, Option<f64>, Option<f64>, f64, Option<f64>);
 
-/// Joints in a format; without torque constant and inertia, their ratios.
+/// Joints in a format, by the scale of each result where neither torque constant nor inertia is stated; `ratios` for an
+/// inertia of 1, `resistance` of the motor's winding, Ω, where the command is its voltage.
 ///
 /// # Errors
 /// `ValueError`: a format that there is not, a result that has not converged unless that is accepted, or what it lacks.
@@ -17,16 +19,19 @@ type Stated = (String, String, Option<f64>, Option<f64>, f64, Option<f64>);
 pub(crate) fn export(
     joints: Vec<Stated>,
     format: &str,
+    ratios: bool,
+    resistance: Option<f64>,
     accept_unconverged: bool,
 ) -> PyResult<String> {
     let format = match format {
         "mjcf" => Format::Mjcf,
         "urdf" => Format::Urdf,
         "isaac-lab" => Format::IsaacLab,
+        "bam" => Format::Bam,
         "json" => Format::Json,
         other => {
             return Err(value_error(format!(
-                "format = {other}: one of mjcf, urdf, isaac-lab, json"
+                "format = {other}: one of mjcf, urdf, isaac-lab, bam, json"
             )));
         }
     };
@@ -38,9 +43,20 @@ pub(crate) fn export(
             )));
         }
         let scale = constant.map(Scale::TorqueConstant);
-        let scale = scale.or(inertia.map(Scale::Inertia)).unwrap_or(Scale::Ratios);
-        identified.joint(name, scale, *links).map_err(value_error)
+        let scale = scale.or(inertia.map(Scale::Inertia));
+        let scale = scale.or(ratios.then_some(Scale::Ratios)).or(identified.scale());
+        let scale = scale.ok_or_else(|| {
+            value_error(format!(
+                "{name}: the scale of torques is open: state torque_constant (N·m per command unit) or inertia (kg·m²), or \
+                 ratios=True for an inertia of 1"
+            ))
+        })?;
+        let joint = identified.joint(name, scale, *links).map_err(value_error)?;
+        match resistance {
+            Some(resistance) => joint.with_resistance(resistance).map_err(value_error),
+            None => Ok(joint),
+        }
     });
     let joints = joints.collect::<PyResult<Vec<_>>>()?;
-    Ok(format.of(&joints))
+    format.of(&joints).map_err(value_error)
 }

@@ -64,6 +64,49 @@ class Identification(unittest.TestCase):
         self.assertIn("hip", model)
         self.assertIn("armature", model)
 
+    def test_a_scale_puts_results_in_physical_units(self):
+        found = servo_id.identify(
+            columns(), sample_time=1e-3, counts_per_rev=10000, torque_constant=0.5, command_unit="V"
+        )
+        inertia = found.physical["inertia"]
+        self.assertAlmostEqual(inertia.value, 0.5 / found.estimates["b"])
+        self.assertGreater(inertia.std_error, 0.0)
+        self.assertEqual((inertia.unit, found.physical["viscous"].unit), ("kg·m²", "N·m·s/rad"))
+        self.assertAlmostEqual(found.voltage_gains["kA"].value, 1 / found.estimates["b"])
+        self.assertIn("kg·m²", repr(found))
+        joint = json.loads(servo_id.export(found, "json"))["joints"][0]
+        self.assertEqual(joint["inertia"]["value"], inertia.value)
+        actuator = json.loads(servo_id.export(found, "bam"))
+        self.assertEqual((actuator["model"], actuator["kt"]), ("m1", 0.5))
+
+    def test_goals_are_taken_with_the_loop_that_follows_them(self):
+        log = columns()
+        # The proportional loop whose goal gives this command.
+        goal = log["position"] + log["command"] / 20.0
+        goals = {"position": log["position"], "goal": goal}
+        found = servo_id.identify(goals, sample_time=1e-3, counts_per_rev=10000, inner={"kp": 20.0})
+        expected = servo_id.identify(log, sample_time=1e-3, counts_per_rev=10000)
+        self.assertAlmostEqual(found.estimates["b"], expected.estimates["b"], places=6)
+        both = {name: np.stack([column, column], axis=1) for name, column in goals.items()}
+        both["goal"][:, 1] = log["position"] + log["command"] / 40.0
+        joints = servo_id.identify_joints(
+            both, sample_time=1e-3, counts_per_rev=10000, inner={"kp": [20.0, 40.0]}, command_unit="Nm"
+        )
+        for joint in joints.values():
+            self.assertAlmostEqual(joint.physical["inertia"].value * expected.estimates["b"], 1.0, places=6)
+        with self.assertRaisesRegex(ValueError, "2 joints"):
+            servo_id.identify_joints(both, sample_time=1e-3, inner={"kp": [20.0]})
+        for wrong, keywords, said in [
+            (goals, {}, "a goal needs inner="),
+            (log, {"inner": {"kp": 20.0}}, "has no goal"),
+            (dict(goals, command=goal), {"inner": {"kp": 20.0}}, "in place of a command"),
+            (goals, {"inner": {"kp": 20.0, "ki": 1.0}}, "inner.ki"),
+            (goals, {"inner": {"kd": 20.0}}, "inner.kp"),
+            (goals, {"inner": {"kp": 20.0, "sample_time": 0.0007}}, "whole number of them"),
+        ]:
+            with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
+                servo_id.identify(wrong, sample_time=1e-3, **keywords)
+
     def test_wrong_input_is_a_sentence(self):
         log = columns()
         spoilt = dict(log, command=np.where(np.arange(len(log["command"])) == 77, np.nan, log["command"]))
@@ -155,8 +198,8 @@ class OtherVerbs(unittest.TestCase):
 
     def test_a_scale_is_stated_once(self):
         result = servo_id.simulate(SERVO)
-        for keywords in ({}, {"torque_constant": 0.1, "inertia": 1.0}):
-            with self.assertRaisesRegex(ValueError, "the scale of torques is open"):
+        for keywords, said in [({}, "is open"), ({"torque_constant": 0.1, "inertia": 1.0}, "is stated twice")]:
+            with self.assertRaisesRegex(ValueError, f"the scale of torques {said}"):
                 servo_id.export(result, **keywords)
         with self.assertRaisesRegex(ValueError, "one of mjcf"):
             servo_id.export(result, "step", ratios=True)

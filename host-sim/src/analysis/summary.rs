@@ -15,7 +15,7 @@ use crate::experiment::{Outcome, Sample, TermEstimate};
 use crate::result::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
-use crate::scenario::Scenario;
+use crate::scenario::{CommandUnit, Scenario};
 
 /// The part of a run, at its end, over which tail means are taken.
 const TAIL: f64 = 0.25;
@@ -267,6 +267,16 @@ impl Summariser {
             (known && !still_outside(outside))
                 .then(|| outside.map_or(0.0, |time| time + self.sample_time))
         };
+        let estimates = Estimates {
+            a: estimate(Parameter::A),
+            b: estimate(Parameter::B),
+            coulomb: estimate(Parameter::Coulomb),
+            load: estimate(Parameter::Load),
+            terms: outcome.terms.iter().map(term).collect(),
+        };
+        let ratios = estimates.ratios(scenario.is_linear());
+        let scale = scenario.physical.scale();
+        let is_voltage = scenario.physical.command_unit == CommandUnit::Volt;
         Summary {
             law: scenario.identifier.law.name(),
             arithmetic: scenario.identifier.arithmetic.name(),
@@ -275,13 +285,10 @@ impl Summariser {
             verdict,
             reason,
             cause: batch.as_ref().and_then(evidence::cause).cloned(),
-            estimates: Estimates {
-                a: estimate(Parameter::A),
-                b: estimate(Parameter::B),
-                coulomb: estimate(Parameter::Coulomb),
-                load: estimate(Parameter::Load),
-                terms: outcome.terms.iter().map(term).collect(),
-            },
+            // Where there is no servo, there are no units of it.
+            physical: scale.and_then(|scale| ratios.scaled(scale).ok()),
+            voltage_gains: (is_voltage.then(|| ratios.voltage_gains().ok())).flatten(),
+            estimates,
             truth: self.truth,
             output_error: self.has_model.then(|| OutputError {
                 rms: self.error_squares.mean().unwrap_or(0.0).sqrt(),

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output;
-use crate::export::{Format, Identified, Joint, Scale};
+use crate::export::{Format, Identified, Joint};
 use crate::nearest;
+use crate::physical::Scale;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -24,6 +25,12 @@ pub(super) struct Arguments {
     /// all, or for each result.
     #[arg(long, value_name = "J", allow_negative_numbers = true, num_args = 1)]
     link_inertia: Vec<f64>,
+    /// The result without the payload.
+    #[arg(long, value_name = "RESULT.json", requires = "payload")]
+    bare: Option<PathBuf>,
+    /// Winding resistance of the motor, Ω, where the command is its voltage: for `bam`.
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    resistance: Option<f64>,
     /// The largest command, command units; that of the result by default.
     #[arg(long, value_name = "U", value_parser = above_zero)]
     limit: Option<f64>,
@@ -38,9 +45,9 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-/// The scale of torques, which a result leaves open.
+/// The scale of torques, which a result leaves open unless its scenario has [physical].
 #[derive(Debug, clap::Args)]
-#[group(required = true, multiple = false)]
+#[group(multiple = false)]
 struct Scaling {
     /// Torque of a unit of command at the joint, N·m (N on a linear axis): torque constant times gear ratio; once for
     /// all, or for each result.
@@ -50,16 +57,26 @@ struct Scaling {
     /// or for each result.
     #[arg(long, value_name = "J", allow_negative_numbers = true, num_args = 1)]
     inertia: Vec<f64>,
+    /// Inertia about the joint of a payload with which the result was identified, kg·m² (kg), where neither is known; it
+    /// needs --bare.
+    #[arg(
+        long,
+        value_name = "J",
+        allow_negative_numbers = true,
+        requires = "bare"
+    )]
+    payload: Option<f64>,
     /// Export ratios: neither is known, and an inertia of 1 stands for it.
     #[arg(long)]
     ratios: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let inputs: Vec<&Path> = arguments.results.iter().map(PathBuf::as_path).collect();
+    let inputs = arguments.results.iter().chain(&arguments.bare);
+    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
     let mut files = Files::reading(&inputs, arguments.force);
     let output = files.output(arguments.output.as_deref())?;
-    let joints = (0..inputs.len()).map(|place| arguments.joint(place));
+    let joints = (0..arguments.results.len()).map(|place| arguments.joint(place));
     let joints = joints.collect::<Result<Vec<_>, _>>()?;
     for (place, joint) in joints.iter().enumerate() {
         let name = joint.name();
@@ -69,7 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             )));
         }
     }
-    let text = arguments.format.of(&joints);
+    let text = (arguments.format.of(&joints)).map_err(|error| Fault::Input(error.to_string()))?;
     let Some(mut file) = output else {
         return standard_output::result(format_args!("{}", text.trim_end()));
     };
@@ -82,12 +99,8 @@ impl Arguments {
     /// The joint of the result at a place.
     fn joint(&self, place: usize) -> Result<Joint, Fault> {
         let path = &self.results[place];
-        let of_result =
-            |fault: &dyn std::fmt::Display| Fault::Input(format!("{}: {fault}", path.display()));
-        let text = fs::read_to_string(path)
-            .map_err(|error| nearest::unreadable(path, &error))
-            .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
-        let identified = Identified::read(&text, self.limit).map_err(|error| of_result(&error))?;
+        let of_result = |fault: &dyn std::fmt::Display| of_file(path, fault);
+        let identified = read(path, self.limit)?;
         if let Some(doubt) = identified.doubt().filter(|_| !self.accept_unconverged) {
             return Err(of_result(&format!(
                 "{doubt}: a model of it would be a guess; see to that first, or --accept-unconverged"
@@ -98,15 +111,35 @@ impl Arguments {
         let links = self.one_of("link-inertia", &self.link_inertia, place)?;
         let constant = self.one_of("torque-constant", &self.scale.torque_constant, place)?;
         let inertia = self.one_of("inertia", &self.scale.inertia, place)?;
-        let scale = constant.map(|&constant| Scale::TorqueConstant(constant));
-        let scale = scale.or(inertia.map(|&inertia| Scale::Inertia(inertia)));
-        identified
+        let scale = match (constant, inertia, self.scale.payload, &self.bare) {
+            (Some(&constant), ..) => Scale::TorqueConstant(constant),
+            (_, Some(&inertia), ..) => Scale::Inertia(inertia),
+            (_, _, Some(inertia), Some(bare)) => Scale::Payload {
+                inertia,
+                bare: read(bare, None)?.gain(),
+            },
+            _ if self.scale.ratios => Scale::Ratios,
+            _ => identified.scale().ok_or_else(|| {
+                of_result(
+                    &"motion and command leave the scale of torques open: state --torque-constant K (N·m per command \
+                      unit), --inertia J (kg·m²), or --payload J with --bare RESULT.json; --ratios exports ratios, for an \
+                      inertia of 1",
+                )
+            })?,
+        };
+        let joint = identified
             .joint(
                 name.map_or(&*stem, String::as_str),
-                scale.unwrap_or(Scale::Ratios),
+                scale,
                 links.copied().unwrap_or(0.0),
             )
-            .map_err(|error| of_result(&error))
+            .map_err(|error| of_result(&error))?;
+        match self.resistance {
+            Some(resistance) => {
+                (joint.with_resistance(resistance)).map_err(|error| of_result(&error))
+            }
+            None => Ok(joint),
+        }
     }
 
     /// The value of an option for the result at a place: the one that is stated for all, or its own.
@@ -127,6 +160,18 @@ impl Arguments {
             ))),
         }
     }
+}
+
+/// A result in a file.
+fn read(path: &Path, limit: Option<f64>) -> Result<Identified, Fault> {
+    let text = fs::read_to_string(path)
+        .map_err(|error| nearest::unreadable(path, &error))
+        .map_err(|why| of_file(path, &format!("the result cannot be read: {why}")))?;
+    Identified::read(&text, limit).map_err(|error| of_file(path, &error))
+}
+
+fn of_file(path: &Path, fault: &dyn std::fmt::Display) -> Fault {
+    Fault::Input(format!("{}: {fault}", path.display()))
 }
 
 fn above_zero(text: &str) -> Result<f64, String> {

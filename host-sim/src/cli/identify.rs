@@ -89,7 +89,7 @@ fn introduction(log: &Path, recognised: &Recognised) -> String {
 
 /// A refusal with the options of this verb for the keys of a scenario.
 fn in_options(fault: Fault) -> Fault {
-    /// The keys of `[log]` that are options, the longest of a beginning first.
+    /// The keys of `[log]` that are options, the longest of a beginning first, and those of other tables.
     const KEYS: [&str; 15] = [
         "position_scale",
         "position_unit",
@@ -107,14 +107,31 @@ fn in_options(fault: Fault) -> Fault {
         "wrap",
         "scan",
     ];
+    const OTHERS: [&str; 11] = [
+        "encoder.counts_per_rev",
+        "inner.kp",
+        "inner.kd",
+        "inner.limit",
+        "inner.cutoff",
+        "inner.integrator",
+        "inner.sample_time",
+        "log.velocity",
+        "physical.command_unit",
+        "physical.torque_constant",
+        "physical.inertia",
+    ];
     let Fault::Input(mut text) = fault else {
         return fault;
     };
-    text = text.replace("no log.time", "--time none");
+    text = (text.replace("no log.time", "--time none"))
+        .replace("as log.reference with inner.kp", "as --goal with --kp");
     let keys = KEYS.iter().map(|key| format!("log.{key}"));
-    for key in keys.chain(["encoder.counts_per_rev".to_owned()]) {
+    for key in keys.chain(OTHERS.map(str::to_owned)) {
         let name = key.split_once('.').map_or(key.as_str(), |(_, name)| name);
-        let option = format!("--{}", name.replace('_', "-"));
+        let option = match key.as_str() {
+            "inner.sample_time" => "--loop-time".to_owned(),
+            _ => format!("--{}", name.replace('_', "-")),
+        };
         text = text
             .replace(&format!("{key} = "), &format!("{option} "))
             .replace(&key, &option);

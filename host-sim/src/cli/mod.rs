@@ -67,7 +67,7 @@ enum Verb {
     /// Analyse a scenario before it is run: bandwidth, margins, how soon each parameter will be known.
     Check(check::Arguments),
     /// Identify the servo of a recorded log, without a scenario: columns, units and sample time are found.
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     /// Identify from a recorded log with a scenario.
     Replay(replay::Arguments),
     /// Reproduce a result from its provenance and compare the two, to the last bit.

@@ -1,30 +1,22 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
+use crate::provenance;
+use crate::scenario::Scenario;
 use crate::tune::{IdentifiedResult, KnownConditions, ResultError};
-
-/// The scale of torques, which motion and command leave open: q̈ = −a q̇ + b u + d − c sign(q̇) holds for any
-/// inertia J, and the torque of a unit of command is b J.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scale {
-    /// The torque of a unit of command at the joint, N·m (N on a linear axis): the motor's torque constant for a command
-    /// in A, times the gear ratio and its efficiency.
-    TorqueConstant(f64),
-    /// The inertia of all that moves, about the joint, kg·m² (kg on a linear axis).
-    Inertia(f64),
-    /// None is known: the joint has an inertia of 1, and torques are those of it.
-    Ratios,
-}
 
 /// A result to export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identified {
     servo: IdentifiedResult,
-    /// Standard errors of a, b, Coulomb friction, load and delay, where they are known.
-    errors: [Option<f64>; 5],
+    ratios: Ratios,
+    /// Standard error of the delay, where it is known.
+    delay_error: Option<f64>,
+    /// The scale of torques that the result's scenario states.
+    scale: Option<Scale>,
     /// Largest command, command units, if it is known and finite.
     limit: Option<f64>,
-    is_linear: bool,
     origin: Origin,
 }
 
@@ -39,15 +31,6 @@ pub(super) struct Origin {
     pub(super) status: String,
     /// The logs, each with its SHA-256.
     pub(super) logs: Vec<[String; 2]>,
-}
-
-/// A quantity with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Quantity {
-    pub(super) value: f64,
-    /// None for a quantity that was stated, and where a result has no standard error.
-    pub(super) std_error: Option<f64>,
-    pub(super) unit: &'static str,
 }
 
 /// A joint in physical units. The errors take the estimates for independent, for a result does not hold their
@@ -75,7 +58,21 @@ pub struct Joint {
     /// True if an inertia of 1 stands for one that is not known.
     pub(super) has_unit_inertia: bool,
     pub(super) is_linear: bool,
+    /// The motor behind a command in V, where its resistance is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) motor: Option<Motor>,
     pub(super) origin: Origin,
+}
+
+/// A motor driven by a voltage, referred to the joint.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Motor {
+    /// Winding resistance R, Ω.
+    pub(super) resistance: f64,
+    /// Torque of an ampere, and voltage of 1 rad/s: k = K R of the torque K of a volt.
+    pub(super) torque_constant: Quantity,
+    /// Viscous friction without the part k²/R that the motor's own voltage brakes.
+    pub(super) damping: Quantity,
 }
 
 /// A fault of what is to be exported.
@@ -86,16 +83,30 @@ pub enum ExportError {
         "joint = {0:?} is not allowed: a name has letters, digits, and the signs - _ . / only; --joint states it"
     )]
     Name(String),
-    /// A scale or an inertia of links is out of its range.
-    #[error("{parameter} = {value} is not allowed: it must be {allowed}")]
-    OutOfRange {
-        /// The option.
-        parameter: &'static str,
-        /// Its value.
-        value: f64,
-        /// The values that are allowed.
-        allowed: &'static str,
+    /// A scale is not allowed.
+    #[error(transparent)]
+    Scale(#[from] ScaleError),
+    /// The inertia of the links is out of its range.
+    #[error("link-inertia = {0} is not allowed: it must be a number of at least 0")]
+    LinkInertia(f64),
+    /// The motor brakes more than all that does.
+    #[error(
+        "resistance = {resistance} is not allowed: with it the motor alone brakes with {braking:.4e} N·m·s/rad, and all that brakes is {damping:.4e}; state the resistance between the motor's terminals, at most {}, or for a command in A none",
+        damping * resistance / braking
+    )]
+    Resistance {
+        /// The resistance, Ω.
+        resistance: f64,
+        /// Its braking.
+        braking: f64,
+        /// The whole viscous friction.
+        damping: f64,
     },
+    /// A format of one joint.
+    #[error(
+        "a file of BAM holds one actuator, and there are {0} joints: export each result to a file of its own"
+    )]
+    Several(usize),
     /// The links have more inertia than all that moves.
     #[error(
         "link-inertia = {links} is not allowed: all that moves has {inertia:.4e}, the model's links included; state the links' inertia about this joint, or a larger torque constant"
@@ -128,16 +139,24 @@ impl Identified {
         let log = |log: &Value| {
             ["file", "sha256"].map(|key| log[key].as_str().unwrap_or_default().to_owned())
         };
-        let errors = ["a", "b", "coulomb", "load", "delay"];
         let error = |name| {
             value
                 .pointer(&format!("/estimates/{name}/std_error"))?
                 .as_f64()
         };
+        let scenario = provenance::Origin::of_result(json).map(|(_, scenario)| scenario);
+        let found = servo.servo.parameters;
         Ok(Self {
-            errors: errors.map(error),
+            ratios: Ratios {
+                a: (found.a, error("a")),
+                b: (found.b, error("b")),
+                coulomb: Some((found.coulomb, error("coulomb"))),
+                load: Some((found.load, error("load"))),
+                is_linear: scenario.as_ref().is_some_and(Scenario::is_linear),
+            },
+            delay_error: error("delay"),
+            scale: scenario.and_then(|scenario| scenario.physical.scale()),
             limit: limit.or(known).filter(|limit| limit.is_finite()),
-            is_linear: text("/estimates/b/unit").starts_with("m/"),
             origin: Origin {
                 version: crate::program::VERSION,
                 law: text("/law"),
@@ -154,95 +173,108 @@ impl Identified {
         self.servo.doubt.as_deref()
     }
 
+    /// The scale of torques that the result's own scenario states.
+    #[must_use]
+    pub fn scale(&self) -> Option<Scale> {
+        self.scale
+    }
+
+    /// b and its standard error, as that of the servo without a payload.
+    #[must_use]
+    pub fn gain(&self) -> Known {
+        self.ratios.b
+    }
+
     /// The joint of this name in physical units, about which the robot's model has links of an inertia already.
     ///
     /// # Errors
     /// A scale or an inertia that is not allowed.
     pub fn joint(&self, name: &str, scale: Scale, links: f64) -> Result<Joint, ExportError> {
-        let above_zero = |parameter, value: f64| {
-            let refused = ExportError::OutOfRange {
-                parameter,
-                value,
-                allowed: "a number above 0",
-            };
-            (value > 0.0 && value.is_finite())
-                .then_some(value)
-                .ok_or(refused)
-        };
         let is_allowed = |sign: char| sign.is_alphanumeric() || "-_./".contains(sign);
         if name.is_empty() || !name.chars().all(is_allowed) {
             return Err(ExportError::Name(name.to_owned()));
         }
         if !(links >= 0.0 && links.is_finite()) {
-            return Err(ExportError::OutOfRange {
-                parameter: "link-inertia",
-                value: links,
-                allowed: "a number of at least 0",
-            });
+            return Err(ExportError::LinkInertia(links));
         }
-        let servo = &self.servo.servo;
-        let parameters = servo.parameters;
-        let [a, b, c, d, delay] = self.errors;
-        let a = (parameters.a, a);
-        let b = (parameters.b, b);
-        let c = (parameters.coulomb, c);
-        let d = (parameters.load, d);
-        let (inertia, torque_constant) = match scale {
-            Scale::TorqueConstant(constant) => {
-                let constant = above_zero("torque-constant", constant)?;
-                let inertia = constant / b.0;
-                let error = b.1.map(|error| inertia * error / b.0);
-                ((inertia, error), (constant, None))
-            }
-            Scale::Inertia(inertia) => {
-                let inertia = above_zero("inertia", inertia)?;
-                let error = b.1.map(|error| inertia * error);
-                ((inertia, None), (inertia * b.0, error))
-            }
-            Scale::Ratios => ((1.0, None), b),
-        };
-        let armature = inertia.0 - links;
+        let servo = self.ratios.scaled(scale)?;
+        let (inertia, torque_constant) = (servo.inertia, servo.torque_constant);
+        let armature = inertia.value - links;
         if armature <= 0.0 {
             return Err(ExportError::Links {
                 links,
-                inertia: inertia.0,
+                inertia: inertia.value,
             });
         }
-        let of_inertia = |(value, error): (f64, Option<f64>), unit| Quantity {
-            value: value * inertia.0,
-            std_error: error
-                .map(|error| (error * inertia.0).hypot(value * inertia.1.unwrap_or_default())),
-            unit,
-        };
-        let units = if self.is_linear {
-            ["kg", "N", "N·s/m"]
-        } else {
-            ["kg·m²", "N·m", "N·m·s/rad"]
-        };
-        let quantity = |(value, std_error), unit| Quantity {
-            value,
-            std_error,
-            unit,
+        let none = Quantity {
+            value: 0.0,
+            std_error: None,
+            unit: torque_constant.unit,
         };
         Ok(Joint {
             name: name.to_owned(),
-            inertia: quantity(inertia, units[0]),
-            armature: quantity((armature, inertia.1), units[0]),
-            torque_constant: quantity(torque_constant, units[1]),
-            damping: of_inertia(a, units[2]),
-            friction: of_inertia(c, units[1]),
-            load: of_inertia(d, units[1]),
-            delay: quantity((servo.delay, delay), "s"),
+            inertia,
+            armature: Quantity {
+                value: armature,
+                ..inertia
+            },
+            torque_constant,
+            damping: servo.viscous,
+            friction: servo.coulomb.unwrap_or(none),
+            load: servo.load.unwrap_or(none),
+            delay: Quantity {
+                value: self.servo.servo.delay,
+                std_error: self.delay_error,
+                unit: "s",
+            },
             command_limit: self.limit,
-            effort_limit: self.limit.map(|limit| limit * torque_constant.0),
+            effort_limit: self.limit.map(|limit| limit * torque_constant.value),
             has_unit_inertia: scale == Scale::Ratios,
-            is_linear: self.is_linear,
+            is_linear: self.ratios.is_linear,
+            motor: None,
             origin: self.origin.clone(),
         })
     }
 }
 
 impl Joint {
+    /// The joint of a motor of this winding resistance, Ω, whose command is its voltage.
+    ///
+    /// # Errors
+    /// A resistance that is not above 0, or with which the motor alone would brake more than all that does.
+    pub fn with_resistance(mut self, resistance: f64) -> Result<Self, ExportError> {
+        /// Standard errors by which a friction may be below zero.
+        const SIDES: f64 = 3.0;
+        above_zero("resistance", resistance)?;
+        let Quantity {
+            value: per_volt,
+            std_error,
+            unit,
+        } = self.torque_constant;
+        let braking = per_volt * per_volt * resistance;
+        let damping = self.damping.value - braking;
+        if damping < -SIDES * self.damping.std_error.unwrap_or(0.0) {
+            return Err(ExportError::Resistance {
+                resistance,
+                braking,
+                damping: self.damping.value,
+            });
+        }
+        self.motor = Some(Motor {
+            resistance,
+            torque_constant: Quantity {
+                value: per_volt * resistance,
+                std_error: std_error.map(|error| error * resistance),
+                unit,
+            },
+            damping: Quantity {
+                value: damping.max(0.0),
+                ..self.damping
+            },
+        });
+        Ok(self)
+    }
+
     /// Its name.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -342,25 +374,6 @@ mod tests {
     }
 
     #[test]
-    fn a_torque_constant_gives_the_inertia_and_every_torque() {
-        let joint = joint(Scale::TorqueConstant(0.4), 0.0).expect("allowed");
-        // J = k/b; a, c and d are per inertia; the error of b is in all of them.
-        assert_close(joint.inertia, 0.002, 0.000_02);
-        assert_close(
-            joint.damping,
-            0.001,
-            (0.05_f64 * 0.002).hypot(0.5 * 0.000_02),
-        );
-        assert_close(
-            joint.friction,
-            0.016,
-            (0.4_f64 * 0.002).hypot(8.0 * 0.000_02),
-        );
-        assert_close(joint.load, -0.008, (0.2_f64 * 0.002).hypot(4.0 * 0.000_02));
-        assert_eq!(joint.effort_limit, Some(2.0));
-    }
-
-    #[test]
     fn an_error_that_is_not_known_is_none_and_not_zero() {
         let without = RESULT.replace(", \"std_error\": 0.4", "");
         let identified = Identified::read(&without, None).expect("a result");
@@ -369,13 +382,6 @@ mod tests {
         assert_eq!(joint.friction.std_error, None);
         assert_eq!(joint.torque_constant.std_error, None);
         assert!(joint.damping.std_error.is_some());
-    }
-
-    #[test]
-    fn an_inertia_gives_the_torque_constant() {
-        let joint = joint(Scale::Inertia(0.002), 0.0).expect("allowed");
-        assert_close(joint.torque_constant, 0.4, 0.004);
-        assert_close(joint.friction, 0.016, 0.4 * 0.002);
     }
 
     #[test]

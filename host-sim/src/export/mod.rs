@@ -1,15 +1,16 @@
 //! Robot models from results: the identified servo in physical units, named as a simulator names it.
 //!
-//! result.json → [`Identified`]; with a [`Scale`] of torques → [`Joint`]; joints in a [`Format`] →
+//! result.json → [`Identified`]; with a [`Scale`](crate::physical::Scale) of torques → [`Joint`]; joints in a [`Format`] →
 //! text.
 
+mod bam;
 mod isaac_lab;
 mod joint;
 mod json;
 mod mjcf;
 mod urdf;
 
-pub use joint::{ExportError, Identified, Joint, Scale};
+pub use joint::{ExportError, Identified, Joint};
 
 /// A format of joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,20 +22,28 @@ pub enum Format {
     Urdf,
     /// Actuators of Isaac Lab.
     IsaacLab,
+    /// The parameters of an actuator of BAM, model m1.
+    Bam,
     /// Every quantity with its standard error and unit.
     Json,
 }
 
 impl Format {
     /// Joints as text.
-    #[must_use]
-    pub fn of(self, joints: &[Joint]) -> String {
-        match self {
+    ///
+    /// # Errors
+    /// Several joints for a format of one.
+    pub fn of(self, joints: &[Joint]) -> Result<String, ExportError> {
+        Ok(match self {
             Self::Mjcf => mjcf::written(joints),
             Self::Urdf => urdf::written(joints),
             Self::IsaacLab => isaac_lab::written(joints),
+            Self::Bam => match joints {
+                [joint] => bam::written(joint),
+                several => return Err(ExportError::Several(several.len())),
+            },
             Self::Json => json::written(joints),
-        }
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::columns::{ColumnRows, Columns};
 use super::csv::{Dialect, TextRows};
 use super::excerpt::{Excerpt, Segment};
+use super::inner::DrivenRows;
 #[cfg(feature = "experiments")]
 use super::mcap::{Layout, MessageRows, is_mcap};
 use super::row::{Row, Rows};
@@ -249,7 +250,7 @@ impl Log {
     ) -> Result<(Self, Jumps, Option<f64>), LogError> {
         let rows = format.open(path, settings, sample_time)?;
         let rows = EvenRows::new(path, rows, settings, sample_time);
-        let mut rows = rows.unwrapping(wrapped.as_ref());
+        let mut rows = DrivenRows::new(path, rows, settings, sample_time, wrapped.as_ref())?;
         let mut log = Self {
             path: path.to_owned(),
             settings: settings.clone(),
@@ -277,10 +278,10 @@ impl Log {
         }
         log.segments = excerpt.finish();
         log.found.wrapped = wrapped;
-        log.found.jitter = rows.jitter();
-        rows.source().describe(&mut log.found);
+        log.found.jitter = rows.even().jitter();
+        rows.even().source().describe(&mut log.found);
         log.check()?;
-        Ok((log, jumps, rows.mean_step()))
+        Ok((log, jumps, rows.even().mean_step()))
     }
 
     fn add(&mut self, last: Option<&Row>, row: &Row) {
@@ -361,7 +362,13 @@ impl Log {
         } = self;
         let rows = format.open(path, settings, *sample_time)?;
         let rows = EvenRows::new(path, rows, settings, *sample_time);
-        Ok(rows.unwrapping(self.found.wrapped.as_ref()))
+        DrivenRows::new(
+            path,
+            rows,
+            settings,
+            *sample_time,
+            self.found.wrapped.as_ref(),
+        )
     }
 
     /// The largest command, either way; none where the log has no command.

@@ -12,6 +12,7 @@ mod csv;
 mod error;
 mod excerpt;
 mod file;
+mod inner;
 #[cfg(feature = "experiments")]
 pub mod mcap;
 mod row;

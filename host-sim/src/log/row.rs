@@ -22,6 +22,8 @@ pub struct Row {
     pub command: Option<f64>,
     /// Known signal behind the controller; zero where the log has none.
     pub injection: f64,
+    /// Measured velocity, where the log has one.
+    pub velocity: Option<f64>,
     /// True where a straight line stands in for samples that were not recorded.
     pub bridged: bool,
     /// True where the motion directly before is unknown: at the first row, and at the first behind a range
@@ -39,6 +41,7 @@ impl Row {
             position: 0.0,
             command: None,
             injection: 0.0,
+            velocity: None,
             bridged: false,
             begins: false,
         }
@@ -52,6 +55,7 @@ impl Row {
             LogQuantity::Position => self.position = value,
             LogQuantity::Command => self.command = Some(value),
             LogQuantity::Injection => self.injection = value,
+            LogQuantity::Velocity => self.velocity = Some(value),
         }
     }
 }

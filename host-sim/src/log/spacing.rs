@@ -203,6 +203,7 @@ impl<'a> EvenRows<'a> {
             position: between(from.position, to.position),
             command: both(from.command, to.command),
             injection: between(from.injection, to.injection),
+            velocity: both(from.velocity, to.velocity),
             bridged: true,
             begins: false,
         })

@@ -18,6 +18,7 @@ mod log;
 mod noise;
 pub(crate) mod number;
 mod paper;
+mod physical;
 mod remedies;
 mod sweep;
 mod tuning;

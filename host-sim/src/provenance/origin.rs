@@ -87,6 +87,23 @@ impl Origin {
         }
     }
 
+    /// That of a result's JSON, with its scenario; none without an origin, and where its scenario is no longer one.
+    #[must_use]
+    pub fn of_result(json: &str) -> Option<(Self, Scenario)> {
+        #[derive(Deserialize)]
+        struct Stated {
+            origin: Origin,
+        }
+        let Stated { origin } = serde_json::from_str(json).ok()?;
+        let purpose = match origin.task {
+            Task::Run => Purpose::Run,
+            Task::Replay { .. } => Purpose::Replay,
+            Task::Commission => Purpose::Commission,
+        };
+        let scenario = origin.scenario.scenario(purpose).ok()?;
+        Some((origin, scenario))
+    }
+
     /// Its entries as text: each by itself for people, and all together in JSON.
     ///
     /// # Errors

@@ -1,10 +1,10 @@
 //! Which column holds which quantity: by its name, and where names do not decide by its content.
 
-use super::name::{Named, Quantity, of_column};
+use super::name::{Named, Quantity, Unit, of_column};
 use super::{Question, Stated};
 use crate::log::{Table, TableColumn};
 use crate::scan::explained_by;
-use crate::scenario::Column;
+use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit};
 
 /// A column of the table that holds a quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +22,8 @@ pub(super) struct Chosen {
 pub(super) struct Columns {
     pub(super) time: Option<Chosen>,
     pub(super) position: Chosen,
-    pub(super) command: Chosen,
+    /// None of a servo that takes goals.
+    pub(super) command: Option<Chosen>,
     pub(super) reference: Option<Chosen>,
 }
 
@@ -46,6 +47,9 @@ impl Columns {
         };
         let time = all.time(stated);
         let taken = |index: usize| time.as_ref().is_some_and(|time| time.index == index);
+        if let Some(goal) = &stated.goal {
+            return all.with_goal(goal, stated, time.clone());
+        }
         let [positions, commands] = [
             (&stated.position, Quantity::Position),
             (&stated.command, Quantity::Command),
@@ -54,15 +58,7 @@ impl Columns {
             Some(column) => all.stated(column).map(|chosen| vec![chosen]),
             None => Some(all.of(quantity, &taken)),
         });
-        // A column that is stated and missing is refused with the names of those that are there when the log is read.
-        let missing = |name: &'static str, column: &Option<String>| Question {
-            flag: name,
-            text: format!(
-                "the log has no column {}, but {}",
-                column.as_deref().unwrap_or_default(),
-                all.names()
-            ),
-        };
+        let missing = |flag, column: &Option<String>| all.missing(flag, column);
         let positions = positions.ok_or_else(|| vec![missing("position", &stated.position)])?;
         let commands = commands.ok_or_else(|| vec![missing("command", &stated.command)])?;
         let (position, command) = all.pair(positions, commands)?;
@@ -82,9 +78,33 @@ impl Columns {
         Ok(Self {
             time,
             position,
-            command,
+            command: Some(command),
             reference,
         })
+    }
+}
+
+impl Columns {
+    /// The unit of the command by the name of its column, where the command is not scaled and no inertia or torque is
+    /// stated that another unit would have.
+    pub(super) fn command_unit(&self, units: &LogUnits, stated: &Stated) -> Option<CommandUnit> {
+        let Some(Unit::Command(unit)) = self.command.as_ref()?.named.unit else {
+            return None;
+        };
+        let is_linear = matches!(
+            units.position,
+            PositionUnit::Metre | PositionUnit::Millimetre
+        );
+        let is_torque_stated = stated.torque_constant.is_some() || stated.inertia.is_some();
+        let found = match unit {
+            "V" => CommandUnit::Volt,
+            "A" => CommandUnit::Ampere,
+            "N m" if !is_linear && !is_torque_stated => CommandUnit::NewtonMetre,
+            "N" if is_linear && !is_torque_stated => CommandUnit::Newton,
+            _ => return None,
+        };
+        let is_scaled = (units.command_scale - 1.0).abs() > 0.0;
+        (!is_scaled).then_some(found)
     }
 }
 
@@ -93,6 +113,53 @@ impl Candidates<'_> {
     const EXPLAINED: f64 = 0.8;
     /// Columns that are tried as position or command.
     const MAX_TRIED: usize = 12;
+
+    /// The columns of a servo whose goal is in this column.
+    fn with_goal(
+        &self,
+        goal: &str,
+        stated: &Stated,
+        time: Option<Chosen>,
+    ) -> Result<Columns, Vec<Question>> {
+        let goal = (self.stated(goal)).ok_or_else(|| vec![self.missing("goal", &stated.goal)])?;
+        let is_taken = |index: usize| {
+            index == goal.index || time.as_ref().is_some_and(|time| time.index == index)
+        };
+        let position = match &stated.position {
+            Some(column) => (self.stated(column))
+                .ok_or_else(|| vec![self.missing("position", &stated.position)])?,
+            None => match &self.of_name(Quantity::Position, &is_taken)[..] {
+                [only] => only.clone(),
+                _ => {
+                    return Err(vec![Question {
+                        flag: "position",
+                        text: format!(
+                            "which column is the measured position is not known, of {}",
+                            self.names()
+                        ),
+                    }]);
+                }
+            },
+        };
+        Ok(Columns {
+            time,
+            position,
+            command: None,
+            reference: Some(goal),
+        })
+    }
+
+    /// A column that is stated and missing.
+    fn missing(&self, flag: &'static str, column: &Option<String>) -> Question {
+        Question {
+            flag,
+            text: format!(
+                "the log has no column {}, but {}",
+                column.as_deref().unwrap_or_default(),
+                self.names()
+            ),
+        }
+    }
 
     fn chosen(&self, index: usize, evidence: &'static str) -> Chosen {
         let name = &self.table.columns[index].name;
@@ -263,9 +330,20 @@ impl Candidates<'_> {
                 ),
             })
         };
+        let mut of_command = question("command", "command that acted", &commands);
+        let is_moving = |of: &Chosen| self.table.columns[of.index].is_moving();
+        if let Some(question) = &mut of_command
+            && let Some(goal) =
+                (self.of_name(Quantity::Reference, &|_| false).into_iter()).find(is_moving)
+        {
+            question.text += &format!(
+                "; if the servo has a position loop of its own, {} is its goal: state --goal {0} and --kp, its gain",
+                goal.column
+            );
+        }
         let questions: Vec<_> = [
             question("position", "measured position", &positions),
-            question("command", "command that acted", &commands),
+            of_command,
         ]
         .into_iter()
         .flatten()

@@ -15,7 +15,7 @@ use std::path::Path;
 #[cfg(feature = "experiments")]
 use crate::log::mcap::is_mcap;
 use crate::log::{LogError, Table, Times};
-use crate::scenario::{LogSettings, PositionUnit, TimeUnit};
+use crate::scenario::{Column, InnerLoop, LogSettings, PhysicalSettings, PositionUnit, TimeUnit};
 
 use columns::Columns;
 use name::Unit;
@@ -30,6 +30,10 @@ pub struct Recognised {
     pub settings: LogSettings,
     /// Counts of a revolution, where an encoder is known.
     pub counts_per_rev: Option<f64>,
+    /// The servo's own position loop, of a log of goals.
+    pub inner: Option<InnerLoop>,
+    /// Unit of the command and scale of torques.
+    pub physical: PhysicalSettings,
     /// Each finding with its evidence.
     pub findings: Vec<Finding>,
 }
@@ -80,7 +84,7 @@ impl From<Question> for Unrecognised {
 pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognised> {
     #[cfg(feature = "experiments")]
     if path.is_file() && is_mcap(path) {
-        return Ok(messages(stated));
+        return messages(stated);
     }
     let table = Table::read(path)?;
     if table.rows < 2 {
@@ -103,8 +107,16 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
         text: columns.left_aside(&table),
     }];
     let mut questions = Vec::new();
+    let inner = stated.inner().unwrap_or_else(|question| {
+        questions.push(question);
+        None
+    });
     let mut settings = stated.settings(columns.position.column.clone());
-    settings.command = Some(columns.command.column.clone());
+    settings.command = columns
+        .command
+        .as_ref()
+        .map(|command| command.column.clone());
+    settings.velocity = stated.velocity.as_deref().map(Column::named);
     let position = position::read(
         &table.columns[columns.position.index],
         &columns.position,
@@ -178,7 +190,7 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
     }
     findings.push(Finding {
         about: "command",
-        text: columns.command_text(settings.units.command_scale),
+        text: columns.command_text(settings.units.command_scale, inner.as_ref()),
     });
     if let Some(reference) = &columns.reference {
         settings.reference = Some(reference.column.clone());
@@ -191,7 +203,14 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
             text: columns.reference_text(settings.units.reference),
         });
     }
+    let physical = stated.physical(columns.command_unit(&settings.units, stated));
+    findings.extend(text::physical(&physical).map(|text| Finding {
+        about: "units",
+        text,
+    }));
     Ok(Recognised {
+        physical,
+        inner,
         settings,
         counts_per_rev,
         findings,
@@ -200,20 +219,25 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
 
 /// A log of messages: the columns of the tool's own recordings, unless others are stated.
 #[cfg(feature = "experiments")]
-fn messages(stated: &Stated) -> Recognised {
+fn messages(stated: &Stated) -> Result<Recognised, Unrecognised> {
     let own = LogSettings::own();
-    let named = |column: &Option<String>| column.as_deref().map(crate::scenario::Column::named);
+    let named = |column: &Option<String>| column.as_deref().map(Column::named);
     let position = named(&stated.position).unwrap_or(own.position);
     let mut settings = stated.settings(position);
     let other = |column: &Option<String>, own| match column.as_deref() {
         Some("none") => None,
-        Some(column) => Some(crate::scenario::Column::named(column)),
+        Some(column) => Some(Column::named(column)),
         None => own,
     };
     let is_own = stated.position.is_none();
     settings.time = other(&stated.time, own.time.filter(|_| is_own));
-    settings.command = other(&stated.command, own.command);
-    settings.reference = other(&stated.reference, own.reference.filter(|_| is_own));
+    let inner = stated.inner()?;
+    settings.command = other(&stated.command, own.command.filter(|_| inner.is_none()));
+    settings.velocity = named(&stated.velocity);
+    settings.reference = match &stated.goal {
+        Some(_) => named(&stated.goal),
+        None => other(&stated.reference, own.reference.filter(|_| is_own)),
+    };
     settings.units.position = stated.position_unit.unwrap_or(PositionUnit::Radian);
     settings.units.time = stated.time_unit.unwrap_or(TimeUnit::Second);
     settings.units.reference = stated.reference_unit;
@@ -221,14 +245,16 @@ fn messages(stated: &Stated) -> Recognised {
         true => "messages, by the names of the tool's own recordings",
         false => "messages, by the names that are stated",
     };
-    Recognised {
+    Ok(Recognised {
+        physical: stated.physical(None),
+        inner,
         settings,
         counts_per_rev: stated.counts_per_rev.filter(|counts| *counts > 0.0),
         findings: vec![Finding {
             about: "columns",
             text: text.to_owned(),
         }],
-    }
+    })
 }
 
 /// Takes the stamps of a whole log: gaps are bridged or left out, stamps that are too coarse left aside.

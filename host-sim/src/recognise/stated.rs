@@ -1,8 +1,12 @@
 //! What the user states of a log, as options.
 
-use crate::scenario::{Column, LogSettings, LogUnits, PositionUnit, Scan, TimeUnit};
+use super::Question;
+use crate::scenario::{
+    Column, CommandUnit, InnerLoop, Integrator, LogSettings, LogUnits, PhysicalSettings,
+    PositionUnit, Scan, TimeUnit,
+};
 
-/// What the user states of a log: each option is the key of `[log]` or `[encoder]` of its name.
+/// What the user states of a log: each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its name.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "program", derive(clap::Args))]
 pub struct Stated {
@@ -51,6 +55,49 @@ pub struct Stated {
         arg(long, value_name = "FACTOR", allow_negative_numbers = true)
     )]
     pub command_scale: Option<f64>,
+    /// Unit of the command: V for the feed-forward kS, kV, kA and kG, Nm, or N on a linear axis, for inertia and friction;
+    /// A or other.
+    #[cfg_attr(feature = "program", arg(long, value_name = "UNIT", value_parser = command_unit))]
+    pub command_unit: Option<CommandUnit>,
+    /// Torque of a unit of command at the joint, N·m (N on a linear axis): the result has inertia and friction.
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "K", allow_negative_numbers = true)
+    )]
+    pub torque_constant: Option<f64>,
+    /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "J", allow_negative_numbers = true)
+    )]
+    pub inertia: Option<f64>,
+    /// Column of the position goal of a servo that closes its own loop, in place of a command: it needs --kp.
+    #[cfg_attr(feature = "program", arg(long, value_name = "COLUMN", conflicts_with_all = ["command", "reference"]))]
+    pub goal: Option<String>,
+    /// Proportional gain of the servo's own loop, command units per rad.
+    #[cfg_attr(feature = "program", arg(long, value_name = "K", requires = "goal"))]
+    pub kp: Option<f64>,
+    /// Its derivative gain, command units per rad/s.
+    #[cfg_attr(feature = "program", arg(long, value_name = "K", requires = "goal"))]
+    pub kd: Option<f64>,
+    /// The largest command that it gives, command units.
+    #[cfg_attr(feature = "program", arg(long, value_name = "U", requires = "goal"))]
+    pub limit: Option<f64>,
+    /// Its own sample time, or a simulator's step, s; that of the log by default.
+    #[cfg_attr(feature = "program", arg(long, value_name = "S", requires = "goal"))]
+    pub loop_time: Option<f64>,
+    /// How its command becomes motion: none for a drive, euler or implicit for a simulator's.
+    #[cfg_attr(feature = "program", arg(long, value_name = "KIND", requires = "goal", value_parser = integrator))]
+    pub integrator: Option<Integrator>,
+    /// Cut-off of the low-pass derivative that is its velocity, rad/s.
+    #[cfg_attr(feature = "program", arg(long, value_name = "W", requires = "goal"))]
+    pub cutoff: Option<f64>,
+    /// Column of the measured velocity that it acts on.
+    #[cfg_attr(
+        feature = "program",
+        arg(long, value_name = "COLUMN", requires = "goal")
+    )]
+    pub velocity: Option<String>,
     /// Column of the reference; `none` to leave it aside.
     #[cfg_attr(feature = "program", arg(long, value_name = "COLUMN"))]
     pub reference: Option<String>,
@@ -97,6 +144,42 @@ impl Stated {
         }
     }
 
+    /// The scale of torques and the unit of the command, which may be `found` with the column.
+    pub(super) fn physical(&self, found: Option<CommandUnit>) -> PhysicalSettings {
+        PhysicalSettings {
+            command_unit: self.command_unit.or(found).unwrap_or(CommandUnit::Other),
+            torque_constant: self.torque_constant,
+            inertia: self.inertia,
+            ..PhysicalSettings::NONE
+        }
+    }
+
+    /// The servo's own position loop.
+    ///
+    /// # Errors
+    /// The gain that is missing.
+    pub(super) fn inner(&self) -> Result<Option<InnerLoop>, Question> {
+        match (&self.goal, self.kp) {
+            (None, _) => Ok(None),
+            (Some(_), Some(kp)) => Ok(Some(InnerLoop {
+                kd: self.kd.unwrap_or(0.0),
+                limit: self
+                    .limit
+                    .map_or([f64::NEG_INFINITY, f64::INFINITY], |limit| [-limit, limit]),
+                sample_time: self.loop_time,
+                cutoff: self.cutoff,
+                integrator: self.integrator.unwrap_or(Integrator::None),
+                ..InnerLoop::proportional(kp)
+            })),
+            (Some(goal), None) => Err(Question {
+                flag: "kp",
+                text: format!(
+                    "{goal} is the goal of the servo's own loop: state its proportional gain, command units per rad"
+                ),
+            }),
+        }
+    }
+
     /// Takes the value of an option by its name, as the answer to a question is one.
     ///
     /// # Errors
@@ -111,9 +194,20 @@ impl Stated {
             "position" => self.position = Some(answer.to_owned()),
             "command" => self.command = Some(answer.to_owned()),
             "reference" => self.reference = Some(answer.to_owned()),
+            "goal" => self.goal = Some(answer.to_owned()),
+            "velocity" => self.velocity = Some(answer.to_owned()),
+            "kp" => self.kp = Some(number()?),
+            "kd" => self.kd = Some(number()?),
+            "limit" => self.limit = Some(number()?),
+            "loop-time" => self.loop_time = Some(number()?),
+            "cutoff" => self.cutoff = Some(number()?),
+            "integrator" => self.integrator = Some(integrator(answer)?),
             "time-unit" => self.time_unit = Some(time_unit(answer)?),
             "position-unit" => self.position_unit = Some(position_unit(answer)?),
             "reference-unit" => self.reference_unit = Some(position_unit(answer)?),
+            "command-unit" => self.command_unit = Some(command_unit(answer)?),
+            "torque-constant" => self.torque_constant = Some(number()?),
+            "inertia" => self.inertia = Some(number()?),
             "position-scale" => self.position_scale = Some(number()?),
             "command-scale" => self.command_scale = Some(number()?),
             "reference-scale" => self.reference_scale = Some(number()?),
@@ -142,6 +236,14 @@ fn time_unit(word: &str) -> Result<TimeUnit, String> {
 
 fn position_unit(word: &str) -> Result<PositionUnit, String> {
     named(PositionUnit::ALL, PositionUnit::name, word)
+}
+
+fn command_unit(word: &str) -> Result<CommandUnit, String> {
+    named(CommandUnit::ALL, CommandUnit::name, word)
+}
+
+fn integrator(word: &str) -> Result<Integrator, String> {
+    named(Integrator::ALL, Integrator::name, word)
 }
 
 fn scan(word: &str) -> Result<Scan, String> {

@@ -7,7 +7,10 @@ use super::columns::{Chosen, Columns};
 use super::name::Unit;
 use super::position::{Reading, short};
 use crate::log::Table;
-use crate::scenario::{Column, PositionUnit, Scan, TimeUnit};
+use crate::physical::Scale;
+use crate::scenario::{
+    Column, CommandUnit, InnerLoop, Integrator, PhysicalSettings, PositionUnit, Scan, TimeUnit,
+};
 
 impl Columns {
     /// How many columns there are, and those that are left aside.
@@ -17,7 +20,7 @@ impl Columns {
         if !table.has_heading {
             text += ", without a heading: they go by number";
         }
-        let used: Vec<_> = [Some(&self.position), Some(&self.command)]
+        let used: Vec<_> = [Some(&self.position), self.command.as_ref()]
             .into_iter()
             .chain([self.time.as_ref(), self.reference.as_ref()])
             .flatten()
@@ -53,9 +56,16 @@ impl Columns {
         text
     }
 
-    /// Of a command that is multiplied by a scale.
-    pub(super) fn command_text(&self, scale: f64) -> String {
-        let unit = match self.command.named.unit {
+    /// Of a command that is multiplied by a scale, or of one that an inner loop gives.
+    pub(super) fn command_text(&self, scale: f64, inner: Option<&InnerLoop>) -> String {
+        let Some(command) = &self.command else {
+            let (kp, kd) = inner.map_or((f64::NAN, f64::NAN), |inner| (inner.kp, inner.kd));
+            return format!(
+                "computed by the servo's own loop from the goal, {kp} times goal less position, less {kd} times velocity, \
+                 and b in rad/s² for one of it"
+            );
+        };
+        let unit = match command.named.unit {
             _ if (scale - 1.0).abs() > 0.0 => {
                 format!("times {scale}, and b in rad/s² for one of the product")
             }
@@ -64,17 +74,40 @@ impl Columns {
         };
         format!(
             "{}, {unit}; it is taken to be the whole command that acted",
-            self.command.text()
+            command.text()
         )
     }
 
     pub(super) fn reference_text(&self, unit: Option<PositionUnit>) -> String {
         let reference = self.reference.as_ref().map_or(String::new(), Chosen::text);
-        match unit {
-            Some(unit) => format!("{reference}, in {}; it only checks the log", unit.name()),
-            None => format!("{reference}, in the unit of the position; it only checks the log"),
-        }
+        let unit = unit.map_or("the unit of the position", PositionUnit::name);
+        let purpose = match &self.command {
+            Some(_) => "it only checks the log",
+            None => "it is the goal of the servo's own loop",
+        };
+        format!("{reference}, in {unit}; {purpose}")
     }
+}
+
+/// The unit of the command and the scale of torques, where the result is in physical units by them.
+pub(super) fn physical(settings: &PhysicalSettings) -> Option<String> {
+    Some(match (settings.command_unit, settings.scale()?) {
+        (CommandUnit::NewtonMetre, _) => {
+            "the command is in Nm and taken to act at the joint, so that the result has inertia and friction \
+             (--command-unit other: it does not)"
+                .to_owned()
+        }
+        (CommandUnit::Newton, _) => {
+            "the command is in N, so that the result has mass and friction".to_owned()
+        }
+        (_, Scale::TorqueConstant(constant)) => {
+            format!("a unit of command is a torque of {constant} N·m at the joint as stated (N on a linear axis)")
+        }
+        (_, Scale::Inertia(inertia)) => {
+            format!("all that moves has an inertia of {inertia} kg·m² as stated (kg on a linear axis)")
+        }
+        (_, Scale::Payload { .. } | Scale::Ratios) => return None,
+    })
 }
 
 impl Chosen {
@@ -95,13 +128,17 @@ impl Recognised {
         if let Some(counts) = self.counts_per_rev {
             let _ = writeln!(text, "[encoder]\ncounts_per_rev = {counts:?}\n");
         }
-        text += "[identifier]\nlaw = \"fit\"\n\n[log]\n";
+        text += "[identifier]\nlaw = \"fit\"\n\n";
+        text += &self.inner_text();
+        text += &self.physical_text();
+        text += "[log]\n";
         let settings = &self.settings;
         for (name, column) in [
             ("time", settings.time.as_ref()),
             ("reference", settings.reference.as_ref()),
             ("position", Some(&settings.position)),
             ("command", settings.command.as_ref()),
+            ("velocity", settings.velocity.as_ref()),
         ] {
             if let Some(column) = column {
                 let _ = writeln!(text, "{name} = {}", value(column));
@@ -140,6 +177,52 @@ impl Recognised {
             text += "scan = \"warn\"\n";
         }
         text
+    }
+
+    /// The table `[inner]`, where there is one.
+    fn inner_text(&self) -> String {
+        let Some(inner) = &self.inner else {
+            return String::new();
+        };
+        let mut text = format!("[inner]\nkp = {:?}\nkd = {:?}\n", inner.kp, inner.kd);
+        let numbers = [
+            (
+                "limit",
+                Some(inner.limit[1]).filter(|limit| limit.is_finite()),
+            ),
+            ("sample_time", inner.sample_time),
+            ("cutoff", inner.cutoff),
+        ];
+        for (name, number) in numbers {
+            if let Some(number) = number {
+                let _ = writeln!(text, "{name} = {number:?}");
+            }
+        }
+        if inner.integrator != Integrator::None {
+            let _ = writeln!(text, "integrator = \"{}\"", inner.integrator.name());
+        }
+        text + "\n"
+    }
+
+    /// The table `[physical]`, where it states anything.
+    fn physical_text(&self) -> String {
+        let physical = &self.physical;
+        if *physical == PhysicalSettings::NONE {
+            return String::new();
+        }
+        let mut text = format!(
+            "[physical]\ncommand_unit = \"{}\"\n",
+            physical.command_unit.name()
+        );
+        for (name, number) in [
+            ("torque_constant", physical.torque_constant),
+            ("inertia", physical.inertia),
+        ] {
+            if let Some(number) = number {
+                let _ = writeln!(text, "{name} = {number:?}");
+            }
+        }
+        text + "\n"
     }
 }
 

@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 
 use super::{Finding, FitNotes, LogReading, Prediction, Residual, SensorNoise};
 use crate::experiment::Outcome;
+use crate::physical::{Physical, Ratios, VoltageGains};
 use crate::replay::Agreement;
 
 /// The result of a run or a replay.
@@ -30,6 +31,12 @@ pub struct Summary {
     pub cause: Option<Finding>,
     /// The estimates.
     pub estimates: Estimates,
+    /// The servo in physical units, where the scale of torques is stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub physical: Option<Physical>,
+    /// The feed-forward of a motor driven by a voltage.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voltage_gains: Option<VoltageGains>,
     /// The true servo, where it is known.
     pub truth: Option<ServoParameters>,
     /// The output error, for laws with a model.
@@ -178,6 +185,20 @@ impl Estimates {
             Parameter::B => &self.b,
             Parameter::Coulomb => &self.coulomb,
             Parameter::Load => &self.load,
+        }
+    }
+
+    /// The ratios of a servo, for an axis that is linear or not.
+    #[must_use]
+    pub fn ratios(&self, is_linear: bool) -> Ratios {
+        let known = |estimate: &Estimate| (estimate.value, estimate.std_error);
+        let if_estimated = |estimate: &Estimate| estimate.is_estimated.then(|| known(estimate));
+        Ratios {
+            a: known(&self.a),
+            b: known(&self.b),
+            coulomb: if_estimated(&self.coulomb),
+            load: if_estimated(&self.load),
+            is_linear,
         }
     }
 

@@ -183,7 +183,8 @@ fn wrong_column(log: &Log, plain: &[Response], beside_place: &[Response]) -> Opt
     } else if is_clearer(respond_to_error(log), alone) {
         format!(
             "the position follows the column {command} as it follows a reference: state the column of the command that \
-             acted as log.command, or log.scan = \"warn\" where a spring or a weight holds it there"
+             acted as log.command; or, if this is the goal of a servo with a position loop of its own, as log.reference with \
+             inner.kp, the gain of that loop; or log.scan = \"warn\" where a spring or a weight holds it there"
         )
     } else if explains(Of::Position, Of::Command, Order::First) {
         format!(

@@ -5,7 +5,7 @@ use identifier_core::parameters::Term;
 
 use super::error::Fault;
 use super::law::{Closing, Law};
-use super::{Arithmetic, Purpose, Scenario, commission, log};
+use super::{Arithmetic, Purpose, Scenario, commission, inner, log, physical};
 
 /// The longest run, control samples.
 const MAX_SAMPLES: f64 = 1e10;
@@ -26,6 +26,7 @@ pub(super) fn complete(
         commission::adopt_sample_time(&mut scenario)?;
     }
     scenario.checked_units()?;
+    physical::check(&scenario, purpose)?;
     let sample_time = scenario.sample_time();
     Allowed::Within(sample_time, MAX_SAMPLES * sample_time)
         .check("duration", scenario.duration)
@@ -94,6 +95,7 @@ fn lasting(scenario: &Scenario) -> Result<(), Fault> {
 /// Checks the needs of a replay, apart from the log itself.
 fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     log::check(scenario)?;
+    inner::check(scenario)?;
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
     let law = scenario.identifier.law;
     let log = scenario.log_columns();
@@ -132,10 +134,10 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
              \"f32\" and \"f64\" do without",
         ),
         (
-            given.controller.is_none() && log.command.is_none(),
+            given.controller.is_none() && log.command.is_none() && log.inner.is_none(),
             "controller",
             "without log.command the controller that ran has to be declared, so that its command can \
-             be computed again",
+             be computed again; of a servo that takes position goals it is [inner]",
         ),
         (
             law.is_gradient() && !follows,

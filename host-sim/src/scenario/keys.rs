@@ -24,8 +24,8 @@ use super::range::Range::{
     self, BelowNyquist, Delay, Duration, EvenSamples, FaultSize, Fixed, HalfRadian, Samples,
 };
 use super::{
-    Arithmetic, Column, CommissionOrder, ExcitationKind, Law, LogSettings, PositionUnit,
-    RivalSettings, Scan, Scenario, TimeUnit, Velocity, index_of, parts,
+    Arithmetic, Column, CommandUnit, CommissionOrder, ExcitationKind, InnerLoop, Integrator, Law,
+    LogSettings, PositionUnit, RivalSettings, Scan, Scenario, TimeUnit, Velocity, index_of, parts,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -335,6 +335,30 @@ keys! {
 "commission.sample_time": Number(SAMPLE_TIME, |s, v| order(s).sample_time = Some(v)), Derived("controller.sample_time"), "s",
     "time from one sample to the next, for a scenario without [controller]";
 
+"inner": Table(Stated), Derived("none: log.command, or [controller] gives it"), "",
+    "the position loop of a servo that takes goals, u = kp (log.reference - q) - kd v: the log's command is computed by it";
+"inner.kp": Number(POSITIVE_GAIN, |s, v| inner(s).kp = v), Required("40.0"), "command units per rad", "its proportional gain";
+"inner.kd": Number(GAIN, |s, v| inner(s).kd = v), Value(0.0), "command units per rad/s", "its derivative gain, on the velocity";
+"inner.limit": Limit(|s, v| inner(s).limit = v), Derived("no limit"), "command units", "limit of its command, |u| <= limit or low <= u <= high";
+"inner.sample_time": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| inner(s).sample_time = Some(v)), Derived("that of the log"), "s",
+    "its own sample time, or a simulator's step, of which the log's is a whole multiple: in between the position is interpolated";
+"inner.integrator": OneOf(Integrator::CHOICES, |s, i| inner(s).integrator = Integrator::ALL[i]), FirstChoice, "",
+    "how its command becomes motion: held for a sample as a drive holds it (none), or by MuJoCo's integrator Euler (euler), implicit or implicitfast (implicit)";
+"inner.cutoff": Number(POSITIVE, |s, v| inner(s).cutoff = Some(v)), Derived("none: the velocity is log.velocity, or the difference of two positions"), "rad/s",
+    "cut-off of the low-pass derivative that is its velocity";
+
+"physical": Table(Stated), Derived("none: a result is ratios"), "", "what turns a result into physical units";
+"physical.command_unit": OneOf(CommandUnit::CHOICES, |s, i| s.physical.command_unit = CommandUnit::ALL[i]), FirstChoice, "",
+    "unit of the command: with \"V\" a result has the feed-forward kS, kV, kA and kG, with \"Nm\" and \"N\" (a linear axis) inertia and friction";
+"physical.torque_constant": Number(POSITIVE, |s, v| s.physical.torque_constant = Some(v)), Derived("1 with the command unit \"Nm\" or \"N\", otherwise none"), "N·m per command unit",
+    "torque of a unit of command at the joint: torque constant times gear ratio and efficiency";
+"physical.inertia": Number(POSITIVE, |s, v| s.physical.inertia = Some(v)), Derived("none"), "kg·m²",
+    "inertia of all that moves about the joint, where that is known instead";
+"physical.payload": Number(POSITIVE, |s, v| s.physical.payload = Some(v)), Derived("none"), "kg·m²",
+    "inertia about the joint of a payload that is attached, where neither is known: it needs bare_gain";
+"physical.bare_gain": Two(NOT_NEGATIVE, |s, v| s.physical.bare_gain = Some(v)), Derived("none"), "rad/s² per command unit",
+    "b without the payload and its standard error";
+
 "log": Table(Stated), Derived("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
 "log.time": ColumnOf(|s, v| log(s).time = Some(v)), Derived("none: the rows are the samples, and log.sample_time says how long one lasts"), "in time_unit",
     "time of a row";
@@ -360,6 +384,8 @@ keys! {
     "what was added to the declared controller's command behind its limit";
 "log.command_scale": Number(ANY, |s, v| log(s).units.command_scale = v), Value(1.0), "",
     "command units for one of the column's, such as 0.24 for the per cent of a bridge of 24 V; below 0 for the other direction";
+"log.velocity": ColumnOf(|s, v| log(s).velocity = Some(v)), Derived("none"), "position_unit per s, times position_scale",
+    "measured velocity, on which [inner] acts";
 "log.bridge_gaps": Whole([0, u32::MAX], |s, v| log(s).bridge = v), Value(0.0), "",
     "the most missing samples in a row that straight lines may bridge";
 "log.cut": Pairs(ANY, |s, v| log(s).leave_out(v)), Derived("nothing is left out"), "s",
@@ -503,6 +529,10 @@ fn order(s: &mut Scenario) -> &mut CommissionOrder {
         amplifier: amplifier.filter(|limit| limit.iter().all(|end| end.is_finite())),
         ..CommissionOrder::default()
     })
+}
+
+fn inner(s: &mut Scenario) -> &mut InnerLoop {
+    s.inner.get_or_insert(InnerLoop::proportional(0.0))
 }
 
 fn log(s: &mut Scenario) -> &mut LogSettings {

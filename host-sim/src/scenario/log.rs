@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::Scenario;
 use super::error::Fault;
+use super::inner::InnerLoop;
 use super::log_units::{LogUnits, PositionUnit, TimeUnit};
 use super::names::named;
 
@@ -21,6 +22,10 @@ pub struct LogSettings {
     pub command: Option<Column>,
     /// A known signal that was added to the declared controller's command behind its limit.
     pub injection: Option<Column>,
+    /// Measured velocity, which the servo's own position loop acts on.
+    pub velocity: Option<Column>,
+    /// The servo's own position loop, whose command follows from the reference as its goal.
+    pub inner: Option<InnerLoop>,
     /// True if a position of zero is the same angle in every recording.
     pub absolute: bool,
     /// The longest gap, in missing samples, that may be bridged by straight lines.
@@ -60,6 +65,7 @@ pub enum LogQuantity {
     Position,
     Command,
     Injection,
+    Velocity,
 }
 
 impl LogQuantity {
@@ -71,6 +77,7 @@ impl LogQuantity {
             Self::Position => "log.position",
             Self::Command => "log.command",
             Self::Injection => "log.injection",
+            Self::Velocity => "log.velocity",
         }
     }
 }
@@ -131,6 +138,8 @@ impl LogSettings {
             position,
             command: None,
             injection: None,
+            velocity: None,
+            inner: None,
             absolute: false,
             bridge: 0,
             units: LogUnits::SI,
@@ -149,6 +158,7 @@ impl LogSettings {
             (LogQuantity::Position, Some(&self.position)),
             (LogQuantity::Command, self.command.as_ref()),
             (LogQuantity::Injection, self.injection.as_ref()),
+            (LogQuantity::Velocity, self.velocity.as_ref()),
         ];
         (columns.into_iter()).filter_map(|(quantity, column)| Some((quantity, column?)))
     }
@@ -212,6 +222,7 @@ impl Scenario {
     pub fn log_columns(&self) -> LogSettings {
         let mut log = self.log.clone().unwrap_or_else(LogSettings::own);
         log.units.counts_per_rev = self.counts_per_rev;
+        log.inner = self.inner;
         log
     }
 

@@ -120,7 +120,7 @@ impl LogUnits {
         match quantity {
             LogQuantity::Time => self.time.seconds().unwrap_or(sample_time),
             LogQuantity::Reference => self.reference(),
-            LogQuantity::Position => self.position(),
+            LogQuantity::Position | LogQuantity::Velocity => self.position(),
             LogQuantity::Command | LogQuantity::Injection => self.command_scale,
         }
     }

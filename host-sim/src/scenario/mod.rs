@@ -9,6 +9,7 @@ mod check;
 mod commission;
 pub(crate) mod dispatch;
 mod error;
+mod inner;
 mod key;
 pub mod keys;
 mod kind;
@@ -17,6 +18,7 @@ mod log;
 mod log_units;
 mod names;
 mod parts;
+mod physical;
 mod range;
 mod read;
 mod reference;
@@ -28,12 +30,14 @@ mod stability;
 
 pub use commission::CommissionOrder;
 pub use error::{Fault, ScenarioError};
+pub use inner::{InnerLoop, Integrator};
 pub use key::Key;
 pub(crate) use kind::MAX_COLUMNS;
 pub use law::{Closing, Law, RivalSettings};
 pub use log::{Column, LogQuantity, LogSettings, Scan};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
 pub(crate) use parts::{MAX_PLAYED, box_around, index_of};
+pub use physical::{CommandUnit, PhysicalSettings};
 pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceState};
 pub use set::ModelSet;
 pub(crate) use source::fetch;
@@ -76,6 +80,10 @@ pub struct Scenario {
     pub seed: Option<u32>,
     /// The stated columns of a log to replay: see [`Scenario::log_columns`].
     pub log: Option<LogSettings>,
+    /// The position loop of the servo itself, where the log has its goals.
+    pub inner: Option<InnerLoop>,
+    /// What turns a result's ratios into physical units.
+    pub physical: PhysicalSettings,
     /// The cases of a comparison.
     pub compare: CompareSettings,
     /// The limits and the goal of a commissioning; a commissioning needs them.
@@ -216,6 +224,8 @@ impl Scenario {
             duration: 0.0,
             seed: None,
             log: None,
+            inner: None,
+            physical: PhysicalSettings::NONE,
             compare: CompareSettings::default(),
             commission: None,
         }

@@ -7,8 +7,6 @@ use serde::Deserialize;
 use super::IdentifiedResult;
 #[cfg(feature = "experiments")]
 use crate::provenance::{Origin, Task};
-#[cfg(feature = "experiments")]
-use crate::scenario::Purpose;
 use crate::scenario::Scenario;
 
 /// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
@@ -223,7 +221,6 @@ impl KnownConditions {
     pub fn of_result(json: &str, has_delay: bool) -> Self {
         #[derive(Deserialize)]
         struct Stated {
-            origin: Origin,
             #[serde(default)]
             logs: Vec<Reading>,
         }
@@ -232,17 +229,15 @@ impl KnownConditions {
             resolution: f64,
             largest_command: Option<f64>,
         }
-        let Ok(Stated { origin, logs }) = serde_json::from_str(json) else {
+        let stated = serde_json::from_str(json).ok();
+        let (Some(Stated { logs }), Some((origin, scenario))) = (stated, Origin::of_result(json))
+        else {
             return Self::default();
         };
-        let is_replay = matches!(origin.task, Task::Replay { .. });
-        let purpose = match origin.task {
-            Task::Run => Purpose::Run,
-            Task::Replay { .. } => Purpose::Replay,
+        let is_replay = match origin.task {
+            Task::Run => false,
+            Task::Replay { .. } => true,
             Task::Commission => return Self::default(),
-        };
-        let Ok(scenario) = origin.scenario.scenario(purpose) else {
-            return Self::default();
         };
         if !is_replay {
             return Self::of_scenario(&scenario, has_delay);

@@ -105,6 +105,61 @@ fn several_results_are_the_joints_of_one_file() {
 }
 
 #[test]
+fn bam_takes_the_parameters_of_its_model_m1() {
+    let folder = folder("export-bam");
+    let elbow = result(&folder, "elbow.json", "converged");
+    let bam = |more: &[&str]| -> Value {
+        let options = ["--format", "bam", "--torque-constant", "0.04"];
+        let text = exported(&[&[elbow.as_str()], &options[..], more].concat());
+        serde_json::from_str(&text).expect("JSON")
+    };
+    // J = K/b = 2·10⁻⁴: a J = 10⁻⁴, c J = 1.6·10⁻³.
+    let of_current = bam(&[]);
+    assert_eq!(of_current["model"], "m1");
+    assert_eq!(of_current["actuator"], "elbow");
+    for (name, value) in [
+        ("kt", 0.04),
+        ("armature", 2e-4),
+        ("friction_base", 1.6e-3),
+        ("friction_viscous", 1e-4),
+        ("command_delay", 1e-3),
+    ] {
+        assert_eq!(of_current[name], value, "{name}");
+    }
+    assert_eq!(of_current["R"], Value::Null);
+    let errors = &of_current["servo_id"]["errors"];
+    assert_eq!(
+        errors["armature"],
+        json!({ "std_error": 2e-6, "unit": "kg·m²" })
+    );
+    assert_eq!(errors["kt"]["std_error"], Value::Null);
+    let remarks = of_current["servo_id"]["remarks"].to_string();
+    assert!(remarks.contains("taken for a current"), "{remarks}");
+
+    // Of a voltage, k = K R, and k²/R = K² R = 8·10⁻⁵ of the friction is the motor's own voltage.
+    let of_voltage = bam(&["--resistance", "0.05"]);
+    assert_eq!(of_voltage["R"], 0.05);
+    assert_eq!(of_voltage["kt"], 0.002);
+    assert_eq!(of_voltage["friction_viscous"], 2e-5);
+}
+
+#[test]
+fn a_payload_and_the_result_without_it_give_the_inertia() {
+    let folder = folder("export-payload");
+    let [with, bare] = ["with.json", "bare.json"].map(|name| result(&folder, name, "converged"));
+    let text = std::fs::read_to_string(&bare).expect("a file");
+    std::fs::write(&bare, text.replace("200.0", "250.0")).expect("a file");
+    let options = ["--format", "json", "--payload", "0.001", "--bare"];
+    let text = exported(&[&[with.as_str()], &options[..], &[&bare]].concat());
+    let joints: Value = serde_json::from_str(&text).expect("JSON");
+    let inertia = joints["joints"][0]["inertia"]["value"].as_f64();
+    assert!(
+        inertia.is_some_and(|inertia| (inertia - 0.005).abs() < 1e-12),
+        "{text}"
+    );
+}
+
+#[test]
 fn what_would_be_a_guess_is_refused_with_its_remedy() {
     let folder = folder("export-refusals");
     let [one, two, moving] = [
@@ -141,6 +196,14 @@ fn what_would_be_a_guess_is_refused_with_its_remedy() {
             ["not allowed", "letters"],
         ),
         (
+            vec![&one, "--inertia", "1", "--resistance", "1"],
+            ["resistance = 1 is not allowed", "at most"],
+        ),
+        (
+            vec![&one, "--payload", "1", "--bare", &one],
+            ["payload = 1 is not allowed", "larger payload"],
+        ),
+        (
             vec!["none.json", "--ratios"],
             ["none.json", "cannot be read"],
         ),
@@ -151,4 +214,10 @@ fn what_would_be_a_guess_is_refused_with_its_remedy() {
             assert!(message.contains(part), "{arguments:?}: {message}");
         }
     }
+    let two = servo_id(&["export", &one, &two, "--format", "bam", "--ratios"]);
+    let message = refusal_message(&two);
+    assert!(
+        message.contains("one actuator, and there are 2 joints"),
+        "{message}"
+    );
 }

@@ -1,6 +1,7 @@
 //! Logs without a scenario: what is taken right, what is named, and what is never taken for converged.
 
 mod mistakes;
+mod units;
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -40,7 +41,12 @@ impl Motion {
              parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n[run]\nduration = 3.0\n"
         );
         std::fs::write(&scenario, text).expect("written");
-        let trace = printed(&servo_id(&["run", &argument(&scenario), "--csv", "-"]));
+        Self::of(&scenario)
+    }
+
+    /// That of a scenario.
+    fn of(scenario: &Path) -> Self {
+        let trace = printed(&servo_id(&["run", &argument(scenario), "--csv", "-"]));
         let column = |place: usize| -> Vec<f64> {
             let cells = trace.lines().skip(1).map(|row| row.split(',').nth(place));
             cells

@@ -20,11 +20,12 @@ from ._experiments import (
 )
 from ._export import export
 from ._native import VERSION as __version__
-from ._results import Commissioning, Gains, Result, Sweep
+from ._results import Commissioning, Gains, Quantity, Result, Sweep
 
 __all__ = [
     "Commissioning",
     "Gains",
+    "Quantity",
     "Result",
     "Sweep",
     "__version__",

@@ -14,9 +14,9 @@ from ._scenario import Scenario
 
 Path: TypeAlias = str | PathLike[str]
 Log: TypeAlias = Path | Mapping[str, npt.ArrayLike]
-"""A file, or columns by name: position, command, and time where the samples are not ``sample_time`` apart."""
+"""A file, or columns by name: position, command or goal, and time where the samples are not ``sample_time`` apart."""
 
-_ROLES = ("time", "position", "command", "reference")
+_ROLES = ("time", "position", "command", "reference", "goal", "velocity")
 
 
 def identify(
@@ -25,12 +25,17 @@ def identify(
     """The servo behind a log of position and command.
 
     ``log`` is a file (.csv, .csv.gz, .mcap) or a mapping of columns: ``position`` and ``command``, the total that acted,
-    with ``time`` (s) or ``sample_time=``. The file's columns and units are found; ``result.findings`` says how. What a log
+    with ``time`` (s) or ``sample_time=``. A servo that closes its own loop has a ``goal`` in place of a command, and that
+    loop is ``inner=``: ``kp`` (command units per rad), ``kd``, ``limit``, ``sample_time`` (its own, s), ``integrator``
+    (``euler`` or ``implicit``, of a simulator), ``cutoff``; a column ``velocity`` is the one it acts on. The file's columns and units are found; ``result.findings`` says how. What a log
     does not show is asked for by a ``ValueError`` that names the keyword: time, time_unit, sample_time, position,
     position_unit (rad, deg, turns, counts, m, mm), position_scale, command, command_scale, reference, counts_per_rev, wrap,
-    scan. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
+    scan, and of a loop goal, kp, kd, limit, loop_time, integrator, cutoff, velocity. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
     time_unit, wrap, scan, ``law`` (``fit``, the default, ``gauss-newton``, ``window``, ``gradient``) and ``identifier``,
     further keys of that table.
+
+    ``torque_constant`` (N·m per command unit) or ``inertia`` (kg·m²), or ``command_unit`` (V, A, Nm, N) put the result in
+    physical units: ``result.physical``, ``result.voltage_gains``.
 
     With a ``scenario``, its ``[log]`` names the columns and nothing else may be stated.
     """
@@ -62,7 +67,8 @@ def identify_joints(
 ) -> dict[str, Result]:
     """The servos of several joints, each with a column of its own in ``position`` and ``command`` (samples × joints).
 
-    ``names`` are those of the joints, ``joint_0`` and so on by default; ``stated`` is as for :func:`identify`.
+    ``names`` are those of the joints, ``joint_0`` and so on by default; ``stated`` is as for :func:`identify`, where
+    torque_constant, inertia and the numbers of ``inner`` may be sequences, a number for each joint.
     """
     wide = {name: np.asarray(column, dtype=np.float64) for name, column in log.items()}
     counts = {name: column.shape[1] for name, column in wide.items() if column.ndim == 2}
@@ -75,7 +81,7 @@ def identify_joints(
 
     def one(number: int) -> Result:
         own = {name: column[:, number] if column.ndim == 2 else column for name, column in wide.items()}
-        return identify(own, trace=trace, **stated)
+        return identify(own, trace=trace, **_of_joint(stated, number, count))
 
     with ThreadPoolExecutor(threads) as pool:
         return dict(zip(names, pool.map(one, range(count))))
@@ -135,19 +141,52 @@ def tune(result: Result, *, accept_unconverged: bool = False, **conditions: floa
 
 def _scenario_of_columns(log: Mapping[str, Any], stated: dict[str, Any]) -> dict[str, Any]:
     """The scenario of columns whose names are their quantities."""
-    for role in ("position", "command"):
+    stated = dict(stated)
+    inner = stated.pop("inner", None)
+    has_goal = "goal" in log
+    for role in ("position", "goal" if inner is not None else "command"):
         if role not in log:
-            raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}")
+            hint = "; a goal needs inner=, the gains of the servo's own loop" if has_goal and role == "command" else ""
+            raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}{hint}")
+    if has_goal and ("command" in log or "reference" in log):
+        raise ValueError("goal: a log has a goal in place of a command and a reference; leave out what the loop is not given")
     unknown = set(log) - set(_ROLES)
     if unknown:
         raise ValueError(f"{', '.join(sorted(unknown))}: a column is one of {', '.join(_ROLES)}")
     if "time" not in log and "sample_time" not in stated:
         raise ValueError("sample_time is missing: state how many seconds pass from one sample to the next, or a column time")
-    stated = dict(stated)
     identifier = {"law": stated.pop("law", "fit"), **stated.pop("identifier", {})}
     encoder = {"counts_per_rev": float(stated.pop("counts_per_rev"))} if "counts_per_rev" in stated else {}
+    units = {name: stated.pop(name) for name in ("torque_constant", "inertia", "command_unit") if name in stated}
     numbers = {name: value if isinstance(value, str) else float(value) for name, value in stated.items()}
-    return {"encoder": encoder, "identifier": identifier, "log": {role: role for role in log} | numbers}
+    columns_of_log = {"reference" if role == "goal" else role: role for role in log}
+    tables = {"encoder": encoder, "identifier": identifier, "log": columns_of_log | numbers}
+    if inner is not None:
+        tables["inner"] = {name: _number(value) for name, value in inner.items()}
+    if units:
+        tables["physical"] = {name: _number(value) for name, value in units.items()}
+    return tables
+
+
+def _number(value: Any) -> Any:
+    """A number as float, which TOML distinguishes; a text and a list as they are."""
+    return value if isinstance(value, str) or np.ndim(value) > 0 else float(value)
+
+
+def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, Any]:
+    """What is stated of one joint of several."""
+
+    def one(name: str, value: Any) -> Any:
+        if isinstance(value, str) or np.ndim(value) == 0:
+            return value
+        if len(value) != count:
+            raise ValueError(f"{name} has {len(value)} entries for {count} joints: state one for each, or one for all")
+        return value[number]
+
+    own = {name: one(name, stated[name]) for name in ("torque_constant", "inertia") if name in stated}
+    if "inner" in stated:
+        own["inner"] = {name: one(f"inner[{name!r}]", value) for name, value in stated["inner"].items()}
+    return {**stated, **own}
 
 
 def _float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:

@@ -14,19 +14,21 @@ def export(
     inertia: float | Mapping[str, float] | None = None,
     ratios: bool = False,
     link_inertia: float | Mapping[str, float] = 0.0,
+    resistance: float | None = None,
     limit: float | None = None,
     accept_unconverged: bool = False,
 ) -> str:
-    """Joints as text for MuJoCo (``mjcf``), ``urdf``, ``isaac-lab`` or ``json``, with armature, damping, friction loss and
+    """Joints as text for MuJoCo (``mjcf``), ``urdf``, ``isaac-lab``, BAM (``bam``, one joint) or ``json``, with armature, damping, friction loss and
     effort limit as the simulator names them.
 
-    A result leaves the scale of torques open: state ``torque_constant`` (N·m per command unit at the joint) or ``inertia``
+    A result leaves the scale of torques open unless it is in physical units: state ``torque_constant`` (N·m per command unit at the joint) or ``inertia``
     (kg·m², of all that moves about the joint), one for all joints or by name, or ``ratios=True`` for an inertia of 1.
-    ``link_inertia`` is the inertia that the links of the model have already.
+    ``link_inertia`` is the inertia that the links of the model have already. ``resistance`` (Ω) is that of the motor's
+    winding where the command is its voltage, for ``bam``.
     """
-    if (torque_constant is not None) + (inertia is not None) + ratios != 1:
+    if (torque_constant is not None) + (inertia is not None) + ratios > 1:
         raise ValueError(
-            "the scale of torques is open: state torque_constant or inertia, or ratios=True, and one of them only"
+            "the scale of torques is stated twice: torque_constant or inertia, or ratios=True, and one of them only"
         )
     if isinstance(joints, Result):
         joints = {"joint": joints}
@@ -42,4 +44,4 @@ def export(
         (name, result.text, of(torque_constant, name), of(inertia, name), of(link_inertia, name), limit)
         for name, result in joints.items()
     ]
-    return _native.export(stated, format, accept_unconverged)
+    return _native.export(stated, format, ratios, resistance, accept_unconverged)

@@ -33,5 +33,7 @@ def tune(
 def export(
     joints: Sequence[tuple[str, str, float | None, float | None, float, float | None]],
     format: str,
+    ratios: bool,
+    resistance: float | None,
     accept_unconverged: bool,
 ) -> str: ...

@@ -4,7 +4,7 @@ import html
 import json
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,20 @@ def columns(of_bytes: dict[str, bytes]) -> Columns:
 def _number(value: float | None) -> float:
     """A number of a result, in whose JSON one that is not finite is null."""
     return float("nan") if value is None else value
+
+
+class Quantity(NamedTuple):
+    """A quantity in physical units."""
+
+    value: float
+    std_error: float
+    """NaN for one that was stated or whose error is not known."""
+    unit: str
+
+
+def _quantities(found: dict[str, Any] | None) -> dict[str, Quantity]:
+    known = {name: one for name, one in (found or {}).items() if one is not None}
+    return {name: Quantity(_number(one["value"]), _number(one["std_error"]), one["unit"]) for name, one in known.items()}
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,6 +77,16 @@ class Result:
         return {name: one["unit"] for name, one in self._known.items()}
 
     @property
+    def physical(self) -> dict[str, Quantity]:
+        """inertia, viscous and coulomb friction, load and torque_constant, where the scale of torques is stated."""
+        return _quantities(self.json.get("physical"))
+
+    @property
+    def voltage_gains(self) -> dict[str, Quantity]:
+        """kS, kV, kA and kG of a servo whose command is in V."""
+        return _quantities(self.json.get("voltage_gains"))
+
+    @property
     def verdict(self) -> str:
         """converged, unexplained, no-information, moving or aborted."""
         return self.json["status"]
@@ -87,6 +111,9 @@ class Result:
         return [
             (name, f"{value:.6g}", f"{errors[name]:.2g}", self.units[name])
             for name, value in self.estimates.items()
+        ] + [
+            (name, f"{one.value:.6g}", f"{one.std_error:.2g}", one.unit)
+            for name, one in (self.physical | self.voltage_gains).items()
         ]
 
     def __repr__(self) -> str:

@@ -9,6 +9,7 @@ pub use traces::ExperimentTraces;
 use super::estimates::{self, Estimated};
 use super::noise::sensor_noise;
 use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
+use super::physical;
 use super::remedies::remedies;
 use super::tuning::advice;
 use super::{Block, Page, Section, Tone, Verdict};
@@ -141,6 +142,7 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     } else {
         vec![Block::Table(estimates::table(rows))]
     };
+    blocks.extend(physical::tables(summary));
     let entered = summary.terms_entered.iter();
     let without_size = entered.filter(|(term, _)| {
         let mut sizes = rows.iter();

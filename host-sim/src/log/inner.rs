@@ -1,0 +1,441 @@
+//! The command of a servo that takes goals, computed as its own position loop does: u = kp (goal − q) − kd q̇ within its
+//! limit, at each sample of that loop, of which a row of the log may have many. The position between two rows is their
+//! cubic Hermite interpolation; the goal acts from its row to the next, and so does the row's command, the mean over them.
+
+use std::collections::VecDeque;
+use std::path::Path;
+
+use super::row::Row;
+use super::spacing::EvenRows;
+use super::{LogError, Wrapped};
+use crate::scenario::{InnerLoop, Integrator, LogSettings};
+
+/// Rows before and behind the one whose command is computed: those of the slopes at the places that it needs.
+const BEFORE: usize = 2;
+const BEHIND: usize = 3;
+
+/// The rows of a log in even time, with the commands of the inner loop where one is declared.
+pub(super) struct DrivenRows<'a> {
+    rows: EvenRows<'a>,
+    inner: Option<Inner>,
+}
+
+/// The inner loop on its way through a log.
+struct Inner {
+    settings: InnerLoop,
+    /// Its samples to a row of the log.
+    ticks: u32,
+    /// Time from row to row, s.
+    sample_time: f64,
+    /// Rows of a stretch around the one at `place`.
+    window: VecDeque<Row>,
+    place: usize,
+    /// The first row of the next stretch, once the window holds the end of this one.
+    next: Option<Row>,
+    has_ended: bool,
+    /// The filtered velocity, rad/s, once the stretch has begun.
+    velocity: Option<f64>,
+}
+
+impl<'a> DrivenRows<'a> {
+    /// # Errors
+    /// A sample time of the loop that is no part of the log's.
+    pub(super) fn new(
+        path: &Path,
+        rows: EvenRows<'a>,
+        settings: &LogSettings,
+        sample_time: f64,
+        wrapped: Option<&Wrapped>,
+    ) -> Result<Self, LogError> {
+        let inner = settings.inner.map(|settings| {
+            let ticks = settings.samples_per_row(sample_time);
+            let ticks = ticks.map_err(|fault| LogError::in_file(path, fault))?;
+            Ok(Inner {
+                settings,
+                ticks,
+                sample_time,
+                window: VecDeque::new(),
+                place: 0,
+                next: None,
+                has_ended: false,
+                velocity: None,
+            })
+        });
+        Ok(Self {
+            rows: rows.unwrapping(wrapped),
+            inner: inner.transpose()?,
+        })
+    }
+
+    /// The rows without the commands.
+    pub(super) fn even(&self) -> &EvenRows<'a> {
+        &self.rows
+    }
+}
+
+impl Iterator for DrivenRows<'_> {
+    type Item = Result<Row, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let Some(inner) = &mut self.inner else {
+            return self.rows.next();
+        };
+        inner.drop_passed();
+        while inner.wants_more() {
+            match self.rows.next() {
+                Some(Ok(row)) => inner.add(row),
+                Some(Err(error)) => return Some(Err(error)),
+                None => inner.has_ended = true,
+            }
+        }
+        inner.row().map(Ok)
+    }
+}
+
+impl Inner {
+    /// Leaves behind what is no longer needed; begins the next stretch behind the last row of one.
+    fn drop_passed(&mut self) {
+        while self.place > BEFORE {
+            self.window.pop_front();
+            self.place -= 1;
+        }
+        if self.place == self.window.len() && self.has_ended {
+            self.window.clear();
+            self.place = 0;
+            self.velocity = None;
+            if let Some(first) = self.next.take() {
+                self.window.push_back(first);
+                self.has_ended = false;
+            }
+        }
+    }
+
+    fn wants_more(&self) -> bool {
+        !self.has_ended && self.window.len() <= self.place + BEHIND
+    }
+
+    fn add(&mut self, row: Row) {
+        if row.begins && !self.window.is_empty() {
+            self.next = Some(row);
+            self.has_ended = true;
+        } else {
+            self.window.push_back(row);
+        }
+    }
+
+    /// The row at the place with its command.
+    fn row(&mut self) -> Option<Row> {
+        let mut row = *self.window.get(self.place)?;
+        row.command = Some(self.command(&row));
+        self.place += 1;
+        Some(row)
+    }
+
+    fn command(&mut self, row: &Row) -> f64 {
+        let goal = row.reference.unwrap_or(row.position);
+        let ticks = f64::from(self.ticks);
+        let mut sum = 0.0;
+        for tick in 0..self.ticks {
+            let command = self.at(f64::from(tick) / ticks, goal);
+            sum += command;
+            // A semi-implicit step turns with its command the motion around its beginning: half of it acts before.
+            if tick == 0 && self.settings.integrator != Integrator::None {
+                sum -= 0.5 * command;
+            }
+        }
+        if self.settings.integrator != Integrator::None {
+            let next = self.window.get(self.place + 1);
+            let goal = next.and_then(|next| next.reference).unwrap_or(goal);
+            sum += 0.5 * self.at(1.0, goal);
+        }
+        sum / ticks
+    }
+
+    /// The command of the loop at a time behind the row, rows.
+    fn at(&mut self, time: f64, goal: f64) -> f64 {
+        let InnerLoop {
+            kp,
+            kd,
+            limit: [low, high],
+            ..
+        } = self.settings;
+        let damping = if kd > 0.0 {
+            kd * self.velocity(time)
+        } else {
+            0.0
+        };
+        (kp * (goal - self.position(time)) - damping).clamp(low, high)
+    }
+
+    /// The velocity that the loop takes, rad/s.
+    fn velocity(&mut self, time: f64) -> f64 {
+        let step = 1.0 / f64::from(self.ticks);
+        let rate = f64::from(self.ticks) / self.sample_time;
+        let moved = |from: f64, to: f64| rate * (self.position(to) - self.position(from));
+        match self.settings.integrator {
+            Integrator::Euler => moved(time - step, time),
+            Integrator::Implicit => moved(time, time + step),
+            Integrator::None => {
+                if let Some(measured) = self.measured_velocity(time) {
+                    return measured;
+                }
+                let difference = moved(time - step, time);
+                let Some(cutoff) = self.settings.cutoff else {
+                    return difference;
+                };
+                let before = self
+                    .velocity
+                    .unwrap_or(self.slope(self.place) / self.sample_time);
+                let kept = (-cutoff / rate).exp();
+                let velocity = kept * before + (1.0 - kept) * difference;
+                self.velocity = Some(velocity);
+                velocity
+            }
+        }
+    }
+
+    /// The log's own velocity, where it has one.
+    fn measured_velocity(&self, time: f64) -> Option<f64> {
+        let velocity = |place: usize| self.window.get(place)?.velocity;
+        let now = velocity(self.place)?;
+        let next = velocity(self.place + 1).unwrap_or(now);
+        Some(now + time * (next - now))
+    }
+
+    /// The position at a time behind the row, rows; at the ends of a stretch it continues straight.
+    fn position(&self, time: f64) -> f64 {
+        let last = self.window.len() - 1;
+        let place = self.place as f64 + time;
+        if place <= 0.0 {
+            return self.window[0].position + place * self.slope(0);
+        }
+        if place >= last as f64 {
+            return self.window[last].position + (place - last as f64) * self.slope(last);
+        }
+        let from = place.floor() as usize;
+        let x = place - place.floor();
+        let [p, q] = [from, from + 1].map(|place| self.window[place].position);
+        if x <= 0.0 {
+            return p;
+        }
+        let [v, w] = [from, from + 1].map(|place| self.slope(place));
+        let step = q - p;
+        p + x * (v + x * (3.0 * step - 2.0 * v - w + x * (v + w - 2.0 * step)))
+    }
+
+    /// The velocity at a row, rad per row.
+    fn slope(&self, place: usize) -> f64 {
+        let row = &self.window[place];
+        if let Some(velocity) = row.velocity {
+            return velocity * self.sample_time;
+        }
+        let before = place
+            .checked_sub(1)
+            .and_then(|place| self.window.get(place));
+        let next = self.window.get(place + 1);
+        let [to_here, from_here] = [
+            before.map(|before| row.position - before.position),
+            next.map(|next| next.position - row.position),
+        ];
+        match (to_here, from_here) {
+            (Some(to_here), Some(from_here)) => 0.5 * (to_here + from_here),
+            (one, other) => one.or(other).unwrap_or(0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::log::{Columns, Log};
+    use crate::scenario::{Column, InnerLoop, Integrator, LogSettings};
+
+    /// A joint q̈ = −a q̇ + b u with its position loop, by the integrator of a simulator or, with many steps to a sample
+    /// of the loop, as a drive has it. Every `rows`-th sample of the loop is a row: goal, position and the mean command.
+    fn simulated(
+        inner: &InnerLoop,
+        rows: usize,
+        velocity: bool,
+    ) -> (LogSettings, Columns, Vec<f64>) {
+        const STEPS: usize = 200;
+        let [a, b] = [4.0, 20.0];
+        let loop_time = inner.sample_time.expect("stated");
+        let [mut q, mut w, mut filtered, mut last] = [0.3, 0.0, 0.0, 0.3];
+        let [mut goals, mut positions, mut velocities, mut commands] = [const { Vec::new() }; 4];
+        for sample in 0..400 * rows {
+            let time = loop_time * (sample - sample % rows) as f64;
+            let goal = (3.0 * time).sin() + 0.3 * (17.0 * time).sin();
+            let difference = (q - last) / loop_time;
+            last = q;
+            filtered = match inner.cutoff {
+                Some(cutoff) => {
+                    let kept = (-cutoff * loop_time).exp();
+                    kept * filtered + (1.0 - kept) * difference
+                }
+                None if velocity => w,
+                None => difference,
+            };
+            if sample % rows == 0 {
+                goals.push(goal);
+                positions.push(q);
+                velocities.push(w);
+                commands.push(0.0);
+            }
+            let spring = inner.kp * (goal - q);
+            let [low, high] = inner.limit;
+            let mut command = (spring - inner.kd * filtered).clamp(low, high);
+            match inner.integrator {
+                Integrator::None => {
+                    let step = loop_time / STEPS as f64;
+                    for _ in 0..STEPS {
+                        let middle = w + 0.5 * step * (b * command - a * w);
+                        q += step * middle;
+                        w += step * (b * command - a * middle);
+                    }
+                }
+                Integrator::Euler => {
+                    command = (spring - inner.kd * w).clamp(low, high);
+                    w = (w + loop_time * b * command) / (1.0 + loop_time * a);
+                    q += loop_time * w;
+                }
+                Integrator::Implicit => {
+                    let braked = 1.0 + loop_time * (a + b * inner.kd);
+                    w = (w + loop_time * b * spring) / braked;
+                    command = spring - inner.kd * w;
+                    q += loop_time * w;
+                }
+            }
+            *commands.last_mut().expect("one") += command / rows as f64;
+        }
+        let mut settings = LogSettings::with_position(Column::named("position"));
+        settings.reference = Some(Column::named("goal"));
+        settings.velocity = velocity.then(|| Column::named("velocity"));
+        settings.sample_time = Some(loop_time * rows as f64);
+        settings.inner = Some(*inner);
+        let of = |name: &str, column: Vec<f64>| (name.to_owned(), column);
+        let columns = vec![
+            of("goal", goals),
+            of("position", positions),
+            of("velocity", velocities),
+        ];
+        let columns = Columns::new(columns).expect("one length");
+        (settings, columns, commands)
+    }
+
+    /// The largest difference of the log's commands from the true ones of a simulation, parts of the largest of these.
+    fn difference(inner: &InnerLoop, rows: usize, velocity: bool) -> f64 {
+        let (settings, columns, truth) = simulated(inner, rows, velocity);
+        let log = Log::of_columns("log", columns, &settings, settings.sample_time);
+        let log = log.expect("it is sound");
+        let found: Vec<_> = log
+            .rows()
+            .expect("rows")
+            .map(|row| row.expect("a row"))
+            .collect();
+        assert_eq!(found.len(), truth.len());
+        let is_drive = inner.integrator == Integrator::None;
+        let size = truth.iter().fold(0.0, |most, u| f64::max(most, u.abs()));
+        // The motion before the first row and behind the last is not known.
+        let pairs = found
+            .iter()
+            .zip(&truth)
+            .enumerate()
+            .skip(2)
+            .take(truth.len() - 5);
+        let off = pairs.map(|(place, (row, own))| {
+            // A semi-implicit step's command acts from half a step before it.
+            let expected = match is_drive {
+                true => *own,
+                false if rows == 1 => 0.5 * (own + truth[place + 1]),
+                false => *own,
+            };
+            (row.command.expect("computed") - expected).abs()
+        });
+        off.fold(0.0, f64::max) / size
+    }
+
+    fn inner(integrator: Integrator) -> InnerLoop {
+        InnerLoop {
+            kd: 0.4,
+            sample_time: Some(1e-3),
+            integrator,
+            ..InnerLoop::proportional(8.0)
+        }
+    }
+
+    #[test]
+    fn a_loop_at_the_rows_is_computed_to_the_last_digits() {
+        let drive = inner(Integrator::None);
+        let limited = InnerLoop {
+            limit: [-2.0, 1.5],
+            ..drive
+        };
+        let filtered = InnerLoop {
+            cutoff: Some(300.0),
+            ..drive
+        };
+        for loop_ in [
+            drive,
+            limited,
+            inner(Integrator::Euler),
+            inner(Integrator::Implicit),
+        ] {
+            let off = difference(&loop_, 1, false);
+            assert!(off < 1e-12, "{loop_:?}: {off:e}");
+        }
+        // The filter's state at the first row is taken from its slope.
+        let off = difference(&filtered, 1, false);
+        assert!(off < 0.05, "{off:e}");
+        let off = difference(&drive, 1, true);
+        assert!(off < 1e-12, "measured velocity: {off:e}");
+    }
+
+    #[test]
+    fn a_loop_between_the_rows_is_computed_from_the_motion_there() {
+        for integrator in [Integrator::None, Integrator::Euler, Integrator::Implicit] {
+            let fast = inner(integrator);
+            // The edge of a goal lies half a step of the loop away from that of the row.
+            let allowed = if integrator == Integrator::None {
+                2e-3
+            } else {
+                0.02
+            };
+            for velocity in [false, true] {
+                let off = difference(&fast, 5, velocity);
+                assert!(off < allowed, "{integrator:?} {velocity}: {off:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_break_in_the_log_begins_the_loop_again() {
+        let (mut settings, columns, truth) = simulated(&inner(Integrator::None), 1, false);
+        settings.cut = vec![[0.0995, 0.1995]];
+        let log = Log::of_columns("log", columns, &settings, settings.sample_time);
+        let log = log.expect("it is sound");
+        let rows: Vec<_> = log
+            .rows()
+            .expect("rows")
+            .map(|row| row.expect("a row"))
+            .collect();
+        assert_eq!(rows.len(), 300);
+        for (place, sample) in [(99, 99), (101, 201), (299, 399)] {
+            let off = rows[place].command.expect("computed") - truth[sample];
+            assert!(off.abs() < 1e-9, "{place}: {off}");
+        }
+        assert!(rows[100].begins);
+    }
+
+    #[test]
+    fn a_sample_time_that_does_not_divide_the_logs_is_refused() {
+        let (mut settings, columns, _) = simulated(&inner(Integrator::None), 1, false);
+        for wrong in [7e-4, 2e-3, 1e-7] {
+            settings.inner = Some(InnerLoop {
+                sample_time: Some(wrong),
+                ..inner(Integrator::None)
+            });
+            let log = Log::of_columns("log", columns.clone(), &settings, settings.sample_time);
+            let refused = log.expect_err("it is refused").to_string();
+            assert!(refused.contains("whole number of them"), "{refused}");
+        }
+    }
+}

@@ -1,0 +1,371 @@
+//! Physical units: inertia, friction and load of a servo with their standard errors, and the feed-forward of a motor
+//! driven by a voltage.
+//!
+//! Motion and command show ratios only: q̈ = −a q̇ + b u + d − c sign(q̇) holds for any inertia J. A [`Scale`] states the
+//! one number that they leave open, from which J, the viscous friction a J, the Coulomb friction c J, the load d J and the
+//! torque of a unit of command b J follow. [`VoltageGains`] are ratios and need none.
+
+use serde::Serialize;
+
+/// A quantity with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Quantity {
+    /// Its value.
+    pub value: f64,
+    /// None for a quantity that was stated, and where the error is not known; infinite, null in JSON, where the motion
+    /// contains no information on it.
+    pub std_error: Option<f64>,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// An estimate and its standard error, where that is known.
+pub type Known = (f64, Option<f64>);
+
+/// The scale of torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// The torque of a unit of command at the joint, N·m (N on a linear axis): the motor's torque constant for a command
+    /// in A, times the gear ratio and its efficiency.
+    TorqueConstant(f64),
+    /// The inertia of all that moves, about the joint, kg·m² (kg on a linear axis).
+    Inertia(f64),
+    /// The servo was identified with a known payload and without it.
+    Payload {
+        /// Inertia of the payload about the joint, kg·m² (kg).
+        inertia: f64,
+        /// b without the payload, rad/s² per command unit, and its standard error.
+        bare: Known,
+    },
+    /// None is known: the joint has an inertia of 1, and torques are those of it.
+    Ratios,
+}
+
+/// A scale that is not allowed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ScaleError {
+    /// A number out of its range.
+    #[error("{parameter} = {value} is not allowed: it must be {allowed}")]
+    OutOfRange {
+        /// The option.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// The values that are allowed.
+        allowed: &'static str,
+    },
+    /// The payload made no difference.
+    #[error(
+        "payload = {payload} is not allowed: b is {with:.4e} with it and {bare:.4e} without, and a payload makes it smaller; exchange the results, or attach a larger payload"
+    )]
+    NoPayload {
+        /// Inertia of the payload.
+        payload: f64,
+        /// b with it.
+        with: f64,
+        /// b without it.
+        bare: f64,
+    },
+}
+
+/// The ratios of a servo that motion and command show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratios {
+    /// a, 1/s.
+    pub a: Known,
+    /// b, rad/s² per command unit.
+    pub b: Known,
+    /// c, rad/s²; none where it was not estimated.
+    pub coulomb: Option<Known>,
+    /// d, rad/s²; none where it was not estimated.
+    pub load: Option<Known>,
+    /// True for an axis in m.
+    pub is_linear: bool,
+}
+
+/// A servo in physical units. The errors take the estimates for independent, for a result does not hold their
+/// correlations.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Physical {
+    /// Inertia of all that moves, about the joint: J.
+    pub inertia: Quantity,
+    /// Torque of a unit of command: b J.
+    pub torque_constant: Quantity,
+    /// Viscous friction: a J.
+    pub viscous: Quantity,
+    /// Coulomb friction: c J; none where it was not estimated.
+    pub coulomb: Option<Quantity>,
+    /// Torque of the constant load: d J; none where it was not estimated.
+    pub load: Option<Quantity>,
+}
+
+/// Feed-forward of a motor driven by a voltage, u = kS sign(v) + kV v + kA v̇ + kG, as WPILib has it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct VoltageGains {
+    /// c/b; none where the friction was not estimated.
+    #[serde(rename = "kS")]
+    pub ks: Option<Quantity>,
+    /// a/b.
+    #[serde(rename = "kV")]
+    pub kv: Quantity,
+    /// 1/b.
+    #[serde(rename = "kA")]
+    pub ka: Quantity,
+    /// −d/b, the voltage that holds the constant load; none where the load was not estimated.
+    #[serde(rename = "kG")]
+    pub kg: Option<Quantity>,
+}
+
+/// Units of inertia, torque and viscous friction, and of kV and kA.
+const ROTARY: [&str; 5] = ["kg·m²", "N·m", "N·m·s/rad", "V·s/rad", "V·s²/rad"];
+const LINEAR: [&str; 5] = ["kg", "N", "N·s/m", "V·s/m", "V·s²/m"];
+
+impl Scale {
+    /// The inertia and the torque of a unit of command for a gain b.
+    fn of_gain(self, (b, b_error): Known) -> Result<(Known, Known), ScaleError> {
+        Ok(match self {
+            Self::TorqueConstant(constant) => {
+                let constant = above_zero("torque-constant", constant)?;
+                let inertia = constant / b;
+                let error = b_error.map(|error| inertia * error / b);
+                ((inertia, error), (constant, None))
+            }
+            Self::Inertia(inertia) => {
+                let inertia = above_zero("inertia", inertia)?;
+                let error = b_error.map(|error| inertia * error);
+                ((inertia, None), (inertia * b, error))
+            }
+            Self::Payload {
+                inertia: payload,
+                bare,
+            } => {
+                let payload = above_zero("payload", payload)?;
+                let bare_gain = above_zero("bare-gain", bare.0)?;
+                let less = bare_gain - b;
+                if less <= 0.0 {
+                    return Err(ScaleError::NoPayload {
+                        payload,
+                        with: b,
+                        bare: bare_gain,
+                    });
+                }
+                // J = m b₀/(b₀ − b) of all that moves, the payload m included, and K = b J.
+                let both = |of_b: f64, of_bare: f64| {
+                    let (b_error, bare_error) = (b_error?, bare.1?);
+                    Some(payload * (of_b * b_error).hypot(of_bare * bare_error) / (less * less))
+                };
+                let inertia = payload * bare_gain / less;
+                (
+                    (inertia, both(bare_gain, b)),
+                    (b * inertia, both(bare_gain * bare_gain, b * b)),
+                )
+            }
+            Self::Ratios => ((1.0, None), (b, b_error)),
+        })
+    }
+}
+
+impl Ratios {
+    fn units(&self) -> [&'static str; 5] {
+        if self.is_linear { LINEAR } else { ROTARY }
+    }
+
+    /// The servo in physical units.
+    ///
+    /// # Errors
+    /// A scale that is not allowed, a gain that is not above zero among them.
+    pub fn scaled(&self, scale: Scale) -> Result<Physical, ScaleError> {
+        let b = (above_zero("b", self.b.0)?, self.b.1);
+        let (inertia, torque_constant) = scale.of_gain(b)?;
+        let [of_inertia, of_torque, of_friction, ..] = self.units();
+        let torque = |(value, error): Known, unit| Quantity {
+            value: value * inertia.0,
+            std_error: error.map(|error| {
+                (error * inertia.0).hypot(of_zero(value, inertia.1.unwrap_or_default()))
+            }),
+            unit,
+        };
+        Ok(Physical {
+            inertia: quantity(inertia, of_inertia),
+            torque_constant: quantity(torque_constant, of_torque),
+            viscous: torque(self.a, of_friction),
+            coulomb: self.coulomb.map(|coulomb| torque(coulomb, of_torque)),
+            load: self.load.map(|load| torque(load, of_torque)),
+        })
+    }
+
+    /// The feed-forward of a servo whose command is in V.
+    ///
+    /// # Errors
+    /// A gain that is not above zero.
+    pub fn voltage_gains(&self) -> Result<VoltageGains, ScaleError> {
+        let b = above_zero("b", self.b.0)?;
+        let [_, _, _, of_kv, of_ka] = self.units();
+        let ratio = |(value, error): Known, unit| Quantity {
+            value: value / b,
+            std_error: error
+                .zip(self.b.1)
+                .map(|(error, of_b)| (error / b).hypot(of_zero(value, of_b) / (b * b))),
+            unit,
+        };
+        let opposite = |(value, error): Known| (-value, error);
+        Ok(VoltageGains {
+            ks: self.coulomb.map(|coulomb| ratio(coulomb, "V")),
+            kv: ratio(self.a, of_kv),
+            ka: ratio((1.0, Some(0.0)), of_ka),
+            kg: self.load.map(|load| ratio(opposite(load), "V")),
+        })
+    }
+}
+
+/// A value times an error; nothing of nothing, even where the error is infinite.
+fn of_zero(value: f64, error: f64) -> f64 {
+    if value.abs() > 0.0 {
+        value * error
+    } else {
+        0.0
+    }
+}
+
+fn quantity((value, std_error): Known, unit: &'static str) -> Quantity {
+    Quantity {
+        value,
+        std_error,
+        unit,
+    }
+}
+
+/// # Errors
+/// A number that is not above zero, or not finite.
+pub(crate) fn above_zero(parameter: &'static str, value: f64) -> Result<f64, ScaleError> {
+    let refused = ScaleError::OutOfRange {
+        parameter,
+        value,
+        allowed: "a number above 0",
+    };
+    (value > 0.0 && value.is_finite())
+        .then_some(value)
+        .ok_or(refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SERVO: Ratios = Ratios {
+        a: (0.5, Some(0.05)),
+        b: (200.0, Some(2.0)),
+        coulomb: Some((8.0, Some(0.4))),
+        load: Some((-4.0, Some(0.2))),
+        is_linear: false,
+    };
+
+    fn assert_close(quantity: Quantity, value: f64, error: f64) {
+        let Quantity {
+            value: found,
+            std_error,
+            ..
+        } = quantity;
+        assert!((found - value).abs() < 1e-12 * value.abs(), "{quantity:?}");
+        let is_close = std_error.is_some_and(|found| (found - error).abs() < 1e-12);
+        assert!(is_close, "{quantity:?}");
+    }
+
+    #[test]
+    fn a_torque_constant_gives_the_inertia_and_every_torque() {
+        let servo = SERVO.scaled(Scale::TorqueConstant(0.4)).expect("allowed");
+        // J = K/b; a, c and d are per inertia; the error of b is in all of them.
+        assert_close(servo.inertia, 0.002, 0.000_02);
+        assert_close(
+            servo.viscous,
+            0.001,
+            (0.05_f64 * 0.002).hypot(0.5 * 0.000_02),
+        );
+        let coulomb = servo.coulomb.expect("estimated");
+        assert_close(coulomb, 0.016, (0.4_f64 * 0.002).hypot(8.0 * 0.000_02));
+        let load = servo.load.expect("estimated");
+        assert_close(load, -0.008, (0.2_f64 * 0.002).hypot(4.0 * 0.000_02));
+        assert_eq!(
+            [servo.inertia.unit, servo.viscous.unit, coulomb.unit],
+            ["kg·m²", "N·m·s/rad", "N·m"]
+        );
+    }
+
+    #[test]
+    fn an_inertia_gives_the_torque_constant() {
+        let servo = SERVO.scaled(Scale::Inertia(0.002)).expect("allowed");
+        assert_close(servo.torque_constant, 0.4, 0.004);
+        assert_close(servo.coulomb.expect("estimated"), 0.016, 0.4 * 0.002);
+        assert_eq!(servo.inertia.std_error, None);
+    }
+
+    #[test]
+    fn a_payload_that_takes_a_fifth_of_the_gain_is_a_fifth_of_the_inertia() {
+        let payload = |bare| Scale::Payload {
+            inertia: 0.001,
+            bare,
+        };
+        let servo = SERVO
+            .scaled(payload((250.0, Some(1.0))))
+            .expect("it made a difference");
+        // J = m b₀/(b₀ − b): derivatives by b and b₀ are m b₀ and m b over (b₀ − b)².
+        let error = 0.001 * (250.0_f64 * 2.0).hypot(200.0) / 2500.0;
+        assert_close(servo.inertia, 0.005, error);
+        assert_close(
+            servo.torque_constant,
+            1.0,
+            0.001 * (250.0_f64 * 250.0 * 2.0).hypot(200.0 * 200.0) / 2500.0,
+        );
+        let refused = SERVO
+            .scaled(payload((200.0, None)))
+            .expect_err("no difference");
+        assert!(refused.to_string().contains("larger payload"), "{refused}");
+    }
+
+    #[test]
+    fn the_voltage_gains_are_ratios() {
+        let gains = SERVO.voltage_gains().expect("a servo");
+        assert_close(
+            gains.ks.expect("estimated"),
+            0.04,
+            (0.4_f64 / 200.0).hypot(8.0 * 2.0 / 4e4),
+        );
+        assert_close(gains.kv, 0.0025, (0.05_f64 / 200.0).hypot(0.5 * 2.0 / 4e4));
+        assert_close(gains.ka, 0.005, 2.0 / 4e4);
+        let kg = gains.kg.expect("estimated");
+        assert!(kg.value > 0.0, "it holds a load that pulls down: {kg:?}");
+        assert_eq!((gains.ka.unit, kg.unit), ("V·s²/rad", "V"));
+    }
+
+    #[test]
+    fn an_error_that_is_not_known_is_none_and_one_without_bound_infinite() {
+        let unknown = Ratios {
+            coulomb: Some((8.0, None)),
+            load: None,
+            a: (0.0, Some(f64::INFINITY)),
+            ..SERVO
+        };
+        let servo = unknown.scaled(Scale::TorqueConstant(0.4)).expect("allowed");
+        assert_eq!(servo.coulomb.expect("estimated").std_error, None);
+        assert_eq!(servo.load, None);
+        assert_eq!(servo.viscous.std_error, Some(f64::INFINITY));
+        assert_eq!(servo.torque_constant.std_error, None);
+    }
+
+    #[test]
+    fn what_is_no_scale_is_refused() {
+        for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            SERVO
+                .scaled(Scale::TorqueConstant(number))
+                .expect_err("no constant");
+            SERVO
+                .scaled(Scale::Inertia(number))
+                .expect_err("no inertia");
+            let no_servo = Ratios {
+                b: (number, None),
+                ..SERVO
+            };
+            no_servo.voltage_gains().expect_err("no gain");
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The keys of `[physical]`: the scale of torques, and the unit of the command.
+
+use super::error::Fault;
+use super::log_units::PositionUnit;
+use super::names::named;
+use super::{Purpose, Scenario};
+use crate::physical::Scale;
+
+/// What turns a result's ratios into physical units, as far as it is stated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhysicalSettings {
+    /// The unit of the command.
+    pub command_unit: CommandUnit,
+    /// Torque of a unit of command at the joint, N·m (N on a linear axis).
+    pub torque_constant: Option<f64>,
+    /// Inertia of all that moves about the joint, kg·m² (kg).
+    pub inertia: Option<f64>,
+    /// Inertia of the payload that was attached, kg·m² (kg).
+    pub payload: Option<f64>,
+    /// b without it, rad/s² per command unit, and its standard error.
+    pub bare_gain: Option<[f64; 2]>,
+}
+
+named! {
+    /// The unit of a command.
+    pub enum CommandUnit {
+        /// None that is known.
+        Other = "other",
+        /// Volts at the motor.
+        Volt = "V",
+        /// Amperes.
+        Ampere = "A",
+        /// Newton metres at the joint.
+        NewtonMetre = "Nm",
+        /// Newtons, of a linear axis.
+        Newton = "N",
+    }
+}
+
+impl PhysicalSettings {
+    /// Nothing is stated.
+    pub const NONE: Self = Self {
+        command_unit: CommandUnit::Other,
+        torque_constant: None,
+        inertia: None,
+        payload: None,
+        bare_gain: None,
+    };
+
+    /// The scale of torques; none where nothing fixes it.
+    #[must_use]
+    pub fn scale(&self) -> Option<Scale> {
+        let payload = || {
+            let [b, error] = self.bare_gain?;
+            Some(Scale::Payload {
+                inertia: self.payload?,
+                bare: (b, Some(error)),
+            })
+        };
+        match self.command_unit {
+            CommandUnit::NewtonMetre | CommandUnit::Newton => Some(Scale::TorqueConstant(1.0)),
+            _ => (self.torque_constant.map(Scale::TorqueConstant))
+                .or(self.inertia.map(Scale::Inertia))
+                .or_else(payload),
+        }
+    }
+}
+
+impl Scenario {
+    /// True for an axis in m, for which m is read for rad everywhere.
+    #[must_use]
+    pub fn is_linear(&self) -> bool {
+        let unit = self.log.as_ref().map(|log| log.units.position);
+        matches!(unit, Some(PositionUnit::Metre | PositionUnit::Millimetre))
+            || self.physical.command_unit == CommandUnit::Newton
+    }
+}
+
+/// Checks that the keys go together.
+pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> {
+    let physical = &scenario.physical;
+    let stated = [
+        (
+            "physical.torque_constant",
+            physical.torque_constant.is_some(),
+        ),
+        ("physical.inertia", physical.inertia.is_some()),
+        ("physical.payload", physical.payload.is_some()),
+    ];
+    let mut stated = stated.iter().filter(|(_, is_stated)| *is_stated);
+    let (first, second) = (stated.next(), stated.next());
+    let unit = physical.command_unit;
+    if let (Some((first, _)), Some((second, _))) = (first, second) {
+        return Err(Fault::new(
+            *second,
+            format!("{first} states the scale of torques already: state one of them"),
+        ));
+    }
+    if let (CommandUnit::NewtonMetre | CommandUnit::Newton, Some((key, _))) = (unit, first) {
+        return Err(Fault::new(
+            *key,
+            format!(
+                "a command in {} is the torque itself: leave this out",
+                unit.name()
+            ),
+        ));
+    }
+    if physical.payload.is_some() != physical.bare_gain.is_some() {
+        return Err(Fault::new(
+            "physical.payload",
+            "payload and bare_gain belong together: the inertia that was attached, and [b, standard error] of the \
+             result without it",
+        ));
+    }
+    let is_angle = scenario.log.as_ref().is_some_and(|log| {
+        !matches!(
+            log.units.position,
+            PositionUnit::Metre | PositionUnit::Millimetre
+        )
+    });
+    let is_in_m = scenario.is_linear() && !is_angle;
+    let is_wrong = match unit {
+        CommandUnit::Newton => is_angle,
+        CommandUnit::NewtonMetre => is_in_m,
+        _ => false,
+    };
+    if is_wrong && purpose == Purpose::Replay {
+        return Err(Fault::new(
+            "physical.command_unit",
+            "\"N\" moves an axis in m and \"Nm\" one in rad: state this or log.position_unit",
+        ));
+    }
+    Ok(())
+}

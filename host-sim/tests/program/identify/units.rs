@@ -1,0 +1,277 @@
+//! Physical units, goals of a servo with a loop of its own, and the joints of one log.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::{GAIN, Motion, cells, log, text};
+use crate::support::{
+    argument, assert_done, folder, printed, printed_json, refusal_message, servo_id, standard_error,
+};
+
+fn value(of: &Value) -> f64 {
+    of["value"].as_f64().expect("a number")
+}
+
+#[test]
+fn a_torque_constant_puts_the_result_in_physical_units() {
+    let motion = Motion::new();
+    let log = log("units-torque", &motion.text());
+    let json = argument(&Path::new(&log).with_extension("json"));
+    let call = ["identify", &log, "--torque-constant", "0.5"];
+    let shown = printed(&servo_id(&[&call[..], &["--json", &json]].concat()));
+    for part in ["In physical units", "kg·m²", "N·m·s/rad", "kS", "V·s²/rad"] {
+        assert!(shown.contains(part), "{part}: {shown}");
+    }
+    let result: Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("a file")).expect("JSON");
+    let (estimates, physical) = (&result["estimates"], &result["physical"]);
+    let inertia = 0.5 / value(&estimates["b"]);
+    assert!((value(&physical["inertia"]) - inertia).abs() < 1e-15);
+    for (own, ratio) in [("viscous", "a"), ("coulomb", "coulomb"), ("load", "load")] {
+        let expected = inertia * value(&estimates[ratio]);
+        assert!(
+            (value(&physical[own]) / expected - 1.0).abs() < 1e-12,
+            "{own}"
+        );
+        assert!(
+            physical[own]["std_error"]
+                .as_f64()
+                .is_some_and(|error| error > 0.0)
+        );
+    }
+    // The name of the column, u_V, says volts: 3/200 V against friction, 8/200 V·s/rad, and −5/200 V hold the load.
+    for (gain, expected) in [("kS", 3.0), ("kV", 8.0), ("kA", 1.0), ("kG", -5.0)] {
+        let found = value(&result["voltage_gains"][gain]);
+        assert!(
+            (found * GAIN / expected - 1.0).abs() < 0.05,
+            "{gain}: {found}"
+        );
+    }
+    let found = printed(&servo_id(&["export", &json, "--format", "json"]));
+    let exported: Value = serde_json::from_str(&found).expect("JSON");
+    assert_eq!(exported["joints"][0]["inertia"], physical["inertia"]);
+    let report = Path::new(&log).with_extension("html");
+    assert_done(&servo_id(
+        &[&call[..], &["--report", &argument(&report)]].concat(),
+    ));
+    let report = std::fs::read_to_string(report).expect("written");
+    assert!(report.contains("kg·m²") && report.contains("Feed-forward"));
+}
+
+#[test]
+fn a_scale_that_is_stated_twice_is_refused() {
+    let motion = Motion::new();
+    let log = log("units-refused", &motion.text());
+    for (options, part) in [
+        (
+            vec!["--torque-constant", "0.5", "--inertia", "1"],
+            "already",
+        ),
+        (
+            vec!["--torque-constant", "-1"],
+            "torque_constant = -1 is not allowed",
+        ),
+        (
+            vec!["--command-unit", "Nm", "--inertia", "1"],
+            "the torque itself",
+        ),
+        (vec!["--command-unit", "N"], "--command-unit"),
+        (vec!["--command-unit", "lb"], "one of other, V, A, Nm, N"),
+    ] {
+        let message = refusal_message(&servo_id(&[&["identify", &log], &options[..]].concat()));
+        assert!(message.contains(part), "{options:?}: {message}");
+    }
+}
+
+#[test]
+fn a_payload_beside_the_gain_without_it_gives_the_inertia() {
+    let folder = folder("units-payload");
+    let scenario = folder.join("payload.toml");
+    let text = "[plant]\na = 2.0\nb = 160.0\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 4.0\n\
+                [physical]\npayload = 0.001\nbare_gain = [200.0, 0.1]\n";
+    std::fs::write(&scenario, text).expect("written");
+    let result = printed_json(&servo_id(&["run", &argument(&scenario), "--json", "-"]));
+    // J = m b₀/(b₀ − b) = 0.001·200/40.
+    let inertia = value(&result["physical"]["inertia"]);
+    assert!((inertia / 0.005 - 1.0).abs() < 0.01, "{inertia}");
+    std::fs::write(&scenario, text.replace("bare_gain = [200.0, 0.1]\n", "")).expect("written");
+    let message = refusal_message(&servo_id(&["run", &argument(&scenario)]));
+    assert!(message.contains("belong together"), "{message}");
+}
+
+/// A servo with a loop of its own at 1 kHz, of which every row is recorded: goal, position and the command that acted.
+fn with_goals() -> Motion {
+    let folder = folder("units-goals-run");
+    let scenario = folder.join("servo.toml");
+    let text = format!(
+        "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 3.0\nload = 5.0\n[encoder]\ncounts_per_rev = 10000\n\
+         [amplifier]\nlimit = 2.0\n[controller]\nkp = 6.0\nkd = 0.1\nki = 0.0\nsample_time = 0.001\n\
+         velocity_filter = {{ kind = \"difference\" }}\n[excitation]\nkind = \"prbs\"\namplitude = 0.3\nhold = 0.1\n\
+         order = 10\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 4.0\n"
+    );
+    std::fs::write(&scenario, text).expect("written");
+    Motion::of(&scenario)
+}
+
+/// The result of a log of goals.
+fn by_goals(log: &str, options: &[&str]) -> Value {
+    let call = ["identify", log, "--goal", "goal_rad", "--json", "-"];
+    printed_json(&servo_id(&[&call[..], options].concat()))
+}
+
+const LOOP: [&str; 6] = ["--kp", "6", "--kd", "0.1", "--limit", "2"];
+
+#[test]
+fn a_log_of_goals_gives_what_the_command_would_have() {
+    let motion = with_goals();
+    let goals = cells(&motion.reference, 9);
+    let [time, position, command] = [
+        cells(&motion.time, 4),
+        cells(&motion.position, 9),
+        cells(&motion.command, 9),
+    ];
+    let of_command = log(
+        "units-goals-command",
+        &text(
+            ",",
+            &[("t_s", &time), ("q_rad", &position), ("u", &command)],
+        ),
+    );
+    let of_command = printed_json(&servo_id(&["identify", &of_command, "--json", "-"]));
+    let of_goals = log(
+        "units-goals",
+        &text(
+            ",",
+            &[("t_s", &time), ("q_rad", &position), ("goal_rad", &goals)],
+        ),
+    );
+    let result = by_goals(&of_goals, &LOOP);
+    assert_eq!(result["status"], "converged", "{}", result["reason"]);
+    for name in ["a", "b", "coulomb", "load"] {
+        let [own, expected] = [&result, &of_command].map(|of| value(&of["estimates"][name]));
+        assert!(
+            (own / expected - 1.0).abs() < 1e-3,
+            "{name}: {own}, {expected}"
+        );
+    }
+    // Every tenth row: the loop is ten times faster than the log.
+    let tenth = |cells: &[String]| cells.iter().step_by(10).cloned().collect::<Vec<_>>();
+    let columns = [tenth(&time), tenth(&position), tenth(&goals)];
+    let rare = log(
+        "units-goals-rare",
+        &text(
+            ",",
+            &[
+                ("t_s", &columns[0]),
+                ("q_rad", &columns[1]),
+                ("goal_rad", &columns[2]),
+            ],
+        ),
+    );
+    let options = [&LOOP[..], &["--loop-time", "0.001"]].concat();
+    let rare = by_goals(&rare, &options);
+    let b = value(&rare["estimates"]["b"]);
+    assert!((b / GAIN - 1.0).abs() < 0.02, "{b}");
+}
+
+#[test]
+fn a_log_of_goals_is_refused_with_what_is_missing() {
+    let motion = with_goals();
+    let [time, position, goals] = [
+        cells(&motion.time, 4),
+        cells(&motion.position, 9),
+        cells(&motion.reference, 9),
+    ];
+    let own = log(
+        "units-goals-refused",
+        &text(
+            ",",
+            &[("t_s", &time), ("q_rad", &position), ("goal_rad", &goals)],
+        ),
+    );
+    for (options, part) in [
+        (vec![], "--goal goal_rad and --kp"),
+        (vec!["--goal", "goal_rad"], "--kp is missing"),
+        (vec!["--goal", "target", "--kp", "6"], "no column target"),
+        (vec!["--kp", "6"], "--goal"),
+        (
+            vec!["--goal", "goal_rad", "--kp", "6", "--loop-time", "0.0007"],
+            "whole number of them",
+        ),
+        (
+            vec!["--goal", "goal_rad", "--kp", "6", "--integrator", "rk4"],
+            "one of none, euler, implicit",
+        ),
+        (vec!["--command", "goal_rad"], "as --goal with --kp"),
+    ] {
+        let output = servo_id(&[&["identify", &own], &options[..]].concat());
+        assert_eq!(output.status.code(), Some(2), "{options:?}");
+        let message = standard_error(&output);
+        assert!(message.contains(part), "{options:?}: {message}");
+    }
+    let scenario = Path::new(&own).with_extension("toml");
+    let text = "[log]\nsample_time = 0.001\nposition = \"q_rad\"\nreference = \"goal_rad\"\n[identifier]\nlaw = \"fit\"\n\
+                [inner]\nkp = 6.0\n";
+    for (more, part) in [
+        ("[controller]\nkp = 1.0\n", "leave out one of them"),
+        ("integrator = \"euler\"\ncutoff = 9.0\n", "cutoff"),
+    ] {
+        std::fs::write(&scenario, format!("{text}{more}")).expect("written");
+        let replay = ["replay", &own, "--scenario", &argument(&scenario)];
+        let message = refusal_message(&servo_id(&replay));
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn the_columns_of_one_log_are_the_joints_of_one_model() {
+    let motion = Motion::new();
+    let [time, position] = [cells(&motion.time, 4), cells(&motion.position, 6)];
+    let [hip, knee] = [1.0, 2.0].map(|factor| {
+        let command: Vec<_> = motion.command.iter().map(|u| factor * u).collect();
+        cells(&command, 5)
+    });
+    let own = log(
+        "units-joints",
+        &text(
+            ",",
+            &[
+                ("t_s", &time),
+                ("hip_q", &position),
+                ("knee_q", &position),
+                ("hip_u", &hip),
+                ("knee_u", &knee),
+            ],
+        ),
+    );
+    let folder = folder("units-joints-results");
+    let results = ["hip", "knee"].map(|joint| {
+        let json = argument(&folder.join(format!("{joint}.json")));
+        let [position, command] = ["q", "u"].map(|of| format!("{joint}_{of}"));
+        let columns = ["--position", &position, "--command", &command];
+        let rest = [
+            "--position-unit",
+            "rad",
+            "--torque-constant",
+            "0.5",
+            "--json",
+            &json,
+        ];
+        assert_done(&servo_id(
+            &[&["identify", &own], &columns[..], &rest].concat(),
+        ));
+        json
+    });
+    let output = servo_id(&["export", &results[0], &results[1], "--format", "json"]);
+    let joints: Value = serde_json::from_str(&printed(&output)).expect("JSON");
+    let names: Vec<_> = joints["joints"]
+        .as_array()
+        .expect("joints")
+        .iter()
+        .map(|one| &one["name"])
+        .collect();
+    assert_eq!(names, [&json!("hip"), &json!("knee")]);
+    let [hip, knee] = [0, 1].map(|place| value(&joints["joints"][place]["inertia"]));
+    assert!((knee / hip - 2.0).abs() < 1e-3, "{hip} {knee}");
+}
