@@ -1,4 +1,5 @@
-"""Mechanisms of robots in competitions, logged at 50 Hz with a voltage that sags: kS, kV and kA after 5 s of driving.
+"""Mechanisms of robots in competitions, logged at 50 Hz with a voltage that sags: kS, kV and kA after 5 s, of the tests of
+WPILib's SysId and of driving.
 docs/measurements.md has the results.
 
     python feed_forward.py [--seed N]
@@ -9,6 +10,7 @@ the motor as a robot program reads them at its beginning: duty times the battery
 """
 
 import argparse
+from collections.abc import Callable
 
 import numpy as np
 
@@ -30,14 +32,25 @@ def drawn(random: np.random.Generator) -> dict[str, float]:
     }
 
 
-def driven(own: dict[str, float], random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Position, rad, and voltage of each row, of a driver who changes the duty every quarter of a second."""
-    rows, steps = round(DURATION / PERIOD), round(PERIOD / STEP)
+def sysid(random: np.random.Generator) -> np.ndarray:
+    """The duty of each row in SysId's four tests: slow ramps forwards and backwards, and a step each way."""
+    ramp = np.linspace(0.0, 0.4, round(1.5 / PERIOD))
+    step = np.full(round(1.0 / PERIOD), 0.6)
+    return np.concatenate([ramp, -ramp, step, -step])
+
+
+def driving(random: np.random.Generator) -> np.ndarray:
+    """Of a driver who changes the duty every quarter of a second."""
     levels = random.uniform(-0.8, 0.8, round(DURATION / 0.25))
+    return levels[np.arange(round(DURATION / PERIOD)) * len(levels) // round(DURATION / PERIOD)]
+
+
+def moved(own: dict[str, float], duties: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Position, rad, and voltage of each row under duties, which change by 0.2 in a row at most."""
+    rows, steps = len(duties), round(PERIOD / STEP)
     position = velocity = 0.0
     positions, voltages = np.empty(rows), np.empty(rows)
-    for row in range(rows):
-        wanted = levels[row * len(levels) // rows]
+    for row, wanted in enumerate(duties):
         duty = wanted if row == 0 else duty + np.clip(wanted - duty, -0.2, 0.2)
         for step in range(steps):
             # U = 12.6 − 0.02 duty i and i = (duty U − kV v)/R.
@@ -61,23 +74,29 @@ def driven(own: dict[str, float], random: np.random.Generator) -> tuple[np.ndarr
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--seed", type=int, default=1)
-    random = np.random.default_rng(options.parse_args().seed)
+    seed = options.parse_args().seed
     print(f"servo-id {servo_id.__version__}")
+    for course in (sysid, driving):
+        report(course, np.random.default_rng(seed))
+
+
+def report(course: Callable[[np.random.Generator], np.ndarray], random: np.random.Generator) -> None:
+    """Identifies the mechanisms under a course of duties and prints the errors."""
     names = ("kS", "kV", "kA")
     errors, converged = [], 0
     for _ in range(MECHANISMS):
         own = drawn(random)
-        position, voltage = driven(own, random)
+        position, voltage = moved(own, course(random))
         found = servo_id.identify(
             {"position": position, "command": voltage},
             sample_time=PERIOD, counts_per_rev=COUNTS, command_unit="V", trace=False,
         )
         converged += found.converged
         errors.append([found.voltage_gains[name].value / own[name] - 1.0 for name in names])
-    print(f"{converged} of {MECHANISMS} converged")
+    print(f"{course.__name__}: {converged} of {MECHANISMS} converged")
     for name, off in zip(names, 100.0 * np.abs(np.array(errors)).T):
         print(
-            f"{name}: {100 * (off <= 2.0).mean():.0f} % within 2 %; median {np.median(off):.2f} %, 90th percentile "
+            f"  {name}: {100 * (off <= 2.0).mean():.0f} % within 2 %; median {np.median(off):.2f} %, 90th percentile "
             f"{np.quantile(off, 0.9):.2f} %, largest {off.max():.2f} %"
         )
 
