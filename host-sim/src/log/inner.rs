@@ -246,6 +246,7 @@ impl Inner {
 
 #[cfg(test)]
 mod tests {
+    use super::{Inner, Row};
     use crate::log::{Columns, Log};
     use crate::scenario::{Column, InnerLoop, Integrator, LogSettings};
 
@@ -403,6 +404,31 @@ mod tests {
                 let off = difference(&fast, 5, velocity);
                 assert!(off < allowed, "{integrator:?} {velocity}: {off:e}");
             }
+        }
+    }
+
+    #[test]
+    fn between_rows_a_steady_acceleration_is_followed_exactly() {
+        let place = 2;
+        let at = |time: f64| 0.5 + 0.2 * time - 3.0 * time * time;
+        let row = |number: u64| Row {
+            position: at(number as f64),
+            ..Row::at(number, number as f64)
+        };
+        let moving = Inner {
+            settings: inner(Integrator::Euler),
+            ticks: 5,
+            sample_time: 1.0,
+            window: (0..6).map(row).collect(),
+            place,
+            next: None,
+            has_ended: false,
+            velocity: None,
+        };
+        for tick in -5..=10 {
+            let time = 0.2 * f64::from(tick);
+            let off = moving.position(time) - at(place as f64 + time);
+            assert!(off.abs() < 1e-12, "{time}: {off:e}");
         }
     }
 

@@ -25,6 +25,8 @@ pub(super) struct Columns {
     /// None of a servo that takes goals.
     pub(super) command: Option<Chosen>,
     pub(super) reference: Option<Chosen>,
+    /// That of a servo that takes goals, where its loop acts on it.
+    pub(super) velocity: Option<Chosen>,
 }
 
 /// The columns of a table by their names.
@@ -80,6 +82,7 @@ impl Columns {
             position,
             command: Some(command),
             reference,
+            velocity: None,
         })
     }
 }
@@ -141,11 +144,19 @@ impl Candidates<'_> {
                 }
             },
         };
+        let velocity = match &stated.velocity {
+            Some(column) => Some(
+                (self.stated(column))
+                    .ok_or_else(|| vec![self.missing("velocity", &stated.velocity)])?,
+            ),
+            None => None,
+        };
         Ok(Columns {
             time,
             position,
             command: None,
             reference: Some(goal),
+            velocity,
         })
     }
 

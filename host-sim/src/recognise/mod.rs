@@ -116,7 +116,10 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
         .command
         .as_ref()
         .map(|command| command.column.clone());
-    settings.velocity = stated.velocity.as_deref().map(Column::named);
+    settings.velocity = columns
+        .velocity
+        .as_ref()
+        .map(|velocity| velocity.column.clone());
     let position = position::read(
         &table.columns[columns.position.index],
         &columns.position,

@@ -22,7 +22,11 @@ impl Columns {
         }
         let used: Vec<_> = [Some(&self.position), self.command.as_ref()]
             .into_iter()
-            .chain([self.time.as_ref(), self.reference.as_ref()])
+            .chain([
+                self.time.as_ref(),
+                self.reference.as_ref(),
+                self.velocity.as_ref(),
+            ])
             .flatten()
             .map(|chosen| chosen.index)
             .collect();

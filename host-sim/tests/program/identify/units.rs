@@ -1,6 +1,6 @@
 //! Physical units, goals of a servo with a loop of its own, and the joints of one log.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -102,8 +102,12 @@ fn a_payload_beside_the_gain_without_it_gives_the_inertia() {
 
 /// A servo with a loop of its own at 1 kHz, of which every row is recorded: goal, position and the command that acted.
 fn with_goals() -> Motion {
-    let folder = folder("units-goals-run");
-    let scenario = folder.join("servo.toml");
+    Motion::of(&servo_of_goals())
+}
+
+/// Its scenario.
+fn servo_of_goals() -> PathBuf {
+    let scenario = folder("units-goals-run").join("servo.toml");
     let text = format!(
         "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 3.0\nload = 5.0\n[encoder]\ncounts_per_rev = 10000\n\
          [amplifier]\nlimit = 2.0\n[controller]\nkp = 6.0\nkd = 0.1\nki = 0.0\nsample_time = 0.001\n\
@@ -111,7 +115,7 @@ fn with_goals() -> Motion {
          order = 10\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 4.0\n"
     );
     std::fs::write(&scenario, text).expect("written");
-    Motion::of(&scenario)
+    scenario
 }
 
 /// The result of a log of goals.
@@ -155,6 +159,45 @@ fn a_log_of_goals_gives_what_the_command_would_have() {
             "{name}: {own}, {expected}"
         );
     }
+    // Of messages likewise, and with a velocity, of which the loop's own is the difference.
+    let scenario = servo_of_goals();
+    let messages = argument(&scenario.with_extension("mcap"));
+    assert_done(&servo_id(&[
+        "run",
+        &argument(&scenario),
+        "--mcap",
+        &messages,
+        "--force",
+    ]));
+    let call = [
+        "identify",
+        &messages,
+        "--goal",
+        "reference_rad",
+        "--json",
+        "-",
+    ];
+    let of_messages = printed_json(&servo_id(&[&call[..], &LOOP].concat()));
+    let velocity: Vec<_> = (0..motion.position.len())
+        .map(|k| (motion.position[k] - motion.position[k.saturating_sub(1)]) / 0.001)
+        .collect();
+    let of_velocity = log(
+        "units-goals-velocity",
+        &text(
+            ",",
+            &[
+                ("t_s", &time),
+                ("q_rad", &position),
+                ("goal_rad", &goals),
+                ("w", &cells(&velocity, 9)),
+            ],
+        ),
+    );
+    let of_velocity = by_goals(&of_velocity, &[&LOOP[..], &["--velocity", "w"]].concat());
+    for other in [of_messages, of_velocity] {
+        let [own, expected] = [&other, &of_command].map(|of| value(&of["estimates"]["b"]));
+        assert!((own / expected - 1.0).abs() < 1e-3, "{own}, {expected}");
+    }
     // Every tenth row: the loop is ten times faster than the log.
     let tenth = |cells: &[String]| cells.iter().step_by(10).cloned().collect::<Vec<_>>();
     let columns = [tenth(&time), tenth(&position), tenth(&goals)];
@@ -195,6 +238,10 @@ fn a_log_of_goals_is_refused_with_what_is_missing() {
         (vec!["--goal", "goal_rad"], "--kp is missing"),
         (vec!["--goal", "target", "--kp", "6"], "no column target"),
         (vec!["--kp", "6"], "--goal"),
+        (
+            vec!["--goal", "goal_rad", "--kp", "6", "--velocity", "w"],
+            "no column w",
+        ),
         (
             vec!["--goal", "goal_rad", "--kp", "6", "--loop-time", "0.0007"],
             "whole number of them",
