@@ -27,6 +27,22 @@ const COUNTS: (&str, &str, &str) = (
 /// Relative cost of a sample above the bench's that is allowed.
 const TOLERANCE: f64 = 0.05;
 
+/// Firmwares on an operating system, each of which has more to build than all that CI builds for a chip.
+const ON_SYSTEMS: [&str; 2] = ["own-embassy", "own-rtic"];
+
+/// Builds and runs those on an operating system.
+pub(crate) fn check_on_systems() -> Result<(), String> {
+    let (_, target, _) = COUNTS;
+    for name in ON_SYSTEMS {
+        emulator::run(emulator::BOARD, &build(name, target, &[])?)?;
+        println!(
+            "{name}, {target}: builds, and finds its servo on an emulated {}",
+            emulator::BOARD
+        );
+    }
+    Ok(())
+}
+
 /// Builds and runs them.
 pub(crate) fn check() -> Result<(), String> {
     FIRMWARES.into_iter().try_for_each(check_one)?;

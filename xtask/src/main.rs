@@ -79,7 +79,11 @@ enum Verb {
     /// sample, and half of a sample be free at 10 kHz, by the model of docs/cycles.md.
     Lead,
     /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
-    Elsewhere,
+    Elsewhere {
+        /// In their place those on embassy and RTIC, on one core and an emulated board.
+        #[arg(long)]
+        systems: bool,
+    },
     /// Build the playground: one page that runs the core and the virtual servo in a browser, from a file, without a
     /// server.
     Playground {
@@ -105,7 +109,8 @@ fn main() -> ExitCode {
         Verb::Interrupt { choice } => interrupt::print(choice),
         Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),
         Verb::Lead => lead::check(),
-        Verb::Elsewhere => elsewhere::check(),
+        Verb::Elsewhere { systems: false } => elsewhere::check(),
+        Verb::Elsewhere { systems: true } => elsewhere::check_on_systems(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Playground { out } => {
             playground::build(&out.unwrap_or_else(playground::usual_folder))

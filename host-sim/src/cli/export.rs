@@ -3,8 +3,9 @@ use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
 use super::files::{self, Files};
+use super::firmware::FirmwareOptions;
 use super::standard_output;
-use crate::export::{Format, Identified, Joint};
+use crate::export::{Format, Identified, Joint, Language};
 use crate::nearest;
 use crate::physical::Scale;
 
@@ -14,9 +15,11 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "RESULT.json")]
     results: Vec<PathBuf>,
     /// Format of the joints.
-    #[arg(long, value_enum)]
-    format: Format,
-    /// Names of the joints in the order of the results; the results' names by default.
+    #[arg(long, value_enum, required_unless_present = "firmware")]
+    format: Option<Format>,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+    /// Names of the joints in the order of the results; the results' names by default, and "servo" in a firmware.
     #[arg(long, value_name = "NAME", num_args = 1)]
     joint: Vec<String>,
     #[command(flatten)]
@@ -47,7 +50,7 @@ pub(super) struct Arguments {
 
 /// The scale of torques, which a result leaves open unless its scenario has [physical].
 #[derive(Debug, clap::Args)]
-#[group(multiple = false)]
+#[group(multiple = false, conflicts_with = "firmware")]
 struct Scaling {
     /// Torque of a unit of command at the joint, N·m (N on a linear axis): torque constant times gear ratio; once for
     /// all, or for each result.
@@ -72,21 +75,23 @@ struct Scaling {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let scenario = arguments.firmware.scenario.as_deref();
     let inputs = arguments.results.iter().chain(&arguments.bare);
-    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).chain(scenario).collect();
     let mut files = Files::reading(&inputs, arguments.force);
     let output = files.output(arguments.output.as_deref())?;
-    let joints = (0..arguments.results.len()).map(|place| arguments.joint(place));
-    let joints = joints.collect::<Result<Vec<_>, _>>()?;
-    for (place, joint) in joints.iter().enumerate() {
-        let name = joint.name();
-        if joints[..place].iter().any(|earlier| earlier.name() == name) {
-            return Err(Fault::Input(format!(
-                "two joints are named {name}: --joint states a name for each result, in their order"
-            )));
+    let text = match (arguments.firmware.firmware, arguments.format) {
+        (Some(language), _) => arguments.loop_of_firmware(language)?,
+        (None, _) if scenario.is_some() => {
+            return Err(Fault::Input(
+                "--scenario is that of a firmware, --firmware rust or --firmware c: a joint needs none"
+                    .to_owned(),
+            ));
         }
-    }
-    let text = (arguments.format.of(&joints)).map_err(|error| Fault::Input(error.to_string()))?;
+        (None, Some(format)) => arguments.joints(format)?,
+        // Refused as it was read.
+        (None, None) => String::new(),
+    };
     let Some(mut file) = output else {
         return standard_output::result(format_args!("{}", text.trim_end()));
     };
@@ -96,6 +101,37 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 }
 
 impl Arguments {
+    /// The loop of the only result.
+    fn loop_of_firmware(&self, language: Language) -> Result<String, Fault> {
+        let (result, name) = match (&self.results[..], &self.joint[..]) {
+            ([result], []) => (result, "servo"),
+            ([result], [name]) => (result, name.as_str()),
+            _ => {
+                return Err(Fault::Input(format!(
+                    "a firmware's loop is of one result, with one --joint at most, and {} are given: export each by itself",
+                    self.results.len()
+                )));
+            }
+        };
+        self.firmware
+            .source(language, result, name, self.accept_unconverged)
+    }
+
+    /// The joints of all results.
+    fn joints(&self, format: Format) -> Result<String, Fault> {
+        let joints = (0..self.results.len()).map(|place| self.joint(place));
+        let joints = joints.collect::<Result<Vec<_>, _>>()?;
+        for (place, joint) in joints.iter().enumerate() {
+            let name = joint.name();
+            if joints[..place].iter().any(|earlier| earlier.name() == name) {
+                return Err(Fault::Input(format!(
+                    "two joints are named {name}: --joint states a name for each result, in their order"
+                )));
+            }
+        }
+        (format.of(&joints)).map_err(|error| Fault::Input(error.to_string()))
+    }
+
     /// The joint of the result at a place.
     fn joint(&self, place: usize) -> Result<Joint, Fault> {
         let path = &self.results[place];

@@ -11,6 +11,7 @@ mod drive;
 mod export;
 mod fault;
 mod files;
+mod firmware;
 mod identify;
 mod init;
 mod interruption;

@@ -1,15 +1,18 @@
-//! Robot models from results: the identified servo in physical units, named as a simulator names it.
+//! Robot models and firmware from results: the identified servo in physical units, named as a simulator names it, and the
+//! loop of a scenario as constants that begin at its estimates.
 //!
 //! result.json → [`Identified`]; with a [`Scale`](crate::physical::Scale) of torques → [`Joint`]; joints in a [`Format`] →
-//! text.
+//! text. result.json with a scenario → [`Firmware`] → sources.
 
 mod bam;
+mod firmware;
 mod isaac_lab;
 mod joint;
 mod json;
 mod mjcf;
 mod urdf;
 
+pub use firmware::{Firmware, Language};
 pub use joint::{ExportError, Identified, Joint};
 
 /// A format of joints.

@@ -10,6 +10,7 @@ mod drive;
 mod drive_settings;
 mod effects;
 mod export;
+mod export_firmware;
 mod faults;
 #[cfg(target_os = "linux")]
 mod fit;
