@@ -6,6 +6,8 @@
 
 pub mod agreement;
 mod declared;
+#[cfg(feature = "experiments")]
+mod online;
 mod passes;
 mod progress;
 mod recorded;
@@ -13,4 +15,6 @@ mod scaled;
 
 pub use agreement::Agreement;
 pub(crate) use declared::DeclaredPid;
+#[cfg(feature = "experiments")]
+pub use online::OnlineIdentifier;
 pub use passes::{ReplayError, Replayed, fitted, replay};

@@ -48,48 +48,58 @@ pub fn fitted(mut scenario: Scenario, logs: &(impl AsRef<[Log]> + ?Sized)) -> Sc
         return scenario;
     };
     let own = scenario.is_own_log();
-    let stated = &mut scenario.stated;
-    if stated.controller.is_none() {
-        // The cut-off that follows from a sample time; the resolution is not that of these counts.
-        let of_log = Settings::new(log.sample_time, 1.0);
-        stated.sample_time = of_log.sample_time;
-        stated.cutoff = of_log.cutoff;
-    }
+    sampled_every(&mut scenario, log.sample_time);
     if scenario.counts_per_rev.is_none() && !own {
-        stated.resolution = log.resolution();
+        scenario.stated.resolution = log.resolution();
     }
     let stretches = logs.iter().flat_map(Log::stretches);
     let learnt = stretches.map(|stretch| stretch.samples - settling(&scenario, stretch));
     let most = learnt.max().unwrap_or(0) as f64 * scenario.sample_time();
-    let stated = &mut scenario.stated;
     if (MIN_START_TIME..DEFAULT_START_TIME).contains(&most) {
+        let stated = &mut scenario.stated;
         stated.identifier.start_time.get_or_insert(most);
     }
     scenario
 }
 
+/// Gives a scenario the sample time of a log, s, where no controller declares one.
+pub(super) fn sampled_every(scenario: &mut Scenario, sample_time: f64) {
+    let stated = &mut scenario.stated;
+    if stated.controller.is_none() {
+        // The cut-off that follows from a sample time; the resolution is not that of these counts.
+        let of_log = Settings::new(sample_time, 1.0);
+        stated.sample_time = of_log.sample_time;
+        stated.cutoff = of_log.cutoff;
+    }
+}
+
 /// The samples of a stretch in which nothing is learnt yet: none if the servo stands at first, for then
 /// all is known of its motion; otherwise those in which the velocity estimate settles.
 pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
-    /// Samples of a velocity estimate without a pole, and the first row, whose motion is unknown.
-    const MIN_SAMPLES: u64 = 3;
-    /// Time constants after which a low-pass has settled to 0.03 % of a step.
-    const TIME_CONSTANTS: f64 = 8.0;
     /// At most this fraction of a stretch, one over, is spent on settling.
     const SETTLING_DIVISOR: u64 = 10;
-    let stated = &scenario.stated;
-    if stretch.begins_at_rest(stated.resolution) {
+    if stretch.begins_at_rest(scenario.stated.resolution) {
         return 0;
     }
-    let needed = match scenario.velocity {
-        Velocity::LowPass => {
-            MIN_SAMPLES + (TIME_CONSTANTS / (stated.cutoff * stated.sample_time)) as u64
-        }
-        Velocity::Difference | Velocity::AveragedDifference => MIN_SAMPLES,
-    };
-    needed
-        .min((stretch.samples / SETTLING_DIVISOR).max(MIN_SAMPLES))
+    settling_in_motion(scenario)
+        .min((stretch.samples / SETTLING_DIVISOR).max(MIN_SETTLING))
         .min(stretch.samples - 1)
+}
+
+/// Samples of a velocity estimate without a pole, and the first row, whose motion is unknown.
+const MIN_SETTLING: u64 = 3;
+
+/// The samples in which the velocity estimate settles on a motion that it joins.
+pub(super) fn settling_in_motion(scenario: &Scenario) -> u64 {
+    /// Time constants after which a low-pass has settled to 0.03 % of a step.
+    const TIME_CONSTANTS: f64 = 8.0;
+    let stated = &scenario.stated;
+    match scenario.velocity {
+        Velocity::LowPass => {
+            MIN_SETTLING + (TIME_CONSTANTS / (stated.cutoff * stated.sample_time)) as u64
+        }
+        Velocity::Difference | Velocity::AveragedDifference => MIN_SETTLING,
+    }
 }
 
 /// The default time of the core's first fits, and the shortest that it takes, s.

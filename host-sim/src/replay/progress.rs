@@ -13,7 +13,7 @@ use crate::scenario::Scenario;
 
 /// State that lasts from stretch to stretch.
 pub(super) struct Progress<V: VelocityEstimate<f64>> {
-    pub(super) identifier: Box<dyn DynIdentifier>,
+    pub(super) identifier: Box<dyn DynIdentifier + Send>,
     pub(super) declared: Option<Declared<V>>,
     pub(super) filter: V,
     /// A position unit, rad.
@@ -38,6 +38,17 @@ pub(super) struct InStretch<V: VelocityEstimate<f64>> {
     settling: u64,
     /// Samples so far.
     pub(super) samples: u64,
+}
+
+/// The input of the identifier in a sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Input {
+    /// Motion since the last sample, position units.
+    pub(super) increment: f64,
+    /// The command that acts from now on.
+    pub(super) command: f64,
+    /// True in the first sample of a stretch that is learnt from.
+    begins: bool,
 }
 
 impl<V: VelocityEstimate<f64>> InStretch<V> {
@@ -65,14 +76,14 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         self.time + row.time - stretch.from
     }
 
-    /// A sample of a log; nothing comes of it while the velocity settles.
-    pub(super) fn process(
+    /// The input of the identifier in a sample of a log; none while the velocity settles.
+    pub(super) fn input(
         &mut self,
         stretch: &mut InStretch<V>,
         row: &Row,
         log: usize,
         pass: u32,
-    ) -> Result<Option<Sample>, StepError> {
+    ) -> Result<Option<Input>, StepError> {
         let scaled = stretch.scaler.scale(*row);
         let settled = stretch.samples >= stretch.settling;
         let begins = stretch.samples == stretch.settling;
@@ -100,11 +111,29 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
             self.identifier.place(angle - scaled.increment);
         }
         self.begun = true;
-        let step = self.identifier.step(scaled.increment, command)?;
+        Ok(Some(Input {
+            increment: scaled.increment,
+            command,
+            begins,
+        }))
+    }
+
+    /// A sample of a log; nothing comes of it while the velocity settles.
+    pub(super) fn process(
+        &mut self,
+        stretch: &mut InStretch<V>,
+        row: &Row,
+        log: usize,
+        pass: u32,
+    ) -> Result<Option<Sample>, StepError> {
+        let Some(input) = self.input(stretch, row, log, pass)? else {
+            return Ok(None);
+        };
+        let step = self.identifier.step(input.increment, input.command)?;
         self.outcome.count(step.event);
         let time = self.time_of(stretch, row);
         let reference = row.reference.unwrap_or(f64::NAN);
-        let sample = step.sample(time, begins, reference, row.position, self.unit);
+        let sample = step.sample(time, input.begins, reference, row.position, self.unit);
         Ok(Some(sample))
     }
 }

@@ -79,7 +79,7 @@ fn is_fixed_point(scenario: &Scenario) -> bool {
 /// A law and the loop that it works in.
 pub(super) enum Method {
     /// An identifier beside the PID.
-    Identifier(Box<dyn DynIdentifier>),
+    Identifier(Box<dyn DynIdentifier + Send>),
     /// It commands a relay.
     Relay(Box<dyn RelayMethod>),
     /// It closes a loop of its own, in double precision.
@@ -152,7 +152,7 @@ fn pid_loop<N: Number>(
         .map_err(|error| scenario.fault(&error))
 }
 
-fn pid<N: Number, V: VelocityEstimate<N> + 'static>(
+fn pid<N: Number, V: VelocityEstimate<N, State: Send> + Send + 'static>(
     settings: &Settings,
     identifier: Box<dyn DynIdentifier>,
     start: i32,
@@ -165,8 +165,8 @@ fn fixed_loop<V, S, const P: usize>(
     start: i32,
 ) -> Result<LocalLoop, SettingsError>
 where
-    V: VelocityEstimate<Word> + 'static,
-    S: ParameterSet<P> + 'static,
+    V: VelocityEstimate<Word, State: Send> + Send + 'static,
+    S: ParameterSet<P> + Send + 'static,
 {
     Ok(Box::new(FixedLoop::<V, S, P>::new(settings, start)?))
 }
@@ -179,7 +179,7 @@ where
 pub(crate) fn identifier(
     scenario: &Scenario,
     settings: &Settings,
-) -> Result<Box<dyn DynIdentifier>, Fault> {
+) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     if is_fixed_point(scenario) {
         return with_words!(scenario => fixed_identifier(settings))
             .map_err(|error| scenario.fault(&error));
@@ -189,8 +189,8 @@ pub(crate) fn identifier(
 
 fn fixed_identifier<V, S, const P: usize>(settings: &Settings) -> Built
 where
-    V: VelocityEstimate<Word> + 'static,
-    S: ParameterSet<P> + 'static,
+    V: VelocityEstimate<Word, State: Send> + Send + 'static,
+    S: ParameterSet<P> + Send + 'static,
 {
     Ok(Box::new(FixedIdentifier::<V, S, P>::new(settings)?))
 }
@@ -199,7 +199,7 @@ where
 pub(crate) fn identifier_in<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
-) -> Result<Box<dyn DynIdentifier>, Fault> {
+) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     let law = scenario.identifier.law;
     if law == Law::RelayLeastSquares {
         // Its relay makes its command; the least squares take any.
@@ -257,13 +257,13 @@ fn fault_of_rival(error: OutOfRange) -> Fault {
     Fault::new(format!("identifier.{key}"), error)
 }
 
-type Built = Result<Box<dyn DynIdentifier>, SettingsError>;
+type Built = Result<Box<dyn DynIdentifier + Send>, SettingsError>;
 
 fn gradient<N, V, S, const P: usize>(settings: &Settings) -> Built
 where
     N: Number,
-    V: VelocityEstimate<N> + 'static,
-    S: ParameterSet<P> + 'static,
+    V: VelocityEstimate<N, State: Send> + Send + 'static,
+    S: ParameterSet<P> + Send + 'static,
 {
     type Law<N, V, S, const P: usize> = GradientIdentifier<N, V, S, P>;
     beside(settings, |law: &Law<N, V, S, P>| Outcome {
@@ -279,7 +279,7 @@ where
 fn beside<N, I>(settings: &Settings, known: impl FnOnce(&I) -> Outcome) -> Built
 where
     N: Number,
-    I: Identify<N> + FromSettings + 'static,
+    I: Identify<N, State: Send> + FromSettings + Send + 'static,
 {
     if settings.identifier.terms.declares_amplifier() {
         let behind: BehindAmplifier<N, I, MAX_DELAYED> = settings.build()?;
@@ -291,7 +291,7 @@ where
     Ok(Box::new(Running::<N, _>::new(identifier, known)))
 }
 
-fn gauss_newton<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
+fn gauss_newton<N: Number, S: IdentifiableSet<P> + Send + 'static, const P: usize>(
     settings: &Settings,
 ) -> Built {
     fitting::<N, GaussNewtonIdentifier<N, S, P>>(settings)
@@ -305,7 +305,7 @@ fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
     settings
 }
 
-fn window<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
+fn window<N: Number, S: IdentifiableSet<P> + Send + 'static, const P: usize>(
     settings: &Settings,
 ) -> Built {
     fitting::<N, WindowIdentifier<N, S, P, WINDOW_BLOCKS>>(settings)
@@ -315,7 +315,7 @@ fn window<N: Number, S: IdentifiableSet<P> + 'static, const P: usize>(
 fn fitting<N, I>(settings: &Settings) -> Built
 where
     N: Number,
-    I: Identify<N> + FromSettings + 'static,
+    I: Identify<N, State: Send> + FromSettings + Send + 'static,
 {
     let given = &settings.identifier;
     if given.known.b && given.initial.b.is_none() {
@@ -368,7 +368,7 @@ fn rival<N: Number>(scenario: &Scenario, law: Law) -> Result<Method, OutOfRange>
     })
 }
 
-fn direct<N: Number, E: DirectEstimator<N> + 'static>(estimator: E) -> Method {
+fn direct<N: Number, E: DirectEstimator<N, State: Send> + Send + 'static>(estimator: E) -> Method {
     Method::Identifier(Box::new(Direct::new(estimator)))
 }
 

@@ -38,7 +38,7 @@ impl Simulation {
 pub(crate) fn identifier(
     scenario: &Scenario,
     settings: &Settings,
-) -> Result<Box<dyn DynIdentifier>, Fault> {
+) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
     let absent = |key: &str| Fault::new(key, "only the program `servo-id` has it");
     let chosen = &scenario.identifier;

@@ -2,7 +2,8 @@
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use identifier_core::error::StepError;
 use identifier_core::number::{Compensated, Number};
@@ -36,7 +37,7 @@ pub fn operations(scenario: &Scenario) -> Result<Option<f64>, Fault> {
     let settings = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;
-    let meter = Rc::new(Meter::default());
+    let meter = Arc::new(Meter::default());
     let metered = match method::<Counted>(&scenario, &settings)? {
         Method::Identifier(law) => Method::Identifier(Box::new(Metered::new(law, &meter))),
         Method::Relay(method) => Method::Relay(Box::new(Metered::new(method, &meter))),
@@ -50,23 +51,22 @@ pub fn operations(scenario: &Scenario) -> Result<Option<f64>, Fault> {
 /// Adds up the operations of the samples that count.
 #[derive(Debug, Default)]
 struct Meter {
-    samples: Cell<u64>,
-    operations: Cell<u64>,
+    samples: AtomicU64,
+    operations: AtomicU64,
 }
 
 impl Meter {
     fn measure<T>(&self, work: impl FnOnce() -> T) -> T {
         take();
         let result = work();
-        self.samples.set(self.samples.get() + 1);
-        if self.samples.get() > STARTING {
-            self.operations.set(self.operations.get() + take());
+        if self.samples.fetch_add(1, Relaxed) >= STARTING {
+            self.operations.fetch_add(take(), Relaxed);
         }
         result
     }
 
     fn mean(&self) -> f64 {
-        self.operations.get() as f64 / SAMPLES as f64
+        self.operations.load(Relaxed) as f64 / SAMPLES as f64
     }
 }
 
@@ -83,20 +83,20 @@ fn count<T>(result: T) -> T {
 
 /// A law whose samples are counted.
 struct Metered<T: ?Sized> {
-    meter: Rc<Meter>,
+    meter: Arc<Meter>,
     law: Box<T>,
 }
 
 impl<T: ?Sized> Metered<T> {
-    fn new(law: Box<T>, meter: &Rc<Meter>) -> Self {
+    fn new(law: Box<T>, meter: &Arc<Meter>) -> Self {
         Self {
-            meter: Rc::clone(meter),
+            meter: Arc::clone(meter),
             law,
         }
     }
 }
 
-impl DynIdentifier for Metered<dyn DynIdentifier> {
+impl DynIdentifier for Metered<dyn DynIdentifier + Send> {
     fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
         let law = &mut self.law;
         self.meter.measure(|| law.update(increment, command))

@@ -35,18 +35,18 @@ use crate::parameters::{
 /// ```
 pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
     /// Room for the lower triangle of a P × P matrix without its diagonal: `[N; P (P − 1)/2]`.
-    type Lower<N: Number>: Lower<N>;
+    type Lower<N: Number>: Lower<N> + Send;
 
     /// The inputs known besides the present command: `()` for models without terms,
     /// [`DelayedInputs`] for those with a delay or dead band, [`AngledInputs`] for those with an angle.
-    type Inputs<N: Number>: KnownInputs<N>;
+    type Inputs<N: Number>: KnownInputs<N> + Send;
 
     /// Where evidence for terms is gathered: `()` for models without terms, [`OnDemand`] where a term
     /// enters when the settings demand it, `ScoreTest` where evidence decides.
-    type Evidence<N: Number>: Evidence<N, P>;
+    type Evidence<N: Number>: Evidence<N, P> + Send;
 
     /// The treatment of a load that wanders: `()` for none, `FirstOrder` for whitening.
-    type Whitening<N: Number>: Whitening<N, P>;
+    type Whitening<N: Number>: Whitening<N, P> + Send;
 
     /// A model with these unknowns can have a term.
     #[must_use]

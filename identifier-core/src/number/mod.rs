@@ -25,6 +25,7 @@ pub trait Number:
     + Mul<Output = Self>
     + Neg<Output = Self>
     + AddAssign
+    + Send
     + 'static
 {
     /// A sum that runs for months without losing increments far below its value.

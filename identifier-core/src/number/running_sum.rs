@@ -1,7 +1,7 @@
 use super::Number;
 
 /// A sum of many small increments.
-pub trait RunningSum<N>: Copy + PartialEq + core::fmt::Debug {
+pub trait RunningSum<N>: Copy + PartialEq + core::fmt::Debug + Send {
     /// Starts at a value.
     fn new(value: N) -> Self;
 

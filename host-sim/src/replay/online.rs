@@ -1,0 +1,148 @@
+//! Identification while the samples are taken: there is no log, and no verdict.
+
+use identifier_core::measurement::LowPass;
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+
+use super::passes::{sampled_every, settling_in_motion};
+use super::progress::{InStretch, Progress};
+use super::recorded::RecordedReference;
+use crate::log::Row;
+use crate::scenario::{Fault, LogQuantity, Scenario};
+use crate::simulate::identifier;
+
+/// An identifier that takes samples one by one, in the units that a scenario's `[log]` states.
+pub struct OnlineIdentifier {
+    scenario: Scenario,
+    progress: Progress<LowPass<f64>>,
+    stretch: Option<InStretch<LowPass<f64>>>,
+    sample_time: f64,
+    /// SI units for one of the position's and one of the command's.
+    scales: [f64; 2],
+    samples: u64,
+}
+
+impl std::fmt::Debug for OnlineIdentifier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OnlineIdentifier")
+            .field("samples", &self.samples)
+            .field("estimates", &self.estimates())
+            .finish_non_exhaustive()
+    }
+}
+
+impl OnlineIdentifier {
+    /// At its start.
+    ///
+    /// # Errors
+    /// The key that is missing or not allowed.
+    pub fn new(mut scenario: Scenario) -> Result<Self, Fault> {
+        let columns = scenario.log_columns();
+        if scenario.identifier.law.is_off_line() {
+            let why = "this law looks at a whole log: on line are \"gauss-newton\", \"window\" and \"gradient\"";
+            return Err(Fault::new("identifier.law", why));
+        }
+        let Some(sample_time) = scenario.log_sample_time() else {
+            return Err(Fault::new(
+                "log.sample_time",
+                "is missing: seconds from one sample to the next",
+            ));
+        };
+        if scenario.counts_per_rev.is_none() {
+            return Err(Fault::new(
+                "encoder.counts_per_rev",
+                "is missing: without a log there is no other way to know the smallest step",
+            ));
+        }
+        sampled_every(&mut scenario, sample_time);
+        let scale = |quantity| columns.units.scale(quantity, sample_time);
+        let scales = [scale(LogQuantity::Position), scale(LogQuantity::Command)];
+        let settings = scenario.settings_for(None::<&RecordedReference<'_>>);
+        let settings = settings.map_err(|error| scenario.fault(&error))?;
+        let identifier = identifier(&scenario, &settings)?;
+        let filter = settings.velocity();
+        Ok(Self {
+            progress: Progress {
+                outcome: identifier.outcome(),
+                identifier,
+                declared: None,
+                filter: filter.map_err(|error| scenario.fault(&error.into()))?,
+                unit: scenario.checked_units()?.position_unit(),
+                revolution: scenario.stated.identifier.terms.revolution,
+                time: 0.0,
+                begun: false,
+            },
+            stretch: None,
+            sample_time,
+            scales,
+            samples: 0,
+            scenario,
+        })
+    }
+
+    /// A sample: the position, and the whole command that acts from now to the next.
+    ///
+    /// # Errors
+    /// A number that is not allowed, with the remedy; the sample is left out.
+    pub fn learn(&mut self, position: f64, command: f64) -> Result<(), String> {
+        let [of_position, of_command] = self.scales;
+        let mut row = Row::at(self.samples, self.samples as f64 * self.sample_time);
+        row.position = of_position * position;
+        row.command = Some(of_command * command);
+        for (name, number) in [("position", position), ("command", command)] {
+            if !number.is_finite() {
+                return Err(format!(
+                    "{name} = {number}: a finite number is allowed; leave the sample out and resume"
+                ));
+            }
+        }
+        let stretch = self.stretch.get_or_insert_with(|| {
+            let settling = settling_in_motion(&self.scenario);
+            InStretch::new(&self.scenario, &row, self.progress.unit, settling)
+        });
+        let refused = |error| format!("position = {position}, command = {command}: {error}");
+        if let Some(input) = self.progress.input(stretch, &row, 0, 0).map_err(refused)? {
+            let learnt = self
+                .progress
+                .identifier
+                .update(input.increment, input.command);
+            learnt.map_err(refused)?;
+        }
+        self.samples += 1;
+        Ok(())
+    }
+
+    /// Joins the motion anew behind a gap between samples; the estimates are kept.
+    pub fn resume(&mut self) {
+        self.stretch = None;
+    }
+
+    /// The samples so far.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// The parameters that the law estimates.
+    #[must_use]
+    pub fn estimated(&self) -> Vec<Parameter> {
+        self.scenario.estimated()
+    }
+
+    /// The estimates, SI.
+    #[must_use]
+    pub fn estimates(&self) -> ServoParameters {
+        self.progress.identifier.estimates()
+    }
+
+    /// Their standard errors, SI, where the law knows them.
+    #[must_use]
+    pub fn standard_errors(&self) -> Option<ServoParameters> {
+        self.progress.identifier.standard_errors()
+    }
+
+    /// The estimates at a bound.
+    #[must_use]
+    pub fn at_bounds(&self) -> PerParameter<bool> {
+        self.progress.identifier.at_bounds()
+    }
+}
