@@ -11,7 +11,12 @@ use crate::playground::target;
 const MAX_WHEEL: u64 = 2_000_000;
 
 /// Packages of the environment: the builder, and those that the tests need.
-const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.26", "matplotlib>=3.8"];
+const PACKAGES: [&str; 4] = [
+    "maturin>=1.9,<2",
+    "numpy>=1.26",
+    "matplotlib>=3.8",
+    "distributed>=2024.1",
+];
 
 /// Builds the wheel, installs it and runs its tests against the program, which is built.
 pub(crate) fn check() -> Result<(), String> {

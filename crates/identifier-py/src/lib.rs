@@ -8,6 +8,7 @@ mod commission;
 mod export;
 mod fault;
 mod identify;
+mod online;
 mod origin;
 mod simulate;
 mod sweep;
@@ -21,6 +22,8 @@ mod _native {
     use super::export::export;
     #[pymodule_export]
     use super::identify::{identify_columns, identify_file, read_log, recognise_log};
+    #[pymodule_export]
+    use super::online::Online;
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]

@@ -1,9 +1,11 @@
 """The package as it is installed: same results as the command line, faults as sentences, pictures, the page's examples."""
 
 import json
+import logging
 import math
 import os
 import re
+import signal
 import subprocess
 import tempfile
 import threading
@@ -27,6 +29,65 @@ def columns():
     return {name: log[name] for name in ("position", "command")}
 
 
+class OnLine(unittest.TestCase):
+    def test_samples_and_arrays_are_the_same_and_near_the_judged_log(self):
+        log = columns()
+        by_sample, by_array = (servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000) for _ in range(2))
+        for position, command in zip(log["position"].tolist(), log["command"].tolist()):
+            by_sample.learn(position, command)
+        for part in range(0, 8000, 1000):
+            by_array.learn(log["position"][part : part + 1000], log["command"][part : part + 1000])
+        self.assertEqual((by_sample.samples, by_array.samples), (8000, 8000))
+        self.assertEqual(by_sample.estimates, by_array.estimates)
+        judged = servo_id.identify(log, sample_time=1e-3, counts_per_rev=10000, law="gauss-newton")
+        self.assertEqual(by_array.estimates.keys(), judged.estimates.keys())
+        for name, estimate in judged.estimates.items():
+            self.assertAlmostEqual(by_array.estimates[name], estimate, delta=0.5 * judged.std_errors[name])
+            chance = judged.trace[f"std_error_{name}"][-1]
+            self.assertAlmostEqual(by_array.std_errors[name] / chance, 1.0, delta=0.1)
+        self.assertEqual(by_array.at_bounds, [])
+
+    def test_a_gap_is_joined_behind_resume(self):
+        log = {name: np.delete(column, slice(4000, 4400)) for name, column in columns().items()}
+        joined, jumped = (servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000) for _ in range(2))
+        for identifier in (joined, jumped):
+            identifier.learn(log["position"][:4000], log["command"][:4000])
+            if identifier is joined:
+                identifier.resume()
+            identifier.learn(log["position"][4000:], log["command"][4000:])
+        errors = [abs(identifier.estimates["b"] / 257.7 - 1) for identifier in (joined, jumped)]
+        self.assertLess(errors[0], 0.005)
+        self.assertLess(errors[0], errors[1])
+
+    def test_it_is_fed_from_another_thread(self):
+        identifier = servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000)
+        log = columns()
+        thread = threading.Thread(target=identifier.learn, args=(log["position"], log["command"]))
+        thread.start()
+        thread.join()
+        self.assertEqual(identifier.samples, 8000)
+
+    def test_wrong_input_is_a_sentence(self):
+        for keywords, said in [
+            ({"counts_per_rev": 100}, "sample_time is missing"),
+            ({"sample_time": 1e-3}, "encoder.counts_per_rev"),
+            ({"sample_time": 1e-3, "counts_per_rev": 100, "law": "fit"}, "looks at a whole log"),
+            ({"sample_time": 1e-3, "counts_per_rev": 100, "law": "gradient"}, "controller"),
+        ]:
+            with self.assertRaises(ValueError) as raised:
+                servo_id.Identifier(**keywords)
+            self.assertIn(said, str(raised.exception))
+        identifier = servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000)
+        for sample, said in [
+            ((math.nan, 0.0), "position = NaN"),
+            (([0.0, 1e-3], [0.0, math.nan]), "sample 1: command = NaN"),
+            (([0.0, 1e-3], [0.0]), "a number each per sample"),
+        ]:
+            with self.assertRaises(ValueError) as raised:
+                identifier.learn(*sample)
+            self.assertIn(said, str(raised.exception))
+
+
 class Identification(unittest.TestCase):
     def test_a_file_and_its_columns_give_the_same(self):
         of_file = servo_id.identify(LOG)
@@ -42,6 +103,9 @@ class Identification(unittest.TestCase):
         degrees = {"position": np.degrees(log["position"]).astype(np.float32), "command": log["command"]}
         found = servo_id.identify(degrees, sample_time=1e-3, counts_per_rev=10000, position_unit="deg")
         self.assertAlmostEqual(found.estimates["b"], 257.7, delta=0.5)
+        coarse = np.round(log["position"] / (2 * np.pi / 3000)) * (2 * np.pi / 3000)
+        unknown = servo_id.identify(dict(log, position=coarse), sample_time=1e-3, law="gauss-newton")
+        self.assertAlmostEqual(unknown.estimates["b"], 257.7, delta=2 * unknown.std_errors["b"])
         every_other = {name: np.repeat(column, 2)[::2] for name, column in log.items()}
         stepped = servo_id.identify(every_other, sample_time=1e-3, counts_per_rev=10000)
         self.assertTrue(stepped.converged)
@@ -106,6 +170,33 @@ class Identification(unittest.TestCase):
         ]:
             with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
                 servo_id.identify(wrong, sample_time=1e-3, **keywords)
+
+    def test_frames_of_a_data_set_are_a_log_per_joint(self):
+        log = columns()
+        goal = log["position"] + log["command"] / 20.0
+        two = lambda column: np.stack([column, column], axis=1).astype(np.float32)
+        rows = np.arange(8000)
+        frames = {
+            "observation.state": two(log["position"]),
+            "action": two(goal),
+            "timestamp": ((rows % 4000) * 1e-3).astype(np.float32),
+            "episode_index": rows // 4000,
+        }
+        inner = {"kp": [20.0, 10.0]}
+        joints = servo_id.identify_joints(frames, inner=inner)
+        whole = servo_id.identify(log, sample_time=1e-3)
+        one, other = (joint.estimates["b"] for joint in joints.values())
+        self.assertAlmostEqual(one / whole.estimates["b"], 1.0, delta=0.01)
+        self.assertAlmostEqual(other / one, 2.0, delta=1e-3)
+        [read] = joints["joint_0"].json["logs"]
+        self.assertEqual(read["samples"], 8000)
+        jumbled = dict(frames, episode_index=rows * 0)
+        with self.assertRaisesRegex(ValueError, "time"):
+            servo_id.identify_joints(jumbled, inner=inner)
+        with self.assertRaisesRegex(ValueError, "inner="):
+            servo_id.identify_joints(frames)
+        with self.assertRaisesRegex(ValueError, "the frames have no timestamp"):
+            servo_id.identify_joints({name: frames[name] for name in ("observation.state", "action")}, inner=inner)
 
     def test_wrong_input_is_a_sentence(self):
         log = columns()
@@ -180,6 +271,28 @@ class OtherVerbs(unittest.TestCase):
         np.testing.assert_array_equal(whole.columns["b"], joined)
         self.assertEqual(list(whole.columns["number"]), list(range(12)))
         self.assertEqual(whole.errors("b").shape, (12,))
+
+    def test_a_sweep_on_a_cluster_is_the_same_though_a_worker_is_lost(self):
+        try:
+            from distributed import Client, LocalCluster
+        except ImportError:
+            self.skipTest("dask.distributed is not installed")
+        servo = {**SERVO, "identifier": {"law": "gradient"}, "run": {"duration": 4.0}}
+        alone = servo_id.sweep(servo, 1500, seed=3, first=5)
+        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+            lost = sorted(client.run(os.getpid).values())[0]
+            end = threading.Timer(0.2, os.kill, (lost, signal.SIGKILL))
+            end.start()
+            shared = servo_id.sweep(servo, 1500, seed=3, first=5, client=client)
+            end.join()
+            pids = client.run(os.getpid).values()
+            client.run(logging.disable)
+            with self.assertRaisesRegex(ValueError, "controller"):
+                servo_id.sweep({"controler": {}}, 3, client=client)
+        self.assertNotIn(lost, pids)
+        self.assertEqual(alone.statuses, shared.statuses)
+        for name, column in alone.columns.items():
+            np.testing.assert_array_equal(column, shared.columns[name])
 
     def test_other_threads_run_meanwhile(self):
         counted, over = 0, threading.Event()

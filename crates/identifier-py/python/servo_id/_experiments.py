@@ -1,22 +1,29 @@
 """Experiments: on logs, on the simulated servo, on many servos."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from os import PathLike, fspath
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _native, _scenario
+from . import _frames, _native, _scenario
 from ._results import Columns, Commissioning, Gains, Result, Sweep, columns
 from ._scenario import Scenario
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Path: TypeAlias = str | PathLike[str]
 Log: TypeAlias = Path | Mapping[str, npt.ArrayLike]
 """A file, or columns by name: position, command or goal, and time where the samples are not ``sample_time`` apart."""
 
 _ROLES = ("time", "position", "command", "reference", "goal", "velocity")
+
+_BATCH = 200
+"""Servos of a batch: seconds of work, so that its way to a worker costs nothing beside it."""
 
 
 def identify(
@@ -45,13 +52,13 @@ def identify(
         file, text = _scenario.read(scenario)
         findings = ()
     elif isinstance(log, Mapping):
-        file, text, findings = *_scenario.read(_scenario_of_columns(log, stated)), ()
+        file, text, findings = *_scenario.read(scenario_of_columns(log, {"law": "fit", **stated})), ()
     else:
         options = {name: str(value) for name, value in stated.items()}
         text, found = _native.recognise_log(fspath(log), options)
         file, findings = f"the scenario of {fspath(log)}", tuple(found)
     if isinstance(log, Mapping):
-        found, samples = _native.identify_columns(file, text, _float_columns(log), trace=trace)
+        found, samples = _native.identify_columns(file, text, float_columns(log), trace=trace)
     else:
         found, samples = _native.identify_file(file, text, fspath(log), trace=trace)
     return Result(found, columns(samples), findings)
@@ -69,7 +76,14 @@ def identify_joints(
 
     ``names`` are those of the joints, ``joint_0`` and so on by default; ``stated`` is as for :func:`identify`, where
     torque_constant, inertia and the numbers of ``inner`` may be sequences, a number for each joint.
+
+    Frames of a robot-learning data set, whose columns are ``observation.state``, ``action``, ``timestamp`` and
+    ``episode_index``, are taken as they are, as a mapping, a data frame or a data set: the action is the goal of the servos'
+    own loops, which ``inner`` states, and nothing is carried over from one episode to the next.
     """
+    if _frames.is_frames(log):
+        log, between_episodes = _frames.log_of(log)
+        stated = {"cut": between_episodes, **stated}
     wide = {name: np.asarray(column, dtype=np.float64) for name, column in log.items()}
     counts = {name: column.shape[1] for name, column in wide.items() if column.ndim == 2}
     if len(set(counts.values())) != 1:
@@ -109,20 +123,33 @@ def commission(scenario: Scenario) -> Commissioning:
     return Commissioning(_native.commission(*_scenario.read(scenario)))
 
 
-def sweep(scenario: Scenario, runs: int, *, seed: int = 1, first: int = 0) -> Sweep:
+def sweep(
+    scenario: Scenario, runs: int, *, seed: int = 1, first: int = 0, client: "Client | None" = None
+) -> Sweep:
     """``runs`` random servos about the one of a scenario, on all cores. Servo ``first`` and those after it are the same in
-    every sweep of a seed, so that machines can share one. Ctrl-C ends it between batches."""
+    every sweep of a seed, so that machines can share one. Ctrl-C ends it between batches.
+
+    With a ``client`` of dask.distributed the batches go to its workers, each of which needs this package; a batch whose
+    worker is lost is repeated by dask. The result is the same for any number of workers.
+    """
     if runs < 1:
         raise ValueError(f"runs = {runs}: a sweep has one servo or more")
-    batch = 200
     file, text = _scenario.read(scenario)
-    parts = [
-        _native.sweep(file, text, start, min(batch, first + runs - start), seed)
-        for start in range(first, first + runs, batch)
-    ]
+    end = first + runs
+    starts = range(first, end, _BATCH)
+    counts = [min(_BATCH, end - start) for start in starts]
+    one = partial(_batch, file, text, seed)
+    if client is None:
+        parts = [one(start, count) for start, count in zip(starts, counts)]
+    else:
+        parts = client.gather(client.map(one, starts, counts, pure=False))
     of_parts = [columns(part) for part, _ in parts]
     joined = {name: np.concatenate([part[name] for part in of_parts]) for name in of_parts[0]}
     return Sweep(joined, tuple(status for _, statuses in parts for status in statuses))
+
+
+def _batch(file: str, text: str, seed: int, start: int, count: int) -> tuple[dict[str, bytes], list[str]]:
+    return _native.sweep(file, text, start, count, seed)
 
 
 def tune(result: Result, *, accept_unconverged: bool = False, **conditions: float) -> Gains:
@@ -139,8 +166,8 @@ def tune(result: Result, *, accept_unconverged: bool = False, **conditions: floa
     return Gains(text, tuple(assumptions))
 
 
-def _scenario_of_columns(log: Mapping[str, Any], stated: dict[str, Any]) -> dict[str, Any]:
-    """The scenario of columns whose names are their quantities."""
+def scenario_of_columns(log: Collection[str], stated: dict[str, Any]) -> dict[str, Any]:
+    """The scenario of columns of a ``log`` by their names, which are those of their quantities."""
     stated = dict(stated)
     inner = stated.pop("inner", None)
     has_goal = "goal" in log
@@ -155,10 +182,11 @@ def _scenario_of_columns(log: Mapping[str, Any], stated: dict[str, Any]) -> dict
         raise ValueError(f"{', '.join(sorted(unknown))}: a column is one of {', '.join(_ROLES)}")
     if "time" not in log and "sample_time" not in stated:
         raise ValueError("sample_time is missing: state how many seconds pass from one sample to the next, or a column time")
-    identifier = {"law": stated.pop("law", "fit"), **stated.pop("identifier", {})}
-    encoder = {"counts_per_rev": float(stated.pop("counts_per_rev"))} if "counts_per_rev" in stated else {}
+    identifier = {"law": stated.pop("law"), **stated.pop("identifier", {})}
+    # Zero is an encoder that nothing is known of: the log's own steps count then.
+    encoder = {"counts_per_rev": float(stated.pop("counts_per_rev", 0.0))}
     units = {name: stated.pop(name) for name in ("torque_constant", "inertia", "command_unit") if name in stated}
-    numbers = {name: value if isinstance(value, str) else float(value) for name, value in stated.items()}
+    numbers = {name: _number(value) for name, value in stated.items()}
     columns_of_log = {"reference" if role == "goal" else role: role for role in log}
     tables = {"encoder": encoder, "identifier": identifier, "log": columns_of_log | numbers}
     if inner is not None:
@@ -189,7 +217,7 @@ def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, A
     return {**stated, **own}
 
 
-def _float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:
+def float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:
     """The columns as contiguous float64, without a copy where they are."""
     arrays = {}
     for name, column in log.items():

@@ -1,0 +1,54 @@
+"""Frames of robot-learning data sets as logs of position and goal."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+POSITION = "observation.state"
+_GOAL = "action"
+_TIME = "timestamp"
+_EPISODE = "episode_index"
+
+_PAUSE = 1.0
+"""Time between two episodes in the log, s, which is left out: nothing is carried over from one to the next."""
+
+
+def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[float]]]:
+    """The log of frames with a column ``observation.state`` (frames × joints), ``action`` alike, ``timestamp`` (s, of the
+    episode) and, for several episodes, ``episode_index``; and the ranges of its time that are left out.
+
+    A frame has the action that is given when its state has been seen.
+    """
+    for name in (_GOAL, _TIME):
+        if name not in _names(frames):
+            raise ValueError(f"the frames have no {name}: they have {', '.join(_names(frames))}")
+    position, goal = _wide(frames[POSITION]), _wide(frames[_GOAL])
+    if position.shape != goal.shape:
+        raise ValueError(
+            f"{POSITION} has the shape {position.shape} and {_GOAL} {goal.shape}: pass those columns of both that are joints"
+        )
+    time = np.array(frames[_TIME], dtype=np.float64)
+    episode = np.array(frames[_EPISODE]) if _EPISODE in _names(frames) else np.zeros(len(time))
+    cut = []
+    for begin in np.flatnonzero(np.diff(episode)) + 1:
+        last = time[begin - 1]
+        time[begin:] += last + _PAUSE - time[begin]
+        cut.append([last + 0.25 * _PAUSE, last + 0.75 * _PAUSE])
+    return {"time": time, "position": position, "goal": goal}, cut
+
+
+def _names(frames: Any) -> list[str]:
+    """The columns of a mapping or a data frame, or of a data set that lists them."""
+    return list(getattr(frames, "column_names", frames))
+
+
+def is_frames(log: Any) -> bool:
+    """True for frames, whose positions have another name than a log's."""
+    return POSITION in _names(log)
+
+
+def _wide(column: Any) -> npt.NDArray[np.float64]:
+    """A column of vectors, which a data frame has as objects."""
+    rows = np.asarray(column)
+    return np.stack(list(rows)).astype(np.float64) if rows.dtype == object else rows.astype(np.float64)

@@ -1,0 +1,66 @@
+"""Identification while samples are taken."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native, _scenario
+from ._experiments import float_columns, scenario_of_columns
+
+
+class Identifier:
+    """An identifier beside a loop of your own: it learns from each sample as it is taken.
+
+    >>> identifier = servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000)
+    >>> identifier.learn(position, command)  # in every sample, or with arrays of them
+    >>> identifier.estimates["b"], identifier.std_errors["b"]
+
+    ``command`` is the total that acts from this sample to the next. ``law`` is ``gauss-newton`` (the default), ``window`` or
+    ``gradient``; the further keywords are those of :func:`identify` for columns. There is no verdict on line: the standard
+    errors of ``gauss-newton`` tell how far an estimate is known, and :func:`identify` judges a log.
+    """
+
+    def __init__(self, *, law: str = "gauss-newton", **stated: Any) -> None:
+        columns = ("position", "command")
+        scenario = scenario_of_columns(columns, {"law": law, **stated})
+        self._native = _native.Online(*_scenario.read(scenario))
+
+    def learn(self, position: npt.ArrayLike, command: npt.ArrayLike) -> None:
+        """A sample, or as many as two arrays have."""
+        if np.ndim(position) == 0 == np.ndim(command):
+            self._native.learn(float(position), float(command))
+            return
+        arrays = float_columns({"position": position, "command": command})
+        if len(arrays["position"]) != len(arrays["command"]):
+            lengths = {name: len(array) for name, array in arrays.items()}
+            raise ValueError(f"position and command have a number each per sample, and these have {lengths}")
+        self._native.learn_columns(arrays["position"], arrays["command"])
+
+    def resume(self) -> None:
+        """Joins the motion anew behind a gap between samples; the estimates are kept."""
+        self._native.resume()
+
+    @property
+    def samples(self) -> int:
+        """The samples so far."""
+        return self._native.found()[0]
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the law estimates them."""
+        return self._native.found()[1]
+
+    @property
+    def std_errors(self) -> dict[str, float] | None:
+        """Their standard errors; none where the law does not know them."""
+        return self._native.found()[2]
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """The names of the estimates at a bound."""
+        return self._native.found()[3]
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name} = {value:.6g}" for name, value in self.estimates.items())
+        return f"Identifier after {self.samples} samples: {numbers}"
