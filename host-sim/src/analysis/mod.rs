@@ -12,4 +12,4 @@ mod whole_record;
 pub use crate::verdict::Status;
 pub(crate) use sensor_noise::NoiseMeter;
 pub use statistics::Statistics;
-pub use summary::Summariser;
+pub use summary::{FoundServo, Summariser};

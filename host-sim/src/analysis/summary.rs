@@ -1,6 +1,7 @@
 //! The summary of an experiment, gathered sample by sample.
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
+use identifier_core::settings::TermSettings;
 
 use crate::verdict::{Motion, Status, Verdict};
 
@@ -48,6 +49,19 @@ pub struct Summariser {
     outside_b: Option<f64>,
     end: f64,
     prediction: Option<f64>,
+    /// Of a law that fits the whole record, once it has.
+    whole: Option<WholeRecord>,
+}
+
+/// The servo that the fit of a whole record found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundServo {
+    /// The four parameters, SI.
+    pub servo: ServoParameters,
+    /// Sizes of its terms, SI.
+    pub terms: Vec<TermEstimate>,
+    /// What is declared of the terms, and what was found: current loop, velocity, order.
+    pub settings: TermSettings,
 }
 
 impl Summariser {
@@ -88,6 +102,7 @@ impl Summariser {
             outside_b: None,
             end: 0.0,
             prediction: None,
+            whole: None,
         }
     }
 
@@ -130,6 +145,7 @@ impl Summariser {
     /// The next pass over a log begins: its end is what is judged.
     pub fn begin_pass(&mut self) {
         self.stretch.clear();
+        self.whole = None;
         self.last_position = None;
     }
 
@@ -171,13 +187,30 @@ impl Summariser {
         }
     }
 
+    /// The servo of the whole record, of a law that fits it at its end; none of another, or where nothing explains it.
+    pub fn fit_record(&mut self, scenario: &Scenario) -> Option<FoundServo> {
+        if !scenario.identifier.law.takes_whole_record() {
+            return None;
+        }
+        if self.whole.is_none() {
+            let samples = self.stretch.samples();
+            self.whole = WholeRecord::identify(scenario, samples);
+        }
+        self.whole.as_ref().map(|whole| FoundServo {
+            servo: whole.servo,
+            terms: whole.terms.clone(),
+            settings: whole.settings,
+        })
+    }
+
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(mut self, scenario: &Scenario, mut outcome: Outcome) -> Summary {
         let is_whole = scenario.identifier.law.takes_whole_record();
-        let whole = (is_whole && outcome.abort.is_none())
-            .then(|| WholeRecord::identify(scenario, self.stretch.samples()))
-            .flatten();
+        if outcome.abort.is_none() {
+            let _ = self.fit_record(scenario);
+        }
+        let whole = self.whole.take();
         if let Some(whole) = &whole {
             self.take(whole);
             outcome.terms.clone_from(&whole.terms);

@@ -2,6 +2,7 @@
 
 use identifier_core::identification::{Effect, Values};
 use identifier_core::parameters::{Quantity, ServoParameters, Terms, Unknown};
+use identifier_core::settings::TermSettings;
 
 use super::batch::Scales;
 use super::stretch::Kept;
@@ -19,6 +20,8 @@ pub(super) struct WholeRecord {
     pub(super) std_errors: ServoParameters,
     /// Sizes of the effects that are terms of the model.
     pub(super) terms: Vec<TermEstimate>,
+    /// What is declared of them, and what was found.
+    pub(super) settings: TermSettings,
     pub(super) evidence: FitEvidence,
     /// Deviation of the sensor's noise, counts.
     pub(super) noise: f64,
@@ -76,7 +79,7 @@ impl WholeRecord {
                 max_effects: MAX_EFFECTS,
             },
         )?;
-        Some(scale.in_si(&found, fitted))
+        Some(scale.in_si(&found, terms, fitted))
     }
 }
 
@@ -106,7 +109,7 @@ struct Scale {
 }
 
 impl Scale {
-    fn in_si(&self, found: &Identified, samples: u64) -> WholeRecord {
+    fn in_si(&self, found: &Identified, declared: &TermSettings, samples: u64) -> WholeRecord {
         let value = |effect: Effect| found.values.get(effect) * self.of(effect);
         let std_error = |effect: Effect| {
             let own = found.estimated.iter().find(|(one, _)| *one == effect);
@@ -154,6 +157,12 @@ impl Scale {
             servo,
             std_errors: four(&std_error),
             terms: terms.collect(),
+            settings: TermSettings {
+                current_loop: value(Effect::CurrentLoop),
+                low_speed_velocity: Some(value(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
+                ripple_order: Some(found.values.order),
+                ..*declared
+            },
             evidence: FitEvidence {
                 profile: found.profile,
                 condition: found.condition,

@@ -10,8 +10,13 @@ use crate::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The log, a file, .csv, .csv.gz or .mcap, with the measured position and the command that acted.
-    log: PathBuf,
+    /// The log, a file, .csv, .csv.gz or .mcap, with the measured position and the command that acted. Several logs, all
+    /// of one servo and with the same columns, under any controller each, are identified together.
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// A further log of the servo that the estimates must predict; it does not enter them. May be repeated.
+    #[arg(long, value_name = "LOG", help_heading = None)]
+    predict: Vec<PathBuf>,
     #[command(flatten, next_help_heading = "What the log does not show")]
     stated: Stated,
     /// Write the scenario with which `replay` gives the same result; `-` is standard output.
@@ -24,7 +29,15 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let Arguments { log, outputs, .. } = arguments;
+    let Arguments {
+        logs,
+        predict,
+        outputs,
+        ..
+    } = arguments;
+    let log = logs
+        .first()
+        .ok_or_else(|| Fault::Input("no log".to_owned()))?;
     let recognised = recognised(log, arguments.stated.clone(), &Asker::at_terminal())?;
     let file = match &arguments.save_scenario {
         Some(file) => file.display().to_string(),
@@ -40,8 +53,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     };
     let status = Replay {
         scenario: &scenario,
-        logs: std::slice::from_ref(log),
-        predict: &[],
+        logs,
+        predict,
         passes: 1,
         introduction: Some(&introduction),
     }

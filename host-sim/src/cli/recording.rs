@@ -7,7 +7,7 @@ use super::output::Results;
 use super::output_file::Output;
 use super::progress::Progress;
 use super::streamed::Streamed;
-use crate::analysis::{Status, Summariser};
+use crate::analysis::{FoundServo, Status, Summariser};
 use crate::csv::Rows;
 use crate::experiment::{Outcome, Sample};
 use crate::log::mcap::{Recorder, trace};
@@ -95,6 +95,11 @@ impl<'a> Recording<'a> {
         if let Some(traces) = &mut self.traces {
             *traces = ExperimentTraces::default();
         }
+    }
+
+    /// The servo that the fit of the whole record finds, of a law that makes one.
+    pub(super) fn fit_record(&mut self) -> Option<FoundServo> {
+        self.summariser.fit_record(self.scenario)
     }
 
     /// The estimates predicted a log that did not enter them with this relative error.

@@ -114,7 +114,7 @@ impl Replay<'_> {
         let duration = f64::from(passes) * length;
         let mut recording = Recording::new(title, &scenario, duration, passes, &mut results);
         let mut pass_shown = 0;
-        let replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
+        let mut replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
             if pass != pass_shown {
                 recording.begin_pass();
                 pass_shown = pass;
@@ -123,7 +123,18 @@ impl Replay<'_> {
         })
         .map_err(of_replay)?;
         let mut predictions = Vec::new();
-        if replayed.outcome.abort.is_none() {
+        let is_whole = scenario.identifier.law.takes_whole_record();
+        let mut is_known = replayed.outcome.abort.is_none();
+        if is_known && is_whole && !predicted.is_empty() {
+            let found = recording.fit_record();
+            is_known = found.is_some();
+            if let Some(found) = found {
+                replayed.estimates = found.servo;
+                replayed.outcome.terms = found.terms;
+                replayed.term_settings = found.settings;
+            }
+        }
+        if is_known {
             for log in predicted {
                 let seen = is_among(learnt, log);
                 let predicted = predict::predict(&scenario, &replayed, log).map_err(of_replay)?;

@@ -45,7 +45,7 @@ pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predi
     let servo = FrozenServo::new(&found.estimates, scenario.sample_time())
         .map_err(|error| scenario.fault(&error.into()))?
         .with_terms(
-            &scenario.stated.identifier.terms,
+            &found.term_settings,
             terms.map(|term| (term.unknown, term.value)),
         );
     let open_loop = open_loop(&servo, &play)?;

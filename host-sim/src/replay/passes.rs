@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::SettingsError;
+use identifier_core::settings::{SettingsError, TermSettings};
 
 use super::Agreement;
 use super::declared::Declared;
@@ -24,6 +24,8 @@ pub struct Replayed {
     pub agreement: Option<Agreement>,
     /// The estimates at the end, SI.
     pub estimates: ServoParameters,
+    /// What is declared of the terms; a fit of the whole record adds what it found.
+    pub term_settings: TermSettings,
 }
 
 /// Why a log cannot be replayed with a scenario.
@@ -200,6 +202,7 @@ fn run<V: VelocityEstimate<f64>>(
         outcome,
         agreement: declared.and_then(|declared| declared.agreement()),
         estimates: identifier.estimates(),
+        term_settings: scenario.stated.identifier.terms,
     })
 }
 

@@ -17,14 +17,24 @@ fn log(folder: &Path, seed: u32, sample_time: f64) -> PathBuf {
 
 /// The same of a servo with effects.
 pub(crate) fn log_of(folder: &Path, seed: u32, sample_time: f64, effects: &str) -> PathBuf {
+    log_under(CONTROLLER, folder, seed, sample_time, effects)
+}
+
+/// The same under a controller.
+fn log_under(
+    controller: &str,
+    folder: &Path,
+    seed: u32,
+    sample_time: f64,
+    effects: &str,
+) -> PathBuf {
     let scenario = folder.join(format!("run-{seed}.toml"));
-    let text = format!(
-        "{PLANT}{effects}{}[run]\nduration = 4.0\n[excitation]\nseed = {seed}\n",
-        CONTROLLER.replace(
-            "ki = 4.0",
-            &format!("ki = 4.0\nsample_time = {sample_time}")
-        )
+    let controller = controller.replace(
+        "[controller]",
+        &format!("[controller]\nsample_time = {sample_time}"),
     );
+    let text =
+        format!("{PLANT}{effects}{controller}[run]\nduration = 4.0\n[excitation]\nseed = {seed}\n");
     std::fs::write(&scenario, text).expect("written");
     let log = folder.join(format!("{seed}.csv"));
     let [run, csv] = [&scenario, &log].map(|path| argument(path));
@@ -101,6 +111,46 @@ fn a_servo_identified_from_two_logs_predicts_a_third() {
             "{name}: {worse}, {closed}"
         );
     }
+}
+
+/// One fit to two logs, each under a controller of its own which is not declared, with an amplifier that is not either.
+#[test]
+fn a_fit_of_two_logs_predicts_a_third_with_what_it_found() {
+    const EFFECTS: &str = "current_loop = 0.004\n";
+    let folder = folder("predict-fit");
+    let softer = CONTROLLER
+        .replace("kp = 9.0", "kp = 4.0")
+        .replace("kd = 0.19", "kd = 0.12");
+    let a = log_of(&folder, 1, 1e-3, EFFECTS);
+    let b = log_under(&softer, &folder, 2, 1e-3, EFFECTS);
+    let c = log_of(&folder, 3, 1e-3, EFFECTS);
+    let path = scenario(&folder, "", "");
+    let text = std::fs::read_to_string(&path).expect("it was written");
+    std::fs::write(&path, text.replace("gauss-newton", "fit")).expect("written");
+    let found = result(&[&a, &b], &[&c], &path);
+    assert_eq!(found["fit"]["samples"], 8000, "{found}");
+    assert_eq!(found["status"], "converged", "{found}");
+    let of_b = number(&found["estimates"]["b"]["value"]);
+    assert!((of_b / 257.7 - 1.0).abs() < 2e-3, "{found}");
+    let count = std::f64::consts::TAU / 10_000.0;
+    let third = &found["predictions"][0]["open_loop"];
+    assert!(number(&third["rms"]) < 3.0 * count, "{third}");
+    // The same by the verb that needs no scenario.
+    let [a, b, c] = [&a, &b, &c].map(|path| argument(path));
+    let identified = printed_json(&servo_id(&[
+        "identify",
+        &a,
+        &b,
+        "--predict",
+        &c,
+        "--counts-per-rev",
+        "10000",
+        "--json",
+        "-",
+    ]));
+    assert_eq!(identified["fit"]["samples"], 8000, "{identified}");
+    let again = &identified["predictions"][0]["open_loop"];
+    assert!(number(&again["rms"]) < 3.0 * count, "{again}");
 }
 
 #[test]
