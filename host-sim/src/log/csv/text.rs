@@ -93,6 +93,7 @@ impl<R: BufRead> Uncommented<R> {
     fn advance(&mut self) -> io::Result<bool> {
         const MARK: &[u8] = b"\xef\xbb\xbf";
         self.line.clear();
+        self.given = 0;
         let end = loop {
             let bytes = self.inner.fill_buf()?;
             let end = memchr::memchr2(b'\n', b'\r', bytes);
@@ -190,5 +191,14 @@ mod tests {
         }
         assert_eq!(read(b"a\rb\r\rc", 4), "a\nb\n\nc\n");
         assert_eq!(read(b"", 4), "");
+    }
+
+    #[test]
+    fn the_end_stays_the_end() {
+        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(b"1,2".to_vec())), false);
+        let mut all = Vec::new();
+        reader.read_to_end(&mut all).expect("within bounds");
+        // A reader of columns asks again behind a quotation mark that is not closed.
+        assert_eq!(reader.read(&mut [0; 4]).expect("the end"), 0);
     }
 }

@@ -1,0 +1,123 @@
+//! Samples of any numbers: estimates are finite and within their bounds, a refused sample leaves the state alone.
+
+#![no_main]
+
+use std::sync::LazyLock;
+
+use arbitrary::Arbitrary;
+use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
+};
+use identifier_core::measurement::LowPass;
+use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
+use identifier_core::{ControllerSettings, Settings};
+use libfuzzer_sys::fuzz_target;
+
+/// Most samples of an execution.
+const MAX_SAMPLES: usize = 64;
+
+/// Passes of the work between two samples, so that fits are in it.
+const WORK: u32 = 100;
+
+type Gradient = GradientIdentifier<f32, LowPass<f32>, AbCoulombLoad, 4>;
+type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 32>;
+type Window = WindowIdentifier<f32, AbCoulombLoad, 4, 32>;
+type Fixed = FixedGradientIdentifier<LowPass<Word>, AbCoulombLoad, 4>;
+
+#[derive(Debug, Arbitrary)]
+enum Law {
+    Gradient,
+    GaussNewton,
+    Window,
+    Fixed,
+}
+
+#[derive(Debug, Arbitrary)]
+struct Samples {
+    law: Law,
+    /// Increment, position units, and command.
+    samples: Vec<[f32; 2]>,
+}
+
+/// A loop that is certified.
+fn settings() -> Settings {
+    let mut settings = Settings {
+        resolution: 6e-4,
+        cutoff: 500.0,
+        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+        ..Settings::new(1e-3, 1.0)
+    };
+    let identifier = &mut settings.identifier;
+    identifier.plant_box = Some(BoxSettings {
+        a: [0.0, 50.0],
+        b: [110.0, 1000.0],
+    });
+    identifier.initial.a = Some(0.0);
+    identifier.initial.b = Some(200.0);
+    identifier.bounds.a = Some([0.0, 100.0]);
+    identifier.bounds.b = Some([5.0, 5000.0]);
+    identifier.bounds.coulomb = Some([0.0, 100.0]);
+    identifier.bounds.load = Some([-100.0, 100.0]);
+    identifier.gamma = Some(diagonal([20.0, 3000.0, 20.0, 20.0]));
+    identifier.start_time = Some(32.0 * settings.sample_time);
+    settings
+}
+
+fn built<T: FromSettings>() -> T {
+    let built = settings().build();
+    built.unwrap_or_else(|error| panic!("the settings are sound: {error}"))
+}
+
+fn is_finite(found: ServoParameters) -> bool {
+    let ServoParameters {
+        a,
+        b,
+        coulomb,
+        load,
+    } = found;
+    [a, b, coulomb, load].iter().all(|value| value.is_finite())
+}
+
+fn run<N: Copy, I: Identify<N>>(identifier: &I, samples: &[[f32; 2]], number: impl Fn(f32) -> N) {
+    let mut state = identifier.start();
+    for &[increment, command] in samples {
+        let before = identifier.estimates(&state);
+        let learnt = identifier.learn(&mut state, number(increment), number(command));
+        if learnt.is_err() {
+            assert_eq!(
+                identifier.estimates(&state),
+                before,
+                "a refused sample changed the estimates"
+            );
+        }
+        identifier.work(&mut state, WORK);
+        let found = identifier.estimates(&state);
+        assert!(is_finite(found), "{found:?}");
+        assert!(
+            (-1e-3..=100.1).contains(&found.a) && (4.99..=5000.1).contains(&found.b),
+            "{found:?}"
+        );
+        if let Some(errors) = identifier.standard_errors(&state) {
+            assert!(is_finite(errors), "{errors:?}");
+        }
+    }
+}
+
+static GRADIENT: LazyLock<Gradient> = LazyLock::new(built);
+static GAUSS_NEWTON: LazyLock<GaussNewton> = LazyLock::new(built);
+static WINDOW: LazyLock<Window> = LazyLock::new(built);
+static FIXED: LazyLock<Fixed> = LazyLock::new(built);
+
+fuzz_target!(|input: Samples| {
+    let samples = &input.samples[..input.samples.len().min(MAX_SAMPLES)];
+    match input.law {
+        Law::Gradient => run(&*GRADIENT, samples, |number| number),
+        Law::GaussNewton => run(&*GAUSS_NEWTON, samples, |number| number),
+        Law::Window => run(&*WINDOW, samples, |number| number),
+        Law::Fixed => run(&*FIXED, samples, |number| {
+            Word::from_bits(number.to_bits().cast_signed())
+        }),
+    }
+});

@@ -1,0 +1,22 @@
+//! Bytes of any value on the drive's line: a message or an error per frame, and a message is the same when framed again.
+
+#![no_main]
+
+use drive_link::{Receiver, Request, frame};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut receiver = Receiver::new();
+    for &byte in bytes {
+        let Some(Ok(request)) = receiver.take_request(byte) else {
+            continue;
+        };
+        let framed = frame(&request).expect("a message that was received fits");
+        let mut again = Receiver::new();
+        let taken = framed.iter().find_map(|&byte| again.take::<Request>(byte));
+        let taken = taken
+            .expect("a frame is whole")
+            .expect("a frame is undamaged");
+        assert_eq!(format!("{taken:?}"), format!("{request:?}"));
+    }
+});
