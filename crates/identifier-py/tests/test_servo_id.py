@@ -193,6 +193,8 @@ class Identification(unittest.TestCase):
         jumbled = dict(frames, episode_index=rows * 0)
         with self.assertRaisesRegex(ValueError, "time"):
             servo_id.identify_joints(jumbled, inner=inner)
+        with self.assertRaisesRegex(ValueError, "400 episodes: pass 101"):
+            servo_id.identify_joints(dict(frames, episode_index=rows // 20), inner=inner)
         with self.assertRaisesRegex(ValueError, "inner="):
             servo_id.identify_joints(frames)
         with self.assertRaisesRegex(ValueError, "the frames have no timestamp"):

@@ -83,7 +83,7 @@ def identify_joints(
     """
     if _frames.is_frames(log):
         log, between_episodes = _frames.log_of(log)
-        stated = {"cut": between_episodes, **stated}
+        stated = {"cut": between_episodes, **stated} if between_episodes else stated
     wide = {name: np.asarray(column, dtype=np.float64) for name, column in log.items()}
     counts = {name: column.shape[1] for name, column in wide.items() if column.ndim == 2}
     if len(set(counts.values())) != 1:

@@ -13,6 +13,9 @@ _EPISODE = "episode_index"
 _PAUSE = 1.0
 """Time between two episodes in the log, s, which is left out: nothing is carried over from one to the next."""
 
+_MAX_BREAKS = 100
+"""As of ``log.cut``."""
+
 
 def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[float]]]:
     """The log of frames with a column ``observation.state`` (frames × joints), ``action`` alike, ``timestamp`` (s, of the
@@ -35,6 +38,8 @@ def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[f
         last = time[begin - 1]
         time[begin:] += last + _PAUSE - time[begin]
         cut.append([last + 0.25 * _PAUSE, last + 0.75 * _PAUSE])
+    if len(cut) > _MAX_BREAKS:
+        raise ValueError(f"the frames have {len(cut) + 1} episodes: pass {_MAX_BREAKS + 1} of them or fewer")
     return {"time": time, "position": position, "goal": goal}, cut
 
 
