@@ -5,6 +5,26 @@ use std::process::{Child, Command, Stdio};
 
 use serde_json::{Value, json};
 
+/// A driver with the port that it listens on; none if it has ended without one.
+fn with_port(mut driver: Child) -> Option<(Child, String)> {
+    let mut lines = BufReader::new(driver.stdout.take().expect("it is piped")).lines();
+    let port = lines.find_map(|line| {
+        let line = line.expect("the driver prints its port");
+        let port = line
+            .split("on port ")
+            .nth(1)?
+            .trim_end_matches('.')
+            .to_owned();
+        line.contains("started successfully").then_some(port)
+    });
+    // Later output is discarded, but must be read.
+    std::thread::spawn(move || lines.for_each(drop));
+    if port.is_none() {
+        let _ = driver.wait();
+    }
+    Some((driver, port?))
+}
+
 /// A browser with one page.
 pub(crate) struct Browser {
     driver: Child,
@@ -14,35 +34,30 @@ pub(crate) struct Browser {
 impl Browser {
     /// A browser; `None` where none is installed: the test then reports itself as skipped. CI must have one.
     pub(crate) fn start() -> Option<Self> {
-        let driver = Command::new("chromedriver")
-            .arg("--port=0")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn();
-        let Ok(mut driver) = driver else {
-            let missing = "no browser: install the packages chromium and chromium-driver";
-            assert!(std::env::var_os("CI").is_none(), "{missing}");
-            // Past the capture of the output of tests that pass.
-            let line = format!("\nskipped: {missing}\n");
-            let _ = std::io::stderr().write_all(line.as_bytes());
-            return None;
-        };
-        let mut lines = BufReader::new(driver.stdout.take().expect("it is piped")).lines();
-        let port = lines.find_map(|line| {
-            let line = line.expect("the driver prints its port");
-            let port = line
-                .split("on port ")
-                .nth(1)?
-                .trim_end_matches('.')
-                .to_owned();
-            line.contains("started successfully").then_some(port)
-        });
-        // Later output is discarded, but must be read.
-        std::thread::spawn(move || lines.for_each(drop));
-        let server = format!(
-            "http://127.0.0.1:{}/session",
-            port.expect("the driver started")
-        );
+        /// Drivers that are started at once may find the same port free, and all but one of them end.
+        const ATTEMPTS: usize = 5;
+        let mut started = None;
+        for _ in 0..ATTEMPTS {
+            let Ok(driver) = Command::new("chromedriver")
+                .arg("--port=0")
+                .stdout(Stdio::piped())
+                .stderr(Stdio::null())
+                .spawn()
+            else {
+                let missing = "no browser: install the packages chromium and chromium-driver";
+                assert!(std::env::var_os("CI").is_none(), "{missing}");
+                // Past the capture of the output of tests that pass.
+                let line = format!("\nskipped: {missing}\n");
+                let _ = std::io::stderr().write_all(line.as_bytes());
+                return None;
+            };
+            started = with_port(driver);
+            if started.is_some() {
+                break;
+            }
+        }
+        let (driver, port) = started.expect("a driver started");
+        let server = format!("http://127.0.0.1:{port}/session");
         // Root, as CI is, has no sandbox; only pages of our own are opened.
         let wanted = json!({ "capabilities": { "alwaysMatch": {
             "browserName": "chrome",
