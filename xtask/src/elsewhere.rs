@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use crate::elf::Elf;
 use crate::{budget, emulator, firmware};
 
 /// Each is a workspace of its own in the folder of its name: one with this project's PID, and one with a
@@ -34,11 +35,62 @@ const ON_SYSTEMS: [&str; 2] = ["own-embassy", "own-rtic"];
 pub(crate) fn check_on_systems() -> Result<(), String> {
     let (_, target, _) = COUNTS;
     for name in ON_SYSTEMS {
-        emulator::run(emulator::BOARD, &build(name, target, &[])?)?;
+        emulator::run(emulator::BOARD, &build(name, target, &[], &[])?)?;
         println!(
             "{name}, {target}: builds, and finds its servo on an emulated {}",
             emulator::BOARD
         );
+    }
+    Ok(())
+}
+
+/// The example whose loop is constants.
+const OF_CONSTANTS: &str = "own-constants";
+
+/// Its loops: features, and the most flash that each may take at either optimiser level, bytes, where there is a bound.
+const LOOPS: [(&[&str], Option<u64>); 5] = [
+    (&[], Some(4096)),
+    (&["friction"], None),
+    (&["fixed-point"], Some(4096)),
+    (&["fixed-point", "friction"], None),
+    (&["gauss-newton"], Some(12_288)),
+];
+
+/// Checks that a loop of constants has the bits of the one that the chip builds itself, and prints the flash that each
+/// takes.
+pub(crate) fn check_constants() -> Result<(), String> {
+    let (_, target, _) = COUNTS;
+    for (features, _) in LOOPS {
+        let compared = [features, &["compare"]].concat();
+        emulator::run(
+            emulator::BOARD,
+            &build(OF_CONSTANTS, target, &compared, &[])?,
+        )?;
+    }
+    println!(
+        "flash of the loop alone, bytes: as constants at 3 and \"s\", built by the chip at 3 and \"s\""
+    );
+    for (features, bound) in LOOPS {
+        let mut row = Vec::new();
+        for own in [&[][..], &["built"]] {
+            for level in ["3", "\"s\""] {
+                let level = format!("profile.release.opt-level={level}");
+                let flash = |features: &[&str]| {
+                    let binary = build(OF_CONSTANTS, target, features, &["--config", &level])?;
+                    Elf::read(&binary).map(|read| read.flash)
+                };
+                row.push(flash(&[features, own].concat())?.saturating_sub(flash(&["empty"])?));
+            }
+        }
+        let name = [&["loop"], features].concat().join(", ");
+        if let (Some(bound), [at_3, at_s, ..]) = (bound, &row[..])
+            && (*at_3).max(*at_s) > bound
+        {
+            return Err(format!(
+                "{name}: {at_3} and {at_s} bytes, at most {bound} are allowed"
+            ));
+        }
+        println!("{name}: {row:?}");
     }
     Ok(())
 }
@@ -56,7 +108,7 @@ fn count() -> Result<(), String> {
     let accepted = *budget
         .get(figure)
         .ok_or_else(|| format!("the budget has no {figure}"))?;
-    let binary = build(name, target, &["count"])?;
+    let binary = build(name, target, &["count"], &[])?;
     let printed = emulator::run(emulator::BOARD, &binary)?;
     let counted: u64 = printed
         .trim()
@@ -74,7 +126,7 @@ fn count() -> Result<(), String> {
 
 fn check_one(name: &str) -> Result<(), String> {
     for (target, board) in TARGETS {
-        let binary = build(name, target, &[])?;
+        let binary = build(name, target, &[], &[])?;
         let Some(board) = board else {
             println!("{name}, {target}: builds");
             continue;
@@ -86,7 +138,7 @@ fn check_one(name: &str) -> Result<(), String> {
 }
 
 /// Builds one and returns its binary.
-fn build(name: &str, target: &str, features: &[&str]) -> Result<PathBuf, String> {
+fn build(name: &str, target: &str, features: &[&str], more: &[&str]) -> Result<PathBuf, String> {
     let folder = firmware::root().join("examples").join(name);
-    Ok(firmware::build_example(&folder, target, features)?.join(name))
+    Ok(firmware::build_example(&folder, target, features, more)?.join(name))
 }

@@ -88,9 +88,11 @@ pub(crate) fn build_example(
     folder: &Path,
     target: &str,
     features: &[&str],
+    more: &[&str],
 ) -> Result<PathBuf, String> {
     let features = format!("--features={}", features.join(","));
-    release(folder, &["--target", target, &features])?;
+    let what = [&["--target", target, &features], more].concat();
+    release(folder, &what)?;
     Ok(built().join(target).join("release"))
 }
 

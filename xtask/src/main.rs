@@ -81,8 +81,11 @@ enum Verb {
     /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
     Elsewhere {
         /// In their place those on embassy and RTIC, on one core and an emulated board.
-        #[arg(long)]
+        #[arg(long, conflicts_with = "constants")]
         systems: bool,
+        /// In their place the one whose loop is constants: its bits on an emulated board, and its flash.
+        #[arg(long)]
+        constants: bool,
     },
     /// Build the playground: one page that runs the core and the virtual servo in a browser, from a file, without a
     /// server.
@@ -109,8 +112,11 @@ fn main() -> ExitCode {
         Verb::Interrupt { choice } => interrupt::print(choice),
         Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),
         Verb::Lead => lead::check(),
-        Verb::Elsewhere { systems: false } => elsewhere::check(),
-        Verb::Elsewhere { systems: true } => elsewhere::check_on_systems(),
+        Verb::Elsewhere { systems: true, .. } => elsewhere::check_on_systems(),
+        Verb::Elsewhere {
+            constants: true, ..
+        } => elsewhere::check_constants(),
+        Verb::Elsewhere { .. } => elsewhere::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Playground { out } => {
             playground::build(&out.unwrap_or_else(playground::usual_folder))

@@ -5,14 +5,14 @@
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
+use fuzz::certified;
 use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
-use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::settings::FromSettings;
 use libfuzzer_sys::fuzz_target;
 
 /// Most samples of an execution.
@@ -41,32 +41,8 @@ struct Samples {
     samples: Vec<[f32; 2]>,
 }
 
-/// A loop that is certified.
-fn settings() -> Settings {
-    let mut settings = Settings {
-        resolution: 6e-4,
-        cutoff: 500.0,
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-        ..Settings::new(1e-3, 1.0)
-    };
-    let identifier = &mut settings.identifier;
-    identifier.plant_box = Some(BoxSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
-    identifier.initial.a = Some(0.0);
-    identifier.initial.b = Some(200.0);
-    identifier.bounds.a = Some([0.0, 100.0]);
-    identifier.bounds.b = Some([5.0, 5000.0]);
-    identifier.bounds.coulomb = Some([0.0, 100.0]);
-    identifier.bounds.load = Some([-100.0, 100.0]);
-    identifier.gamma = Some(diagonal([20.0, 3000.0, 20.0, 20.0]));
-    identifier.start_time = Some(32.0 * settings.sample_time);
-    settings
-}
-
 fn built<T: FromSettings>() -> T {
-    let built = settings().build();
+    let built = certified().build();
     built.unwrap_or_else(|error| panic!("the settings are sound: {error}"))
 }
 
