@@ -249,7 +249,7 @@ pub(crate) fn above_zero(parameter: &'static str, value: f64) -> Result<f64, Sca
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     const SERVO: Ratios = Ratios {
@@ -260,7 +260,7 @@ mod tests {
         is_linear: false,
     };
 
-    fn assert_close(quantity: Quantity, value: f64, error: f64) {
+    pub(crate) fn assert_close(quantity: Quantity, value: f64, error: f64) {
         let Quantity {
             value: found,
             std_error,

@@ -129,7 +129,7 @@ impl Firmware {
         } else {
             own.to_owned()
         };
-        let what = match (self.has_loop, self.has_servo) {
+        let contents = match (self.has_loop, self.has_servo) {
             (true, false) => "The loop",
             (false, false) => "The identifier",
             (true, true) => "The loop, and the servo that its identifier starts from",
@@ -138,7 +138,7 @@ impl Firmware {
         let [a, b, coulomb, load] = self.si.map(|unit| unit as f32);
         let _ = write!(
             text,
-            "\n/// The type of the configuration.\npub type {own} = {};\n\n/// {what}.\npub const {name}: \
+            "\n/// The type of the configuration.\npub type {own} = {};\n\n/// {contents}.\npub const {name}: \
              ::identifier_core::constants::Constants<{built}> =\n    \
              match ::identifier_core::constants::Constants::new(&[\n{}    ]) {{\n        \
              Ok(constants) => constants,\n        Err(error) => panic!(\"{{}}\", error.remedy()),\n    }};\n\n\

@@ -345,6 +345,7 @@ impl Joint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physical::tests::assert_close;
 
     const RESULT: &str = r#"{
         "law": "fit", "status": "converged", "reason": "", "sample_time": 0.001,
@@ -360,17 +361,6 @@ mod tests {
     fn joint(scale: Scale, links: f64) -> Result<Joint, ExportError> {
         let identified = Identified::read(RESULT, Some(5.0)).expect("a result");
         identified.joint("elbow", scale, links)
-    }
-
-    fn assert_close(quantity: Quantity, value: f64, error: f64) {
-        let Quantity {
-            value: found,
-            std_error,
-            ..
-        } = quantity;
-        assert!((found - value).abs() < 1e-12 * value.abs(), "{quantity:?}");
-        let is_close = std_error.is_some_and(|found| (found - error).abs() < 1e-12);
-        assert!(is_close, "{quantity:?}");
     }
 
     #[test]
