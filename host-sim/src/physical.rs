@@ -121,19 +121,19 @@ const ROTARY: [&str; 5] = ["kg·m²", "N·m", "N·m·s/rad", "V·s/rad", "V·s²
 const LINEAR: [&str; 5] = ["kg", "N", "N·s/m", "V·s/m", "V·s²/m"];
 
 impl Scale {
-    /// The inertia and the torque of a unit of command for a gain b.
+    /// The inertia and the torque of a unit of command for a gain b; the error of a stated one is zero.
     fn of_gain(self, (b, b_error): Known) -> Result<(Known, Known), ScaleError> {
         Ok(match self {
             Self::TorqueConstant(constant) => {
                 let constant = above_zero("torque-constant", constant)?;
                 let inertia = constant / b;
                 let error = b_error.map(|error| inertia * error / b);
-                ((inertia, error), (constant, None))
+                ((inertia, error), (constant, Some(0.0)))
             }
             Self::Inertia(inertia) => {
                 let inertia = above_zero("inertia", inertia)?;
                 let error = b_error.map(|error| inertia * error);
-                ((inertia, None), (inertia * b, error))
+                ((inertia, Some(0.0)), (inertia * b, error))
             }
             Self::Payload {
                 inertia: payload,
@@ -160,7 +160,7 @@ impl Scale {
                     (b * inertia, both(bare_gain * bare_gain, b * b)),
                 )
             }
-            Self::Ratios => ((1.0, None), (b, b_error)),
+            Self::Ratios => ((1.0, Some(0.0)), (b, b_error)),
         })
     }
 }
@@ -180,9 +180,9 @@ impl Ratios {
         let [of_inertia, of_torque, of_friction, ..] = self.units();
         let torque = |(value, error): Known, unit| Quantity {
             value: value * inertia.0,
-            std_error: error.map(|error| {
-                (error * inertia.0).hypot(of_zero(value, inertia.1.unwrap_or_default()))
-            }),
+            std_error: error
+                .zip(inertia.1)
+                .map(|(error, of_inertia)| (error * inertia.0).hypot(of_zero(value, of_inertia))),
             unit,
         };
         Ok(Physical {
@@ -227,10 +227,11 @@ fn of_zero(value: f64, error: f64) -> f64 {
     }
 }
 
+/// A stated quantity has no standard error.
 fn quantity((value, std_error): Known, unit: &'static str) -> Quantity {
     Quantity {
         value,
-        std_error,
+        std_error: std_error.filter(|&error| error > 0.0),
         unit,
     }
 }
@@ -350,6 +351,22 @@ pub(crate) mod tests {
         assert_eq!(servo.load, None);
         assert_eq!(servo.viscous.std_error, Some(f64::INFINITY));
         assert_eq!(servo.torque_constant.std_error, None);
+        let of_unknown_gain = Ratios {
+            b: (200.0, None),
+            ..SERVO
+        };
+        let servo = of_unknown_gain
+            .scaled(Scale::TorqueConstant(0.4))
+            .expect("allowed");
+        let all = [
+            Some(servo.inertia),
+            Some(servo.viscous),
+            servo.coulomb,
+            servo.load,
+        ];
+        for scaled in all {
+            assert_eq!(scaled.expect("estimated").std_error, None);
+        }
     }
 
     #[test]

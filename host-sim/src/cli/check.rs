@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut files = Files::reading(&[&arguments.scenario], arguments.force);
     let json = files.output(arguments.json.as_deref())?;
     let result =
-        check::check(&scenario).map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+        check::check(&scenario).map_err(|fault| Fault::of_file(&arguments.scenario, fault))?;
     files::commit([json.map(|json| json.document(&result))])?;
     if !files.own_standard_output() {
         let title = call::title("Check of", &arguments.scenario);

@@ -37,7 +37,7 @@ pub(super) fn experiment(
 ) -> Result<(), Fault> {
     let scenario = text.scenario(Purpose::Commission)?;
     let file = Path::new(&text.file);
-    let of_scenario = |fault| Fault::of_scenario(file, fault);
+    let of_scenario = |fault| Fault::of_file(file, fault);
     let origin = Origin::new(Task::Commission, text, &scenario);
     let machine = Commissioning::new(&scenario).map_err(of_scenario)?;
     let mut results = outputs.begin(&[input], origin, kept)?;

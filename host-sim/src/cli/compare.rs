@@ -19,7 +19,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     let results = arguments.documents.begin(&[&arguments.scenario], None)?;
-    let of_scenario = |fault| Fault::of_scenario(&arguments.scenario, fault);
+    let of_scenario = |fault| Fault::of_file(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
     let progress = Progress::of_items(runs as u64, "runs");
     let result = compare::compare(&scenario, &|| progress.advance()).map_err(of_scenario)?;

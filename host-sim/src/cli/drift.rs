@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         )));
     }
     scenario.identifier.arithmetic = Arithmetic::Fixed;
-    let input = |fault: String| Fault::of_scenario(&arguments.scenario, fault);
+    let input = |fault: String| Fault::of_file(&arguments.scenario, fault);
     scenario.buildable().map_err(input)?;
 
     let documents = &arguments.documents;

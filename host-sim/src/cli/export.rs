@@ -1,12 +1,11 @@
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::firmware::FirmwareOptions;
+use super::kept_result;
 use super::standard_output;
 use crate::export::{Format, Identified, Joint, Language};
-use crate::nearest;
 use crate::physical::Scale;
 
 #[derive(Debug, clap::Args)]
@@ -135,7 +134,7 @@ impl Arguments {
     /// The joint of the result at a place.
     fn joint(&self, place: usize) -> Result<Joint, Fault> {
         let path = &self.results[place];
-        let of_result = |fault: &dyn std::fmt::Display| of_file(path, fault);
+        let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(path, fault);
         let identified = read(path, self.limit)?;
         if let Some(doubt) = identified.doubt().filter(|_| !self.accept_unconverged) {
             return Err(of_result(&format!(
@@ -200,14 +199,8 @@ impl Arguments {
 
 /// A result in a file.
 fn read(path: &Path, limit: Option<f64>) -> Result<Identified, Fault> {
-    let text = fs::read_to_string(path)
-        .map_err(|error| nearest::unreadable(path, &error))
-        .map_err(|why| of_file(path, &format!("the result cannot be read: {why}")))?;
-    Identified::read(&text, limit).map_err(|error| of_file(path, &error))
-}
-
-fn of_file(path: &Path, fault: &dyn std::fmt::Display) -> Fault {
-    Fault::Input(format!("{}: {fault}", path.display()))
+    let text = kept_result::text(path)?;
+    Identified::read(&text, limit).map_err(|error| Fault::of_file(path, error))
 }
 
 fn above_zero(text: &str) -> Result<f64, String> {

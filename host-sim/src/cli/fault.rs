@@ -28,8 +28,8 @@ impl Fault {
         }
     }
 
-    /// A fault of a scenario that was read from a file.
-    pub(super) fn of_scenario(file: &Path, fault: impl fmt::Display) -> Self {
+    /// A fault of the content of a file.
+    pub(super) fn of_file(file: &Path, fault: impl fmt::Display) -> Self {
         Self::Input(format!("{}: {fault}", file.display()))
     }
 

@@ -118,7 +118,7 @@ impl Files {
         let unusable = |error: io::Error| Fault::unusable(name.display(), &error);
         let place = Place::follow(name).map_err(unusable)?;
         self.claim(name, &place)
-            .map_err(|why| Fault::Input(format!("{}: {why}", name.display())))?;
+            .map_err(|why| Fault::of_file(name, why))?;
         Output::begin(name, place, self.force).map_err(unusable)
     }
 

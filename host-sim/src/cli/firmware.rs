@@ -1,9 +1,8 @@
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
+use super::kept_result;
 use crate::export::{Firmware, Language};
-use crate::nearest;
 use crate::program;
 use crate::provenance::{Kept, Task};
 use crate::scenario::{Purpose, Scenario};
@@ -29,11 +28,8 @@ impl FirmwareOptions {
         name: &str,
         accept_unconverged: bool,
     ) -> Result<String, Fault> {
-        let of_result =
-            |fault: &dyn std::fmt::Display| Fault::Input(format!("{}: {fault}", result.display()));
-        let text = fs::read_to_string(result)
-            .map_err(|error| nearest::unreadable(result, &error))
-            .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
+        let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(result, fault);
+        let text = kept_result::text(result)?;
         let identified = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
         if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
             return Err(of_result(&format!(

@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
 /// The log, recognised with the answers to all questions.
 fn recognised(log: &Path, mut stated: Stated, asker: &Asker) -> Result<Recognised, Fault> {
-    let refused = |text: &str| in_options(Fault::Input(format!("{}: {text}", log.display())));
+    let refused = |text: &str| in_options(Fault::of_file(log, text));
     loop {
         let questions = match recognise(log, &stated) {
             Ok(recognised) => return Ok(recognised),

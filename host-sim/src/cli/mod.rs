@@ -15,6 +15,7 @@ mod firmware;
 mod identify;
 mod init;
 mod interruption;
+mod kept_result;
 mod keys;
 mod live;
 mod manual;

@@ -85,7 +85,7 @@ impl Replay<'_> {
             introduction,
         } = self;
         let of_replay = |error: ReplayError| match error {
-            ReplayError::Scenario(error) => Fault::of_scenario(Path::new(&text.file), error),
+            ReplayError::Scenario(error) => Fault::of_file(Path::new(&text.file), error),
             ReplayError::Log(error) => Fault::Input(error.to_string()),
         };
         let scenario = text.scenario(Purpose::Replay)?;

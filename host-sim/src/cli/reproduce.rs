@@ -19,7 +19,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let file = &arguments.result;
-    let refused = |error: KeptError| Fault::Input(format!("{}: {error}", file.display()));
+    let refused = |error: KeptError| Fault::of_file(file, error);
     let kept = Kept::read(file).map_err(refused)?;
     if kept.origin.version != crate::VERSION {
         terminal::notify(&format!(

@@ -42,6 +42,6 @@ pub(super) fn experiment(
 
     let mut recording = Recording::new(title, &scenario, scenario.duration, 1, &mut results);
     let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
-        .map_err(|fault| Fault::of_scenario(Path::new(&text.file), fault))?;
+        .map_err(|fault| Fault::of_file(Path::new(&text.file), fault))?;
     recording.conclude(results, outcome, ReplayNotes::default())
 }

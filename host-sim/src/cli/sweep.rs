@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let runs = sweep::sweep(&scenario, 0..arguments.runs, arguments.seed, stop, &|| {
         progress.advance()
     })
-    .map_err(|fault| Fault::of_scenario(&arguments.scenario, fault))?;
+    .map_err(|fault| Fault::of_file(&arguments.scenario, fault))?;
     drop(progress);
     if runs.is_empty() {
         return Err(Fault::Other("stopped before a servo was done".to_owned()));

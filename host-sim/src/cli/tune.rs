@@ -1,4 +1,3 @@
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use identifier_core::error::{Allowed, OutOfRange};
@@ -6,8 +5,8 @@ use identifier_core::tuning::{Goal, TuningError};
 
 use super::call;
 use super::fault::Fault;
+use super::kept_result;
 use super::output::Documents;
-use crate::nearest;
 use crate::present;
 use crate::scenario::{Purpose, Scenario};
 use crate::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
@@ -47,12 +46,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .collect();
     let results = arguments.documents.begin(&inputs, None)?;
 
-    let of_result = |fault: &dyn std::fmt::Display| {
-        Fault::Input(format!("{}: {fault}", arguments.result.display()))
-    };
-    let text = fs::read_to_string(&arguments.result)
-        .map_err(|error| nearest::unreadable(&arguments.result, &error))
-        .map_err(|why| of_result(&format!("the result cannot be read: {why}")))?;
+    let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
+    let text = kept_result::text(&arguments.result)?;
     let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
     let warning = result.doubt.as_ref();
     if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {

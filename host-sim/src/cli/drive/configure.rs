@@ -203,7 +203,7 @@ pub(super) fn with_scenario(
     scenario: &Scenario,
     now: Settings,
 ) -> Result<Settings, Fault> {
-    let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_scenario(file, error))?;
+    let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_file(file, error))?;
     let mut settings = Settings { closed_loop, ..now };
     let (excitation, dither) = (&scenario.excitation, &mut settings.dither);
     match excitation.kind {
@@ -214,7 +214,7 @@ pub(super) fn with_scenario(
         ExcitationKind::None => dither.amplitude = 0.0,
         _ => {
             let fault = "excitation.kind: the drive has \"prbs\" and \"none\"";
-            return Err(Fault::of_scenario(file, fault));
+            return Err(Fault::of_file(file, fault));
         }
     }
     Ok(settings)

@@ -36,7 +36,7 @@ impl Plan {
     /// A scenario that cannot be read, or whose [commission] is refused.
     pub(super) fn read(file: &Path) -> Result<Self, Fault> {
         let scenario = Scenario::load(file, Purpose::Commission)?;
-        let of_scenario = |fault| Fault::of_scenario(file, fault);
+        let of_scenario = |fault| Fault::of_file(file, fault);
         Ok(Self {
             file: file.to_owned(),
             order: scenario.commission_settings().map_err(of_scenario)?,
@@ -75,7 +75,7 @@ impl Plan {
                 let text = format!(
                     "{key} is {wanted} here, and {own} in the drive: `drive configure` changes the drive's"
                 );
-                return Err(Fault::of_scenario(&self.file, text));
+                return Err(Fault::of_file(&self.file, text));
             }
         }
         let gains_before = gains(settings);
@@ -83,7 +83,7 @@ impl Plan {
         planned.command_delay += f64::from(status.command_delay);
         let machine =
             CommissionIsr::<f32>::new(&planned, gains_before.as_ref()).map_err(|error| {
-                Fault::of_scenario(&self.file, self.scenario.fault_of_commission(&error))
+                Fault::of_file(&self.file, self.scenario.fault_of_commission(&error))
             })?;
         Ok(DrivePlan {
             largest_motion: machine.largest_motion(),

@@ -61,7 +61,7 @@ impl Arguments {
             SimulatedDriveError::PortInUse(_) => Fault::Other(error.to_string()),
             SimulatedDriveError::Port(..) => Fault::Input(error.to_string()),
             SimulatedDriveError::Scenario(_) | SimulatedDriveError::Refused(_) => {
-                Fault::of_scenario(&self.scenario, error)
+                Fault::of_file(&self.scenario, error)
             }
         }
     }
