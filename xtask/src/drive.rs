@@ -158,20 +158,12 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
 /// Commissions the drive, and starts a run with the gains found.
 fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<dyn Error>> {
     let order = CommissionSettings {
-        sample_time: closed_loop.core.sample_time,
-        resolution: closed_loop.core.resolution,
-        limits: Limits {
-            travel: [-1.5, 1.5],
-            speed: 40.0,
-            command: [-10.0, 10.0],
-            duration: 1.0,
-            one_way: false,
-        },
-        command_delay: 0.0,
-        max_gain: None,
         goal: Goal::Bandwidth(40.0),
-        max_sensitivity: 1.6,
-        trial_step: None,
+        ..CommissionSettings::new(
+            closed_loop.core.sample_time,
+            closed_loop.core.resolution,
+            Limits::new([-1.5, 1.5], 40.0, [-10.0, 10.0]),
+        )
     };
     drive.commission(&order)?;
     until(drive, State::Released)?;

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use drive_link::{Command, State};
 use host_sim::drive::Client;
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
-use identifier_core::tuning::Goal;
 
 use crate::cycles::{Choice, Cost};
 use crate::firmware;
@@ -199,22 +198,11 @@ fn commission(drive: &mut Client, sample_time: f64) -> Result<(), Box<dyn Error>
     // The emulator's time is not the host's.
     settings.protection.link_timeout = 0.0;
     drive.ask(Command::Configure(settings))?;
-    drive.commission(&CommissionSettings {
+    drive.commission(&CommissionSettings::new(
         sample_time,
         resolution,
-        limits: Limits {
-            travel: [-1.5, 1.5],
-            speed: 40.0,
-            command: [-10.0, 10.0],
-            duration: 1.0,
-            one_way: false,
-        },
-        command_delay: 0.0,
-        max_gain: None,
-        goal: Goal::Stiffest,
-        max_sensitivity: 1.6,
-        trial_step: None,
-    })?;
+        Limits::new([-1.5, 1.5], 40.0, [-10.0, 10.0]),
+    ))?;
     let begun = Instant::now();
     while drive.status()?.state != State::Released {
         if begun.elapsed() > TIME_LIMIT {

@@ -14,7 +14,6 @@ use identifier_core::commission::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
     CommissionState, Limits, Phase,
 };
-use identifier_core::tuning::Goal;
 use virtual_servo::{Encoder, Plant};
 
 /// The fastest that a drive is asked to commission at, s.
@@ -38,22 +37,11 @@ fn main() -> ! {
 }
 
 fn settings() -> CommissionSettings {
-    CommissionSettings {
-        sample_time: SAMPLE_TIME,
-        resolution: paper::settings().resolution,
-        limits: Limits {
-            travel: [-1.5, 1.5],
-            speed: 40.0,
-            command: [-10.0, 10.0],
-            duration: 1.0,
-            one_way: false,
-        },
-        command_delay: 0.0,
-        max_gain: None,
-        goal: Goal::Stiffest,
-        max_sensitivity: 1.6,
-        trial_step: None,
-    }
+    CommissionSettings::new(
+        SAMPLE_TIME,
+        paper::settings().resolution,
+        Limits::new([-1.5, 1.5], 40.0, [-10.0, 10.0]),
+    )
 }
 
 /// Commissions, one sample and the slices that go with it after the other.

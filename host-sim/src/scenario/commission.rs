@@ -30,9 +30,6 @@ pub struct CommissionOrder {
 }
 
 impl CommissionOrder {
-    pub(super) const DURATION: f64 = 1.0;
-    pub(super) const MAX_SENSITIVITY: f64 = 1.6;
-
     /// The lowest and highest command.
     fn command_limit(&self) -> Result<[f64; 2], Fault> {
         const KEY: &str = "commission.command";

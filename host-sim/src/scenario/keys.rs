@@ -4,10 +4,12 @@
 //! and the meaning. Reading, messages, help and schema all follow from it.
 
 use identifier_core::ControllerSettings;
+use identifier_core::commission::Limits;
 use identifier_core::control::Gains;
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
+use identifier_core::tuning::TuningSettings;
 use identifier_core::units::Units;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, SensorEffects};
@@ -314,7 +316,7 @@ keys! {
 "commission.speed": Number(POSITIVE, |s, v| order(s).speed = v), Required("20.0"), "rad/s", "the largest speed";
 "commission.command": Limit(|s, v| order(s).command = Some(v)), Derived("amplifier.limit; required without it"), "command units",
     "the largest command, at most amplifier.limit";
-"commission.duration": Number(POSITIVE, |s, v| order(s).duration = v), Value(CommissionOrder::DURATION), "s",
+"commission.duration": Number(POSITIVE, |s, v| order(s).duration = v), Value(Limits::DURATION), "s",
     "the longest time that a motion may take";
 "commission.one_way": Flag(|s, v| order(s).one_way = v), Derived("false"), "",
     "whether the servo may only move one way, the one in which there is travel";
@@ -324,7 +326,7 @@ keys! {
     "goal: the magnitude of the loop's double pole";
 "commission.stiffest": Flag(|s, v| order(s).stiffest = Some(v)), Derived("true without response_time and bandwidth"), "",
     "goal: as stiff as this servo bears";
-"commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).max_sensitivity = v), Value(CommissionOrder::MAX_SENSITIVITY), "",
+"commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).max_sensitivity = v), Value(TuningSettings::MAX_SENSITIVITY), "",
     "the largest sensitivity that the loop may have, its smallest distance from instability being 1/max_sensitivity";
 "commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel that there is"), "rad",
     "the step of the reference in the trial";

@@ -21,20 +21,8 @@
 //!
 //! let resolution = core::f64::consts::TAU / 10_000.0;
 //! let settings = CommissionSettings {
-//!     sample_time: 1e-3,
-//!     resolution,
-//!     limits: Limits {
-//!         travel: [-0.3, 0.3],
-//!         speed: 15.0,
-//!         command: [-10.0, 10.0],
-//!         duration: 1.0,
-//!         one_way: false,
-//!     },
-//!     command_delay: 0.0,
-//!     max_gain: None,
 //!     goal: Goal::ResponseTime(0.03),
-//!     max_sensitivity: 1.6,
-//!     trial_step: None,
+//!     ..CommissionSettings::new(1e-3, resolution, Limits::new([-0.3, 0.3], 15.0, [-10.0, 10.0]))
 //! };
 //! let mut commission = SynchronousCommission::<f32>::new(&settings, None, None).expect("limits that can be kept");
 //! let (mut position, mut velocity) = (0.0, 0.0);

@@ -40,11 +40,26 @@ pub struct CommissionSettings {
     pub goal: Goal,
     /// The largest sensitivity Mₛ, above 1.
     pub max_sensitivity: f64,
-    /// The step of the trial, rad; none: half of the travel that there is.
+    /// The step of the trial, rad; none: the largest within a quarter of the travel, the speed and half of the command.
     pub trial_step: Option<f64>,
 }
 
 impl CommissionSettings {
+    /// For the stiffest gains, of a servo of which nothing but this is known.
+    #[must_use]
+    pub const fn new(sample_time: f64, resolution: f64, limits: Limits) -> Self {
+        Self {
+            sample_time,
+            resolution,
+            limits,
+            command_delay: 0.0,
+            max_gain: None,
+            goal: Goal::Stiffest,
+            max_sensitivity: TuningSettings::MAX_SENSITIVITY,
+            trial_step: None,
+        }
+    }
+
     /// The sensitivities that can be asked for: below the first no delay would do, above the second a loop
     /// is hardly stable.
     pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
@@ -139,6 +154,21 @@ impl CommissionSettings {
 }
 
 impl Limits {
+    /// The longest that a motion takes where nothing else is asked for, s.
+    pub const DURATION: f64 = 1.0;
+
+    /// Of an axis that may move both ways: lowest and highest position, speed, lowest and highest command.
+    #[must_use]
+    pub const fn new(travel: [f64; 2], speed: f64, command: [f64; 2]) -> Self {
+        Self {
+            travel,
+            speed,
+            command,
+            duration: Self::DURATION,
+            one_way: false,
+        }
+    }
+
     /// # Errors
     /// The limit that is not allowed, or that contradicts another.
     pub fn check(&self) -> Result<(), CommissionError> {

@@ -5,7 +5,6 @@ use identifier_core::commission::{
     Phase, Reason, SynchronousCommission,
 };
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::Goal;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, Encoder, Servo, SplitMix64};
 
@@ -95,22 +94,11 @@ pub(crate) fn ordinary() -> Bench {
         effects: Effects::NONE,
         counts: 10_000.0,
         offset: 0.4,
-        settings: CommissionSettings {
-            sample_time: 1e-3,
-            resolution: std::f64::consts::TAU / 10_000.0,
-            limits: Limits {
-                travel: [-0.16, 0.16],
-                speed: 15.0,
-                command: [-10.0, 10.0],
-                duration: 1.0,
-                one_way: false,
-            },
-            command_delay: 0.0,
-            max_gain: None,
-            goal: Goal::Stiffest,
-            max_sensitivity: 1.6,
-            trial_step: None,
-        },
+        settings: CommissionSettings::new(
+            1e-3,
+            std::f64::consts::TAU / 10_000.0,
+            Limits::new([-0.16, 0.16], 15.0, [-10.0, 10.0]),
+        ),
         before: None,
         background: None,
     }

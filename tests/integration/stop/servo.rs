@@ -64,20 +64,15 @@ pub(super) fn settings(rate: u32) -> Settings {
 /// A commissioning of it.
 pub(super) fn order(settings: &Settings) -> CommissionSettings {
     CommissionSettings {
-        sample_time: settings.closed_loop.core.sample_time,
-        resolution: TAU / COUNTS,
-        limits: Limits {
-            travel: [-2.0, 2.0],
-            speed: 60.0,
-            command: [-10.0, 10.0],
-            duration: 2.0,
-            one_way: false,
-        },
-        command_delay: 0.0,
-        max_gain: None,
         goal: Goal::Bandwidth(40.0),
-        max_sensitivity: 1.6,
-        trial_step: None,
+        ..CommissionSettings::new(
+            settings.closed_loop.core.sample_time,
+            TAU / COUNTS,
+            Limits {
+                duration: 2.0,
+                ..Limits::new([-2.0, 2.0], 60.0, [-10.0, 10.0])
+            },
+        )
     }
 }
 

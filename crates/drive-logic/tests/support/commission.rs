@@ -18,20 +18,15 @@ pub(crate) const SERVO: ServoParameters = ServoParameters {
 
 /// An order that fits it and the settings of the bench.
 pub(crate) const ORDER: CommissionSettings = CommissionSettings {
-    sample_time: SAMPLE_TIME,
-    resolution: core::f64::consts::TAU / COUNTS,
-    limits: Limits {
-        travel: [-2.0, 2.0],
-        speed: 60.0,
-        command: [-10.0, 10.0],
-        duration: 2.0,
-        one_way: false,
-    },
-    command_delay: 0.0,
-    max_gain: None,
     goal: Goal::Bandwidth(40.0),
-    max_sensitivity: 1.6,
-    trial_step: None,
+    ..CommissionSettings::new(
+        SAMPLE_TIME,
+        core::f64::consts::TAU / COUNTS,
+        Limits {
+            duration: 2.0,
+            ..Limits::new([-2.0, 2.0], 60.0, [-10.0, 10.0])
+        },
+    )
 };
 
 /// The phases in which something may come between, in their order.

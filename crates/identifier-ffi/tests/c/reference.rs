@@ -227,20 +227,12 @@ macro_rules! close_fixed {
 
 fn commission() -> String {
     let settings = CommissionSettings {
-        sample_time: TIME,
-        resolution: core::f64::consts::TAU / 10_000.0,
-        limits: Limits {
-            travel: [-0.3, 0.3],
-            speed: 15.0,
-            command: [-10.0, 10.0],
-            duration: 1.0,
-            one_way: false,
-        },
-        command_delay: 0.0,
-        max_gain: None,
         goal: Goal::ResponseTime(0.03),
-        max_sensitivity: 1.6,
-        trial_step: None,
+        ..CommissionSettings::new(
+            TIME,
+            core::f64::consts::TAU / 10_000.0,
+            Limits::new([-0.3, 0.3], 15.0, [-10.0, 10.0]),
+        )
     };
     let mut own = SynchronousCommission::<f32>::new(&settings, None, None).expect("right limits");
     let mut at = World::new();
