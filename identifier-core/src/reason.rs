@@ -160,6 +160,9 @@ catalogue! {
     EncoderStuck = 150, "encoder-stuck":
         "the encoder stood still in motion",
         "check the encoder's coupling and wires";
+    EncoderNoise = 151, "encoder-noise":
+        "the encoder's noise hides the motion, or would be mistaken for it",
+        "declare the noise, allow more travel and speed, or shield the encoder's wires and check its magnet";
     EncoderJumped = 152, "encoder-jumped":
         "the position jumped further than the servo can go in a sample",
         "check the encoder's shield and wires";
@@ -278,7 +281,9 @@ impl Reason {
         // A mass behind a spring or a play moves against the command for a moment.
         let against = matches!(self, Self::LacksResonance | Self::LacksBacklash)
             && matches!(other, Self::Reversed);
-        any_effect || against
+        let unexplained = matches!(self, Self::EncoderNoise)
+            && matches!(other, Self::EstimateAtBound | Self::TimeOver);
+        any_effect || against || unexplained
     }
 }
 

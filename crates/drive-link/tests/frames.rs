@@ -148,6 +148,7 @@ fn order() -> CommissionSettings {
         },
         command_delay: 1e-5,
         max_gain: Some(1e3),
+        noise: 1e-3,
         goal: Goal::ResponseTime(0.02),
         max_sensitivity: 1.6,
         trial_step: Some(0.5),

@@ -150,6 +150,7 @@ impl Given {
             },
             command_delay: self.value(p::COMMAND_DELAY).unwrap_or(0.0),
             max_gain: self.value(p::MAX_GAIN),
+            noise: self.value(p::NOISE).unwrap_or(0.0),
             goal: self.goal(),
             max_sensitivity: self
                 .value(p::MAX_SENSITIVITY)

@@ -105,6 +105,7 @@ impl Given {
             or_zero(p::STEP),
         );
         TuningSettings {
+            noise: or_zero(p::NOISE),
             cutoff: self.value(p::CUTOFF),
             command_delay: or_zero(p::COMMAND_DELAY),
             goal: self.goal(),

@@ -119,6 +119,7 @@ impl Scenario {
             max_gain: order
                 .most_gain
                 .or(plant_box.map(|plant_box| plant_box.b[1])),
+            noise: self.stated.identifier.noise.unwrap_or(0.0),
             goal: order.goal()?,
             max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,

@@ -142,6 +142,7 @@ impl Conditions {
         Ok(TuningSettings {
             sample_time: self.sample_time.unwrap_or(result.sample_time),
             resolution,
+            noise: 0.0,
             cutoff: self.cutoff,
             command,
             command_delay,

@@ -2,6 +2,7 @@ use super::conservative_pid::ConservativePid;
 use super::gains::{HoldingGains, Loop};
 use super::holding::Holding;
 use super::message::DecisionKind;
+use super::noise::{Hysteresis, Rest};
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
@@ -22,6 +23,9 @@ use crate::watch::{Observation, ServoWatch};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommissionIsr<N: Number> {
     settings: CommissionSettings,
+    hysteresis: Hysteresis<N>,
+    /// Noise at rest with which it goes on, counts.
+    tolerated_noise: N,
     units: Units,
     pub(super) probing: Probing<N>,
     pub(super) watch: ServoWatch<N>,
@@ -90,6 +94,10 @@ impl<N: Number> CommissionIsr<N> {
     /// By how much more than is declared a command of a servo that is not known yet may be late, samples.
     const UNKNOWN_DELAY: f64 = 2.0;
 
+    /// Noise at rest that motion is not mistaken for, counts, and the part by which it may exceed the declared one.
+    const TOLERATED_NOISE: f64 = 0.5;
+    pub(super) const MAX_NOISE_FACTOR: f64 = 1.5;
+
     /// For an axis that is released, or is held by the gains before.
     ///
     /// # Errors
@@ -98,8 +106,11 @@ impl<N: Number> CommissionIsr<N> {
         settings: &CommissionSettings,
         before: Option<&HoldingGains>,
     ) -> Result<Self, CommissionError> {
-        let limits = &settings.limits;
         settings.check()?;
+        let hysteresis = Hysteresis::new(settings.noise / settings.resolution);
+        let tolerated_noise = Self::tolerated_noise(settings);
+        let settings = &settings.in_units_of_noise();
+        let limits = &settings.limits;
         let units = Units::new(settings.sample_time, settings.resolution)?;
         let samples = |time: f64| time / settings.sample_time;
         let [low, high] = limits.command;
@@ -107,6 +118,8 @@ impl<N: Number> CommissionIsr<N> {
         let (lead, fewest_of_lead) = Self::LEAD;
         Ok(Self {
             settings: *settings,
+            hysteresis,
+            tolerated_noise,
             probing: Probing::new(&settings.probing())?,
             watch: ServoWatch::new(&settings.watch())?,
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
@@ -121,6 +134,11 @@ impl<N: Number> CommissionIsr<N> {
             delay: N::from_f64(samples(settings.command_delay) + Self::UNKNOWN_DELAY),
             units,
         })
+    }
+
+    fn tolerated_noise(settings: &CommissionSettings) -> N {
+        let declared = Self::MAX_NOISE_FACTOR * settings.noise / settings.resolution;
+        N::from_f64(declared.max(Self::TOLERATED_NOISE))
     }
 
     /// The largest motion that there can be before anything is known of the servo.
@@ -147,7 +165,7 @@ impl<N: Number> CommissionIsr<N> {
         let watch = self
             .watch
             .start_delayed(self.settings.command_delay / self.settings.sample_time);
-        CommissionState::begun(count, command, activity, watch, recorder)
+        CommissionState::begun(count, command, activity, watch, recorder, self.hysteresis)
     }
 
     /// Begins beside a controller that has run until a count, with the gains before: `last` is that
@@ -156,6 +174,7 @@ impl<N: Number> CommissionIsr<N> {
     /// yet, where there is no time to build a new one.
     pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
         state.begin_at(count);
+        let last = &last.scaled(|counts| self.hysteresis.from_counts(counts));
         let Some(before) = self.before else {
             return;
         };
@@ -295,6 +314,10 @@ impl<N: Number> CommissionIsr<N> {
             return Ok(());
         }
         let checked = self.watch.process(&mut state.watch, &state.observation);
+        if checked == Err(Reason::EncoderJumped) && self.rest(state) != Some(Rest::Quiet) {
+            // Noise jumps too: which of the two it is shows soon.
+            return Ok(());
+        }
         // The gains before bring it back from beyond the limits of the commissioning.
         checked.or_else(|reason| match reason {
             limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
@@ -307,12 +330,27 @@ impl<N: Number> CommissionIsr<N> {
         state.was_end && state.phase != Phase::Applied
     }
 
+    /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
+    fn rest(&self, state: &CommissionState<N>) -> Option<Rest> {
+        if state.phase != Phase::ReleasedCheck {
+            return Some(Rest::Quiet);
+        }
+        let is_declared = self.hysteresis.is_coarse();
+        let noise = &state.rest_noise;
+        noise.judge(state.position, self.tolerated_noise, is_declared)
+    }
+
     /// Continues the activity after its command, or goes on to the next one.
     fn proceed(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let Some(increment) = state.observation.increment else {
             return Ok(());
         };
         state.passed = state.passed.saturating_add(1);
+        match self.rest(state) {
+            None => return Ok(()),
+            Some(Rest::Noisy) => return Err(Reason::EncoderNoise),
+            Some(Rest::Quiet) => {}
+        }
         let position = state.position;
         match &mut state.activity {
             Activity::Free => {
@@ -511,7 +549,9 @@ impl<N: Number> CommissionIsr<N> {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
             _ => Phase::Aborted,
         };
-        let effect = state.suspect.filter(|effect| effect.may_appear_as(reason));
+        let noise = self.hysteresis.is_coarse().then_some(Reason::EncoderNoise);
+        let suspect = state.suspect.or(noise);
+        let effect = suspect.filter(|effect| effect.may_appear_as(reason));
         state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
         if let Activity::OnTrial(_, trial) = &state.activity {

@@ -54,6 +54,7 @@ mod gains;
 mod holding;
 mod isr;
 mod message;
+mod noise;
 mod phase;
 mod probing;
 mod regression;

@@ -1,4 +1,4 @@
-use super::{CommissionError, FitSettings, ProbingSettings};
+use super::{CommissionError, FitSettings, ProbingSettings, noise};
 use crate::error::Allowed;
 use crate::tuning::{Goal, Tuner, TuningSettings};
 use crate::watch::{Use, WatchSettings};
@@ -36,6 +36,9 @@ pub struct CommissionSettings {
     /// The largest b that the servo may have, rad/s² per command unit, if that is known: the motion
     /// before anything is known is then planned for it.
     pub max_gain: Option<f64>,
+    /// Standard deviation of the encoder's noise beside the rounding of a count, rad; 0 for none. Motion is then judged
+    /// in units of the noise, as with a coarser encoder, and gains are as slow as that asks for.
+    pub noise: f64,
     /// The goal of the gains.
     pub goal: Goal,
     /// The largest sensitivity Mₛ, above 1.
@@ -54,6 +57,7 @@ impl CommissionSettings {
             limits,
             command_delay: 0.0,
             max_gain: None,
+            noise: 0.0,
             goal: Goal::Stiffest,
             max_sensitivity: TuningSettings::MAX_SENSITIVITY,
             trial_step: None,
@@ -67,6 +71,26 @@ impl CommissionSettings {
     /// The longest declared delay, s and samples: with a longer one the watch and the fit cannot tell a late servo from
     /// a reversed, a dead or a compliant one.
     const MAX_COMMAND_DELAY: (f64, f64) = (0.015, 16.0);
+
+    /// The same for positions in units of the noise, within a travel that keeps as far from its ends as the noise hides.
+    pub(super) fn in_units_of_noise(&self) -> Self {
+        let resolution = noise::unit(self.noise / self.resolution) * self.resolution;
+        let hidden = if resolution > self.resolution {
+            2.0 * resolution
+        } else {
+            0.0
+        };
+        let [low, high] = self.limits.travel;
+        let travel = [(low + hidden).min(0.0), (high - hidden).max(0.0)];
+        Self {
+            resolution,
+            limits: Limits {
+                travel,
+                ..self.limits
+            },
+            ..*self
+        }
+    }
 
     /// Settings of the watch.
     pub(super) fn watch(&self) -> WatchSettings {
@@ -111,6 +135,7 @@ impl CommissionSettings {
         let (longest, samples) = Self::MAX_COMMAND_DELAY;
         let longest = longest.min(samples * self.sample_time);
         Allowed::Within(0.0, longest).check("command_delay", self.command_delay)?;
+        Allowed::AtLeast(0.0).check("noise", self.noise)?;
         if let Some(gain) = self.max_gain {
             Allowed::Above(0.0).check("max_gain", gain)?;
         }

@@ -114,8 +114,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// As [`CommissionIsr::new`](super::CommissionIsr::new).
     pub fn new(settings: &CommissionSettings) -> Result<Self, CommissionError> {
         settings.check()?;
+        let settings = settings.in_units_of_noise();
         Ok(Self {
-            settings: *settings,
+            settings,
             motion: Phase::Idle,
             fitter: ServoFitter::new(&settings.fit()),
             record: MotionRecord::EMPTY,
@@ -317,6 +318,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             let settings = TuningSettings {
                 sample_time: self.settings.sample_time,
                 resolution: self.settings.resolution,
+                noise: self.settings.noise,
                 cutoff: None,
                 command: self.command(),
                 command_delay: 0.0,

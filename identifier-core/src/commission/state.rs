@@ -1,5 +1,6 @@
 use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
+use super::noise::{Held, Hysteresis, RestNoise};
 use super::trial::{Trial, TrialResult};
 use super::{
     IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState, Reason, RecordEvent,
@@ -17,7 +18,9 @@ pub struct CommissionState<N: Number> {
     pub(super) activity: Activity<N>,
     /// Samples since the activity began.
     pub(super) passed: u32,
-    count: i32,
+    hysteresis: Hysteresis<N>,
+    count: Held,
+    pub(super) rest_noise: RestNoise<N>,
     pub(super) position: N,
     pub(super) velocity: LowPassState<N>,
     pub(super) velocity_now: N,
@@ -111,12 +114,15 @@ impl<N: Number> CommissionState<N> {
         activity: Activity<N>,
         watch: ServoWatchState<N>,
         recorder: MotionRecorder<N>,
+        hysteresis: Hysteresis<N>,
     ) -> Self {
         Self {
             phase: Phase::ReleasedCheck,
             activity,
             passed: 0,
-            count,
+            hysteresis,
+            count: Held::at(count),
+            rest_noise: RestNoise::NONE,
             position: N::ZERO,
             velocity: LowPassState::default(),
             velocity_now: N::ZERO,
@@ -157,6 +163,18 @@ impl<N: Number> CommissionState<N> {
         self.phase
     }
 
+    /// Standard deviation of the encoder's noise while the servo rested in the beginning, counts; that of rounding is not
+    /// in it.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.rest_noise.deviation().to_f64()
+    }
+
+    /// Position from where it began, counts.
+    pub(super) fn moved(&self) -> f64 {
+        f64::from(self.count.moved())
+    }
+
     /// Why it ended without new gains, if it did.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
@@ -178,7 +196,8 @@ impl<N: Number> CommissionState<N> {
     /// Where a controller wants the servo, counts from where it began; none where none acts.
     #[must_use]
     pub fn setpoint(&self) -> Option<N> {
-        self.activity.setpoint()
+        let setpoint = self.activity.setpoint()?;
+        Some(self.hysteresis.to_counts(setpoint))
     }
 
     /// Why there are no gains, where that is why it ended, and which would do.
@@ -195,7 +214,7 @@ impl<N: Number> CommissionState<N> {
 
     /// Puts a commissioning that has run no sample yet at another count.
     pub fn begin_at(&mut self, count: i32) {
-        self.count = count;
+        self.count = Held::at(count);
     }
 
     /// The last sample of the controller that holds the servo, for one that takes over from there; none where
@@ -203,20 +222,25 @@ impl<N: Number> CommissionState<N> {
     #[must_use]
     pub fn last_sample(&self) -> Option<ControlSample<N>> {
         let setpoint = self.activity.setpoint()?;
-        Some(ControlSample {
+        let last = ControlSample {
             error: setpoint - self.position,
             increment: self.velocity_now,
             velocity: self.velocity_now,
             command: self.command,
-        })
+        };
+        Some(last.scaled(|units| self.hysteresis.to_counts(units)))
     }
 
     /// Takes in a count, and returns the increment since the last.
     pub(super) fn follow(&mut self, count: Option<i32>) -> Option<N> {
         let count = count?;
-        let increment = N::from_count(count.wrapping_sub(self.count));
-        self.count = count;
-        self.position += increment;
+        if self.phase == Phase::ReleasedCheck {
+            self.rest_noise.take(count);
+        }
+        // A tight loop turns at every edge by itself.
+        let is_open = matches!(self.phase, Phase::ReleasedCheck | Phase::Probing);
+        let [position, increment] = self.hysteresis.follow(&mut self.count, count, is_open);
+        self.position = position;
         Some(increment)
     }
 

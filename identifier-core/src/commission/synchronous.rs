@@ -1,6 +1,6 @@
 use super::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
-    CommissionState, HoldingGains, IdentifiedServo, Phase, Reason, TrialResult,
+    CommissionState, HoldingGains, IdentifiedServo, Limits, Phase, Reason, TrialResult,
 };
 use crate::number::Number;
 use crate::tuning::Tuning;
@@ -13,6 +13,8 @@ use crate::tuning::Tuning;
 pub struct SynchronousCommission<N: Number, const W: usize = 256> {
     commission: CommissionIsr<N>,
     study: CommissionSolver<N, W>,
+    settings: CommissionSettings,
+    before: Option<HoldingGains>,
     held: Option<N>,
     state: Option<CommissionState<N>>,
     /// True if the gains were reported.
@@ -52,6 +54,8 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         Ok(Self {
             commission: CommissionIsr::new(settings, before)?,
             study: CommissionSolver::new(settings)?,
+            settings: *settings,
+            before: before.copied(),
             held: held.map(N::from_f64),
             state: None,
             is_tuned: false,
@@ -76,12 +80,28 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         seen: &CommissionInputs,
         slices: u32,
     ) -> CommissionReading {
+        let reading = self.process(seen, slices);
+        if reading.reason == Some(Reason::EncoderNoise)
+            && let Some(again) = self.with_noise(reading.command)
+        {
+            *self = again;
+            return CommissionReading {
+                phase: Phase::ReleasedCheck,
+                reason: None,
+                ..reading
+            };
+        }
+        reading
+    }
+
+    fn process(&mut self, seen: &CommissionInputs, slices: u32) -> CommissionReading {
         let Self {
             commission,
             study,
             held,
             state,
             is_tuned,
+            ..
         } = self;
         let state = state.get_or_insert_with(|| commission.start(seen.count.unwrap_or(0), *held));
         let step = commission.process(state, seen);
@@ -104,6 +124,32 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
             setpoint: state.setpoint().map(Number::to_f64),
             trial: state.trial().copied().filter(|_| step.phase.is_end()),
         }
+    }
+
+    /// About to begin anew with the noise that the encoder has at rest, more than was declared; none where that leaves no
+    /// room for a motion.
+    fn with_noise(&self, held: Option<f64>) -> Option<Self> {
+        let state = self.state.as_ref()?;
+        let noise = state.noise() * self.settings.resolution;
+        let moved = state.moved() * self.settings.resolution;
+        let limits = self.settings.limits;
+        let settings = CommissionSettings {
+            noise,
+            limits: Limits {
+                travel: limits.travel.map(|end| end - moved),
+                ..limits
+            },
+            ..self.settings
+        };
+        let is_more = noise > CommissionIsr::<N>::MAX_NOISE_FACTOR * self.settings.noise;
+        let again = || Self::new(&settings, self.before.as_ref(), held);
+        is_more.then(again)?.ok()
+    }
+
+    /// Standard deviation of the encoder's noise, rad: the declared one, or a larger one that it had at rest.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.settings.noise
     }
 
     /// Its progress; none before the first sample.

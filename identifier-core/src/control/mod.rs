@@ -121,6 +121,19 @@ pub struct ControlSample<N> {
     pub command: N,
 }
 
+impl<N: Number> ControlSample<N> {
+    /// The same with positions in another unit.
+    #[must_use]
+    pub(crate) fn scaled(self, to_unit: impl Fn(N) -> N) -> Self {
+        Self {
+            error: to_unit(self.error),
+            increment: to_unit(self.increment),
+            velocity: to_unit(self.velocity),
+            command: self.command,
+        }
+    }
+}
+
 impl<N: Number> Controller<N, LowPass<N>> {
     /// The state for a bumpless transfer from another controller, whose last sample is `last`.
     #[must_use]

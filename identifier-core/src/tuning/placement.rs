@@ -143,7 +143,7 @@ impl Placement {
 
     /// Sets a cut-off and the noise that it leaves.
     ///
-    /// The encoder's rounding, white with a standard deviation of a count over √12, passes
+    /// The encoder's noise and its rounding, white with a standard deviation of a count over √12, pass
     /// k_p + (k_d/T) g (z − 1)/(z − p), g = 1 − p: its impulse response is k_p + k_d g/T, then
     /// −(k_d g/T) g pᵏ, and the squares of these sum up to
     /// (k_p + k_d g/T)² + (k_d g/T)² g/(2 − g). The integral's part is as small as k_i T.
@@ -153,7 +153,10 @@ impl Placement {
         let first = design.kp + damping;
         let later = damping * damping * g / (2.0 - g);
         design.cutoff = cutoff;
-        design.noise =
-            self.settings.resolution / libm::sqrt(12.0) * libm::sqrt(first * first + later);
+        let TuningSettings {
+            resolution, noise, ..
+        } = self.settings;
+        let variance = resolution * resolution / 12.0 + noise * noise;
+        design.noise = libm::sqrt(variance * (first * first + later));
     }
 }

@@ -11,6 +11,8 @@ pub struct TuningSettings {
     pub sample_time: f64,
     /// Position of a count, rad; zero for an ideal sensor.
     pub resolution: f64,
+    /// Standard deviation of the encoder's noise beside the rounding of a count, white, rad.
+    pub noise: f64,
     /// Cut-off of the low-pass velocity estimate, rad/s; none: chosen with the gains.
     pub cutoff: Option<f64>,
     /// The largest command, command units, beyond the command that holds the load; infinite for none.
@@ -21,7 +23,7 @@ pub struct TuningSettings {
     pub goal: Goal,
     /// The largest sensitivity Mₛ.
     pub max_sensitivity: f64,
-    /// The largest part of the command that the encoder's rounding may make up, standard deviation.
+    /// The largest part of the command that the encoder's rounding and noise may make up, standard deviation.
     pub max_noise: f64,
     /// The step of the reference that is promised, rad.
     pub step: f64,
@@ -48,6 +50,7 @@ impl TuningSettings {
         Self {
             sample_time,
             resolution,
+            noise: 0.0,
             cutoff: None,
             command,
             command_delay: 0.0,
@@ -67,6 +70,7 @@ impl TuningSettings {
         let (shortest, longest) = Units::SAMPLE_TIMES;
         Allowed::Within(shortest, longest).check("sample_time", self.sample_time)?;
         Allowed::AtLeast(0.0).check("resolution", self.resolution)?;
+        Allowed::AtLeast(0.0).check("noise", self.noise)?;
         if let Some(cutoff) = self.cutoff {
             let nyquist = core::f64::consts::PI / self.sample_time;
             Allowed::Between(0.0, nyquist).check("cutoff", cutoff)?;
@@ -94,7 +98,7 @@ impl TuningSettings {
         Ok(())
     }
 
-    /// The largest standard deviation of the command from the encoder's rounding, command units.
+    /// The largest standard deviation of the command from the encoder's rounding and noise, command units.
     pub(super) fn allowed_noise(&self) -> f64 {
         self.max_noise * self.command
     }

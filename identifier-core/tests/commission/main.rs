@@ -3,4 +3,5 @@
 mod continued_identification;
 mod faults;
 mod machine;
+mod noise;
 mod rig;
