@@ -48,6 +48,8 @@ pub struct Outcome {
     pub no_gains: Option<NoGains>,
     /// The promised figures as measured in the trial.
     pub trial: Option<TrialResult>,
+    /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
+    pub noise: f64,
     /// True once the gains survive a loss of power: they are saved when the servo is disabled.
     pub kept: bool,
 }

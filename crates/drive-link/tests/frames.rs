@@ -203,6 +203,7 @@ fn every_report_of_a_commissioning_fits_a_message() {
             disturbance: f64::MIN,
             excursion: f64::MIN,
         }),
+        noise: f64::MIN,
         kept: true,
     };
     let report = Report::Outcome { id: 255, outcome };

@@ -38,6 +38,8 @@ pub(crate) struct Commissioning {
     run_origin: Option<i32>,
     /// It holds the servo for a run to resume.
     awaits_resume: bool,
+    /// Position of a count, rad.
+    resolution: f64,
 }
 
 /// The meaning of a sample for the commissioning.
@@ -82,6 +84,7 @@ impl Commissioning {
             started_at: 0,
             run_origin: None,
             awaits_resume: false,
+            resolution: settings.resolution,
         })
     }
 
@@ -179,6 +182,7 @@ impl Commissioning {
             tuning: state.tuning().copied(),
             no_gains: state.tuning_error().map(NoGains::from),
             trial: state.trial().copied(),
+            noise: state.noise() * self.resolution,
             kept: false,
         }
     }

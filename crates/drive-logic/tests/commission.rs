@@ -394,10 +394,12 @@ fn a_commissioning_cut_by_a_power_loss_is_reported_by_its_number_afterwards() {
         tuning,
         no_gains,
         trial,
+        noise,
         kept,
     } = outcome(&mut drive);
     let number = commissioning.reason.map(Reason::number);
     assert_eq!((commissioning.phase, number), (Phase::Aborted, Some(173)));
     assert_eq!((servo, tuning, trial, kept), (None, None, None, false));
     assert_eq!(no_gains, None);
+    assert!(noise <= 0.0, "{noise}");
 }

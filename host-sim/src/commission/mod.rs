@@ -176,13 +176,16 @@ impl Commissioning {
             observe(&sample);
             let over = end.as_ref().map_or(MAX_TIME, |end| end.time + AFTERWARDS);
             if time >= over {
-                let tuning_error = commissioner.state().and_then(CommissionState::tuning_error);
+                let state = commissioner.state();
+                let tuning_error = state.and_then(CommissionState::tuning_error);
+                let noise = state.map_or(0.0, CommissionState::noise);
                 return Outcome {
                     end,
                     known,
                     tuning,
                     no_gains: tuning_error.map(NoGains::from),
                     trial: done.trial,
+                    noise: noise * self.settings.resolution,
                     course: course.finish(time),
                 };
             }

@@ -59,6 +59,8 @@ pub struct Outcome {
     pub no_gains: Option<NoGains>,
     /// Measurements of the trial up to where it ended.
     pub trial: Option<TrialResult>,
+    /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
+    pub noise: f64,
     /// Its phases, and how far the servo went.
     pub course: Course,
 }
@@ -73,6 +75,7 @@ impl Outcome {
             tuning: None,
             no_gains: None,
             trial: None,
+            noise: 0.0,
             course,
         }
     }

@@ -52,6 +52,8 @@ pub struct CommissioningEnd {
     pub promise: Option<Promise>,
     /// Measurements of the trial.
     pub trial: Option<TrialResult>,
+    /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
+    pub encoder_noise: f64,
 }
 
 /// The result of a simulated commissioning.
@@ -145,6 +147,7 @@ impl CommissioningEnd {
             cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
             promise: tuning.map(|tuning| tuning.promise),
             trial: outcome.trial,
+            encoder_noise: outcome.noise,
         }
     }
 }
@@ -169,6 +172,7 @@ impl CommissioningResult {
             tuning: outcome.tuning,
             no_gains: outcome.no_gains.clone(),
             trial: outcome.trial,
+            noise: outcome.noise,
             kept: false,
         };
         let sample_time = scenario.sample_time();

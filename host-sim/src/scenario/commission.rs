@@ -92,6 +92,13 @@ impl CommissionOrder {
 }
 
 impl Scenario {
+    /// The stated noise of the encoder beside its rounding, rad; 0 where none is stated.
+    fn stated_noise(&self) -> f64 {
+        let stated = self.stated.identifier.noise.unwrap_or(0.0);
+        let rounding = self.stated.resolution / 12.0_f64.sqrt();
+        (stated * stated - rounding * rounding).max(0.0).sqrt()
+    }
+
     /// The core's settings of a commissioning.
     ///
     /// # Errors
@@ -119,7 +126,7 @@ impl Scenario {
             max_gain: order
                 .most_gain
                 .or(plant_box.map(|plant_box| plant_box.b[1])),
-            noise: self.stated.identifier.noise.unwrap_or(0.0),
+            noise: self.stated_noise(),
             goal: order.goal()?,
             max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,

@@ -933,9 +933,12 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         | R::HomeSwitchStuck
         | R::HomeNotFound
         | R::IndexNotFound => "a switch or its wire is mended",
-        R::EncoderLost | R::EncoderSilent | R::EncoderStuck | R::EncoderJumped | R::OutOfReach => {
-            "the encoder or its wires are mended"
-        }
+        R::EncoderLost
+        | R::EncoderSilent
+        | R::EncoderStuck
+        | R::EncoderNoise
+        | R::EncoderJumped
+        | R::OutOfReach => "the encoder or its wires are mended",
         R::FollowingError => "phases or tracks are exchanged",
         R::LinkLost => "the line is mended",
         R::StepsTooFast | R::StepsUnclear | R::TargetOutside | R::VoltageInvalid => {

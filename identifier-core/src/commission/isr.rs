@@ -174,7 +174,7 @@ impl<N: Number> CommissionIsr<N> {
     /// yet, where there is no time to build a new one.
     pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
         state.begin_at(count);
-        let last = &last.scaled(|counts| self.hysteresis.from_counts(counts));
+        let last = &last.scaled(|counts| self.hysteresis.in_units(counts));
         let Some(before) = self.before else {
             return;
         };

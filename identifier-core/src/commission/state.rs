@@ -197,7 +197,7 @@ impl<N: Number> CommissionState<N> {
     #[must_use]
     pub fn setpoint(&self) -> Option<N> {
         let setpoint = self.activity.setpoint()?;
-        Some(self.hysteresis.to_counts(setpoint))
+        Some(self.hysteresis.in_counts(setpoint))
     }
 
     /// Why there are no gains, where that is why it ended, and which would do.
@@ -228,7 +228,7 @@ impl<N: Number> CommissionState<N> {
             velocity: self.velocity_now,
             command: self.command,
         };
-        Some(last.scaled(|units| self.hysteresis.to_counts(units)))
+        Some(last.scaled(|units| self.hysteresis.in_counts(units)))
     }
 
     /// Takes in a count, and returns the increment since the last.

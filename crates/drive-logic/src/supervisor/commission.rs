@@ -198,6 +198,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 tuning: None,
                 no_gains: None,
                 trial: None,
+                noise: 0.0,
                 kept: false,
             });
         }
@@ -210,6 +211,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             tuning: Some(found.tuning),
             no_gains: None,
             trial: found.trial,
+            noise: 0.0,
             kept: true,
         })
     }

@@ -202,7 +202,7 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
         return Ok(());
     }
     let why = match reason {
-        Some(reason) => present::why(reason, outcome.no_gains.as_ref()),
+        Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise),
         None => "it did not end by itself".to_owned(),
     };
     Err(Fault::Other(format!("{}: {why} ({holds})", phase.name())))

@@ -122,7 +122,7 @@ fn detail(before: bool, outcome: &Outcome) -> String {
             format!(
                 "in {}: {} ({since} since {:.4} s)",
                 end.within.name(),
-                why(reason, outcome.no_gains.as_ref()),
+                why(reason, outcome.no_gains.as_ref(), outcome.noise),
                 end.time
             )
         }
@@ -130,9 +130,12 @@ fn detail(before: bool, outcome: &Outcome) -> String {
 }
 
 /// A reason, with the figure that would do where there is one.
-pub(crate) fn why(reason: Reason, no_gains: Option<&NoGains>) -> String {
+pub(crate) fn why(reason: Reason, no_gains: Option<&NoGains>, noise: f64) -> String {
     match no_gains {
         Some(no_gains) => format!("{reason}: {no_gains}"),
+        None if reason == Reason::EncoderNoise => {
+            format!("{reason}: identifier.noise = {noise:.3e}, rad, is the noise at rest")
+        }
         None => reason.to_string(),
     }
 }
@@ -340,7 +343,7 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
         ),
         (
             "Encoder",
-            format!("{} rad per count", figure(scenario.stated.resolution)),
+            encoder(scenario.stated.resolution, outcome.noise),
         ),
         (
             "Arithmetic",
@@ -377,6 +380,16 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
         ],
     );
     vec![Block::facts(facts), Block::Table(kept)]
+}
+
+fn encoder(resolution: f64, noise: f64) -> String {
+    let counts = noise / resolution;
+    let rounding = format!("{} rad per count", figure(resolution));
+    if counts > 0.5 {
+        format!("{rounding}, with noise of {counts:.1} counts, in units of which motion is judged")
+    } else {
+        rounding
+    }
 }
 
 fn next(of: &Commissioned<'_>) -> Vec<Block> {
