@@ -66,7 +66,7 @@ pub struct Conditions {
         arg(long, value_name = "M", allow_negative_numbers = true)
     )]
     pub max_sensitivity: Option<f64>,
-    /// Largest share of the encoder's rounding in the command, as a fraction of the limit; 0.03 by default.
+    /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit; 0.03 by default.
     #[cfg_attr(
         feature = "program",
         arg(long, value_name = "PART", allow_negative_numbers = true)
@@ -142,7 +142,7 @@ impl Conditions {
         Ok(TuningSettings {
             sample_time: self.sample_time.unwrap_or(result.sample_time),
             resolution,
-            noise: 0.0,
+            noise: noise_beside_rounding(result, resolution),
             cutoff: self.cutoff,
             command,
             command_delay,
@@ -270,6 +270,15 @@ impl Conditions {
         });
         step.into_iter().chain(command).collect()
     }
+}
+
+/// Standard deviation of the noise of the position, rad, where it is more than rounding and the error of that estimate
+/// would be.
+fn noise_beside_rounding(result: &IdentifiedResult, resolution: f64) -> f64 {
+    let noise = result.noise.filter(|noise| *noise > 0.5 * resolution);
+    noise.filter(|_| resolution > 0.0).map_or(0.0, |noise| {
+        (noise * noise - resolution * resolution / 12.0).sqrt()
+    })
 }
 
 /// Room that a limit leaves to either side of the command that holds the load.

@@ -17,6 +17,8 @@ pub struct IdentifiedResult {
     pub has_delay: bool,
     /// Sample time, s.
     pub sample_time: f64,
+    /// Standard deviation of the measured position's noise in motion, rounding included, rad; none where it is not known.
+    pub noise: Option<f64>,
     /// The reason why nothing should be built on it, if there is one.
     pub doubt: Option<String>,
 }
@@ -57,13 +59,15 @@ impl IdentifiedResult {
             ),
         })?;
         let text = |key: &str| result.get(key).and_then(Value::as_str);
-        Self::checked(
+        let noise = result.pointer("/noise/moving").and_then(Value::as_f64);
+        let servo = Self::checked(
             text("status").ok_or_else(|| missing("status"))?,
             text("reason").unwrap_or(""),
             number(&result, "sample_time")?,
             result.pointer("/residual/rms").and_then(Value::as_f64),
             &|name| estimate(&result, name),
-        )
+        )?;
+        Ok(Self { noise, ..servo })
     }
 
     /// Of a result at hand.
@@ -78,7 +82,7 @@ impl IdentifiedResult {
         let terms = result.estimates.terms.iter();
         let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
         let known: Vec<_> = parameters.chain(terms).collect();
-        Self::checked(
+        let servo = Self::checked(
             result.status().name(),
             &result.reason,
             result.sample_time,
@@ -90,7 +94,9 @@ impl IdentifiedResult {
                 }
                 Some(_) => Err(missing(&format!("estimates.{name}.value"))),
             },
-        )
+        )?;
+        let noise = result.noise.moving;
+        Ok(Self { noise, ..servo })
     }
 
     /// Of a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
@@ -169,6 +175,7 @@ impl IdentifiedResult {
             gravity: [known("gravity-sine")?[0], known("gravity-cosine")?[0]],
             has_delay: estimate("delay")?.is_some(),
             sample_time,
+            noise: None,
             doubt,
         })
     }

@@ -39,6 +39,36 @@ fn with(further: &[&'static str]) -> Vec<&'static str> {
     KNOWN.iter().chain(further).copied().collect()
 }
 
+/// The stiffest gains for 3 counts of noise, which is beside the rounding, are slower, and their promise has it.
+#[test]
+fn noise_of_counts_in_a_result_makes_the_gains_slower_and_that_of_rounding_does_not() {
+    let folder = folder("tune-noise");
+    let resolution = std::f64::consts::TAU / 10_000.0;
+    let tuned = |counts: Option<f64>| {
+        let mut result = result();
+        if let Some(counts) = counts {
+            result["noise"] = json!({ "moving": counts * resolution });
+        }
+        let tuned = printed_json(&tune(
+            &folder,
+            &result,
+            &with(&["--stiffest", "--json", "-"]),
+        ));
+        let number = |key: &str| {
+            tuned
+                .pointer(key)
+                .and_then(Value::as_f64)
+                .expect("a number")
+        };
+        [number("/bandwidth"), number("/promise/noise")]
+    };
+    let (silent, rounded, noisy) = (tuned(None), tuned(Some(0.3)), tuned(Some(3.0)));
+    assert_eq!(silent.map(f64::to_bits), rounded.map(f64::to_bits));
+    assert!(noisy[0] < 0.9 * silent[0], "{silent:?} {noisy:?}");
+    // 0.03 of the command that the load leaves, at most.
+    assert!(noisy[1] <= 0.3 + 1e-9, "{noisy:?}");
+}
+
 #[test]
 fn it_prints_a_controller_that_a_scenario_takes() {
     let folder = folder("tune-prints");

@@ -137,8 +137,8 @@ pub(super) enum Rest {
     Noisy,
 }
 
-/// The noise of an encoder at rest, from its counts: what increments of white noise take back in the next sample is its
-/// variance, −E[Δy(k) Δy(k − 1)] = σ², which no slow motion resembles.
+/// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ², and
+/// a smooth motion a positive one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RestNoise<N> {
     last: Option<i32>,
@@ -175,8 +175,8 @@ impl<N: Number> RestNoise<N> {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// What the encoder shows of a rest, of which so many counts of noise are tolerated; none before that is clear. The
-    /// position is from where it began, units; `is_declared` if the hysteresis keeps noise out of it.
+    /// Judges a rest of which so many counts of noise are tolerated; none before that is clear. The position is from where
+    /// it began, units; `is_declared` if the hysteresis keeps noise out of it.
     pub(super) fn judge(&self, position: N, tolerated: N, is_declared: bool) -> Option<Rest> {
         /// Of as few samples, the deviation is by chance as much larger, over their inverse.
         const CHANCE: f64 = 8.0;
