@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use identifier_core::commission::Reason;
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Unknown};
@@ -92,6 +93,9 @@ pub struct Outcome {
     /// Bandwidth of the model's correction at the end, rad/s, where the law chooses it as it goes.
     #[serde(skip)]
     pub bandwidth: Option<f64>,
+    /// Why a law that begins by a fit has none after a second of motion.
+    #[serde(skip)]
+    pub obstacle: Option<Reason>,
     /// The reason why a method that closes its own loop has no estimates at the end.
     #[serde(skip)]
     pub failure: Option<&'static str>,

@@ -1,15 +1,16 @@
-//! The one catalogue of reasons why a drive or a commissioning stops: number, name, cause and remedy of each
-//! reason, the same in core, drive, results and documentation.
+//! The one catalogue of reasons why a drive or a commissioning stops and a first fit does not succeed: number, name,
+//! cause and remedy of each reason, the same in core, drive, results and documentation.
 
 use core::fmt;
 
 /// Defines [`Reason`] and its rows from one table: variant, number and name, cause, remedy.
 macro_rules! catalogue {
     ($($reason:ident = $number:literal, $name:literal: $cause:literal, $remedy:literal;)+) => {
-        /// Why a drive disabled its stage, or a commissioning ended without new gains.
+        /// Why a drive disabled its stage, a commissioning ended without new gains, or a first fit did not succeed.
         ///
         /// Numbers below 100 are faults of the drive and its axis: a drive that finds one disables its stage
-        /// until the fault is cleared. From 100 on they are outcomes of a commissioning.
+        /// until the fault is cleared. From 100 on they are outcomes of a commissioning,
+        /// from 180 on of a first fit.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -120,7 +121,7 @@ catalogue! {
         "allow more travel, speed or duration, or use a finer encoder";
     EstimateAtBound = 111, "estimate-at-bound":
         "an estimate stands at a bound, so it is no result",
-        "check the unit of the command, the counts per revolution and the limit of the current";
+        "check the unit of the command, the counts per revolution, the limit of the current and any bounds";
     NotPredicted = 120, "not-predicted":
         "the identified model does not predict a motion that it was not fitted to; no single effect stands out",
         "record a log and identify it with the law fit";
@@ -190,6 +191,21 @@ catalogue! {
     PowerLost = 173, "power-lost":
         "the power was lost before it ended",
         "order it again";
+    TooLittleMotion = 180, "too-little-motion":
+        "the servo moved hardly further than the steps and the noise of its encoder",
+        "let it move further, faster and with turns";
+    OneWayMotion = 181, "one-way-motion":
+        "the servo moved in one direction, in which gain, friction and load are not told apart",
+        "let it turn back";
+    ConstantCommand = 182, "constant-command":
+        "the command did not change, which leaves the gain open",
+        "let the servo accelerate and brake, with turns";
+    DoesNotFollow = 183, "does-not-follow":
+        "the position does not follow the command",
+        "check the amplifier, and that command and position are of the same axis and the same clock";
+    PartlyExplained = 184, "partly-explained":
+        "the model explains only a part of the motion, and the rest is more than noise",
+        "record a log and identify it with the law fit";
 }
 
 impl Reason {

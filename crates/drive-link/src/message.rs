@@ -131,6 +131,8 @@ pub struct Status {
     pub home: Home,
     /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
+    /// Why the law of the last run has no first fit after a second of motion.
+    pub obstacle: Option<Reason>,
     /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,
     /// Samples that ended too late since the start, as last reported.

@@ -29,6 +29,7 @@
 #define SERVO_ID_FRICTION_LOWERED     7
 #define SERVO_ID_AT_BOUND             8
 #define SERVO_ID_NOT_FOLLOWING        9
+#define SERVO_ID_FIRST_FIT_OVERDUE   10
 #define SERVO_ID_PENDING             20
 #define SERVO_ID_DECIDED             21
 #define SERVO_ID_NULL_POINTER        -1

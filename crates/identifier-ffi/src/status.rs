@@ -47,6 +47,7 @@ statuses! {
     7 FRICTION_LOWERED c"the servo moves where the friction of the model would hold it: the friction was lowered"
     8 AT_BOUND c"a fit was stopped by a bound: the last result stays"
     9 NOT_FOLLOWING c"the servo does not follow its command: amplifier off, or a limit that the command does not contain"
+    10 FIRST_FIT_OVERDUE c"no first fit has succeeded after a second of motion"
     20 PENDING c"work is left: call it again"
     21 DECIDED c"there is a decision for the other half"
     -1 NULL_POINTER c"an address is null"

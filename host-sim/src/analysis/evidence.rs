@@ -48,6 +48,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     } = *known;
     let mut evidence = Evidence::from_motion(motion);
     evidence.aborted = outcome.abort.is_some();
+    evidence.obstacle = outcome.obstacle;
     evidence.missing_term = Term::ALL.into_iter().find(|&term| {
         let has_size = |estimate: &TermEstimate| estimate.unknown.term() == Some(term);
         let has_entered = outcome.entered.iter().any(|(entered, _)| *entered == term)

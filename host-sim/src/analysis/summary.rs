@@ -317,6 +317,7 @@ impl Summariser {
             sample_time: self.sample_time,
             verdict,
             reason,
+            obstacle: outcome.obstacle,
             cause: batch.as_ref().and_then(evidence::cause).cloned(),
             // Where there is no servo, there are no units of it.
             physical: scale.and_then(|scale| ratios.scaled(scale).ok()),

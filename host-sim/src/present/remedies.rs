@@ -1,5 +1,6 @@
 //! Remedies for a verdict that keeps estimates from being relied on.
 
+use super::number::sentence;
 use crate::result::Summary;
 use crate::verdict::VerdictReason;
 
@@ -11,6 +12,10 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
     let is_other_model = matches!(
         reason,
         VerdictReason::AtBound { .. }
+            | VerdictReason::NoEstimate {
+                obstacle: Some(_),
+                ..
+            }
             | VerdictReason::StillMoving { .. }
             | VerdictReason::Lacks { .. }
             | VerdictReason::Elsewhere { .. }
@@ -35,7 +40,11 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
         VerdictReason::EndedEarly => vec![
             "See to the cause that is named above: nothing later can be relied on.".to_owned(),
         ],
-        VerdictReason::NoEstimate { unknown } => vec![
+        VerdictReason::NoEstimate {
+            obstacle: Some(obstacle),
+            ..
+        } => vec![sentence(obstacle.remedy())],
+        VerdictReason::NoEstimate { unknown, .. } => vec![
             "Let the servo move with turns for some seconds, so that the method gets going.".to_owned(),
             format!(
                 "If it still finds no {}, take another method: identifier.law = \"gauss-newton\" needs no \

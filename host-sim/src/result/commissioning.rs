@@ -211,7 +211,11 @@ impl Gains {
     }
 }
 
-fn reason<S: Serializer>(reason: &Option<Reason>, serializer: S) -> Result<S::Ok, S::Error> {
+/// A reason of the core's catalogue.
+pub(super) fn reason<S: Serializer>(
+    reason: &Option<Reason>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Keys {
         number: u8,

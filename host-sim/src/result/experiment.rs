@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::verdict::{Status, Verdict};
+use identifier_core::commission::Reason;
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use serde::{Serialize, Serializer};
 
@@ -27,6 +28,9 @@ pub struct Summary {
     pub verdict: Verdict,
     /// The verdict's reason in words, and remarks on the run.
     pub reason: String,
+    /// Why a law that begins by a fit had none after a second of motion.
+    #[serde(serialize_with = "super::commissioning::reason")]
+    pub obstacle: Option<Reason>,
     /// The effect that the model lacks, if one stands out.
     pub cause: Option<Finding>,
     /// The estimates.

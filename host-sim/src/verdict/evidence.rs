@@ -1,3 +1,4 @@
+use identifier_core::commission::Reason;
 use identifier_core::parameters::{Term, Unknown};
 
 use super::Cause;
@@ -17,6 +18,8 @@ pub struct Evidence {
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
     pub prediction: Option<f64>,
+    /// Why a law that begins by a fit had none after a second of motion.
+    pub obstacle: Option<Reason>,
     /// A required term that did not enter the model.
     pub missing_term: Option<Term>,
     /// True if a fit to the whole record found no servo that explains it.
@@ -141,6 +144,7 @@ impl Evidence {
             residual: None,
             lack: None,
             prediction: None,
+            obstacle: None,
             missing_term: None,
             not_a_servo: false,
             fit: None,

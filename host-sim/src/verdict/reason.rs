@@ -1,5 +1,6 @@
 use std::fmt;
 
+use identifier_core::commission::Reason;
 use identifier_core::parameters::{Term, Unknown};
 
 use super::Cause;
@@ -16,6 +17,8 @@ pub enum VerdictReason {
     NoEstimate {
         /// Of this unknown.
         unknown: Unknown,
+        /// Why a law that begins by a fit has none.
+        obstacle: Option<Reason>,
     },
     /// Too few samples.
     TooShort {
@@ -158,7 +161,7 @@ impl VerdictReason {
     #[must_use]
     pub const fn unknown(&self) -> Option<Unknown> {
         match self {
-            Self::NoEstimate { unknown }
+            Self::NoEstimate { unknown, .. }
             | Self::NotExcited { unknown, .. }
             | Self::AtBound { unknown, .. }
             | Self::StillMoving { unknown, .. }
@@ -176,7 +179,10 @@ impl fmt::Display for VerdictReason {
                 "every estimate is known and keeps still, and nothing in the data would move it",
             ),
             Self::EndedEarly => f.write_str("the run ended early"),
-            Self::NoEstimate { unknown } => write!(f, "no estimate of {}", unknown.name()),
+            Self::NoEstimate { unknown, obstacle } => {
+                write!(f, "no estimate of {}", unknown.name())?;
+                obstacle.map_or(Ok(()), |of| write!(f, ": {}; {}", of.cause(), of.remedy()))
+            }
             Self::TooShort { samples, needed } => write!(
                 f,
                 "{samples} samples are too few: at least {needed} are needed, and seconds are better"

@@ -1,5 +1,6 @@
 use std::fmt;
 
+use identifier_core::commission::Reason;
 use identifier_core::parameters::{Tolerance, Unknown};
 
 use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
@@ -151,14 +152,16 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
         VerdictReason::NotAServo
     } else {
         first(evidence, |unknown, of| {
-            if !of.estimate.is_finite() {
-                return Some(VerdictReason::NoEstimate { unknown });
-            }
-            if of.at_bound && of.estimate.abs() > Tolerance::ZERO_SHARE * of.scale {
+            let obstacle = evidence.obstacle;
+            let is_bounded = obstacle.is_none_or(|of| of == Reason::EstimateAtBound)
+                && of.at_bound
+                && of.estimate.abs() > Tolerance::ZERO_SHARE * of.scale;
+            if is_bounded {
                 let estimate = of.estimate;
                 return Some(VerdictReason::AtBound { unknown, estimate });
             }
-            None
+            let is_none = obstacle.is_some() || !of.estimate.is_finite();
+            is_none.then_some(VerdictReason::NoEstimate { unknown, obstacle })
         })?
     };
     Some((Status::NoInformation, reason))

@@ -915,6 +915,64 @@ const COMMISSIONED: [(Reason, Row); 30] = [
     ),
 ];
 
+/// The remedies of the reasons why a first fit does not succeed: those that a motion can follow.
+const OBSTACLES: [(Reason, Row); 4] = [
+    (
+        Reason::TooLittleMotion,
+        Row {
+            case: &[(
+                "=excitation",
+                "kind = \"multisine\"\namplitudes = [0.003]\nfrequencies = [3.0]",
+            )],
+            remedies: &[Followed("let it move further", LIVELY)],
+        },
+    ),
+    (
+        Reason::OneWayMotion,
+        Row {
+            case: &[
+                ("=plant", "a = 5.0\nb = 257.7\nload = 100.0\ncoulomb = 5.0"),
+                (
+                    "=controller",
+                    "kp = 0.01\nkd = 0.19\nki = 0.0\nsample_time = 0.001",
+                ),
+                ("=excitation", "kind = \"none\""),
+                ("identifier", "noise = 0.05"),
+            ],
+            remedies: &[Followed(
+                "let it turn back",
+                &[("=controller", SERVO[3].1), ("=excitation", SERVO[4].1)],
+            )],
+        },
+    ),
+    (
+        Reason::ConstantCommand,
+        Row {
+            case: &[
+                ("=plant", "a = 5.0\nb = 257.7\nload = 100.0\ncoulomb = 5.0"),
+                ("=amplifier", "limit = 0.05"),
+                STIFF,
+                ("=excitation", "kind = \"none\""),
+            ],
+            remedies: &[Followed(
+                "let the servo accelerate and brake",
+                &[
+                    ("=amplifier", SERVO[2].1),
+                    ("=controller", SERVO[3].1),
+                    ("=excitation", SERVO[4].1),
+                ],
+            )],
+        },
+    ),
+    (
+        Reason::PartlyExplained,
+        Row {
+            case: &[("plant", "gravity = [1000.0, 500.0]")],
+            remedies: &[Followed("identify it with the law fit", FIT)],
+        },
+    ),
+];
+
 /// Why the remedy of any other reason is not followed here.
 fn needs_hands(reason: Reason) -> Option<&'static str> {
     use Reason as R;
@@ -945,6 +1003,7 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
             "the source of the target is changed"
         }
         R::DoesNotStand => "a brake holds the servo",
+        R::DoesNotFollow => "amplifier or log are those of another axis",
         R::Stopped | R::ModeChanged | R::PowerLost => "it is ordered again",
         _ => return None,
     })
@@ -1070,6 +1129,22 @@ fn a_verdict_becomes_converged_once_its_remedy_is_followed() {
     }
 }
 
+#[test]
+fn a_first_fit_succeeds_once_the_remedy_of_its_obstacle_is_followed() {
+    let folder = folder("advice-obstacles");
+    for (reason, row) in &OBSTACLES {
+        assert_followed(&folder, row, |before| {
+            assert_eq!(before["code"], 20, "{}", before["reason"]);
+            assert_eq!(before["obstacle"]["name"], reason.name());
+        });
+        for remedy in row.remedies {
+            if let Followed(says, _) = remedy {
+                assert!(reason.remedy().contains(says), "{reason:?}: {says}");
+            }
+        }
+    }
+}
+
 fn commissioned(folder: &Path, text: &str) -> Output {
     let file = folder.join("scenario.toml");
     std::fs::write(&file, text).expect("written");
@@ -1165,7 +1240,8 @@ fn a_log_is_predicted_once_the_estimates_come_from_motions_like_it() {
 #[test]
 fn every_reason_has_a_remedy_that_is_followed_or_needs_hands() {
     for &reason in Reason::ALL {
-        let is_followed = COMMISSIONED.iter().any(|(followed, _)| *followed == reason);
+        let mut rows = COMMISSIONED.iter().chain(&OBSTACLES);
+        let is_followed = rows.any(|(followed, _)| *followed == reason);
         let hands = needs_hands(reason);
         assert!(is_followed != hands.is_some(), "{reason:?}: {hands:?}");
     }

@@ -113,6 +113,7 @@ fn json_on_standard_output_is_alone_and_has_the_promised_keys() {
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
     assert_eq!(result["code"], 0);
     assert!(result["cause"].is_null());
+    assert!(result["obstacle"].is_null());
     assert!((result["sample_time"].as_f64().expect("number") - 1e-3).abs() < 1e-15);
     for parameter in ["a", "b", "load"] {
         let estimate = &result["estimates"][parameter];

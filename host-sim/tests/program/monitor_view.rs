@@ -53,6 +53,7 @@ fn status(state: Does) -> Status {
         command_delay: 0.0,
         home: Home::Unknown,
         estimates: None,
+        obstacle: None,
         noticed: Noticed::default(),
         overruns: 0,
         dropped: 0,

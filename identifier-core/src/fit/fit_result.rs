@@ -3,7 +3,8 @@ use super::survey::{larger, root};
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
-use crate::parameters::Term;
+use crate::parameters::{Term, Unknown};
+use crate::reason::Reason;
 
 /// A fit result, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +33,10 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     pub(crate) left: N,
     /// The direction of the motion if it never reversed, ±1; else zero.
     pub(crate) only_direction: N,
+    is_hardly_motion: bool,
+    leaves_gain_open: bool,
+    /// See [`Fit::command_share`].
+    command_share: N,
     noise: N,
 }
 
@@ -78,19 +83,47 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     /// True if a recursion can continue from it: the motion is explained, and the relative standard
     /// error of b is at most `most`.
     pub(crate) fn is_good(&self, most: f64) -> bool {
-        /// The largest part of the motion that a fit may leave unexplained.
-        const MAX_UNEXPLAINED: f64 = 0.1;
         let b = self.parameters[B] * N::from_f64(most);
         let variance = self.covariance[B][B];
-        let explained = self.left < N::from_f64(MAX_UNEXPLAINED)
-            || self.unexplained < N::from_f64(4.0) * self.noise;
         let numbers = self
             .covariance
             .as_flattened()
             .iter()
             .chain(&self.parameters);
         let finite = numbers.into_iter().all(|number| number.is_finite());
-        finite && explained && !self.at_bound[B] && variance <= b * b
+        let known = !self.leaves_gain_open && !self.at_bound[B] && variance <= b * b;
+        finite && self.is_explained() && known
+    }
+
+    fn is_explained(&self) -> bool {
+        /// The largest part of the motion that a fit may leave unexplained.
+        const MAX_UNEXPLAINED: f64 = 0.1;
+        self.left < N::from_f64(MAX_UNEXPLAINED) || self.unexplained < N::from_f64(4.0) * self.noise
+    }
+
+    /// Why a result from which nothing can continue is none.
+    pub(crate) fn objection(&self) -> Reason {
+        /// The command acts if it explains at least this part of what friction and load leave over.
+        const MIN_COMMAND_SHARE: f64 = 0.5;
+        let acts = N::from_f64(MIN_COMMAND_SHARE);
+        let is_bounded = self.is_at_bound();
+        if self.leaves_gain_open && !self.is_hardly_motion {
+            Reason::ConstantCommand
+        } else if self.command_share < -acts {
+            Reason::Reversed
+        } else if self.is_hardly_motion {
+            Reason::TooLittleMotion
+        } else if self.command_share < acts && (is_bounded || !self.is_explained()) {
+            Reason::DoesNotFollow
+        } else if is_bounded {
+            Reason::EstimateAtBound
+        } else if !self.is_explained() {
+            Reason::PartlyExplained
+        } else if self.only_direction != N::ZERO {
+            Reason::OneWayMotion
+        } else {
+            Reason::TooLittleEvidence
+        }
     }
 }
 
@@ -149,6 +182,8 @@ where
             N::ZERO
         };
         let standing = larger(fit.standing_cost, cost);
+        let forces = [Unknown::Coulomb, Unknown::Load];
+        let has_force = (0..P).any(|i| free[i] && forces.contains(&S::UNKNOWNS[i]));
         Some(FitResult {
             parameters: core::array::from_fn(|i| best.unknowns[i] * per[i]),
             covariance: core::array::from_fn(|i| {
@@ -177,6 +212,9 @@ where
             } else {
                 N::ZERO
             },
+            is_hardly_motion: fit.survey.is_hardly_motion(),
+            leaves_gain_open: free[B] && fit.survey.leaves_gain_open(fit.blocks, has_force),
+            command_share: fit.command_share,
             noise: self.noise,
         })
     }

@@ -56,11 +56,6 @@ where
         self.fit = None;
     }
 
-    /// True if a block is the one that comes next.
-    pub(crate) fn is_next(&self, numbered: &NumberedBlock<N>) -> bool {
-        numbered.number == self.next
-    }
-
     /// Takes a block. One that is not the next begins the record anew: no fit spans a gap.
     pub(crate) fn take(&mut self, numbered: &NumberedBlock<N>) {
         self.take_at(&AngleSettings::NONE, numbered);
@@ -68,7 +63,7 @@ where
 
     /// The same for models that depend on the angle.
     pub(crate) fn take_at(&mut self, angle: &AngleSettings<N>, numbered: &NumberedBlock<N>) {
-        if !self.is_next(numbered) {
+        if numbered.number != self.next {
             self.begin_anew_at(angle);
         }
         self.next = numbered.number.wrapping_add(1);

@@ -5,9 +5,10 @@ use super::pass::{Pass, direction};
 use super::record::Record;
 use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger};
 use super::trial::BestFit;
-use super::{A, FitResult, FitterConfig, Prior};
+use super::{A, B, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
+use crate::linalg::NormalEquations;
 use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknowns_fingerprint};
@@ -34,6 +35,8 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknow
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usize = 6> {
     pub(super) step: FrictionStep<N>,
+    /// Blocks in motion after which a first fit is overdue.
+    pub(crate) patience: u32,
     /// Variance of the position noise, counts².
     pub(super) noise: N,
     pub(super) low: [N; P],
@@ -56,7 +59,7 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
 
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize, const Q: usize] Fitter<N, S, P, Q> as "Fitter" {
-        step, noise, low, high, prior, free, scale, per_scale, initial_weight, bandwidth, angle,
+        step, patience, noise, low, high, prior, free, scale, per_scale, initial_weight, bandwidth, angle,
         per_low_speed_velocity, demanded, set,
     }
     also unknowns_fingerprint(&S::UNKNOWNS, Q)
@@ -76,6 +79,8 @@ pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
     pub(super) correction: Innovation<N>,
     pub(super) pass: Pass<N, I, Q>,
     pub(super) linear: [[N; Q]; 2],
+    /// The part of the motion that the command explains beyond friction and load, with the sign of the gain.
+    pub(super) command_share: N,
     /// The cost of a model at rest.
     pub(super) standing_cost: N,
     pub(super) trial: [N; Q],
@@ -131,6 +136,7 @@ where
         low[A] = low[A].limited(-most, most);
         Self {
             step: FrictionStep::new(),
+            patience: config.patience,
             noise: N::from_f64(config.noise),
             low,
             high,
@@ -171,6 +177,7 @@ where
             correction: Innovation::critically_damped(N::ZERO),
             pass: Pass::at(&[N::ZERO; Q], P, inputs),
             linear: [[N::ZERO; Q]; 2],
+            command_share: N::ZERO,
             standing_cost: N::ZERO,
             trial: [N::ZERO; Q],
             damping: N::ZERO,
@@ -225,6 +232,8 @@ where
                 fit.standing_cost = fit.pass.equations.cost();
                 let mut free = self.free_unknowns(&fit.prior);
                 fit.linear[0] = fit.pass.equations.solve(none, &free);
+                fit.command_share =
+                    Self::command_share(&fit.pass.equations, free, fit.linear[0][B]);
                 for (free, unknown) in free.iter_mut().zip(S::UNKNOWNS) {
                     *free &= unknown != Unknown::Coulomb;
                 }
@@ -271,6 +280,19 @@ where
             FitStage::End => return Some(self.result(fit, None)),
         }
         None
+    }
+
+    /// The part of the errors that no other unknown explains and the gain does, 0 to 1, with its sign.
+    fn command_share(equations: &NormalEquations<N, Q>, free: [bool; Q], gain: N) -> N {
+        let mut others = free;
+        others[B] = false;
+        let without = equations.explained_by(&others);
+        let rest = equations.cost() - without;
+        if rest <= N::ZERO {
+            return N::ZERO;
+        }
+        let share = (equations.explained_by(&free) - without) * rest.reciprocal();
+        if gain < N::ZERO { -share } else { share }
     }
 
     /// True if a term is to be fitted without evidence for it.

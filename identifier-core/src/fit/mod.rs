@@ -17,6 +17,7 @@ mod start;
 mod suggestion;
 mod survey;
 mod trial;
+mod wait;
 
 pub(crate) use block::Blocking;
 pub use block::NumberedBlock;
@@ -26,6 +27,7 @@ pub(crate) use fitter::Fitter;
 pub(crate) use prior::{FitterConfig, Prior};
 pub(crate) use recorder::Recorder;
 pub(crate) use survey::MIN_TRAVEL_COUNTS;
+pub(crate) use wait::{FirstFitWait, PATIENCE};
 
 use crate::parameters::Unknown;
 

@@ -10,6 +10,8 @@ use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FitterConfig<const P: usize = 4> {
     pub(crate) block: u32,
+    /// Blocks in motion after which a first fit is overdue.
+    pub(crate) patience: u32,
     pub(crate) noise: f64,
     pub(crate) low: [f64; P],
     pub(crate) high: [f64; P],

@@ -11,6 +11,12 @@ pub(super) struct Survey<N> {
     command: N,
     command_square: N,
     travel_square: N,
+    position: N,
+    lowest: N,
+    highest: N,
+    last_travel: N,
+    /// Sum of the products of successive travels, counts²: negative for noise, positive for motion.
+    travel_product: N,
     /// The furthest since the last reversal, relative to the present position.
     extreme: N,
     pub(super) direction: N,
@@ -23,6 +29,11 @@ impl<N: Number> Survey<N> {
         command: N::ZERO,
         command_square: N::ZERO,
         travel_square: N::ZERO,
+        position: N::ZERO,
+        lowest: N::ZERO,
+        highest: N::ZERO,
+        last_travel: N::ZERO,
+        travel_product: N::ZERO,
         extreme: N::ZERO,
         direction: N::ZERO,
         reversals: 0,
@@ -34,6 +45,11 @@ impl<N: Number> Survey<N> {
         let back = N::from_f64(REVERSAL_COUNTS);
         self.path += block.travel.magnitude();
         self.travel_square += block.travel * block.travel;
+        self.position += block.travel;
+        self.lowest = -larger(-self.lowest, -self.position);
+        self.highest = larger(self.highest, self.position);
+        self.travel_product += block.travel * self.last_travel;
+        self.last_travel = block.travel;
         self.command += block.command;
         self.command_square += block.command * block.command;
         self.extreme += block.travel;
@@ -65,6 +81,27 @@ impl<N: Number> Survey<N> {
             N::from_f64(1e-12),
         );
         omega * root(self.travel_square * per_block) * unrest.reciprocal_root()
+    }
+
+    /// True if the position hardly goes beyond the steps and the noise of the encoder.
+    pub(super) fn is_hardly_motion(&self) -> bool {
+        /// The distance between the ends of a motion of which more than the rounding is seen, counts.
+        const MIN_EXTENT_COUNTS: f64 = 20.0;
+        /// The correlation of successive travels is −0.5 for white noise of the position alone.
+        const NOISE_CORRELATION: f64 = -0.25;
+        self.highest - self.lowest < N::from_f64(MIN_EXTENT_COUNTS)
+            || self.travel_product < N::from_f64(NOISE_CORRELATION) * self.travel_square
+    }
+
+    /// True if any gain explains the motion: without a command, or with one so constant that a force of the model
+    /// makes up for the gain.
+    pub(super) fn leaves_gain_open(&self, blocks: usize, has_force: bool) -> bool {
+        /// The square of the command's deviation from its mean, over that of the command.
+        const MAX_VARIANCE: f64 = 1e-4;
+        let mean = self.command * per(blocks);
+        let square = self.command_square * per(blocks);
+        let most = N::from_f64(if has_force { MAX_VARIANCE } else { 0.0 });
+        square <= N::ZERO || square - mean * mean < most * square
     }
 
     /// A usual command: its root mean square.

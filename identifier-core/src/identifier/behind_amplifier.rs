@@ -5,6 +5,7 @@ use crate::error::StepError;
 use crate::model::{Amplifier, AmplifierState};
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
+use crate::reason::Reason;
 
 /// An identifier behind the declared amplifier: the commands that it gets are those that act
 /// on the servo behind dead band, delay and current loop, a ring of L commands long (a power of two; the
@@ -132,6 +133,10 @@ impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<
 
     fn entered(&self, state: &Self::State) -> Terms {
         self.identifier.entered(&state.identification)
+    }
+
+    fn obstacle(&self, state: &Self::State) -> Option<Reason> {
+        self.identifier.obstacle(&state.identification)
     }
 
     fn place(&self, state: &mut Self::State, position: N) {

@@ -5,6 +5,7 @@ use crate::constants::{Encode, encode};
 use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
+use crate::reason::Reason;
 
 /// Both halves of an identifier that fits as one, for a PC and for firmwares that have the time:
 /// blocks and fit results are passed on at once, and [`Identify::work`] is the fitter's.
@@ -128,6 +129,10 @@ where
 
     fn entered(&self, state: &Self::State) -> Terms {
         self.recorder.entered(&state.recorder)
+    }
+
+    fn obstacle(&self, state: &Self::State) -> Option<Reason> {
+        self.fitter.obstacle(&state.fitter)
     }
 
     fn place(&self, state: &mut Self::State, position: N) {

@@ -1,5 +1,6 @@
 use super::identify::Identify;
 use crate::fit::NumberedBlock;
+use crate::reason::Reason;
 
 /// The interrupt's half of an identifier that fits: it records, and continues from the fit results.
 ///
@@ -95,4 +96,8 @@ pub trait FitBlocks<N: Copy> {
     /// Continues the fit under way by at most `budget` blocks, or begins one if it is time. Returns
     /// a fit result when there is one to be taken over.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted>;
+
+    /// Why no first fit has succeeded after a second of motion: see
+    /// [`Identify::obstacle`](super::Identify::obstacle).
+    fn obstacle(&self, state: &Self::State) -> Option<Reason>;
 }

@@ -2,6 +2,7 @@ use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
+use crate::reason::Reason;
 
 /// An identifier: it only listens. It gets two numbers per sample, the increment of the encoder since
 /// the last sample and the command that acts from now until the next.
@@ -114,6 +115,12 @@ pub trait Identify<N: Copy> {
         Terms::NONE
     }
 
+    /// Why no first fit has succeeded after a second of motion (longer where its record is), for laws that begin
+    /// by one: none before that, and once one has.
+    fn obstacle(&self, _: &Self::State) -> Option<Reason> {
+        None
+    }
+
     /// Says at which position (position units) the servo is before the first sample, for models that
     /// depend on the angle.
     fn place(&self, _: &mut Self::State, _: N) {}
@@ -171,6 +178,8 @@ pub enum Event {
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
     /// recorded command. Nothing is learnt.
     NotFollowing,
+    /// No first fit has succeeded after a second of motion: [`Identify::obstacle`] has the reason.
+    FirstFitOverdue,
 }
 
 /// Refuses an impossible sample.

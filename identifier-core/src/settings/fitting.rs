@@ -3,7 +3,7 @@ use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::adaptation::IdentifiableSet;
 use crate::error::Allowed;
-use crate::fit::{FitterConfig, ROUNDING, place_of};
+use crate::fit::{FitterConfig, PATIENCE, ROUNDING, place_of};
 use crate::model::{AngleSettings, ZeroOrderHoldStep};
 use crate::number::Number;
 use crate::parameters::{Parameter, Terms, Unknown, UnknownSet};
@@ -53,8 +53,10 @@ impl<'a> Listening<'a> {
         time: f64,
     ) -> Result<FitterConfig, SettingsError> {
         let given = &self.settings.identifier;
+        let block = self.block(places, time)?;
         let mut config = FitterConfig {
-            block: self.block(places, time)?,
+            block,
+            patience: self.patience(block, places),
             noise: self.noise_variance()?,
             low: [0.0; 4],
             high: [0.0; 4],
@@ -114,6 +116,7 @@ impl<'a> Listening<'a> {
         };
         Ok(FitterConfig {
             block: base.block,
+            patience: base.patience,
             noise: base.noise,
             low: bounds.map(|[low, _]| low),
             high: bounds.map(|[_, high]| high),
@@ -182,6 +185,12 @@ impl<'a> Listening<'a> {
         let time = Allowed::Within(1e-4, 1e4).check("start_time", time)?;
         let samples = time / self.units.rate();
         Ok(libm::ceil(samples / places.max(1) as f64).clamp(1.0, MAX_BLOCK_SAMPLES) as u32)
+    }
+
+    /// Blocks in motion after which a first fit to a record of `places` is overdue.
+    fn patience(&self, block: u32, places: usize) -> u32 {
+        let blocks = PATIENCE / (f64::from(block) * self.units.rate());
+        (libm::ceil(blocks) as u32).max(places as u32)
     }
 }
 

@@ -3,6 +3,7 @@
 mod behind_amplifier;
 mod command_driven;
 mod command_driven_robustness;
+mod first_fit;
 mod gradient;
 mod halves;
 mod literal_loop;

@@ -13,7 +13,7 @@ use drive_link::{
     Report, Request, Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::{CommissionSettings, Phase};
+use identifier_core::commission::{CommissionSettings, Phase, Reason};
 
 pub use self::memory::Memory;
 use self::memory::Slot;
@@ -49,6 +49,8 @@ pub struct Supervisor<'a, F> {
     /// Memory in which a commissioning is built, unless the interrupt has it.
     commissioning_slot: Option<Slot<Commissioning>>,
     solver: Solver,
+    /// Why there is no first fit, as it was reported last.
+    obstacle: Option<Reason>,
     /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
     requested: Option<CommissionSettings>,
     phase: Phase,
@@ -134,6 +136,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             estimates: record.and_then(|record| record.estimates),
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
             solver: Solver::in_memory(&mut memory.solver),
+            obstacle: None,
             requested: None,
             phase: Phase::Idle,
             outcome: record.and_then(Self::outcome_in),

@@ -22,9 +22,14 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.garbled = self.garbled.saturating_add(1);
     }
 
-    /// The next event of the interrupt, as a report.
+    /// The next event of the interrupt or of the first fit, as a report.
     pub fn next_report(&mut self) -> Option<Report> {
-        Some(match self.channel.event()? {
+        let Some(event) = self.channel.event() else {
+            let obstacle = self.solver.obstacle();
+            let before = core::mem::replace(&mut self.obstacle, obstacle);
+            return (obstacle != before).then(|| self.status(None));
+        };
+        Some(match event {
             Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
             Event::Commissioning(sample) => Report::Progress(self.progress(&sample)),
             Event::State(state) => {
@@ -76,6 +81,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             command_delay: self.stage.command_delay as f32,
             home: self.origin.home(),
             estimates: self.estimates,
+            obstacle: self.solver.obstacle(),
             noticed: self.counts.noticed,
             overruns: self.counts.overruns,
             dropped: self.counts.dropped.saturating_add(self.reports_dropped),

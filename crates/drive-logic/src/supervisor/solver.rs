@@ -2,7 +2,7 @@
 //! solver of a commissioning.
 
 use drive_link::{Law, LoopSettings, NotAllowed};
-use identifier_core::commission::{CommissionSettings, CommissionSolver};
+use identifier_core::commission::{CommissionSettings, CommissionSolver, Reason};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::{AbCoulombLoad, IdentifiedServo};
 use identifier_core::tuning::Tuning;
@@ -84,6 +84,12 @@ impl Solver {
         if matches!(self.pending, Some(Solution::Decision(_))) {
             self.pending = None;
         }
+    }
+
+    /// Why a run's law has no first fit after a second of motion.
+    pub(super) fn obstacle(&self) -> Option<Reason> {
+        let (fitter, state) = self.first_fit.as_ref()?;
+        fitter.obstacle(state)
     }
 
     /// The servo as a commissioning knows it so far.

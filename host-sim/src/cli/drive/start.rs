@@ -1,11 +1,11 @@
 use std::time::Instant;
 
-use drive_link::{Command, Ended, Settings, State};
+use drive_link::{Command, Ended, Settings, State, Status};
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
 use super::home;
-use super::status::{estimates_line, snapshot_line};
+use super::status::{estimates_line, no_first_fit, snapshot_line};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::Client;
@@ -59,6 +59,14 @@ impl Arguments {
             Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
             Some(Event::Status(status)) if status.state == State::Released => Ok(Some(())),
             _ if self.time.is_some_and(is_over) => client.stop().map_err(fault).map(Some),
+            Some(Event::Status(Status {
+                obstacle: Some(obstacle),
+                ..
+            })) => {
+                let line = show!("{}", no_first_fit(obstacle));
+                printed = std::mem::replace(&mut printed, Ok(())).and(line);
+                Ok(None)
+            }
             Some(Event::Snapshot(snapshot)) => {
                 let line = show!("{}", snapshot_line(&snapshot));
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);

@@ -1,6 +1,7 @@
 //! A drive's state, estimates and settings in words.
 
 use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
+use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
 
 use crate::cli::fault::Fault;
@@ -55,12 +56,20 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
     line
 }
 
+/// Why there is no first fit, on one line.
+pub(super) fn no_first_fit(obstacle: Reason) -> String {
+    format!("no first fit: {}; {}", obstacle.cause(), obstacle.remedy())
+}
+
 /// Prints state, estimates, history and settings.
 pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     show!("{}", status.state)?;
     match &status.estimates {
         Some(estimates) => show!("knows: {}", estimates_line(estimates))?,
         None => show!("the servo is not identified yet")?,
+    }
+    if let Some(obstacle) = &status.obstacle {
+        show!("{}", no_first_fit(*obstacle))?;
     }
     show!("{}", status.home)?;
     if !status.configured {

@@ -44,7 +44,12 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
                 )),
             ]
         }
-        _ => known("the drive's estimates", state.status().estimates.as_ref()),
+        _ => {
+            let mut lines = known("the drive's estimates", state.status().estimates.as_ref());
+            let obstacle = state.status().obstacle;
+            lines.extend(obstacle.map(|of| Line::from(format!("  no first fit: {}", of.name()))));
+            lines
+        }
     });
     lines.push(Line::default());
     if state.receives_every_sample() {

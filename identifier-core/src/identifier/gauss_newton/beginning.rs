@@ -131,6 +131,7 @@ where
                     self.law.settle_anew(&mut state.recursion.law);
                     state.recording = false;
                 }
+                None if state.recursion.mode == Mode::Recording => event = Event::FirstFitOverdue,
                 None => event = Event::NotFollowing,
             }
         }

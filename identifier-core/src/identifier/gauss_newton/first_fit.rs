@@ -4,10 +4,11 @@ use super::super::halves::FitBlocks;
 use super::beginning::{FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
-use crate::fit::{Ended, FitResult, Fits, Fitter, NumberedBlock};
+use crate::fit::{Ended, FirstFitWait, FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
 use crate::number::Number;
 use crate::parameters::{Parameter, unknowns_fingerprint};
+use crate::reason::Reason;
 
 const COULOMB: usize = Parameter::Coulomb as usize;
 const LOAD: usize = Parameter::Load as usize;
@@ -33,8 +34,7 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
-    /// Fits to a full record that did not explain the motion.
-    failures: u32,
+    wait: FirstFitWait,
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
@@ -112,25 +112,22 @@ where
     fn start(&self) -> Self::State {
         GaussNewtonFitterState {
             fits: Fits::none(),
-            failures: 0,
+            wait: FirstFitWait::START,
         }
     }
 
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
-        if !state.fits.is_next(block) {
-            self.begin_anew(state);
-        }
+        state.wait.take(self.fitter.patience, block);
         state.fits.take(block);
     }
 
     fn begin_anew(&self, state: &mut Self::State) {
         state.fits.begin_anew();
-        state.failures = 0;
     }
 
     /// Begins a fit when half of the record is there, and again whenever a quarter is new. A result
-    /// that the recursion can start from ends the record; results that do not explain a full record
-    /// are passed on now and then.
+    /// that the recursion can start from ends the record; of the others those are passed on that give a
+    /// new reason to be reported.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
         if !state.fits.is_under_way() {
             if state.fits.blocks() < W / 2 || state.fits.fresh() < W / 4 {
@@ -139,17 +136,22 @@ where
             state.fits.begin(&self.fitter, self.fitter.given());
         }
         let Ended { result, last, full } = state.fits.advance(&self.fitter, budget)?;
-        if let Some(result) = result.filter(|result| Self::is_good(result, full)) {
+        let good = result.filter(|result| Self::is_good(result, full));
+        let explained = good.map(|result| self.explained(&result));
+        if explained.is_some() {
             self.begin_anew(state);
-            return Some(GaussNewtonFitted {
-                last,
-                explained: Some(self.explained(&result)),
-            });
+            state.wait.end();
+        } else {
+            let objection = result.map_or(Reason::TooLittleMotion, |result| result.objection());
+            let is_new = full && state.wait.object(self.fitter.patience, objection);
+            if !is_new {
+                return None;
+            }
         }
-        state.failures = state.failures.saturating_add(u32::from(full));
-        (full && state.failures % 4 == 2).then_some(GaussNewtonFitted {
-            last,
-            explained: None,
-        })
+        Some(GaussNewtonFitted { last, explained })
+    }
+
+    fn obstacle(&self, state: &Self::State) -> Option<Reason> {
+        state.wait.reason(self.fitter.patience)
     }
 }

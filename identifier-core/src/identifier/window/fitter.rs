@@ -3,9 +3,10 @@ use core::marker::PhantomData;
 use super::super::halves::FitBlocks;
 use super::recorder::{WindowFitted, WindowSolution};
 use crate::adaptation::IdentifiableSet;
-use crate::fit::{FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
+use crate::fit::{FirstFitWait, FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, Term, Terms};
+use crate::reason::Reason;
 
 /// The background's half of the windowed identifier: it collects the blocks that a
 /// [`WindowRecorder`](super::WindowRecorder) of the same settings has recorded, at most W of them, and
@@ -37,6 +38,7 @@ pub struct WindowFitterState<
     const Q: usize = 6,
 > {
     fits: Fits<N, W, I, U, Q>,
+    wait: FirstFitWait,
     result: Option<FitResult<N, U>>,
 }
 
@@ -161,6 +163,7 @@ where
     fn start(&self) -> Self::State {
         WindowFitterState {
             fits: Fits::none(),
+            wait: FirstFitWait::START,
             result: None,
         }
     }
@@ -170,6 +173,7 @@ where
     }
 
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
+        state.wait.take(self.fitter.patience, block);
         state.fits.take_at(self.fitter.angle(), block);
     }
 
@@ -202,13 +206,26 @@ where
             state.fits.begin(&self.fitter, prior);
             return None;
         }
-        if good && !self.takes(&mut state.result, &result) {
-            return None;
+        if !good && state.result.is_none() {
+            let is_new = ended.full && state.wait.object(self.fitter.patience, result.objection());
+            if !is_new {
+                return None;
+            }
+        }
+        if good {
+            if !self.takes(&mut state.result, &result) {
+                return None;
+            }
+            state.wait.end();
         }
         (explained && separated || ended.full).then(|| WindowFitted {
             last: ended.last,
             at_bound: result.at_bound,
             explained: good.then(|| WindowSolution::from_result(&result, result.entered::<F>())),
         })
+    }
+
+    fn obstacle(&self, state: &Self::State) -> Option<Reason> {
+        state.wait.reason(self.fitter.patience)
     }
 }

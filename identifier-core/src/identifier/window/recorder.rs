@@ -229,6 +229,7 @@ where
                     Event::TermEntered
                 }
             }
+            None if state.explained.is_none() => Event::FirstFitOverdue,
             None if fitted.at_bound.contains(&true) => Event::AtBound,
             None => Event::NotFollowing,
         };

@@ -1,0 +1,76 @@
+//! A run whose first fit does not succeed reports why, over the line and of its own accord.
+#![cfg(not(feature = "fixed-point"))]
+
+#[macro_use]
+mod support;
+
+use drive_link::{Command, Law, Report, Settings};
+use identifier_core::commission::Reason;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::IdentifierSettings;
+use support::drive::SERVO;
+use support::{Bench, Flash, settings};
+
+/// Settings without knowledge of the servo, for the law that needs none.
+fn first_contact() -> Settings {
+    let mut wanted = settings();
+    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    wanted
+}
+
+/// The obstacles of the statuses among reports that no request asked for.
+fn obstacles(reports: &[Report]) -> Vec<Option<Reason>> {
+    let of_status = |report: &Report| match report {
+        Report::Status { id: None, status } => Some(status.obstacle),
+        _ => None,
+    };
+    reports.iter().filter_map(of_status).collect()
+}
+
+#[test]
+fn the_status_has_the_reason_until_a_first_fit_succeeds() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut bounded = first_contact();
+    bounded.closed_loop.core.identifier.bounds.b = Some([2.0 * SERVO.b, 8.0 * SERVO.b]);
+    drive.done(Command::Configure(bounded));
+    drive.done(Command::Start);
+    assert_eq!(obstacles(&drive.pass(950)), []);
+    assert_eq!(drive.status().obstacle, None);
+    let expected = Some(Reason::EstimateAtBound);
+    assert_eq!(obstacles(&drive.pass(1050)), [expected]);
+    assert_eq!(drive.status().obstacle, expected);
+
+    // The servo becomes one that the bounds allow.
+    bench.change(&ServoParameters {
+        b: 4.0 * SERVO.b,
+        ..SERVO
+    });
+    assert_eq!(obstacles(&drive.pass(8000)), [None]);
+    assert_eq!(drive.status().obstacle, None);
+}
+
+#[test]
+fn a_new_run_begins_without_the_reason_of_the_last() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut bounded = first_contact();
+    bounded.closed_loop.core.identifier.bounds.b = Some([2.0 * SERVO.b, 8.0 * SERVO.b]);
+    drive.done(Command::Configure(bounded));
+    drive.done(Command::Start);
+    drive.pass(2000);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    assert_eq!(drive.status().obstacle, Some(Reason::EstimateAtBound));
+
+    drive.done(Command::Configure(first_contact()));
+    drive.done(Command::Start);
+    assert_eq!(drive.status().obstacle, None);
+    let obstacles = obstacles(&drive.pass(3000));
+    assert!(obstacles.iter().all(Option::is_none), "{obstacles:?}");
+    drive.done(Command::Stop);
+    drive.pass(1);
+    let found = drive.supervisor.estimates().expect("identified").servo;
+    assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
+}

@@ -1,0 +1,271 @@
+//! A first fit that does not succeed: its reason after a second of motion, and the fit that succeeds later.
+
+use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo};
+use identifier_core::Settings;
+use identifier_core::commission::Reason;
+use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
+use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::settings::FromSettings;
+
+/// As many blocks as a drive has.
+type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
+type Window = WindowIdentifier<f32, AbCoulombLoad, 4>;
+
+/// 250 Hz to 20 kHz.
+const SAMPLE_TIMES: [f64; 4] = [4e-3, 1e-3, 0.25e-3, 50e-6];
+
+const REASONS: [Reason; 8] = [
+    Reason::TooLittleMotion,
+    Reason::OneWayMotion,
+    Reason::ConstantCommand,
+    Reason::DoesNotFollow,
+    Reason::PartlyExplained,
+    Reason::TooLittleEvidence,
+    Reason::EstimateAtBound,
+    Reason::Reversed,
+];
+
+fn servo(sample_time: f64) -> Servo {
+    Servo {
+        parameters: ServoParameters {
+            a: 2.0,
+            b: 250.0,
+            coulomb: 15.0,
+            load: 20.0,
+        },
+        counts_per_rev: 10_000.0,
+        sample_time,
+        limit: 10.0,
+        bandwidth: 20.0,
+        offset: 0.0,
+        seed: 5,
+    }
+}
+
+fn settings(servo: &Servo) -> Settings {
+    Settings::new(servo.sample_time, servo.counts_per_rev)
+}
+
+/// A servo in the motion from which it can be identified.
+fn lively(servo: &Servo) -> Loop {
+    Loop::new(Kind::Pid, servo, amplitude_for(Kind::Pid, servo, 0.2))
+}
+
+/// The counts moved until a sample, and the command that acts from then on.
+type Sample = (f64, f64);
+
+/// A servo under a command of its own.
+struct OpenLoop {
+    motion: Loop,
+    time: f64,
+    count: f64,
+}
+
+impl OpenLoop {
+    fn new(sample_time: f64) -> Self {
+        Self {
+            motion: lively(&servo(sample_time)),
+            time: 0.0,
+            count: 0.0,
+        }
+    }
+
+    fn sample(&mut self, command: impl Fn(f64) -> f64) -> Sample {
+        let command = command(self.time);
+        let Servo { sample_time, .. } = self.motion.servo;
+        self.time += sample_time;
+        self.motion.plant.advance(command);
+        let count = (self.motion.plant.position / self.motion.servo.count()).floor();
+        let moved = count - std::mem::replace(&mut self.count, count);
+        (moved, command)
+    }
+}
+
+/// Settings and samples for which a first fit has no other reason not to succeed.
+fn case(reason: Reason, sample_time: f64) -> (Settings, Box<dyn FnMut() -> Sample>) {
+    let servo = servo(sample_time);
+    let mut settings = settings(&servo);
+    let mut motion = lively(&servo);
+    let mut open = OpenLoop::new(sample_time);
+    let quick = Servo {
+        seed: 77,
+        bandwidth: 60.0,
+        ..servo
+    };
+    let mut other = lively(&quick);
+    let mut alike = lively(&Servo { seed: 77, ..servo });
+    let samples: Box<dyn FnMut() -> Sample> = match reason {
+        Reason::TooLittleMotion => {
+            let mut draw = Draw::new(3);
+            let mut count = 0.0;
+            Box::new(move || {
+                let noise = draw.uniform(-30.0, 30.0).round();
+                let moved = noise - std::mem::replace(&mut count, noise);
+                (moved, motion.sample().1)
+            })
+        }
+        Reason::OneWayMotion => {
+            // Noise that hides how the small changes of the command act.
+            settings.identifier.noise = Some(0.05);
+            Box::new(move || open.sample(|time| 0.15 + 0.05 * (20.0 * time).sin()))
+        }
+        Reason::ConstantCommand => Box::new(move || open.sample(|_| 0.3)),
+        Reason::DoesNotFollow => Box::new(move || (motion.sample().0, other.sample().1)),
+        Reason::PartlyExplained => {
+            // In a shorter window a fit explains enough by chance.
+            settings.identifier.start_time = Some(1.0);
+            Box::new(move || {
+                let (moved, command) = motion.sample();
+                (moved, command + 1.5 * alike.sample().1)
+            })
+        }
+        Reason::TooLittleEvidence => {
+            settings.identifier.noise = Some(0.05);
+            let mut small = Loop::new(Kind::Pid, &servo, 0.02);
+            Box::new(move || small.sample())
+        }
+        Reason::EstimateAtBound => {
+            settings.identifier.bounds.b = Some([500.0, 1000.0]);
+            Box::new(move || motion.sample())
+        }
+        Reason::Reversed => Box::new(move || {
+            let (moved, command) = motion.sample();
+            (moved, -command)
+        }),
+        _ => unreachable!("no reason of a first fit"),
+    };
+    (settings, samples)
+}
+
+/// An identifier with its state, and the first of its events.
+struct Run<I: Identify<f32>> {
+    identifier: I,
+    state: I::State,
+    sample_time: f64,
+    samples: u32,
+    /// The time of the first report, s, and its reason.
+    reported: Option<(f64, Option<Reason>)>,
+    /// The time of the first success, s.
+    started: Option<f64>,
+}
+
+impl<I: Identify<f32> + FromSettings> Run<I> {
+    fn new(settings: &Settings) -> Self {
+        let identifier: I = settings.build().expect("valid");
+        Self {
+            state: identifier.start(),
+            identifier,
+            sample_time: settings.sample_time,
+            samples: 0,
+            reported: None,
+            started: None,
+        }
+    }
+
+    fn run(&mut self, time: f64, mut sample: impl FnMut() -> Sample) {
+        for _ in 0..(time / self.sample_time).round() as u32 {
+            let (moved, command) = sample();
+            let update = self
+                .identifier
+                .learn(&mut self.state, moved as f32, command as f32);
+            self.identifier.work(&mut self.state, u32::MAX);
+            self.samples += 1;
+            let now = f64::from(self.samples) * self.sample_time;
+            match update.expect("ordinary samples").event {
+                Event::FirstFitOverdue => {
+                    let report = (now, self.obstacle());
+                    self.reported = self.reported.or(Some(report));
+                }
+                Event::Started => self.started = self.started.or(Some(now)),
+                _ => {}
+            }
+        }
+    }
+
+    fn obstacle(&self) -> Option<Reason> {
+        self.identifier.obstacle(&self.state)
+    }
+}
+
+fn each_reason_is_reported<I: Identify<f32> + FromSettings>(law: &str) {
+    for sample_time in SAMPLE_TIMES {
+        for reason in REASONS {
+            let (settings, mut sample) = case(reason, sample_time);
+            let mut run = Run::<I>::new(&settings);
+            run.run(0.95, &mut sample);
+            let name = format!("{law} at {sample_time} s: {reason:?}");
+            assert_eq!(run.obstacle(), None, "{name}");
+            run.run(0.85, &mut sample);
+            let (time, said) = run.reported.unwrap_or_default();
+            assert_eq!(said, Some(reason), "{name}, started {:?}", run.started);
+            assert!((1.0..1.6).contains(&time), "{name}: {time} s");
+        }
+    }
+}
+
+#[test]
+fn gauss_newton_reports_why_there_is_no_first_fit_after_a_second_of_motion() {
+    each_reason_is_reported::<GaussNewton>("Gauss-Newton");
+}
+
+#[test]
+fn a_window_reports_why_there_is_no_first_fit_after_a_second_of_motion() {
+    each_reason_is_reported::<Window>("window");
+}
+
+fn later_motion_identifies<I: Identify<f32> + FromSettings>(sample_time: f64) {
+    let servo = servo(sample_time);
+    for reason in [
+        Reason::ConstantCommand,
+        Reason::Reversed,
+        Reason::TooLittleMotion,
+    ] {
+        let (settings, sample) = case(reason, sample_time);
+        let mut run = Run::<I>::new(&settings);
+        run.run(2.0, sample);
+        assert_eq!(run.obstacle(), Some(reason));
+        let mut motion = lively(&servo);
+        run.run(2.5, || motion.sample());
+        assert_eq!(run.obstacle(), None, "after {reason:?}");
+        assert!(run.started.is_some(), "after {reason:?}");
+        let off = run.identifier.estimates(&run.state).b / servo.parameters.b - 1.0;
+        assert!(off.abs() < 0.01, "after {reason:?}: {off}");
+    }
+}
+
+#[test]
+fn a_first_fit_succeeds_once_the_motion_is_informative() {
+    for sample_time in [4e-3, 0.25e-3] {
+        later_motion_identifies::<GaussNewton>(sample_time);
+        later_motion_identifies::<Window>(sample_time);
+    }
+}
+
+#[test]
+fn a_healthy_servo_never_waits_for_a_first_fit() {
+    let runs = on_all_cores(200, |i| {
+        let ordinary = ordinary_servo(i + 8000);
+        let sample_time = SAMPLE_TIMES[i as usize % SAMPLE_TIMES.len()];
+        let servo = Servo {
+            sample_time,
+            bandwidth: ordinary.bandwidth.min(0.15 / sample_time),
+            ..ordinary
+        };
+        let amplitude = amplitude_for(Kind::Pid, &servo, 0.2);
+        let motion = || Loop::new(Kind::Pid, &servo, amplitude);
+        let mut recursion = Run::<GaussNewton>::new(&settings(&servo));
+        let mut moved = motion();
+        recursion.run(3.0, || moved.sample());
+        let mut window = Run::<Window>::new(&settings(&servo));
+        let mut moved = motion();
+        window.run(3.0, || moved.sample());
+        [
+            (recursion.reported, recursion.started),
+            (window.reported, window.started),
+        ]
+    });
+    for (i, (reported, started)) in runs.iter().flatten().enumerate() {
+        assert_eq!(*reported, None, "{i}");
+        assert!(started.is_some(), "{i}");
+    }
+}
