@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use identifier_core::identification::{Column, Effect, Fitter, Values};
 
+use super::recording::Recording;
+use super::scan::Answer;
 use crate::verdict::Cause;
 
 /// An effect in one of its forms, as columns of a pass.
@@ -13,11 +15,8 @@ pub(super) struct Candidate {
     pub(super) columns: Vec<Column>,
 }
 
-/// Orders of ripple that are looked for: pole pairs and slots of usual motors.
-const ORDERS: [f64; 6] = [2.0, 6.0, 12.0, 18.0, 24.0, 36.0];
-
-/// Orders of the gain's ripple.
-const GAIN_ORDERS: [f64; 3] = [2.0, 6.0, 12.0];
+/// The highest order of ripple that is looked for: slots and pole pairs of usual motors.
+const MAX_ORDER: u32 = 40;
 
 /// Speeds at which friction may fade, of a large velocity of the motion.
 const FADING: [f64; 3] = [0.03, 0.1, 0.3];
@@ -34,8 +33,36 @@ pub(super) struct Range {
     pub(super) angle: f64,
     /// The means of sin and cos over the motion.
     pub(super) mean_wave: [f64; 2],
-    /// Levels of the command below which half, three quarters, nine tenths and most of it lies.
-    pub(super) levels: [f64; 4],
+    /// A large command.
+    pub(super) peak: f64,
+    /// Levels of the command below which half, three quarters, nine tenths and most of it lies, where it has several.
+    pub(super) levels: Vec<f64>,
+}
+
+impl Range {
+    /// Of a record with a large velocity, counts/sample.
+    pub(super) fn new(recording: &Recording, velocity: f64) -> Self {
+        let [small, half, most, nearly, all, peak] =
+            recording.levels([0.1, 0.5, 0.75, 0.9, 0.97, 0.99]);
+        // Of a command of few sizes none is between them, but a share of the largest is; of one size there is none.
+        let levels = [(half, 0.6), (most, 0.75), (nearly, 0.85), (all, 0.95)]
+            .map(|(level, share)| level.min(share * peak));
+        Self {
+            velocity,
+            angle: recording.span(),
+            mean_wave: recording.mean_wave(),
+            peak,
+            levels: levels.into_iter().filter(|level| *level > small).collect(),
+        }
+    }
+
+    /// The mean over the motion of a gravity of some sizes.
+    pub(super) fn mean_gravity(&self, sizes: impl Iterator<Item = f64>) -> f64 {
+        sizes
+            .zip(self.mean_wave)
+            .map(|(size, mean)| size * mean)
+            .sum()
+    }
 }
 
 /// Sizes of a motion, by which effects are small or large.
@@ -90,8 +117,9 @@ impl Candidate {
             Self::plain(Cause::FrictionDrift, &[E::FrictionDrift]),
             Self::plain(Cause::GainAsymmetry, &[E::GainAsymmetry]),
             Self::plain(Cause::Resonance, &[E::Compliance]),
+            Self::plain(Cause::Backlash, &[E::Play]),
         ];
-        for level in range.levels {
+        for &level in &range.levels {
             all.push(Self::at(Cause::HiddenLimit, &[E::LimitSlope], level));
         }
         for share in FADING {
@@ -112,12 +140,10 @@ impl Candidate {
             let inertia = [E::InertiaSine, E::InertiaCosine];
             all.push(Self::plain(Cause::VaryingInertia, &inertia));
         }
-        let seen = |order: &f64| range.angle > TAU / order;
-        for order in ORDERS.into_iter().filter(seen) {
+        let seen = |order: &f64| range.angle * order >= long;
+        for order in (2..=MAX_ORDER).map(f64::from).filter(seen) {
             let ripple = [E::RippleSine, E::RippleCosine];
             all.push(Self::at(Cause::Ripple, &ripple, order));
-        }
-        for order in GAIN_ORDERS.into_iter().filter(seen) {
             let ripple = [E::TorqueRippleSine, E::TorqueRippleCosine];
             all.push(Self::at(Cause::TorqueRipple, &ripple, order));
         }
@@ -135,6 +161,7 @@ impl Candidate {
                 | Cause::LoadFriction
                 | Cause::Resonance
                 | Cause::HiddenLimit
+                | Cause::Backlash
         )
     }
 
@@ -151,8 +178,13 @@ impl Candidate {
             Cause::VaryingInertia => 0.1,
             Cause::GainDrift => 0.05,
             Cause::FrictionDrift => 0.2,
-            Cause::HiddenLimit => 0.5,
+            // A twentieth of the largest command is lost.
+            Cause::HiddenLimit => {
+                let beyond = usual.command - self.columns[0].setting;
+                (0.05 * usual.command / beyond.max(f64::MIN_POSITIVE)).min(0.5)
+            }
             Cause::Resonance => 0.03 * usual.time.powi(2),
+            Cause::Backlash => 2.0,
             _ => 0.02,
         }
     }
@@ -170,16 +202,23 @@ impl Candidate {
         &self,
         values: &Values,
         free: &[Effect],
-        sizes: &[f64],
+        answer: &Answer,
         range: &Range,
-        command: f64,
     ) -> (Values, Vec<Effect>) {
+        let sizes = &answer.sizes;
         let mut values = *values;
         let mut free = free.to_vec();
         let setting = self.columns[0].setting;
         if self.cause == Cause::HiddenLimit {
             values.set(Effect::LimitSlope, 1.0);
-            values.set(Effect::HiddenLimit, 1.1 * setting);
+            let kept = (1.0 - sizes[0]).clamp(0.0, 1.0);
+            values.set(Effect::HiddenLimit, setting + kept * (range.peak - setting));
+            // With the gain of a model without the limit a search would leave it.
+            for (&effect, shift) in free.iter().zip(&answer.shifts) {
+                if effect == Effect::B {
+                    values.set(effect, values.get(effect) + shift);
+                }
+            }
             free.push(Effect::HiddenLimit);
             return (values, free);
         }
@@ -194,7 +233,7 @@ impl Candidate {
                     values.set(Effect::Delay, delay - lag);
                     lag
                 }
-                Effect::DeadBand => size.clamp(0.0, 0.05 * command),
+                Effect::DeadBand => size.clamp(0.0, 0.05 * range.peak),
                 Effect::LoadFriction => size.clamp(0.0, 0.2),
                 Effect::GainDrift
                 | Effect::GainAsymmetry
@@ -212,7 +251,8 @@ impl Candidate {
                 values.set(Effect::LowSpeedVelocity, setting.min(range.velocity));
                 free.push(Effect::LowSpeedVelocity);
             }
-            Cause::Ripple | Cause::TorqueRipple => values.order = setting,
+            Cause::Ripple => values.order = setting,
+            Cause::TorqueRipple => values.gain_order = setting,
             _ => {}
         }
         (values, free)
@@ -233,6 +273,7 @@ pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
         Cause::FrictionDrift => &[E::FrictionDrift],
         Cause::GainAsymmetry => &[E::GainAsymmetry],
         Cause::Resonance => &[E::Compliance],
+        Cause::Backlash => &[E::Play],
         Cause::HiddenLimit => &[E::HiddenLimit],
         Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
         Cause::Gravity => &[E::GravitySine, E::GravityCosine],
@@ -240,5 +281,28 @@ pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
         Cause::Ripple => &[E::RippleSine, E::RippleCosine],
         Cause::TorqueRipple => &[E::TorqueRippleSine, E::TorqueRippleCosine],
         _ => &[],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Logged;
+    use super::*;
+
+    #[test]
+    fn a_hidden_limit_is_looked_for_between_the_sizes_of_a_command_and_not_below_a_single_one() {
+        let range = |small: f64, large: f64| {
+            let sample = |k: u32| Logged {
+                position: 0.01 * f64::from(k),
+                command: if k % 3 == 0 { small } else { -large },
+                begins: k == 0,
+            };
+            let samples: Vec<Logged> = (0..1000).map(sample).collect();
+            Range::new(&Recording::new(samples.into_iter(), 100.0, true), 1.0)
+        };
+        let levels = range(2.0, 5.0).levels;
+        let between = levels.iter().filter(|level| (2.0..5.0).contains(*level));
+        assert!(between.count() > 1, "{levels:?}");
+        assert!(range(5.0, 5.0).levels.is_empty());
     }
 }

@@ -6,7 +6,9 @@ mod scan;
 mod tournament;
 mod uncertainty;
 
-use identifier_core::identification::{Effect, Fitted, Fitter, ROUNDING_DEVIATION, Search, Values};
+use identifier_core::identification::{
+    Effect, Fitted, Fitter, Lateness, ROUNDING_DEVIATION, Search, Values,
+};
 
 use candidate::Range;
 use tournament::{Model, Tournament};
@@ -55,83 +57,48 @@ pub(crate) struct ModelDemand {
 
 /// Identifies the servo of a record; none where there is no motion or nothing explains it.
 pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
-    const FIRST: Search = Search {
-        steps: 4,
-        tolerance: 1e-7,
-    };
-    const AGAIN: Search = Search {
-        steps: 3,
-        tolerance: 1e-7,
-    };
-    const LAST: Search = Search {
-        steps: 6,
-        tolerance: 1e-8,
-    };
     let record = recording.record();
-    let mut fitter = Fitter::new(&record)?;
-    let start = fitter.start()?;
+    let earliest = Fitter::new(&record)?;
+    let start = earliest.start()?;
     let mut values = demand.known;
     for effect in Effect::BASE {
         values.set(effect, start.get(effect));
     }
-    let mut lateness = None;
-    fitter.earliest = 0.0;
-    if let Some(late) = (Fitter {
-        earliest: -3.5,
-        ..fitter
-    })
-    .lateness(&values)
-        && late.is_certain()
-    {
-        lateness = Some(late.samples);
-        fitter.earliest = -late.samples.round();
-        values = late.values;
-    }
-    let delay = values.get(Effect::Delay).max(fitter.earliest);
-    values.set(Effect::Delay, delay);
-    let free = [&Effect::BASE[..], &demand.required].concat();
-    let fitted = fitter.best_horizon(&values, &free, fitter.horizons(), FIRST)?;
-    let range = Range {
-        velocity: fitter.survey.velocity,
-        angle: recording.span(),
-        mean_wave: recording.mean_wave(),
-        levels: recording.levels([0.5, 0.75, 0.9, 0.97]),
+    let range = Range::new(recording, earliest.survey.velocity);
+    let on_time = Fitter {
+        earliest: 0.0,
+        ..earliest
     };
-    let tournament = Tournament {
-        fitter: &fitter,
-        range: &range,
-    };
-    let mut model = Model {
-        free,
-        rows_per_row: fitted.covariances.rows_per_independent_row(),
-        fitted,
-        entered: Vec::new(),
-    };
-    let rehorizon = |model: &mut Model, search: Search, wide: bool| {
-        let found = if wide {
-            fitter.best_horizon(&model.fitted.values, &model.free, fitter.horizons(), search)
-        } else {
-            let about = fitter.horizons_about(model.fitted.horizon);
-            fitter.best_horizon(&model.fitted.values, &model.free, about, search)
+    let mut found = (on_time, model(&on_time, &range, &values, demand));
+    let late = earliest.lateness(&values).filter(Lateness::is_certain);
+    if let Some(late) = late {
+        let fitter = Fitter {
+            earliest: -late.samples.round(),
+            ..earliest
         };
-        if let Some(fitted) = found {
-            model.fitted = fitted;
-            model.rows_per_row = model.fitted.covariances.rows_per_independent_row();
+        let other = model(&fitter, &range, &late.values, demand);
+        // An effect that is missing looks like a shift, too: on time with it the record has the say.
+        if other.as_ref().is_some_and(|late| {
+            let is_better =
+                |on_time: &Model| late.gain_over(&on_time.fitted) > tournament::MIN_GAIN;
+            found.1.as_ref().is_none_or(is_better)
+        }) {
+            found = (fitter, other);
         }
-    };
-    for round in 0..demand.max_effects {
-        if !tournament.round(&mut model) {
-            break;
-        }
-        rehorizon(&mut model, AGAIN, round == 0);
     }
-    tournament.prune(&mut model);
-    rehorizon(&mut model, LAST, false);
+    let (fitter, Some(model)) = found else {
+        return None;
+    };
     let is_finite = |effect: &Effect| model.fitted.values.get(*effect).is_finite();
     if !model.free.iter().all(is_finite) {
         return None;
     }
-    let answers = tournament.answers(&model);
+    let tournament = Tournament {
+        fitter: &fitter,
+        range: &range,
+    };
+    let mut answers = tournament.answers(&model);
+    tournament.refine(&model, &mut answers);
     let std_errors = uncertainty::std_errors(&fitter, &model, &answers);
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
     let Fitted {
@@ -152,7 +119,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         estimated,
         entered: model.entered,
         noise,
-        lateness: lateness.map(|_| -values.get(Effect::Delay) * recording.block),
+        lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile,
         condition: covariances.condition,
         delay_at_bound,
@@ -160,4 +127,57 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         command: fitter.survey.command,
         reverses: recording.reverses(),
     })
+}
+
+/// The model of a record with the effects that it shows; none if every search runs away.
+fn model(
+    fitter: &Fitter<'_>,
+    range: &Range,
+    values: &Values,
+    demand: &ModelDemand,
+) -> Option<Model> {
+    const FIRST: Search = Search {
+        steps: 4,
+        tolerance: 1e-7,
+    };
+    const AGAIN: Search = Search {
+        steps: 3,
+        tolerance: 1e-7,
+    };
+    const LAST: Search = Search {
+        steps: 6,
+        tolerance: 1e-8,
+    };
+    let mut values = *values;
+    let delay = values.get(Effect::Delay).max(fitter.earliest);
+    values.set(Effect::Delay, delay);
+    let free = [&Effect::BASE[..], &demand.required].concat();
+    let fitted = fitter.best_horizon(&values, &free, fitter.horizons(), FIRST)?;
+    let tournament = Tournament { fitter, range };
+    let mut model = Model {
+        free,
+        rows_per_row: fitted.covariances.rows_per_independent_row(),
+        fitted,
+        entered: Vec::new(),
+    };
+    let rehorizon = |model: &mut Model, search: Search, wide: bool| {
+        let found = if wide {
+            fitter.best_horizon(&model.fitted.values, &model.free, fitter.horizons(), search)
+        } else {
+            let about = fitter.horizons_about(model.fitted.horizon);
+            fitter.best_horizon(&model.fitted.values, &model.free, about, search)
+        };
+        if let Some(fitted) = found {
+            model.fit_is(fitted);
+        }
+    };
+    for round in 0..demand.max_effects {
+        if !tournament.round(&mut model) {
+            break;
+        }
+        rehorizon(&mut model, AGAIN, round == 0);
+    }
+    tournament.prune(&mut model);
+    rehorizon(&mut model, LAST, false);
+    Some(model)
 }

@@ -136,7 +136,7 @@ impl Recording {
     ) -> (Values, Vec<(Effect, f64)>) {
         use Effect as E;
         let (mut values, mut estimated) = (*values, estimated.to_vec());
-        let orders = [1.0, values.order, values.order, 1.0];
+        let orders = [1.0, values.order, values.gain_order, 1.0];
         let waves = [
             [E::GravitySine, E::GravityCosine],
             [E::RippleSine, E::RippleCosine],
@@ -230,7 +230,7 @@ mod tests {
             ([Effect::TorqueRippleSine, Effect::TorqueRippleCosine], 3.0),
         ];
         let mut values = Values::NONE;
-        values.order = 3.0;
+        values.gain_order = 3.0;
         for (wave, _) in waves {
             values.set(wave[0], 0.7);
             values.set(wave[1], -0.2);

@@ -5,6 +5,7 @@ use identifier_core::identification::{
 };
 
 use super::candidate::{Candidate, Range};
+use super::tournament::Model;
 use crate::verdict::Cause;
 
 /// A candidate's answer.
@@ -23,6 +24,13 @@ pub(super) struct Answer {
     pub(super) sizes: Vec<f64>,
     /// By how much it would move the free effects.
     pub(super) shifts: Vec<f64>,
+}
+
+impl Answer {
+    /// False if its size would be negative and cannot be.
+    pub(super) fn is_possible(&self) -> bool {
+        !self.candidate.is_positive() || self.sizes[0] > 0.0
+    }
 }
 
 /// Gram matrices of a segment's rows: of all columns and, last, of the innovation.
@@ -90,15 +98,14 @@ fn explained(matrix: &Matrix, right: &Vector, solution: &Vector, count: usize) -
         .sum()
 }
 
-/// Asks all candidates beside a fit, of whose rows so many count as one; the most convincing first.
+/// Asks some candidates beside a model, whose columns are with its own no more than a pass has.
 pub(super) fn scan(
     fitter: &Fitter<'_>,
-    fitted: &Fitted,
-    free: &[Effect],
-    rows_per_row: f64,
+    model: &Model,
     range: &Range,
-    candidates: Vec<Candidate>,
+    candidates: &[Candidate],
 ) -> Vec<Answer> {
+    let Model { free, fitted, .. } = model;
     let mut columns: Vec<Column> = free.iter().copied().map(Column::from).collect();
     let places: Vec<Vec<usize>> = candidates
         .iter()
@@ -112,7 +119,7 @@ pub(super) fn scan(
         return Vec::new();
     };
     let count = grams.segments.len();
-    let noise = fitted.sums.noise() * rows_per_row;
+    let noise = fitted.sums.noise() * model.rows_per_row;
     // A load that walks takes a constant one over.
     let own: Vec<usize> = (0..free.len())
         .filter(|&i| fitted.horizon.walk.is_none() || free[i] != Effect::Load)
@@ -121,8 +128,8 @@ pub(super) fn scan(
     let (matrix, right, _) = grams.sum(&own, 0..count);
     let base = Spectrum::new(&matrix, own.len()).solve(&right, 0.0);
     let base_explains = explained(&matrix, &right, &base, own.len());
-    let mut answers: Vec<Answer> = candidates
-        .into_iter()
+    candidates
+        .iter()
         .zip(places)
         .filter_map(|(candidate, places)| {
             let all: Vec<usize> = own.iter().chain(&places).copied().collect();
@@ -154,11 +161,10 @@ pub(super) fn scan(
             if let Some(&place) = own.iter().find(|&&place| free[place] == Effect::Load)
                 && candidate.cause == Cause::Gravity
             {
-                let means = sizes.iter().zip(range.mean_wave);
-                shifts[place] += means.map(|(size, mean)| size * mean).sum::<f64>();
+                shifts[place] += range.mean_gravity(sizes.iter().copied());
             }
             Some(Answer {
-                candidate,
+                candidate: candidate.clone(),
                 held_out,
                 consistency: mean / error.max(f64::MIN_POSITIVE),
                 gain: gain / noise,
@@ -167,9 +173,7 @@ pub(super) fn scan(
                 shifts,
             })
         })
-        .collect();
-    answers.sort_by(|one, other| other.held_out.total_cmp(&one.held_out));
-    answers
+        .collect()
 }
 
 /// χ² of the last sizes of a solution, by the disagreement of the segments' scores.

@@ -1,7 +1,9 @@
 //! Effects enter the model one at a time: those that promise most are fitted, and the best of them stays if it
 //! explains enough that the model did not see.
 
-use identifier_core::identification::{Effect, Fitted, Fitter, Search, Values, segments};
+use identifier_core::identification::{
+    Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments,
+};
 
 use super::candidate::{Candidate, Range, Usual, effects};
 use super::scan::{Answer, scan};
@@ -15,6 +17,20 @@ pub(super) struct Model {
     pub(super) entered: Vec<Entered>,
     /// Rows that count as one: how coloured the innovations are.
     pub(super) rows_per_row: f64,
+}
+
+impl Model {
+    /// Takes a fit of the same effects.
+    pub(super) fn fit_is(&mut self, fitted: Fitted) {
+        self.rows_per_row = fitted.covariances.rows_per_independent_row();
+        self.fitted = fitted;
+    }
+
+    /// Gain in −2 ln L over another fit, in independent rows.
+    pub(super) fn gain_over(&self, other: &Fitted) -> f64 {
+        let change = Tournament::likelihood(other) - Tournament::likelihood(&self.fitted);
+        change / self.rows_per_row
+    }
 }
 
 /// An effect that has entered.
@@ -38,7 +54,7 @@ impl Entered {
 }
 
 /// The least gain with which an effect enters, in independent rows.
-const MIN_GAIN: f64 = 30.0;
+pub(super) const MIN_GAIN: f64 = 30.0;
 
 /// The gain below which an effect of two unknowns goes again.
 const MIN_KEPT_GAIN: f64 = 25.0;
@@ -70,20 +86,16 @@ impl Tournament<'_> {
 
     /// Lets the effect enter that wins; false if none does.
     pub(super) fn round(&self, model: &mut Model) -> bool {
+        // A model that is not at its best yet would let any effect gain.
+        if let Some(fitted) = self.fit(&model.fitted.values, &model.free, &model.fitted) {
+            model.fit_is(fitted);
+        }
         let answers = self.answers(model);
         let promising = self.promising(&answers, model);
         let price = (segments(self.fitter.record.len()) as f64).ln();
         let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
         for answer in promising {
-            let command = self.fitter.survey.command;
-            let (values, free) = answer.candidate.enter(
-                &model.fitted.values,
-                &model.free,
-                &answer.sizes,
-                self.range,
-                command,
-            );
-            let Some(fitted) = self.fit(&values, &free, &model.fitted) else {
+            let Some((fitted, free)) = self.with(model, answer) else {
                 continue;
             };
             let change = Self::likelihood(&model.fitted) - Self::likelihood(&fitted);
@@ -113,21 +125,71 @@ impl Tournament<'_> {
         true
     }
 
+    /// A fit of the model with a candidate, and the effects that are free in it.
+    fn with(&self, model: &Model, answer: &Answer) -> Option<(Fitted, Vec<Effect>)> {
+        let (values, free) =
+            answer
+                .candidate
+                .enter(&model.fitted.values, &model.free, answer, self.range);
+        let fitted = self.fit(&values, &free, &model.fitted)?;
+        // An effect that the record would have beyond its bounds is another.
+        let own = &fitted.std_errors()[model.free.len()..free.len()];
+        let is_inside = own.iter().all(|error| error.is_finite());
+        is_inside.then_some((fitted, free))
+    }
+
+    /// Shifts of the effects that may be missing by fits with them in place of linear algebra, where they may matter.
+    pub(super) fn refine(&self, model: &Model, answers: &mut [Answer]) {
+        /// Gain from which a shift is worth a fit.
+        const MIN_GAIN: f64 = 3.0;
+        /// Effects that are fitted.
+        const MAX_REFINED: usize = 8;
+        let (load, _) = self.fitter.load(&model.fitted, &model.free);
+        let mut seen = Vec::new();
+        answers.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+        for answer in answers {
+            let candidate = &answer.candidate;
+            let is_new = answer.is_possible() && !seen.contains(&candidate.cause);
+            if !is_new || answer.gain < MIN_GAIN || seen.len() == MAX_REFINED {
+                continue;
+            }
+            seen.push(candidate.cause);
+            let Some((fitted, free)) = self.with(model, answer) else {
+                continue;
+            };
+            let values = &fitted.values;
+            let mut load = self.fitter.load(&fitted, &free).0 - load;
+            if candidate.cause == Cause::Gravity {
+                let sizes = candidate
+                    .columns
+                    .iter()
+                    .map(|column| values.get(column.effect));
+                load += self.range.mean_gravity(sizes);
+            }
+            answer.shifts = (model.free.iter())
+                .map(|&effect| match effect {
+                    Effect::Load => load,
+                    _ => values.get(effect) - model.fitted.values.get(effect),
+                })
+                .collect();
+        }
+    }
+
     fn fit(&self, values: &Values, free: &[Effect], at: &Fitted) -> Option<Fitted> {
         self.fitter.fit(values, free, at.horizon, SEARCH)
     }
 
-    /// The answers of all candidates that have not entered.
+    /// The answers of all candidates that have not entered, the most convincing first.
     pub(super) fn answers(&self, model: &Model) -> Vec<Answer> {
         let candidates = Candidate::all(self.range, &model.free);
-        scan(
-            self.fitter,
-            &model.fitted,
-            &model.free,
-            model.rows_per_row,
-            self.range,
-            candidates,
-        )
+        // Two columns at most each, beside those of the model.
+        let at_once = (MAX_COLUMNS - model.free.len()) / 2;
+        let mut answers: Vec<Answer> = candidates
+            .chunks(at_once)
+            .flat_map(|some| scan(self.fitter, model, self.range, some))
+            .collect();
+        answers.sort_by(|one, other| other.held_out.total_cmp(&one.held_out));
+        answers
     }
 
     /// The answers that are worth a fit, one of each cause.

@@ -1,6 +1,6 @@
 //! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
 
-use identifier_core::identification::{Effect, Fitter, Horizon, Search};
+use identifier_core::identification::{Effect, Fitter, Horizon, ROUNDING_DEVIATION, Search};
 
 use super::candidate::Usual;
 use super::scan::Answer;
@@ -8,6 +8,12 @@ use super::tournament::Model;
 
 /// The part of a usual size to which a servo is its model.
 const MODEL_ACCURACY: f64 = 1e-3;
+
+/// The share of an encoder's rounding that goes with a motion of a deviation of one count, as if the motion were larger
+/// or smaller: what no length of a record averages out. It falls with the square root of the deviation, as the first
+/// harmonic of a rounded sine does (the asymptote of Bessel's function, 0.3); over the amplitudes of a motion its sign
+/// changes, and b of drawn servos that move by one to four counts is off by a third of it.
+const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
 /// Standard errors of the free effects, in their order.
 ///
@@ -23,6 +29,7 @@ pub(super) fn std_errors(fitter: &Fitter<'_>, model: &Model, answers: &[Answer])
     let spread = spread(fitter, model);
     let (_, load) = fitter.load(&model.fitted, &model.free);
     let sums = &model.fitted.sums;
+    let rounding = SYSTEMATIC_ROUNDING * ROUNDING_DEVIATION * fitter.survey.amplitude().powf(-1.5);
     (0..count)
         .map(|i| {
             let own = match model.free[i] {
@@ -34,7 +41,13 @@ pub(super) fn std_errors(fitter: &Fitter<'_>, model: &Model, answers: &[Answer])
                 }
                 _ => own[i],
             };
-            let ideal = MODEL_ACCURACY * fitter.usual_size(&model.fitted.values, model.free[i]);
+            let ideal = MODEL_ACCURACY * fitter.usual_size(&model.fitted.values, model.free[i])
+                + match model.free[i] {
+                    Effect::B | Effect::Coulomb | Effect::Load => {
+                        rounding * model.fitted.values.get(model.free[i]).abs()
+                    }
+                    _ => 0.0,
+                };
             (own * own + ideal * ideal + missing[i] + spread[i]).sqrt()
         })
         .collect()
@@ -73,11 +86,12 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
         let own = sizes / ratio;
         let before = candidate.usual_size(usual).powi(2) / square.max(f64::MIN_POSITIVE);
         let kept = before / (before + own);
-        let is_possible = !candidate.is_positive() || answer.sizes[0] > 0.0;
-        let (log_factor, found) = if is_possible {
+        let (log_factor, found) = if answer.is_possible() {
             seen.push(candidate.cause);
             let narrowed = sizes * (own / (before + own)).max(f64::MIN_POSITIVE).ln();
-            (0.5 * (ratio * kept + narrowed), kept * kept)
+            // Of an effect of z standard errors the gain in segments to which it was not fitted scatters by 2z.
+            let agreed = (2.0 * answer.consistency.max(0.0)).powi(2);
+            (0.5 * (ratio.min(agreed) * kept + narrowed), kept * kept)
         } else {
             // It is there if chance made its size negative, and is small.
             (-0.5 * ratio, 0.0)

@@ -9,11 +9,19 @@ use crate::support::{folder, printed_json, refusal_message, servo_id};
 
 /// The trace of a simulated servo, and the scenario of the page on the fit.
 fn trace(name: &str) -> (PathBuf, PathBuf) {
+    trace_of(name, "")
+}
+
+/// The same of a servo with some effects, lines of `[plant]`.
+fn trace_of(name: &str, effects: &str) -> (PathBuf, PathBuf) {
     let folder = folder(&format!("fit-{name}"));
     let log = folder.join("trace.csv");
-    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/friction.toml");
-    let path = log.display().to_string();
-    let output = servo_id(&["run", own, "--csv", &path]);
+    let servo = include_str!("../../scenarios/friction.toml");
+    let own = folder.join("servo.toml");
+    let table = "[plant]\n";
+    std::fs::write(&own, servo.replace(table, &format!("{table}{effects}"))).expect("written");
+    let [own, path] = [&own, &log].map(|path| path.display().to_string());
+    let output = servo_id(&["run", &own, "--csv", &path]);
     assert!(output.status.success());
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/fit.md");
     let page = std::fs::read_to_string(page).expect("the page is there");
@@ -95,6 +103,25 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
     let coulomb = number(&result, "/estimates/coulomb/value");
     assert!((coulomb - 10.0).abs() < 0.5, "{coulomb}");
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
+}
+
+#[test]
+fn ripples_of_force_and_gain_have_orders_of_their_own() {
+    let effects = "ripple = [0.0, 15.0]\nripple_order = 7\ntorque_ripple = [0.1, 0.0]\ntorque_ripple_order = 11\n";
+    let (log, scenario) = trace_of("ripples", effects);
+    let result = replayed(&log, &scenario);
+    let effects = result["fit"]["effects"].as_array().expect("a list");
+    let mut names: Vec<&str> = (effects.iter())
+        .filter_map(|effect| effect["name"].as_str())
+        .collect();
+    names.sort_unstable();
+    assert_eq!(names, ["ripple", "torque-ripple"], "{result}");
+    let [sine, cosine] =
+        ["sine", "cosine"].map(|axis| number(&result, &format!("/estimates/ripple-{axis}/value")));
+    assert!(
+        (sine.hypot(cosine) / 15.0 - 1.0).abs() < 0.02,
+        "{sine} {cosine}"
+    );
 }
 
 #[test]

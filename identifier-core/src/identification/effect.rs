@@ -2,7 +2,7 @@
 
 /// An effect of the servo, of its amplifier or of its encoder that a fit may estimate.
 ///
-/// q̈ (1 + i_s sin q + i_c cos q) = −(a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Nq + t_c cos Nq) C(u(t − τ)) + d
+/// q̈ (1 + i_s sin q + i_c cos q) = −(a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Mq + t_c cos Mq) C(u(t − τ)) + d
 /// + g_s sin q + g_c cos q + r_s sin Nq + r_c cos Nq − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
 ///
 /// F being the acceleration by the command and C the front end of the amplifier: current loop, dead band,
@@ -51,9 +51,9 @@ pub enum Effect {
     LimitSlope,
     /// Half the relative difference of the gain between the directions of the command, 1.
     GainAsymmetry,
-    /// t_s, ripple of the gain with sin Nq, 1.
+    /// t_s, ripple of the gain with sin Mq, 1.
     TorqueRippleSine,
-    /// t_c, ripple of the gain with cos Nq, 1.
+    /// t_c, ripple of the gain with cos Mq, 1.
     TorqueRippleCosine,
     /// i_s, inertia with sin q, 1.
     InertiaSine,
@@ -127,8 +127,10 @@ impl From<Effect> for Column {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Values {
     values: [f64; Effect::COUNT],
-    /// N, the order of ripple and of the gain's ripple, 1.
+    /// N, the order of ripple, 1.
     pub order: f64,
+    /// M, the order of the gain's ripple, 1.
+    pub gain_order: f64,
 }
 
 impl Values {
@@ -136,6 +138,7 @@ impl Values {
     pub const NONE: Self = Self {
         values: [0.0; Effect::COUNT],
         order: 1.0,
+        gain_order: 1.0,
     };
 
     /// The value of an effect.

@@ -411,7 +411,7 @@ impl<'a> Fitter<'a> {
                 continue;
             };
             let score = self.spread(&fitted, free);
-            if score.is_nan() {
+            if score.is_nan() || fitted.covariances.condition.is_infinite() {
                 continue;
             }
             let family = usize::from(horizon.walk.is_some());

@@ -249,7 +249,7 @@ impl ModelPass<'_> {
         let mut gain = values.get(B) * (1.0 + values.get(GainDrift) * passed);
         let mut per_ripple = 1.0;
         if has(TorqueRippleSine, TorqueRippleCosine) {
-            let ripple = 1.0 + along(TorqueRippleSine, TorqueRippleCosine, values.order);
+            let ripple = 1.0 + along(TorqueRippleSine, TorqueRippleCosine, values.gain_order);
             gain *= ripple;
             per_ripple = 1.0 / ripple;
         }
@@ -475,11 +475,14 @@ impl Acting<'_> {
     /// The acceleration per unit of a column, `shaped` being the derivative of the command.
     #[inline]
     fn forcing(&self, column: &Column, shape: &Shape, shaped: f64) -> f64 {
-        let order = if column.setting > 0.0 {
-            column.setting
-        } else {
-            self.values.order
+        let order = |own: f64| {
+            if column.setting > 0.0 {
+                column.setting
+            } else {
+                own
+            }
         };
+        let (order, gain_order) = (order(self.values.order), order(self.values.gain_order));
         let wave =
             |cosine: bool, order: f64| self.record.wave(self.sample, order)[usize::from(cosine)];
         // Of a push by the command friction that grows with the load takes a part.
@@ -525,8 +528,12 @@ impl Acting<'_> {
                 let coulomb = self.values.get(Effect::Coulomb) * self.ease;
                 -shape.direction * coulomb * self.passed
             }
-            Effect::TorqueRippleSine => kept * self.drive * self.per_ripple * wave(false, order),
-            Effect::TorqueRippleCosine => kept * self.drive * self.per_ripple * wave(true, order),
+            Effect::TorqueRippleSine => {
+                kept * self.drive * self.per_ripple * wave(false, gain_order)
+            }
+            Effect::TorqueRippleCosine => {
+                kept * self.drive * self.per_ripple * wave(true, gain_order)
+            }
             Effect::InertiaSine => -shape.acceleration * self.ease * wave(false, 1.0),
             Effect::InertiaCosine => -shape.acceleration * self.ease * wave(true, 1.0),
             Effect::A

@@ -162,6 +162,12 @@ impl Survey {
         (survey.velocity > 0.0).then_some(survey)
     }
 
+    /// Standard deviation of the position of a motion of one frequency, counts.
+    #[must_use]
+    pub fn amplitude(&self) -> f64 {
+        0.5 * self.velocity / self.bandwidth
+    }
+
     /// The shortest horizon of the filter, samples: the motion's own time, below which the filter would follow
     /// whatever the model lacks.
     #[must_use]

@@ -100,6 +100,7 @@ fn every_tangent_is_the_derivative() {
             values.set(effect, value);
         }
         values.order = 3.0;
+        values.gain_order = 3.0;
         let pass = ModelPass {
             record: &record,
             horizon: Horizon {
