@@ -101,6 +101,17 @@ mod tests {
     }
 
     #[test]
+    fn after_a_first_fit_none_is_waited_for() {
+        let mut wait = FirstFitWait::START;
+        moved(&mut wait, PATIENCE, 1);
+        assert!(wait.object(PATIENCE, Reason::Reversed));
+        wait.end();
+        assert_eq!(wait.reason(PATIENCE), None);
+        moved(&mut wait, 3 * PATIENCE, 1);
+        assert_eq!(wait.reason(PATIENCE), None);
+    }
+
+    #[test]
     fn a_servo_at_rest_is_not_waited_for_and_a_slow_one_is() {
         let mut wait = FirstFitWait::START;
         moved(&mut wait, 100 * PATIENCE, u32::MAX);
