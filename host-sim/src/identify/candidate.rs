@@ -294,7 +294,7 @@ mod tests {
         let range = |small: f64, large: f64| {
             let sample = |k: u32| Logged {
                 position: 0.01 * f64::from(k),
-                command: if k % 3 == 0 { small } else { -large },
+                command: if k.is_multiple_of(3) { small } else { -large },
                 begins: k == 0,
             };
             let samples: Vec<Logged> = (0..1000).map(sample).collect();

@@ -23,7 +23,7 @@ pub struct CommissioningEnd {
     /// Number of the reason; 0 where the new gains hold, none for one that did not end.
     pub code: Option<u8>,
     /// The reason why there are no new gains.
-    #[serde(serialize_with = "reason")]
+    #[serde(serialize_with = "super::reason::serialize")]
     pub reason: Option<Reason>,
     /// The reason why no gains were found, with the value that would do.
     #[serde(serialize_with = "no_gains")]
@@ -209,27 +209,6 @@ impl Gains {
             cutoff: gains.cutoff,
         }
     }
-}
-
-/// A reason of the core's catalogue.
-pub(super) fn reason<S: Serializer>(
-    reason: &Option<Reason>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Keys {
-        number: u8,
-        name: &'static str,
-        cause: &'static str,
-        remedy: &'static str,
-    }
-    let keys = reason.map(|reason| Keys {
-        number: reason.number(),
-        name: reason.name(),
-        cause: reason.cause(),
-        remedy: reason.remedy(),
-    });
-    keys.serialize(serializer)
 }
 
 fn no_gains<S: Serializer>(no_gains: &Option<NoGains>, serializer: S) -> Result<S::Ok, S::Error> {

@@ -29,7 +29,7 @@ pub struct Summary {
     /// The verdict's reason in words, and remarks on the run.
     pub reason: String,
     /// Why a law that begins by a fit had none after a second of motion.
-    #[serde(serialize_with = "super::commissioning::reason")]
+    #[serde(serialize_with = "super::reason::serialize")]
     pub obstacle: Option<Reason>,
     /// The effect that the model lacks, if one stands out.
     pub cause: Option<Finding>,

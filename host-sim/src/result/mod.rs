@@ -9,6 +9,7 @@ mod drift;
 mod experiment;
 mod fit;
 mod log;
+mod reason;
 mod residual;
 mod sensor_noise;
 mod sweep;
