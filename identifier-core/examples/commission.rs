@@ -179,6 +179,7 @@ impl Running {
             setpoint: Some((self.setpoint - self.origin) as f32),
             late: false,
             must_move: false,
+            excited: false,
         };
         match self.watch.process(&mut self.watched, &seen) {
             Ok(()) => Some(self.command),

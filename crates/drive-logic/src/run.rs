@@ -370,6 +370,7 @@ impl StepMonitor for RunMonitor<'_> {
             setpoint: Some(position + control.error),
             late: false,
             must_move: false,
+            excited: false,
         };
         let watched = self.watch.process(self.watched, &observation);
         watched.map_err(Ended::Faulted)?;

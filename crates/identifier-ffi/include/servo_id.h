@@ -158,11 +158,12 @@
 #define SERVO_ID_PHASE_FIT              3
 #define SERVO_ID_PHASE_REFINE           4
 #define SERVO_ID_PHASE_VERIFY           5
-#define SERVO_ID_PHASE_TUNE             6
-#define SERVO_ID_PHASE_TRIAL            7
-#define SERVO_ID_PHASE_APPLIED          8
-#define SERVO_ID_PHASE_ROLLED_BACK      9
-#define SERVO_ID_PHASE_ABORTED         10
+#define SERVO_ID_PHASE_SLIDE            6
+#define SERVO_ID_PHASE_TUNE             7
+#define SERVO_ID_PHASE_TRIAL            8
+#define SERVO_ID_PHASE_APPLIED          9
+#define SERVO_ID_PHASE_ROLLED_BACK     10
+#define SERVO_ID_PHASE_ABORTED         11
 
 /* Conditions of a sample of a commissioning, which are added. */
 #define SERVO_ID_NO_COUNT 1  /* the encoder gave no valid reading */
@@ -293,12 +294,12 @@ typedef struct servo_id_tuner {
 
 /* The interrupt's half of a commissioning. */
 typedef struct servo_id_commission {
-    SERVO_ID_ALIGNED uint64_t words[400];
+    SERVO_ID_ALIGNED uint64_t words[600];
 } servo_id_commission;
 
 /* Its background's half. */
 typedef struct servo_id_solver {
-    SERVO_ID_ALIGNED uint64_t words[900];
+    SERVO_ID_ALIGNED uint64_t words[1360];
 } servo_id_solver;
 
 /* From the interrupt to the background. */
@@ -357,9 +358,9 @@ SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gauss_newton_loop) == 8, "alignment 
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_loop) == 8, "alignment of servo_id_fixed_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_coulomb_loop) == 8, "alignment of servo_id_fixed_coulomb_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_tuner) == 8, "alignment of servo_id_tuner");
-SERVO_ID_ASSERT(sizeof(servo_id_commission) == 3200, "size of servo_id_commission");
+SERVO_ID_ASSERT(sizeof(servo_id_commission) == 4800, "size of servo_id_commission");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_commission) == 8, "alignment of servo_id_commission");
-SERVO_ID_ASSERT(sizeof(servo_id_solver) == 7200, "size of servo_id_solver");
+SERVO_ID_ASSERT(sizeof(servo_id_solver) == 10880, "size of servo_id_solver");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_solver) == 8, "alignment of servo_id_solver");
 SERVO_ID_ASSERT(sizeof(servo_id_record) == 32, "size of servo_id_record");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_record) == 8, "alignment of servo_id_record");

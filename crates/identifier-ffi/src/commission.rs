@@ -45,12 +45,12 @@ pub type Decision = Object<CoreDecision<f32>>;
 
 impl Content for Interrupt {
     const MARK: u32 = 0x5e1d_0031;
-    const WORDS: usize = 400;
+    const WORDS: usize = 600;
 }
 
 impl Content for Background {
     const MARK: u32 = 0x5e1d_0032;
-    const WORDS: usize = 900;
+    const WORDS: usize = 1360;
 }
 
 impl Content for RecordEvent<f32> {
@@ -102,18 +102,19 @@ pub struct CommissionResult {
 }
 
 /// Phases by number.
-pub const PHASES: [(&str, i32); 11] = [
+pub const PHASES: [(&str, i32); 12] = [
     ("PHASE_IDLE", 0),
     ("PHASE_RELEASED_CHECK", 1),
     ("PHASE_PROBING", 2),
     ("PHASE_FIT", 3),
     ("PHASE_REFINE", 4),
     ("PHASE_VERIFY", 5),
-    ("PHASE_TUNE", 6),
-    ("PHASE_TRIAL", 7),
-    ("PHASE_APPLIED", 8),
-    ("PHASE_ROLLED_BACK", 9),
-    ("PHASE_ABORTED", 10),
+    ("PHASE_SLIDE", 6),
+    ("PHASE_TUNE", 7),
+    ("PHASE_TRIAL", 8),
+    ("PHASE_APPLIED", 9),
+    ("PHASE_ROLLED_BACK", 10),
+    ("PHASE_ABORTED", 11),
 ];
 
 /// Conditions of a sample, bits.

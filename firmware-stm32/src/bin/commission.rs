@@ -63,11 +63,12 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
         });
         // A decision since the last sample is taken over in this one.
         let (step, taken) = counted(instructions, || {
-            if let Some(decision) = decision.take() {
-                interrupt.accept(&mut state, &decision);
+            if let Some(decision) = &decision {
+                interrupt.accept(&mut state, decision);
             }
             interrupt.process(&mut state, &inputs)
         });
+        decision = None;
         if let Some((_, tally)) = samples.iter_mut().find(|(phase, _)| *phase == step.phase) {
             tally.add(taken);
         }
@@ -105,6 +106,7 @@ fn name(phase: Phase) -> &'static str {
         Phase::Fit => "commission-fit",
         Phase::Refine => "commission-refine",
         Phase::Verify => "commission-verify",
+        Phase::Slide => "commission-slide",
         Phase::Tune => "commission-tune",
         Phase::Trial => "commission-trial",
         Phase::Applied => "commission-applied",

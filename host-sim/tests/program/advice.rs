@@ -746,7 +746,7 @@ const COMMISSIONED: [(Reason, Row); 30] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"friction-rise\"\ntime = 1.6\nsize = 200.0",
+                "kind = \"friction-rise\"\ntime = 5.0\nsize = 200.0",
             )],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
@@ -774,7 +774,7 @@ const COMMISSIONED: [(Reason, Row); 30] = [
     (
         Reason::OvershootExceeded,
         Row {
-            case: &[("[fault]", "kind = \"load-step\"\ntime = 1.6\nsize = 100.0")],
+            case: &[("[fault]", "kind = \"load-step\"\ntime = 5.0\nsize = 100.0")],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
     ),
@@ -783,7 +783,7 @@ const COMMISSIONED: [(Reason, Row); 30] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"actuator-weak\"\ntime = 1.6\nsize = 0.5",
+                "kind = \"actuator-weak\"\ntime = 5.0\nsize = 0.5",
             )],
             remedies: &[Followed(
                 "a gain of the amplifier that changes",

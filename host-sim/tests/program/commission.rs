@@ -64,6 +64,7 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
             "fit",
             "refine",
             "verify",
+            "slide",
             "tune",
             "trial",
             "applied"

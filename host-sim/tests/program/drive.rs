@@ -423,7 +423,9 @@ fn an_unknown_servo_is_commissioned_from_the_command_line() {
         answer.contains("applied: the new gains hold, and are kept"),
         "{answer}"
     );
-    for phase in ["wiggle", "fit", "refine", "verify", "tune", "trial"] {
+    for phase in [
+        "wiggle", "fit", "refine", "verify", "slide", "tune", "trial",
+    ] {
         assert!(progress.contains(phase), "{phase}: {progress}");
     }
     assert!(progress.contains("rad, command "), "{progress}");

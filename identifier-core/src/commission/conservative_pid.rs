@@ -52,12 +52,23 @@ impl<N: Number> ConservativePid<N> {
 
     /// The loop for a servo whose commands act after a delay, samples; none where no loop holds it.
     pub(super) fn around(&self, servo: &RoughModel<N>, delay: N) -> Option<Loop<N>> {
+        self.around_within(servo, delay, self.max_bandwidth)
+    }
+
+    /// The same with an ω T of at most `bandwidth`.
+    pub(super) fn around_within(
+        &self,
+        servo: &RoughModel<N>,
+        delay: N,
+        bandwidth: N,
+    ) -> Option<Loop<N>> {
+        let bandwidth = smaller(bandwidth, self.max_bandwidth);
         let quarter = N::from_f64(0.25);
         let sampled =
             N::from_f64(Self::MAX_BANDWIDTH_PER_SAMPLE) * (N::ONE + quarter * delay).reciprocal();
         let noise = servo.gain * self.quantisation_gain;
         let quiet = noise * noise.reciprocal_root();
-        let omega = smaller(smaller(sampled, quiet), self.max_bandwidth);
+        let omega = smaller(smaller(sampled, quiet), bandwidth);
         let [proportional, derivative, integral] = Self::PLACED.map(N::from_f64);
         let damping = derivative * omega - servo.viscous;
         let gains = [

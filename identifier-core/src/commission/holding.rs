@@ -104,6 +104,14 @@ impl<N: Number> Holding<N> {
         self.rest.begin();
     }
 
+    /// Leads the servo on by a velocity for a sample, with this command on top of the controller's.
+    pub(super) fn lead(&mut self, velocity: N, command: N) {
+        self.reference += velocity;
+        self.target = self.reference;
+        // The derivative acts on the measured velocity alone, and would brake.
+        self.disturbance = command - self.controller.linear(N::ZERO, velocity);
+    }
+
     /// The reference.
     pub(super) fn reference(&self) -> N {
         self.reference

@@ -3,6 +3,7 @@ use super::gains::{HoldingGains, Loop};
 use super::holding::Holding;
 use super::message::DecisionKind;
 use super::noise::{Hysteresis, Rest};
+use super::sliding::{SlideProgress, Sliding};
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
@@ -209,6 +210,7 @@ impl<N: Number> CommissionIsr<N> {
             setpoint: state.activity.setpoint(),
             late: inputs.late,
             must_move: state.activity.must_move(),
+            excited: state.slide.injects(),
         };
         let increment = state.observation.increment;
         state.velocity_now = self
@@ -270,6 +272,10 @@ impl<N: Number> CommissionIsr<N> {
                 let again = matches!(answer.0, DecisionKind::Uncertain(_));
                 Next::Hold { again }
             }
+            DecisionKind::Slide(plan) => {
+                state.slide.plan(plan);
+                Next::Slide
+            }
             DecisionKind::Verified => Next::Tune,
             DecisionKind::Tuned(candidate) => {
                 state.candidate = Some(*candidate);
@@ -293,7 +299,9 @@ impl<N: Number> CommissionIsr<N> {
         match &mut state.activity {
             Activity::Free => return None,
             Activity::Probing(probing) => return Some(self.probing.control(probing, increment)),
-            Activity::Holding(holding) | Activity::OnTrial(holding, _) => {
+            Activity::Holding(holding)
+            | Activity::Sliding(holding)
+            | Activity::OnTrial(holding, _) => {
                 let command = holding.process(position, increment);
                 if command.is_some() {
                     return command;
@@ -383,6 +391,25 @@ impl<N: Number> CommissionIsr<N> {
                 let is_at_rest = holding.is_at_rest();
                 self.proceed_from_rest(state, is_at_rest)
             }
+            Activity::Sliding(holding) => {
+                let sample = Sliding {
+                    position,
+                    increment,
+                    velocity: state.velocity_now,
+                    command: state.command,
+                };
+                match state.slide.process(holding, &sample) {
+                    SlideProgress::Going => Ok(()),
+                    SlideProgress::Line(sums) => {
+                        state.line = Some(sums);
+                        Ok(())
+                    }
+                    SlideProgress::Over => {
+                        state.end_record();
+                        self.hold_known(state)
+                    }
+                }
+            }
             Activity::OnTrial(holding, trial) => {
                 if trial.process(holding, position)? {
                     state.phase = Phase::Applied;
@@ -411,9 +438,17 @@ impl<N: Number> CommissionIsr<N> {
             Next::Decision => {}
             Next::End(reason) => return Err(reason),
             Next::Tune => {
-                state.next = Next::Decision;
-                state.phase = Phase::Tune;
-                state.passed = 0;
+                if is_at_rest {
+                    state.next = Next::Decision;
+                    state.phase = Phase::Tune;
+                    state.passed = 0;
+                }
+            }
+            Next::Slide => {
+                if is_at_rest {
+                    state.next = Next::Decision;
+                    self.begin_slide(state)?;
+                }
             }
             Next::Hold { again } => {
                 state.next = Next::MotionRecord { again };
@@ -479,6 +514,19 @@ impl<N: Number> CommissionIsr<N> {
         let position = state.position;
         let probing = self.probing.start_from_known(&known.rough, position, part);
         state.begin(Activity::Probing(probing));
+        Ok(())
+    }
+
+    /// Begins the slides of a servo at rest, under the loop that they plan.
+    fn begin_slide(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (servo, delay, bandwidth) = state.slide.loop_plan();
+        let controller = self.conservative.around_within(servo, delay, bandwidth);
+        let controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
+        state.slide.begin(&mut holding);
+        state.phase = Phase::Slide;
+        state.begin_lines();
+        state.begin(Activity::Sliding(holding));
         Ok(())
     }
 

@@ -1,4 +1,5 @@
 use super::gains::{HoldingGains, Loop};
+use super::sliding::{LineSums, SlidePlan};
 use super::trial::Trial;
 use super::{CommissionSettings, IdentifiedServo, MotionBlock, Phase, Reason, RoughModel};
 use crate::error::OutOfRange;
@@ -19,7 +20,7 @@ impl<N> RecordEvent<N> {
         match self.0 {
             EventKind::Begins(_) => 0,
             EventKind::Block(_) => blocks.saturating_add(1),
-            EventKind::Ended => blocks,
+            EventKind::Line(_) | EventKind::Ended => blocks,
         }
     }
 }
@@ -31,7 +32,9 @@ pub(super) enum EventKind<N> {
     Begins(Phase),
     /// A piece of its record.
     Block(MotionBlock<N>),
-    /// It has ended and was recorded: study it.
+    /// The sums of a line over a slide that is over, line after line and slide after slide.
+    Line(LineSums<N>),
+    /// It has ended and was recorded, the motion or all slides: study it.
     Ended,
 }
 
@@ -48,7 +51,12 @@ pub(super) enum DecisionKind<N: Number> {
     Identified(Identified<N>),
     /// The servo as it is known after a motion, not well enough: the second is done again.
     Uncertain(Identified<N>),
-    /// The third motion was predicted; gains are looked for next.
+    /// The third motion was predicted, and the response is to be measured: the servo slides as planned. [`Verified`]
+    /// follows, or other slides.
+    ///
+    /// [`Verified`]: Self::Verified
+    Slide(SlidePlan<N>),
+    /// The third motion was predicted, and the response is measured as well as it can be; gains are looked for next.
     Verified,
     /// Gains and their predicted performance.
     Tuned(Candidate<N>),

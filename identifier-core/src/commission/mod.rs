@@ -2,9 +2,9 @@
 //! restores the old gains when anything is wrong.
 //!
 //! ```text
-//! idle ─► released check ─► probing ─► fit ─► refine ─► verify ─► tune ─► trial ─► applied
-//!                │             │        │        │         │        │       │
-//!                └─────────────┴────────┴────────┴─────────┴────────┴───────┴─► aborted, rolled back
+//! idle ─► released check ─► probing ─► fit ─► refine ─► verify ─► slide ─► tune ─► trial ─► applied
+//!                │             │        │        │         │         │        │       │
+//!                └─────────────┴────────┴────────┴─────────┴─────────┴────────┴───────┴─► aborted, rolled back
 //! ```
 //!
 //! It has two halves, and data goes one way round. [`CommissionIsr`], in the sample interrupt, takes a count and
@@ -58,8 +58,10 @@ mod noise;
 mod phase;
 mod probing;
 mod regression;
+mod response;
 mod rough_model;
 mod settings;
+mod sliding;
 mod solver;
 mod state;
 mod synchronous;

@@ -15,6 +15,8 @@ pub enum Phase {
     Refine,
     /// A third motion, which the frozen model must predict.
     Verify,
+    /// The servo slides both ways under a multisine, which shows a resonance that friction hides.
+    Slide,
     /// The servo is held while the solver tunes.
     Tune,
     /// The new gains hold, and a step and a disturbance are measured against the promise.
@@ -29,13 +31,14 @@ pub enum Phase {
 
 impl Phase {
     /// All, in their order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Idle,
         Self::ReleasedCheck,
         Self::Probing,
         Self::Fit,
         Self::Refine,
         Self::Verify,
+        Self::Slide,
         Self::Tune,
         Self::Trial,
         Self::Applied,
@@ -53,6 +56,7 @@ impl Phase {
             Self::Fit => "fit",
             Self::Refine => "refine",
             Self::Verify => "verify",
+            Self::Slide => "slide",
             Self::Tune => "tune",
             Self::Trial => "trial",
             Self::Applied => "applied",

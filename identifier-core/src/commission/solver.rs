@@ -1,4 +1,6 @@
 use super::message::{Candidate, DecisionKind, EventKind, Identified};
+use super::response::{MeasuredResponse, ResponseEstimate, ResponseFit};
+use super::sliding::SlidePlan;
 use super::{
     CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, IdentifiedServo,
     MotionRecord, Phase, PredictionErrors, PredictionRun, Reason, RecordEvent, ServoFit,
@@ -23,6 +25,11 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     step: f64,
     /// The effect that the model lacks by the evidence of the motions.
     suspect: Option<Diagnosis>,
+    /// The response that slides have measured, and the masses that it shows.
+    response: MeasuredResponse<N>,
+    masses: Option<ResponseEstimate>,
+    /// Why it fails if the response does not show two masses.
+    doubt: Option<Reason>,
     work: Work<N>,
 }
 
@@ -39,6 +46,8 @@ enum Work<N: Number> {
     /// The search for the lacking effect, before the next step.
     EffectSearch(EffectSearch<N>, Then),
     Then(Then),
+    /// One mass and two are fitted to the measured lines.
+    Responding(ResponseFit),
     Tuning {
         tuner: Tuner,
         state: TunerState,
@@ -57,6 +66,10 @@ enum Then {
     Predict,
     /// The second motion is asked for once more.
     Again,
+    /// The response is measured in slides. One mass does not explain the motions, for this reason, if there is one.
+    Slide(Option<Reason>),
+    /// Gains are looked for as far as one mass explains the motions.
+    Settle,
     /// Gains are looked for.
     Tune,
     /// It has failed for this.
@@ -108,6 +121,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
 
+    /// The ratio by which the gain of the response may differ from that of the motions before. If friction holds a load, the
+    /// motor alone answers.
+    const MAX_GAIN_RATIO: f64 = 1.6;
+
     /// For a commissioning with these settings.
     ///
     /// # Errors
@@ -124,6 +141,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             refined: 0,
             step: 0.0,
             suspect: None,
+            response: MeasuredResponse::new(&settings),
+            masses: None,
+            doubt: None,
             work: Work::Nothing,
         })
     }
@@ -136,6 +156,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     self.servo = None;
                     self.suspect = None;
                     self.refined = 0;
+                    self.masses = None;
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;
@@ -145,6 +166,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 // A missing one shows when the motion has ended.
                 let _ = self.record.take(block);
             }
+            EventKind::Line(sums) => self.response.take(sums),
+            EventKind::Ended if self.motion == Phase::Slide => self.work = self.respond(),
             EventKind::Ended => {
                 let record = &self.record;
                 self.work = match (self.motion, &self.servo) {
@@ -198,12 +221,22 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 let prediction = self.fitter.predict(predicting, &self.record)?;
                 self.judge(&prediction)
             }
+            Work::Responding(fit) => {
+                let masses = fit.work(self.response.lines())?;
+                self.take_masses(masses)
+            }
             Work::Tuning {
                 tuner,
                 state,
                 fitted,
             } => {
-                let tuned = tuner.work(state)?;
+                let unexplained = self.masses.is_some_and(|masses| !masses.is_one_mass());
+                let lines = if unexplained {
+                    self.response.lines()
+                } else {
+                    &[]
+                };
+                let tuned = tuner.work_with(state, lines)?;
                 let fitted = *fitted;
                 match tuned {
                     Ok(tuning) => self.offer(tuning, fitted),
@@ -236,9 +269,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Judges how a motion that nothing was fitted to was predicted.
     fn judge(&mut self, prediction: &PredictionErrors) -> Option<DecisionKind<N>> {
         let then = match self.motion {
-            _ if is_refuted(prediction) => Then::Fail(Reason::NotPredicted),
+            _ if is_refuted(prediction) => Then::Slide(Some(Reason::NotPredicted)),
             Phase::Refine => Then::Again,
-            _ => Then::Tune,
+            _ => Then::Slide(None),
         };
         self.explain(prediction.rms, then)
     }
@@ -280,16 +313,68 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Then::Again => {
                 self.refined += 1;
                 if self.refined >= Self::MAX_REFINEMENTS {
-                    return self.fail(Reason::TooLittleEvidence);
+                    return self.then(Then::Slide(Some(Reason::TooLittleEvidence)));
                 }
                 self.publish(DecisionKind::Uncertain)
             }
+            Then::Slide(doubt) => {
+                self.doubt = doubt;
+                let lines = self.response.begin();
+                let servo = self.servo.as_ref()?;
+                let Some(plan) = SlidePlan::new(&self.settings, servo, &lines) else {
+                    return self.then(Then::Settle);
+                };
+                self.motion = Phase::Slide;
+                Some(DecisionKind::Slide(plan))
+            }
+            Then::Settle => match self.doubt {
+                Some(reason) => self.fail(reason),
+                None => self.then(Then::Tune),
+            },
             Then::Tune => {
                 self.tune(self.settings.goal, self.first_step(), false);
                 Some(DecisionKind::Verified)
             }
             Then::Fail(reason) => self.fail(reason),
         }
+    }
+
+    /// Takes the next step in the next slice.
+    fn then(&mut self, then: Then) -> Option<DecisionKind<N>> {
+        self.work = Work::Then(then);
+        None
+    }
+
+    /// Begins to fit masses to the response; without enough lines gains are looked for without.
+    fn respond(&mut self) -> Work<N> {
+        let fit = (self.servo.as_ref()).and_then(|servo| self.response.fit(servo));
+        fit.map_or(Work::Then(Then::Settle), Work::Responding)
+    }
+
+    /// Takes in the masses that the response shows. Two explain what one did not.
+    fn take_masses(&mut self, masses: ResponseEstimate) -> Option<DecisionKind<N>> {
+        self.masses = Some(masses);
+        let servo = self.servo.as_mut()?;
+        let gain = masses.gain / servo.parameters.b;
+        if !(1.0 / Self::MAX_GAIN_RATIO..=Self::MAX_GAIN_RATIO).contains(&gain) {
+            let is_weak = gain < 1.0 && masses.resonance.is_none();
+            return self.fail(match self.doubt {
+                Some(reason) => reason,
+                None if is_weak => Reason::ActuatorWeak,
+                None => Reason::LacksResonance,
+            });
+        }
+        // A load that changes with the angle can look like a second mass in part.
+        let unclear = !masses.is_explained() && self.doubt.is_some();
+        if masses.resonance.is_none() || unclear {
+            return self.proceed(Then::Settle);
+        }
+        servo.scale(gain);
+        servo.delay = masses.delay;
+        self.work = Work::Then(Then::Tune);
+        // An effect that explains most of the motions themselves is the better name.
+        let is_new = self.suspect.is_none();
+        is_new.then_some(DecisionKind::Suspects(Some(Reason::LacksResonance)))
     }
 
     fn publish(
@@ -328,7 +413,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 step,
                 resonance: None,
             };
-            Tuner::new(&settings, &servo)
+            let resonance = self.masses.and_then(|masses| masses.resonance);
+            Tuner::for_response(&settings, &servo, resonance.as_ref())
         });
         self.work = match begun {
             Ok(tuner) => Work::Tuning {

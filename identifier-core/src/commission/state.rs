@@ -1,6 +1,7 @@
 use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
 use super::noise::{Held, Hysteresis, RestNoise};
+use super::sliding::{LineSums, Slide};
 use super::trial::{Trial, TrialResult};
 use super::{
     IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState, Reason, RecordEvent,
@@ -37,6 +38,10 @@ pub struct CommissionState<N: Number> {
     recorder: MotionRecorder<N>,
     block: Option<MotionBlock<N>>,
     recording: Recording,
+    /// The sums of a line, for the solver.
+    pub(super) line: Option<LineSums<N>>,
+    /// In place, as it is too large to be moved in a sample.
+    pub(super) slide: Slide<N>,
     pub(super) next: Next,
     pub(super) identified: Option<Identified<N>>,
     pub(super) candidate: Option<Candidate<N>>,
@@ -55,6 +60,8 @@ pub(super) enum Activity<N: Number> {
     Free,
     Probing(ProbingState<N>),
     Holding(Holding<N>),
+    /// By the plan in [`CommissionState::slide`].
+    Sliding(Holding<N>),
     OnTrial(Holding<N>, Trial<N>),
 }
 
@@ -63,7 +70,9 @@ impl<N: Number> Activity<N> {
     pub(super) fn setpoint(&self) -> Option<N> {
         match self {
             Self::Free | Self::Probing(_) => None,
-            Self::Holding(holding) | Self::OnTrial(holding, _) => Some(holding.reference()),
+            Self::Holding(holding) | Self::Sliding(holding) | Self::OnTrial(holding, _) => {
+                Some(holding.reference())
+            }
         }
     }
 }
@@ -88,6 +97,8 @@ pub(super) enum Next {
     Stay { again: bool },
     /// The next motion after this many samples of its record.
     Lead(u32),
+    /// The slides once it is at rest.
+    Slide,
     /// Gains are looked for.
     Tune,
     /// The trial once it is at rest.
@@ -103,6 +114,8 @@ enum Recording {
     /// It begins in this sample.
     Begins,
     Going,
+    /// In its place sums of lines.
+    Lines,
     /// Its end is to be reported.
     Ends,
 }
@@ -136,6 +149,7 @@ impl<N: Number> CommissionState<N> {
                 setpoint: None,
                 late: false,
                 must_move: false,
+                excited: false,
             },
             is_watched: false,
             was_end: false,
@@ -146,6 +160,8 @@ impl<N: Number> CommissionState<N> {
                 Activity::Free => Recording::Begins,
                 _ => Recording::None,
             },
+            line: None,
+            slide: Slide::NONE,
             next: Next::Decision,
             identified: None,
             candidate: None,
@@ -265,6 +281,10 @@ impl<N: Number> CommissionState<N> {
         self.recording = Recording::Begins;
     }
 
+    pub(super) fn begin_lines(&mut self) {
+        self.recording = Recording::Lines;
+    }
+
     pub(super) fn end_record(&mut self) {
         self.recording = Recording::Ends;
     }
@@ -289,6 +309,7 @@ impl<N: Number> CommissionState<N> {
                 EventKind::Begins(self.phase)
             }
             Recording::Going => EventKind::Block(self.block.take()?),
+            Recording::Lines => EventKind::Line(self.line.take()?),
             Recording::Ends => {
                 self.recording = Recording::None;
                 EventKind::Ended

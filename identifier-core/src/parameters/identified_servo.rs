@@ -38,6 +38,25 @@ impl IdentifiedServo {
         [a, b, coulomb, self.delay, load]
     }
 
+    /// The same servo with another inertia: all accelerations times a factor.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        let ServoParameters {
+            a,
+            b,
+            coulomb,
+            load,
+        } = &mut self.parameters;
+        for value in [a, b, coulomb, load] {
+            *value *= factor;
+        }
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let scaled = [i, j].into_iter().filter(|&place| place != Self::DELAY);
+                *entry *= scaled.fold(1.0, |product, _| factor * product);
+            }
+        }
+    }
+
     /// The standard error of an unknown by its place.
     #[must_use]
     pub fn standard_error(&self, place: usize) -> f64 {

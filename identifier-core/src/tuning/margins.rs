@@ -9,7 +9,8 @@
 //!
 //! No root is overlooked between two points: they are so close that L moves by less than three quarters of
 //! its distance from −1. The walk begins where D has not moved by half of its value at z = 1, and ends
-//! where |L| is so small that it encircles nothing any more.
+//! where |L| is so small that it encircles nothing any more. Where the servo resonates the points are as close as the
+//! resonance is narrow, L moves by less than a third of its distance, and the walk ends beyond the resonance.
 
 use super::sampled_response::SampledResponse;
 use crate::number::Complex;
@@ -51,7 +52,13 @@ pub(super) struct Walk {
     response: SampledResponse,
     /// The least |1 + L|² that is allowed.
     least: f64,
+    /// The resonance and its width.
+    resonance: Option<(f64, f64)>,
     nu: f64,
+    /// ν of the point before, and the step from there to the next that is tried.
+    from: f64,
+    step: f64,
+    left: u32,
     last: Option<Last>,
     margins: Margins,
     /// Upward crossings left of −1 that are still to come.
@@ -86,12 +93,26 @@ impl Walk {
     /// The ν at which it ends at last; z is then −1 but for 2 %.
     const LAST: f64 = 100.0;
 
+    /// The part of its distance from −1 by which L may move between two points where the servo resonates: the distance
+    /// between them is then known to 2 %.
+    const RESONANT_MOVE: f64 = 0.3;
+
+    /// The next point near a resonance, as a part of the distance to it and of its width.
+    const APPROACH: f64 = 0.4;
+
+    /// Points of a walk past a resonance, at most. A design that needs more is not looked at further.
+    const MAX_POINTS: u32 = 800;
+
     /// Begins at a frequency far below the loop's poles, rad per sample.
     pub(super) fn begin(response: SampledResponse, first: f64, max_sensitivity: f64) -> Self {
         Self {
             response,
+            resonance: response.resonance(),
             least: 1.0 / (max_sensitivity * max_sensitivity),
             nu: 0.5 * first,
+            from: 0.0,
+            step: 0.0,
+            left: Self::MAX_POINTS,
             last: None,
             margins: Margins::AMPLE,
             awaited: 0,
@@ -104,8 +125,9 @@ impl Walk {
         let point = self.response.at(self.nu);
         let gain = point.gain();
         let distance = (gain + 1.0).power();
+        self.left = self.left.saturating_sub(1);
         let far_enough = distance >= self.least;
-        if !far_enough {
+        if !far_enough || self.left == 0 {
             return Progress::Breaks;
         }
         let distances = match self.last {
@@ -121,11 +143,18 @@ impl Walk {
             Some(last) => {
                 let step = gain - last.gain;
                 let [before, here] = last.distances;
-                if step.power() > 0.5625 * here.min(distance) {
+                let nearer = here.min(distance);
+                if self.resonance.is_some() {
+                    if step.power() > Self::RESONANT_MOVE * Self::RESONANT_MOVE * nearer {
+                        return self.retry();
+                    }
+                    self.margins.sensitivity =
+                        (1.0 / libm::sqrt(distance)).max(self.margins.sensitivity);
+                } else if step.power() > 0.5625 * nearer {
                     return Progress::Breaks;
                 }
                 self.cross(last.gain, gain);
-                if here <= before && here < distance {
+                if self.resonance.is_none() && here <= before && here < distance {
                     let nearest = lowest([before, here, distance]);
                     if nearest < self.least {
                         return Progress::Breaks;
@@ -137,8 +166,32 @@ impl Walk {
             }
         };
         self.last = Some(Last { gain, distances });
-        self.nu *= Self::RATIO;
-        self.ends(gain)
+        let end = self.ends(gain);
+        self.proceed();
+        end
+    }
+
+    /// Goes on to the next point.
+    fn proceed(&mut self) {
+        let Some((resonance, width)) = self.resonance else {
+            self.nu *= Self::RATIO;
+            return;
+        };
+        let near = libm::fabs(self.nu - resonance).max(width);
+        self.from = self.nu;
+        self.step = ((Self::RATIO - 1.0) * self.nu).min(Self::APPROACH * near);
+        self.nu = self.from + self.step;
+    }
+
+    /// A point that is nearer to the last one.
+    fn retry(&mut self) -> Progress {
+        self.left = self.left.saturating_sub(1);
+        if self.left == 0 {
+            return Progress::Breaks;
+        }
+        self.step *= 0.5;
+        self.nu = self.from + self.step;
+        Progress::Goes
     }
 
     /// Takes in whether L has crossed the negative real axis between two points.
@@ -159,6 +212,14 @@ impl Walk {
     fn ends(&self, gain: Complex) -> Progress {
         /// Where |L| is below this, and the phase has passed −180°, nothing more is looked for.
         const SMALL: f64 = 0.1;
+        /// Widths and distances beyond a resonance, where it adds little any more.
+        const BEYOND: f64 = 8.0;
+        const FURTHER: f64 = 1.5;
+        if self.resonance.is_some_and(|(resonance, width)| {
+            self.nu < (FURTHER * resonance).max(resonance + BEYOND * width) && self.nu <= Self::LAST
+        }) {
+            return Progress::Goes;
+        }
         let power = gain.power();
         let small = power < SMALL * SMALL && self.falling;
         let negligible = power * Margins::MAX_GAIN * Margins::MAX_GAIN < 1.0;
@@ -189,6 +250,8 @@ mod tests {
     use super::*;
     use crate::tuning::placement::Design;
     use crate::tuning::possible_servos::PossibleServo;
+    use crate::tuning::resonance::Mode;
+    use crate::tuning::sampled_response::SampledServo;
 
     /// (s + 40)² (s + 8) around q̈ = 100 u at 1 kHz with a delay of 2.5 samples, the gain times a factor.
     fn walk(factor: f64) -> Progress {
@@ -228,5 +291,67 @@ mod tests {
         for beyond in [0.5 * fall, 2.0 * rise, 3.0 * rise] {
             assert_eq!(walk(beyond), Progress::Breaks, "{beyond}");
         }
+    }
+
+    /// The same gains around two masses, at 1 kHz: the walk, and the largest |1/(1 + L)| of points that are close together.
+    fn resonant(hertz: f64, damping: f64, ratio: f64) -> (Progress, f64) {
+        let design = Design {
+            bandwidth: 40.0,
+            kp: 22.4,
+            kd: 0.88,
+            ki: 128.0,
+            cutoff: 400.0,
+            smoothed: false,
+            noise: 0.0,
+        };
+        let servo = PossibleServo {
+            a: 0.0,
+            b: 100.0,
+            delay: 5e-4,
+        };
+        let mode = Mode {
+            frequency: core::f64::consts::TAU * hertz,
+            damping,
+            ratio,
+        };
+        let sampled = SampledServo::new(&servo, Some(&mode), 1e-3);
+        let response = SampledResponse::around(&design, sampled, 1e-3);
+        let mut walk = Walk::begin(response, 0.05e-3, 100.0);
+        let end = loop {
+            match walk.work() {
+                Progress::Goes => {}
+                end => break end,
+            }
+        };
+        let mut largest = 0.0_f64;
+        for place in 0..400_000 {
+            let nu = 1e-3 * libm::exp(2.4e-5 * f64::from(place));
+            let distance = (response.at(nu).gain() + 1.0).power();
+            largest = largest.max(1.0 / libm::sqrt(distance));
+        }
+        (end, largest)
+    }
+
+    #[test]
+    fn a_narrow_resonance_is_not_stepped_over() {
+        for (hertz, damping, ratio) in [
+            (40.0, 0.02, 0.3),
+            (90.0, 0.005, 0.1),
+            (220.0, 0.004, 0.3),
+            (610.0, 0.01, 0.5),
+        ] {
+            let (Progress::Keeps(margins), largest) = resonant(hertz, damping, ratio) else {
+                panic!("{hertz} Hz is stable");
+            };
+            let off = margins.sensitivity / largest - 1.0;
+            assert!(
+                off.abs() < 0.03,
+                "{hertz} Hz: {} {largest}",
+                margins.sensitivity
+            );
+        }
+        // Beyond the delay's phase its peak is above one.
+        let (end, _) = resonant(220.0, 0.004, 2.0);
+        assert_eq!(end, Progress::Breaks);
     }
 }

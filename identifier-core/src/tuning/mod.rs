@@ -2,7 +2,8 @@
 //!
 //! A bandwidth gives the gains by pole placement. They are allowed or refused by noise and
 //! largest command in closed form, and by the exact frequency response of the sampled loop with all its delay,
-//! for the identified servo and the corners of its confidence ellipsoid. The largest allowed
+//! for the identified servo and the corners of its confidence ellipsoid, and, where a response was measured, for servos
+//! with its resonance and on each of its lines. The largest allowed
 //! bandwidth is found by bisection. The promise of the gains is the simulated behaviour of the same sampled loop.
 //!
 //! ```text
@@ -14,11 +15,14 @@
 mod closed_loop;
 mod goal;
 mod margins;
+mod measured_line;
 mod placement;
 mod possible_servos;
 mod prediction;
 mod promise;
+mod resonance;
 mod response_time;
+mod sampled_mode;
 mod sampled_response;
 mod search;
 mod settings;
@@ -27,7 +31,11 @@ mod tuner;
 
 pub use closed_loop::PredictedSample;
 pub use goal::{Cap, Goal};
+pub(crate) use measured_line::MeasuredLine;
+pub(crate) use possible_servos::PossibleServo;
 pub use promise::{Promise, Tuning};
+pub(crate) use resonance::{Mode, Resonance};
+pub(crate) use sampled_response::SampledServo;
 pub use settings::{TuningError, TuningSettings};
 pub use step_measure::StepMeasure;
 pub use tuner::{Tuner, TunerState};

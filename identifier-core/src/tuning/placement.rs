@@ -125,7 +125,7 @@ impl Placement {
         } = self.settings;
         // Until the servo answers, the integral takes in the whole step.
         let largest = step * (design.kp + design.ki * (self.delay + sample_time));
-        let crossover = (2.0 + THIRD_POLE) * design.bandwidth;
+        let crossover = Self::crossover(design);
         let resonates =
             resonance.is_some_and(|lowest| Self::RESONANCE_OVER_CROSSOVER * crossover > lowest);
         if design.bandwidth * sample_time > Self::LARGEST_BANDWIDTH {
@@ -139,6 +139,11 @@ impl Placement {
         } else {
             None
         }
+    }
+
+    /// The gain crossover of a design around one mass, rad/s.
+    pub(super) fn crossover(design: &Design) -> f64 {
+        (2.0 + THIRD_POLE) * design.bandwidth
     }
 
     /// Sets a cut-off and the noise that it leaves.

@@ -4,13 +4,13 @@ use crate::parameters::IdentifiedServo;
 
 /// A servo that the identified one may be, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PossibleServo {
+pub(crate) struct PossibleServo {
     /// 1/s.
-    pub(super) a: f64,
+    pub(crate) a: f64,
     /// Rad/s² per command unit.
-    pub(super) b: f64,
+    pub(crate) b: f64,
     /// From a reading to the acceleration of its command, besides the hold's, s.
-    pub(super) delay: f64,
+    pub(crate) delay: f64,
 }
 
 /// The identified servo, first, and the corners of the ellipsoid of its a, b and τ.

@@ -9,17 +9,21 @@
 //! and velocity over the last 1 − φ of a sample, q₀ = h₂ − q₁ and v₀ = h₁ − v₁ what the command before
 //! adds. The controller is k_p + (k_d/T) g δ/(δ + g) + k_i T/δ, g = 1 − e^(−cutoff T).
 //!
+//! Of two masses the mode is added to the servo ([`SampledMode`]).
+//!
 //! Frequencies are taken along Tustin's z = (1 + jν)/(1 − jν), ν = tan(ωT/2), so that no point needs a
 //! transcendental function, and δ = 2jν/(1 − jν) keeps all its digits where z is near one.
 
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
+use super::resonance::Mode;
+use super::sampled_mode::SampledMode;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Complex;
 
-/// The loop of a design around a servo, opened at the command.
+/// A servo's sampled response to its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SampledResponse {
+pub(crate) struct SampledServo {
     whole_delay: u32,
     /// x h₁.
     decay: f64,
@@ -28,9 +32,25 @@ pub(super) struct SampledResponse {
     newer: [f64; 2],
     /// Position and velocity that it adds in the sample after that.
     older: [f64; 2],
+    /// b T².
+    gain: f64,
+    mode: Option<SampledMode>,
+}
+
+/// The sampled response of the controller of a design.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SampledController {
     filter: f64,
-    /// The controller's gains times b T²: k_p, k_d/T g, k_i T.
+    /// k_p, k_d/T g and k_i T, times a factor.
     gains: [f64; 3],
+}
+
+/// The loop of a design around a servo, opened at the command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SampledResponse {
+    servo: SampledServo,
+    /// Times b T².
+    controller: SampledController,
 }
 
 /// The loop at a frequency: L = forward/open, and the characteristic function open + forward.
@@ -41,62 +61,125 @@ pub(super) struct Point {
     pub(super) forward: Complex,
 }
 
-impl SampledResponse {
-    pub(super) fn new(design: &Design, servo: &PossibleServo, sample_time: f64) -> Self {
+/// δ = z − 1 at ν = tan(ωT/2).
+fn delta_at(nu: f64) -> Complex {
+    let sine = 2.0 * nu / (1.0 + nu * nu);
+    Complex {
+        re: -nu * sine,
+        im: sine,
+    }
+}
+
+impl SampledServo {
+    /// Of one mass, or of two with their mode.
+    pub(crate) fn new(servo: &PossibleServo, mode: Option<&Mode>, sample_time: f64) -> Self {
         let step = ZeroOrderHoldStep::<f64>::new();
         let x = servo.a * sample_time;
         let (whole_delay, part) = split(servo.delay / sample_time);
         let held = step.response(x);
         let newest = step.partial_response(x, 1.0 - part);
-        let gain = servo.b * sample_time * sample_time;
-        let filter = -libm::expm1(-design.cutoff * sample_time);
         Self {
             whole_delay,
             decay: x * held.velocity,
             h1: held.velocity,
             newer: [newest.way, newest.velocity],
             older: [held.way - newest.way, held.velocity - newest.velocity],
+            gain: servo.b * sample_time * sample_time,
+            mode: mode.map(|mode| SampledMode::new(mode, part, sample_time)),
+        }
+    }
+
+    /// The response over b T², times δ (δ + x h₁).
+    fn numerator(&self, delta: Complex) -> Complex {
+        let z = delta + 1.0;
+        let [newer_way, newer_velocity] = self.newer;
+        let [older_way, older_velocity] = self.older;
+        let slowing = delta + self.decay;
+        let way = z.scaled(newer_way) + older_way;
+        let velocity = z.scaled(newer_velocity) + older_velocity;
+        let together = slowing * way + velocity.scaled(self.h1);
+        let servo = match &self.mode {
+            Some(mode) => together + delta * slowing * mode.at(z),
+            None => together,
+        };
+        // On the unit circle 1/z is the conjugate.
+        servo * z.raised(self.whole_delay + 1).conjugate()
+    }
+
+    /// The position per command at a frequency, rad/s: rad per command unit.
+    pub(crate) fn at(&self, nu: f64) -> Complex {
+        let delta = delta_at(nu);
+        self.numerator(delta).scaled(self.gain) / (delta * (delta + self.decay))
+    }
+}
+
+impl SampledController {
+    fn new(design: &Design, sample_time: f64, factor: f64) -> Self {
+        let filter = -libm::expm1(-design.cutoff * sample_time);
+        Self {
             filter,
             gains: [
-                gain * design.kp,
-                gain * design.kd / sample_time * filter,
-                gain * design.ki * sample_time,
+                factor * design.kp,
+                factor * design.kd / sample_time * filter,
+                factor * design.ki * sample_time,
             ],
+        }
+    }
+
+    /// The response times δ (δ + g).
+    fn numerator(&self, delta: Complex) -> Complex {
+        let [proportional, derivative, integral] = self.gains;
+        let filtered = delta + self.filter;
+        (delta * filtered).scaled(proportional)
+            + (delta * delta).scaled(derivative)
+            + filtered.scaled(integral)
+    }
+
+    /// The command per error at ν, command units per rad.
+    pub(super) fn of(design: &Design, sample_time: f64, nu: f64) -> Complex {
+        let controller = Self::new(design, sample_time, 1.0);
+        let delta = delta_at(nu);
+        controller.numerator(delta) / (delta * (delta + controller.filter))
+    }
+}
+
+impl SampledResponse {
+    pub(super) fn new(design: &Design, servo: &PossibleServo, sample_time: f64) -> Self {
+        Self::around(
+            design,
+            SampledServo::new(servo, None, sample_time),
+            sample_time,
+        )
+    }
+
+    /// The loop around a servo of one mass or of two.
+    pub(super) fn around(design: &Design, servo: SampledServo, sample_time: f64) -> Self {
+        Self {
+            servo,
+            controller: SampledController::new(design, sample_time, servo.gain),
         }
     }
 
     /// At ν = tan(ωT/2).
     pub(super) fn at(&self, nu: f64) -> Point {
-        let sine = 2.0 * nu / (1.0 + nu * nu);
-        let delta = Complex {
-            re: -nu * sine,
-            im: sine,
-        };
-        let z = delta + 1.0;
-        let [newer_way, newer_velocity] = self.newer;
-        let [older_way, older_velocity] = self.older;
-        let [proportional, derivative, integral] = self.gains;
-        let slowing = delta + self.decay;
-        let filtered = delta + self.filter;
-        let squared = delta * delta;
-        let way = z.scaled(newer_way) + older_way;
-        let velocity = z.scaled(newer_velocity) + older_velocity;
-        let servo = slowing * way + velocity.scaled(self.h1);
-        let controller = (delta * filtered).scaled(proportional)
-            + squared.scaled(derivative)
-            + filtered.scaled(integral);
-        // On the unit circle 1/z is the conjugate.
-        let delayed = z.raised(self.whole_delay + 1).conjugate();
+        let delta = delta_at(nu);
+        let slowing = delta + self.servo.decay;
+        let filtered = delta + self.controller.filter;
         Point {
-            open: squared * slowing * filtered,
-            forward: servo * controller * delayed,
+            open: delta * delta * slowing * filtered,
+            forward: self.servo.numerator(delta) * self.controller.numerator(delta),
         }
     }
 
     /// The characteristic function at z = 1, where it is real.
     pub(super) fn at_rest(&self) -> f64 {
-        let [_, _, integral] = self.gains;
-        self.h1 * integral * self.filter
+        let [_, _, integral] = self.controller.gains;
+        self.servo.h1 * integral * self.controller.filter
+    }
+
+    /// The ν at which the servo resonates, and the resonance's width.
+    pub(super) fn resonance(&self) -> Option<(f64, f64)> {
+        self.servo.mode.as_ref().map(SampledMode::resonance)
     }
 }
 

@@ -1,9 +1,11 @@
 //! The largest bandwidth that keeps everything.
 
 use super::margins::{Margins, Progress, Walk};
+use super::measured_line::MeasuredLine;
 use super::placement::{Design, Placement, THIRD_POLE};
 use super::possible_servos::PossibleServos;
-use super::sampled_response::SampledResponse;
+use super::resonance::Resonance;
+use super::sampled_response::{SampledController, SampledResponse, SampledServo};
 use super::{Cap, TuningSettings};
 
 /// Criteria of a bandwidth.
@@ -11,6 +13,8 @@ use super::{Cap, TuningSettings};
 pub(super) struct Judge {
     placement: Placement,
     servos: PossibleServos,
+    /// Of two masses, where a measured response shows them.
+    resonance: Option<Resonance>,
     sample_time: f64,
     max_sensitivity: f64,
 }
@@ -19,10 +23,12 @@ pub(super) struct Judge {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Case {
     design: Design,
-    /// The servo whose loop is walked along, and the walk, if it has begun.
+    /// The servo whose loop is walked along, and the walk, if it has begun: those of one mass, then those of two.
     place: usize,
     walk: Option<Walk>,
     margins: Margins,
+    /// The measured line that comes next, once all servos keep everything.
+    line: Option<usize>,
 }
 
 /// Judgement of a bandwidth.
@@ -54,10 +60,15 @@ pub(super) struct Largest {
 }
 
 impl Judge {
-    pub(super) fn new(servos: &PossibleServos, settings: &TuningSettings) -> Self {
+    pub(super) fn new(
+        servos: &PossibleServos,
+        resonance: Option<&Resonance>,
+        settings: &TuningSettings,
+    ) -> Self {
         Self {
             placement: Placement::new(servos, settings),
             servos: *servos,
+            resonance: resonance.copied(),
             sample_time: settings.sample_time,
             max_sensitivity: settings.max_sensitivity,
         }
@@ -97,11 +108,20 @@ impl Judge {
             place: 0,
             walk: None,
             margins: Margins::AMPLE,
+            line: None,
         }
     }
 
-    /// The loop of a servo, or one frequency of it.
-    pub(super) fn work(&self, case: &mut Case) -> Option<Verdict> {
+    /// The loop of a servo, or one frequency of it, or a measured line.
+    pub(super) fn work(&self, case: &mut Case, lines: &[MeasuredLine]) -> Option<Verdict> {
+        if let Some(line) = &mut case.line {
+            let Some(measured) = lines.get(*line) else {
+                return Some(Verdict::Keeps(case.design, case.margins));
+            };
+            *line += 1;
+            let kept = self.keeps(&case.design, measured);
+            return (!kept).then_some(Verdict::Breaks(Cap::Resonance));
+        }
         let Some(walk) = &mut case.walk else {
             if case.place == 0
                 && let Some(cap) = self.placement.forbids(&case.design)
@@ -109,18 +129,29 @@ impl Judge {
                 return Some(Verdict::Breaks(cap));
             }
             case.walk = self.walk(&case.design, case.place);
-            let all = case.walk.is_none();
-            return all.then_some(Verdict::Keeps(case.design, case.margins));
+            if case.walk.is_none() {
+                case.line = Some(0);
+                return lines
+                    .is_empty()
+                    .then_some(Verdict::Keeps(case.design, case.margins));
+            }
+            return None;
         };
         match walk.work() {
             Progress::Goes => None,
+            Progress::Breaks if case.place >= PossibleServos::COUNT => {
+                Some(Verdict::Breaks(Cap::Resonance))
+            }
             Progress::Breaks => Some(Verdict::Breaks(if case.design.smoothed {
                 Cap::EncoderNoise
             } else {
                 Cap::Delay
             })),
             Progress::Keeps(margins) => {
-                case.margins = case.margins.both(margins);
+                // The servos of two masses beyond the measured one have a larger sensitivity, which is not promised.
+                if case.place <= PossibleServos::COUNT {
+                    case.margins = case.margins.both(margins);
+                }
                 case.place += 1;
                 case.walk = None;
                 None
@@ -131,10 +162,25 @@ impl Judge {
     fn walk(&self, design: &Design, place: usize) -> Option<Walk> {
         /// Where a walk begins, as a part of the slowest pole.
         const FIRST: f64 = 1.0 / 16.0;
-        let servo = self.servos.get(place)?;
-        let response = SampledResponse::new(design, servo, self.sample_time);
         let first = FIRST * THIRD_POLE * design.bandwidth * self.sample_time;
-        Some(Walk::begin(response, first, self.max_sensitivity))
+        if let Some(servo) = self.servos.get(place) {
+            let response = SampledResponse::new(design, servo, self.sample_time);
+            return Some(Walk::begin(response, first, self.max_sensitivity));
+        }
+        let place = place - PossibleServos::COUNT;
+        let servo = (self.resonance?).servo(&self.servos.identified(), place)?;
+        let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
+        let response = SampledResponse::around(design, sampled, self.sample_time);
+        let sensitivity = 1.0 + servo.excess * (self.max_sensitivity - 1.0);
+        Some(Walk::begin(response, first, sensitivity))
+    }
+
+    /// True if a design keeps its distance from −1 on a measured line.
+    fn keeps(&self, design: &Design, line: &MeasuredLine) -> bool {
+        let nu = libm::tan(0.5 * line.frequency * self.sample_time);
+        let controller = SampledController::of(design, self.sample_time, nu);
+        let sensitivity = 1.0 + Resonance::DIFFERING * (self.max_sensitivity - 1.0);
+        line.allows(controller, Placement::crossover(design), sensitivity)
     }
 }
 
@@ -164,13 +210,17 @@ impl Search {
     }
 
     /// The gains for a bandwidth, or one frequency of one servo; at the end the largest bandwidth, or none if there is no such.
-    pub(super) fn work(&mut self, judge: &Judge) -> Option<Option<Largest>> {
+    pub(super) fn work(
+        &mut self,
+        judge: &Judge,
+        lines: &[MeasuredLine],
+    ) -> Option<Option<Largest>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
             self.case = Some(judge.open(bandwidth));
             return None;
         };
-        match judge.work(case)? {
+        match judge.work(case, lines)? {
             Verdict::Keeps(design, margins) => self.low = Some((design, margins)),
             Verdict::Breaks(cap) => self.high = Some((bandwidth, cap)),
         }

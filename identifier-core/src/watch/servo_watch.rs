@@ -175,10 +175,10 @@ impl<N: Number> ServoWatch<N> {
         let waiting = state.part.take();
         state.part = self.parts.process(&mut state.parts, increment, command);
         if let Some(part) = waiting {
-            self.compare(state, LONGER_BLOCKS, &part, seen.must_move)?;
+            self.compare(state, LONGER_BLOCKS, &part, seen)?;
         }
         if let Some(part) = state.part {
-            self.compare(state, SHORTER_BLOCKS, &part, seen.must_move)?;
+            self.compare(state, SHORTER_BLOCKS, &part, seen)?;
         }
         self.oscillation.process(
             &mut state.oscillation,
@@ -195,8 +195,10 @@ impl<N: Number> ServoWatch<N> {
         state: &mut ServoWatchState<N>,
         of: usize,
         part: &BlockPart<N>,
-        relay: bool,
+        seen: &Observation<N>,
     ) -> Result<(), Reason> {
+        let relay = seen.must_move;
+        let is_operation = self.used_for == Use::Operation || seen.excited;
         let (Some(response), Some(past)) = (self.response.get(of), state.response.get_mut(of))
         else {
             return Ok(());
@@ -205,25 +207,22 @@ impl<N: Number> ServoWatch<N> {
         let block = match judged {
             Ok(Some(block)) => block,
             Ok(None) => return Ok(()),
-            Err(reason) if self.is_explained(state, of, reason) => return Ok(()),
+            Err(reason) if is_operation && Self::is_explained(state, of, reason) => return Ok(()),
             Err(reason) => return Err(reason),
         };
         if relay {
             StandstillWatch::learn(&mut state.motion, block.acceleration.magnitude());
         }
-        if relay || state.known.is_some() {
+        if relay || (state.known.is_some() && !seen.excited) {
             StandstillWatch::jolts(&mut state.motion, &block)?;
         }
         Ok(())
     }
 
-    /// True if loads, or another inertia, may explain a motion that is not the command's.
-    fn is_explained(&self, state: &mut ServoWatchState<N>, of: usize, reason: Reason) -> bool {
+    /// True if loads, another inertia or a resonance may explain a motion that is not the command's.
+    fn is_explained(state: &mut ServoWatchState<N>, of: usize, reason: Reason) -> bool {
         /// Longer blocks that must agree: a push that sets in is over by then.
         const MIN_BLOCKS: u32 = 5;
-        if self.used_for == Use::Commissioning {
-            return false;
-        }
         // A weak actuator and a heavy load are the same.
         let is_sure =
             state.known.is_some() && of == LONGER_BLOCKS && reason != Reason::ActuatorWeak;

@@ -87,6 +87,9 @@ pub struct Observation<N> {
     /// True if the command that acted must move the servo whatever its friction: that of a relay, once a
     /// ramp has found where the servo breaks loose.
     pub must_move: bool,
+    /// True if a signal excites what a model of one mass does not have: a motion that is not the command's is then a
+    /// fault only where the servo does not follow its setpoint either.
+    pub excited: bool,
 }
 
 /// Samples from the one in which a fault begins to show until it is found.

@@ -5,3 +5,5 @@ mod faults;
 mod machine;
 mod noise;
 mod rig;
+mod two_mass_loop;
+mod two_masses;

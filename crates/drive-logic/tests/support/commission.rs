@@ -30,12 +30,13 @@ pub(crate) const ORDER: CommissionSettings = CommissionSettings {
 };
 
 /// The phases in which something may come between, in their order.
-pub(crate) const PHASES: [Phase; 7] = [
+pub(crate) const PHASES: [Phase; 8] = [
     Phase::ReleasedCheck,
     Phase::Probing,
     Phase::Fit,
     Phase::Refine,
     Phase::Verify,
+    Phase::Slide,
     Phase::Tune,
     Phase::Trial,
 ];

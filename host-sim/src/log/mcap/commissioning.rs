@@ -20,8 +20,8 @@ pub static SERVO: Channel = Channel {
         ),
         (
             "phase",
-            "the phase: 0 idle, 1 released-check, 2 wiggle, 3 fit, 4 refine, 5 verify, 6 tune, 7 trial, \
-             8 applied, 9 rolled-back, 10 aborted",
+            "the phase: 0 idle, 1 released-check, 2 wiggle, 3 fit, 4 refine, 5 verify, 6 slide, 7 tune, \
+             8 trial, 9 applied, 10 rolled-back, 11 aborted",
         ),
         ("true_position_rad", "the simulated servo's position, rad"),
         (

@@ -36,12 +36,13 @@ pub(in crate::render) const TRACES: [[u8; 3]; 4] =
 
 /// Colours of stretches. (Paul Tol, "Colour schemes", 2021, light: told apart by colour-blind readers, and under
 /// lines.)
-pub(in crate::render) const STRETCHES: [[u8; 3]; 8] = [
+pub(in crate::render) const STRETCHES: [[u8; 3]; 9] = [
     [221, 221, 221],
     [238, 136, 102],
     [153, 221, 255],
     [238, 221, 136],
     [187, 204, 51],
+    [170, 170, 0],
     [119, 170, 221],
     [255, 170, 187],
     [68, 187, 153],

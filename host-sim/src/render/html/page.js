@@ -16,7 +16,7 @@
   const shown = (value) => (value == null ? "" : String(Number(value.toPrecision(6))).replace("-", "−"));
 
   const TRACE_COLOURS = 4;
-  const STRETCH_COLOURS = 8;
+  const STRETCH_COLOURS = 9;
 
   // The lines of a figure, its traces and then its levels; on a logarithmic axis a place is the power of ten.
   function plotted({ horizontal, vertical, traces, levels, stretches, settled }) {

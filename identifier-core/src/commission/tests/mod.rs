@@ -3,4 +3,4 @@
 
 mod fit;
 mod probing;
-mod unknown_servos;
+pub(crate) mod unknown_servos;

@@ -33,6 +33,7 @@ const REST: Observation<f64> = Observation {
     setpoint: Some(0.0),
     late: false,
     must_move: false,
+    excited: false,
 };
 
 /// The fault found in a sequence of samples that repeats from its beginning, and its sample, from 1.

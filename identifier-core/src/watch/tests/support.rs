@@ -196,6 +196,7 @@ impl<'f> Run<'f> {
                     .map(|rad| (rad / self.axis.units()) as f32),
                 late: now.late,
                 must_move: controller.must_move(),
+                excited: false,
             };
             if let Err(reason) = watch.process(&mut state, &observation) {
                 return Some((reason, sample));

@@ -1,0 +1,162 @@
+use super::super::sliding::{LineSums, Lines};
+use super::super::{CommissionSettings, IdentifiedServo};
+use super::ResponseFit;
+use crate::number::{Complex, Number};
+use crate::tuning::MeasuredLine;
+
+/// The response that the slides of a survey measure: sums of every line, and from these lines with their deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct MeasuredResponse<N> {
+    sample_time: f64,
+    resolution: f64,
+    sums: [SlideSums<N>; Lines::MAX],
+    lines: [MeasuredLine; Lines::MAX],
+    count: usize,
+}
+
+/// Lines on either side of one that its deviation is taken with: a deviation of four slides is itself uncertain.
+const NEIGHBOURS: usize = 2;
+
+/// The sums of a line over slides. Those of an inverted injection count with the opposite sign, which cancels the transient
+/// of a turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SlideSums<N> {
+    slides: u8,
+    /// ∑ ±Y and ∑ ±U.
+    position: [N; 2],
+    command: [N; 2],
+    /// ∑ |Y|², ∑ |U|², ∑ Y U*.
+    powers: [N; 2],
+    cross: [N; 2],
+}
+
+impl<N: Number> MeasuredResponse<N> {
+    /// The part of its own deviation that a line has at least.
+    const OWN: f64 = 0.7;
+
+    /// Nothing measured yet.
+    pub(in crate::commission) fn new(settings: &CommissionSettings) -> Self {
+        Self {
+            sample_time: settings.sample_time,
+            resolution: settings.resolution,
+            sums: [SlideSums::EMPTY; Lines::MAX],
+            lines: [MeasuredLine::NONE; Lines::MAX],
+            count: 0,
+        }
+    }
+
+    /// Begins a measurement; the lines that the slides are to have.
+    pub(in crate::commission) fn begin(&mut self) -> Lines {
+        self.sums = [SlideSums::EMPTY; Lines::MAX];
+        self.count = 0;
+        Lines::survey(self.sample_time)
+    }
+
+    /// Takes the sums of a line over the window of a slide.
+    pub(in crate::commission) fn take(&mut self, sums: &LineSums<N>) {
+        if let Some(line) = self.sums.get_mut(usize::from(sums.line)) {
+            line.take(sums);
+        }
+    }
+
+    /// Ends the measurement, and begins to fit masses to its lines; none if there are too few.
+    pub(in crate::commission) fn fit(&mut self, servo: &IdentifiedServo) -> Option<ResponseFit> {
+        self.measure();
+        ResponseFit::begin(self.lines(), servo, self.sample_time)
+    }
+
+    /// The measured lines, by frequency: those that at least two slides have shown.
+    pub(in crate::commission) fn lines(&self) -> &[MeasuredLine] {
+        self.lines.get(..self.count).unwrap_or_default()
+    }
+
+    fn measure(&mut self) {
+        let survey = Lines::survey(self.sample_time);
+        let known = (self.sums.iter().zip(survey.frequencies())).filter_map(|(sums, frequency)| {
+            sums.line(frequency, self.sample_time, self.resolution)
+        });
+        self.count = 0;
+        for (place, line) in self.lines.iter_mut().zip(known) {
+            *place = line;
+            self.count += 1;
+        }
+        let raw = self.lines;
+        for (i, line) in self.lines.iter_mut().enumerate().take(self.count) {
+            let first = i.saturating_sub(NEIGHBOURS);
+            let near = raw.get(first..self.count.min(i + 1 + NEIGHBOURS));
+            // Noise of the increments that is white is one of 1/ω in the position.
+            let mut deviations = [0.0; 2 * NEIGHBOURS + 1];
+            let mut found = 0;
+            for (place, other) in deviations.iter_mut().zip(near.unwrap_or_default()) {
+                *place = other.deviation * other.frequency / line.frequency;
+                found += 1;
+            }
+            let median = median(deviations.get_mut(..found).unwrap_or_default());
+            line.deviation = median.max(Self::OWN * line.deviation);
+        }
+    }
+}
+
+/// The middle one; zero of none.
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+impl<N: Number> SlideSums<N> {
+    const EMPTY: Self = Self {
+        slides: 0,
+        position: [N::ZERO; 2],
+        command: [N::ZERO; 2],
+        powers: [N::ZERO; 2],
+        cross: [N::ZERO; 2],
+    };
+
+    fn take(&mut self, sums: &LineSums<N>) {
+        let [y, v] = sums.position;
+        let [u, w] = sums.command;
+        let sign = if sums.inverted { -N::ONE } else { N::ONE };
+        self.slides = self.slides.saturating_add(1);
+        self.position[0] += sign * y;
+        self.position[1] += sign * v;
+        self.command[0] += sign * u;
+        self.command[1] += sign * w;
+        self.powers[0] += y * y + v * v;
+        self.powers[1] += u * u + w * w;
+        self.cross[0] += y * u + v * w;
+        self.cross[1] += v * u - y * w;
+    }
+
+    /// The response, rad per command unit, with its deviation.
+    fn line(&self, frequency: f64, sample_time: f64, resolution: f64) -> Option<MeasuredLine> {
+        let complex = |[re, im]: [N; 2]| Complex {
+            re: re.to_f64(),
+            im: im.to_f64(),
+        };
+        let command = complex(self.command);
+        if self.slides < 2 || command.power() == 0.0 {
+            return None;
+        }
+        let gain = complex(self.position) / command;
+        // ∑ |Y − G U|² over the slides: motion that the command does not explain.
+        let [positions, commands] = self.powers.map(N::to_f64);
+        let explained = 2.0 * (gain.conjugate() * complex(self.cross)).re - gain.power() * commands;
+        let left = (positions - explained).max(0.0);
+        let slides = f64::from(self.slides);
+        let variance = left / (slides - 1.0) * slides / command.power();
+        let angle = frequency * sample_time;
+        // Increments are (1 − z⁻¹) of positions.
+        let increments = Complex {
+            re: 1.0 - libm::cos(angle),
+            im: libm::sin(angle),
+        };
+        let gain = gain.scaled(resolution) / increments;
+        let deviation = resolution * libm::sqrt(variance / increments.power());
+        let known = gain.power().is_finite() && gain.power() > 0.0 && deviation.is_finite();
+        known.then_some(MeasuredLine {
+            frequency,
+            gain,
+            deviation,
+        })
+    }
+}

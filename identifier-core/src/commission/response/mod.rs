@@ -1,0 +1,16 @@
+//! The frequency response that slides have measured, and the one or two masses that it shows.
+//!
+//! ```text
+//! sums of slides ─► lines with deviations ─► one mass, two masses ─► resonance, or none
+//! ```
+
+mod measured_response;
+mod model;
+mod pass;
+mod response_fit;
+mod scan;
+#[cfg(test)]
+mod tests;
+
+pub(super) use measured_response::MeasuredResponse;
+pub(super) use response_fit::{ResponseEstimate, ResponseFit};

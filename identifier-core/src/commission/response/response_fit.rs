@@ -1,0 +1,259 @@
+use super::model::{DAMPING, DELAY, FREQUENCY, GAIN, LAG, UNKNOWNS, Unknowns, mode};
+use super::pass::ResponsePass;
+use super::scan::{Scan, Starts};
+use crate::fit::levenberg_marquardt::{bounded_step, judge, moved};
+use crate::linalg::NormalEquations;
+use crate::parameters::IdentifiedServo;
+use crate::tuning::{MeasuredLine, Resonance};
+
+/// A fit of one mass and of two to measured lines, in slices of one response of one model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct ResponseFit {
+    sample_time: f64,
+    /// Viscous friction, 1/s, and the delay (samples) that the motions before have shown.
+    a: f64,
+    delay: f64,
+    stage: Stage,
+    one_mass: Option<Best>,
+    two_masses: Option<Best>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and a program holds one fit"
+)]
+enum Stage {
+    OneMass(Descent),
+    Scan(Scan),
+    TwoMasses(Descent, Starts),
+}
+
+/// A descent from a start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Descent {
+    pass: ResponsePass,
+    two_masses: bool,
+    damping: f64,
+    passes: u32,
+    best: Option<Best>,
+}
+
+/// The unknowns that explain the lines best.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Best {
+    unknowns: Unknowns,
+    equations: NormalEquations<f64, UNKNOWNS>,
+}
+
+/// The masses that a measured response shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct ResponseEstimate {
+    /// Gain b, rad/s² per command unit, with the standard error of ln b.
+    pub(in crate::commission) gain: f64,
+    pub(in crate::commission) gain_error: f64,
+    /// Delay and lag together, s.
+    pub(in crate::commission) delay: f64,
+    /// The resonance, if two masses explain the response and one does not.
+    pub(in crate::commission) resonance: Option<Resonance>,
+    /// Mean of the squared errors in deviations: about one where the model is right.
+    pub(in crate::commission) misfit: f64,
+}
+
+impl ResponseEstimate {
+    /// True if the masses explain the response.
+    pub(in crate::commission) fn is_explained(&self) -> bool {
+        self.misfit < ResponseFit::EXPLAINED
+    }
+
+    /// True if one mass explains the response.
+    pub(in crate::commission) fn is_one_mass(&self) -> bool {
+        self.resonance.is_none() && self.is_explained()
+    }
+}
+
+impl ResponseFit {
+    /// Two masses are there if one does not explain the response and they leave less than this part of what it leaves. Of 90
+    /// rigid servos one mass left 0.56 per line and part at most, of as many of two masses 2 at least.
+    const TWO_MASSES: f64 = 0.75;
+
+    /// The mean of the squared errors of a fit that explains the response: no other would be better by much.
+    const EXPLAINED: f64 = 1.0;
+
+    /// The least standard error of ln ω where two masses do not explain the response either, as a resonance between two
+    /// lines that nearly stopped the servo.
+    const UNEXPLAINED: f64 = 0.02;
+
+    /// Begins for a servo that is known as one mass; none without enough lines.
+    pub(in crate::commission) fn begin(
+        lines: &[MeasuredLine],
+        servo: &IdentifiedServo,
+        sample_time: f64,
+    ) -> Option<Self> {
+        /// The fewest lines that tell two masses from one.
+        const FEWEST: usize = 12;
+        let (a, delay) = (servo.parameters.a, servo.delay / sample_time);
+        if lines.len() < FEWEST {
+            return None;
+        }
+        let start = [libm::log(servo.parameters.b), delay, 0.1, 0.0, 0.0, 0.0];
+        Some(Self {
+            sample_time,
+            a,
+            delay,
+            stage: Stage::OneMass(Descent::from(&start, a, false, sample_time)),
+            one_mass: None,
+            two_masses: None,
+        })
+    }
+
+    /// A slice; at the end the masses that the response shows.
+    pub(in crate::commission) fn work(
+        &mut self,
+        lines: &[MeasuredLine],
+    ) -> Option<ResponseEstimate> {
+        match &mut self.stage {
+            Stage::OneMass(descent) => {
+                if descent.work(lines, self.a, self.sample_time) {
+                    self.one_mass = descent.best;
+                    if Self::is_explained(&self.one_mass, lines) {
+                        return self.estimate(lines);
+                    }
+                    self.stage = Stage::Scan(Scan::begin(lines, self.a, self.delay));
+                }
+                None
+            }
+            Stage::Scan(scan) => {
+                if let Some(starts) = scan.work(lines, self.sample_time) {
+                    return self.next_start(lines, starts);
+                }
+                None
+            }
+            Stage::TwoMasses(descent, starts) => {
+                if !descent.work(lines, self.a, self.sample_time) {
+                    return None;
+                }
+                let (found, starts) = (descent.best, *starts);
+                let cost =
+                    |best: &Option<Best>| best.map_or(f64::INFINITY, |best| best.equations.cost());
+                if cost(&found) < cost(&self.two_masses) {
+                    self.two_masses = found;
+                }
+                if Self::is_explained(&self.two_masses, lines) {
+                    return self.estimate(lines);
+                }
+                self.next_start(lines, starts)
+            }
+        }
+    }
+
+    fn is_explained(fit: &Option<Best>, lines: &[MeasuredLine]) -> bool {
+        let most = Self::EXPLAINED * 2.0 * lines.len() as f64;
+        fit.is_some_and(|best| best.equations.cost() < most)
+    }
+
+    fn next_start(
+        &mut self,
+        lines: &[MeasuredLine],
+        mut starts: Starts,
+    ) -> Option<ResponseEstimate> {
+        let Some(start) = starts.next() else {
+            return self.estimate(lines);
+        };
+        let descent = Descent::from(&start, self.a, true, self.sample_time);
+        self.stage = Stage::TwoMasses(descent, starts);
+        None
+    }
+
+    fn estimate(&self, lines: &[MeasuredLine]) -> Option<ResponseEstimate> {
+        let one = self.one_mass?;
+        let better = self
+            .two_masses
+            .filter(|two| two.equations.cost() < Self::TWO_MASSES * one.equations.cost());
+        let best = better.unwrap_or(one);
+        let misfit = best.equations.cost() / (2.0 * lines.len() as f64);
+        let covariance = best.equations.covariance();
+        let error = |place: usize| {
+            let row = covariance.get(place);
+            let variance = row.and_then(|row| row.get(place)).copied();
+            libm::sqrt((variance.unwrap_or(0.0) * misfit.max(1.0)).max(0.0))
+        };
+        let least = if misfit < Self::EXPLAINED {
+            0.0
+        } else {
+            Self::UNEXPLAINED
+        };
+        let unknowns = &best.unknowns;
+        Some(ResponseEstimate {
+            gain: libm::exp(unknowns[GAIN]),
+            gain_error: error(GAIN),
+            delay: (unknowns[DELAY] + unknowns[LAG]) * self.sample_time,
+            resonance: better.map(|_| Resonance {
+                mode: mode(unknowns),
+                errors: [error(FREQUENCY).max(least), error(DAMPING)],
+            }),
+            misfit,
+        })
+    }
+}
+
+impl Descent {
+    /// The most passes from a start.
+    const PASSES: u32 = 20;
+
+    const FIRST_DAMPING: f64 = 1e-2;
+
+    /// A pass that changes the cost by less than this part is the last.
+    const MIN_CHANGE: f64 = 1e-4;
+
+    /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples.
+    const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, -6.9, -4.0];
+    const HIGH: Unknowns = [30.0, 60.0, 30.0, 13.0, -0.7, 3.4];
+
+    fn from(start: &Unknowns, a: f64, two_masses: bool, sample_time: f64) -> Self {
+        Self {
+            pass: ResponsePass::at(start, a, two_masses, sample_time),
+            two_masses,
+            damping: Self::FIRST_DAMPING,
+            passes: 0,
+            best: None,
+        }
+    }
+
+    /// A slice; true at the end.
+    fn work(&mut self, lines: &[MeasuredLine], a: f64, sample_time: f64) -> bool {
+        if !self.pass.work(lines, sample_time) {
+            return false;
+        }
+        let least = self.best.as_ref().map(|best| best.equations.cost());
+        let cost = self.pass.equations.cost();
+        let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
+        if judged.helped {
+            self.best = Some(Best {
+                unknowns: self.pass.unknowns,
+                equations: self.pass.equations,
+            });
+        }
+        self.passes += 1;
+        let Some(best) = &self.best else {
+            return true;
+        };
+        if judged.was_little || self.passes >= Self::PASSES {
+            return true;
+        }
+        let step = bounded_step(
+            &best.equations,
+            &best.unknowns,
+            self.damping,
+            ResponsePass::free(self.two_masses),
+            &Self::LOW,
+            &Self::HIGH,
+        );
+        let mut next = moved(&best.unknowns, &step);
+        for ((value, &low), &high) in next.iter_mut().zip(&Self::LOW).zip(&Self::HIGH) {
+            *value = value.max(low).min(high);
+        }
+        self.pass = ResponsePass::at(&next, a, self.two_masses, sample_time);
+        false
+    }
+}

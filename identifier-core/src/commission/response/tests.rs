@@ -1,0 +1,127 @@
+//! Lines of known servos, as the continuous response has them far below the sampling frequency, with noise.
+
+use std::f64::consts::TAU;
+use std::vec::Vec;
+
+use super::{ResponseEstimate, ResponseFit};
+use crate::commission::sliding::Lines;
+use crate::number::Complex;
+use crate::parameters::{IdentifiedServo, ServoParameters};
+use crate::tuning::{MeasuredLine, Mode};
+use virtual_servo::SplitMix64;
+
+const SAMPLE_TIME: f64 = 1e-4;
+const B: f64 = 400.0;
+const A: f64 = 2.0;
+const DELAY: f64 = 2.3e-4;
+const LAG: f64 = 1e-4;
+
+/// b (1/(s (s + a)) + β/(s² + 2ζωs + ω²)) e^(−s (τ + T/2))/(1 + sT_c): a hold is half a sample of delay here.
+fn response(mode: Option<&Mode>, frequency: f64) -> Complex {
+    let s = Complex {
+        re: 0.0,
+        im: frequency,
+    };
+    let late = frequency * (DELAY + 0.5 * SAMPLE_TIME);
+    let delayed = Complex {
+        re: late.cos(),
+        im: -late.sin(),
+    };
+    let together = Complex::ONE / (s * (s + A));
+    let servo = match mode {
+        Some(mode) => {
+            let denominator = s * s
+                + s.scaled(2.0 * mode.damping * mode.frequency)
+                + mode.frequency * mode.frequency;
+            together + Complex::ONE.scaled(mode.ratio) / denominator
+        }
+        None => together,
+    };
+    servo.scaled(B) * delayed / (s.scaled(LAG) + 1.0)
+}
+
+/// The estimate from lines with a relative noise, beginning with a gain.
+fn shown(mode: Option<&Mode>, noise: f64, gain: f64) -> ResponseEstimate {
+    let mut random = SplitMix64::new(7);
+    let lines: Vec<MeasuredLine> = Lines::survey(SAMPLE_TIME)
+        .frequencies()
+        .map(|frequency| {
+            let exact = response(mode, frequency);
+            let size = noise * exact.power().sqrt();
+            let mut uniform = || 1.2247 * size * random.uniform(-1.0, 1.0);
+            MeasuredLine {
+                frequency,
+                gain: exact
+                    + Complex {
+                        re: uniform(),
+                        im: uniform(),
+                    },
+                deviation: size,
+            }
+        })
+        .collect();
+    let servo = IdentifiedServo {
+        parameters: ServoParameters {
+            a: A,
+            b: gain,
+            coulomb: 20.0,
+            load: 0.0,
+        },
+        delay: 4e-4,
+        covariance: [[0.0; 5]; 5],
+        unexplained: 1e-4,
+    };
+    let mut fit = ResponseFit::begin(&lines, &servo, SAMPLE_TIME).expect("enough lines");
+    for _ in 0..60_000 {
+        if let Some(estimate) = fit.work(&lines) {
+            return estimate;
+        }
+    }
+    panic!("it does not end");
+}
+
+#[test]
+fn two_masses_are_found_with_frequency_and_gain_within_their_errors() {
+    for (hertz, damping, ratio) in [
+        (25.0, 0.02, 0.5),
+        (90.0, 0.01, 3.0),
+        (300.0, 0.05, 0.3),
+        (600.0, 0.008, 1.0),
+    ] {
+        let mode = Mode {
+            frequency: TAU * hertz,
+            damping,
+            ratio,
+        };
+        for (noise, gain) in [(0.01, B), (0.05, 1.4 * B)] {
+            let found = shown(Some(&mode), noise, gain);
+            let resonance = found.resonance.expect("two masses");
+            let off = resonance.mode.frequency / mode.frequency - 1.0;
+            let error = resonance.errors[0];
+            assert!(
+                off.abs() < (3.0 * error).max(2e-3) && error < 0.03,
+                "{hertz} Hz: {off} {error}"
+            );
+            assert!(
+                (found.gain / B).ln().abs() < (4.0 * found.gain_error).max(0.02),
+                "{hertz} Hz: {}",
+                found.gain
+            );
+            assert!((found.delay - DELAY - LAG).abs() < 1e-4, "{}", found.delay);
+        }
+    }
+}
+
+#[test]
+fn one_mass_shows_no_resonance() {
+    for noise in [0.0, 0.01, 0.1, 0.3] {
+        let found = shown(None, noise, 0.8 * B);
+        assert_eq!(found.resonance, None, "{noise}");
+        assert!(
+            (found.gain / B - 1.0).abs() < 0.02 + 0.3 * noise,
+            "{}",
+            found.gain
+        );
+        assert!(found.misfit < 1.5, "{}", found.misfit);
+    }
+}

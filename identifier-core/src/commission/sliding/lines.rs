@@ -1,0 +1,118 @@
+use core::f64::consts::TAU;
+
+/// The frequencies of a multisine: bins of the window over which it is measured, two apart at least, so that with a Hann
+/// window no line leaks into another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lines {
+    sample_time: f64,
+    /// Samples of the window.
+    window: u32,
+    bins: [u16; Self::MAX],
+    count: usize,
+}
+
+impl Lines {
+    /// The most lines of a multisine: more would take too much of a sample.
+    pub(crate) const MAX: usize = 32;
+
+    /// The window, s.
+    const WINDOW: f64 = 0.5;
+
+    /// The lowest frequency of a survey, Hz: below it the loop that holds the servo leaves little of the injection.
+    const LOWEST: f64 = 6.0;
+
+    /// The highest frequency, Hz, and per sample: beyond it couplings are stiffer than any loop notices, or the encoder
+    /// shows nothing.
+    const HIGHEST: (f64, f64) = (1200.0, 0.42);
+
+    /// The ratio of a survey's frequencies: [`Lines::MAX`] of them reach the highest.
+    const RATIO: f64 = 1.165;
+
+    /// Logarithmic, from the lowest frequency to the highest.
+    #[must_use]
+    pub(crate) fn survey(sample_time: f64) -> Self {
+        let mut lines = Self {
+            sample_time,
+            // A cast saturates; a window of a few samples has no line.
+            window: libm::round(Self::WINDOW / sample_time) as u32,
+            bins: [0; Self::MAX],
+            count: 0,
+        };
+        let mut bin = libm::ceil(Self::LOWEST * lines.window_time()).max(1.0);
+        while lines.push(bin) {
+            bin = libm::round(bin * Self::RATIO).max(bin + 2.0);
+        }
+        lines
+    }
+
+    /// Adds a bin above the others; false if it is too high or there is no room.
+    fn push(&mut self, bin: f64) -> bool {
+        let (absolute, per_sample) = Self::HIGHEST;
+        let highest = (absolute * self.window_time()).min(per_sample * f64::from(self.window));
+        let place = self.bins.get_mut(self.count).filter(|_| bin <= highest);
+        if let Some(place) = place {
+            *place = bin as u16;
+            self.count += 1;
+            return true;
+        }
+        false
+    }
+
+    /// Their number.
+    #[must_use]
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Samples of the window.
+    #[must_use]
+    pub(crate) fn window(&self) -> u32 {
+        self.window
+    }
+
+    /// The time of the window, s.
+    #[must_use]
+    pub(crate) fn window_time(&self) -> f64 {
+        f64::from(self.window) * self.sample_time
+    }
+
+    /// The frequencies, rad/s, rising.
+    pub(crate) fn frequencies(&self) -> impl Iterator<Item = f64> + '_ {
+        let spacing = TAU / self.window_time();
+        self.bins
+            .iter()
+            .take(self.count)
+            .map(move |&bin| spacing * f64::from(bin))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn lines_reach_from_6_hz_to_what_the_sampling_shows_and_are_two_bins_apart() {
+        for (sample_time, highest) in [(4e-3, 105.0), (1e-3, 420.0), (1e-4, 1200.0), (5e-5, 1200.0)]
+        {
+            let lines = Lines::survey(sample_time);
+            let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
+            let bin = 1.0 / lines.window_time();
+            assert!(
+                hertz.len() > 12 && hertz.len() <= Lines::MAX,
+                "{}",
+                hertz.len()
+            );
+            assert!(hertz.windows(2).all(|pair| pair[1] - pair[0] > 1.9 * bin));
+            assert!((5.9..7.0).contains(&hertz[0]), "{hertz:?}");
+            let last = hertz[hertz.len() - 1];
+            assert!(
+                last <= highest && last > 0.8 * highest,
+                "{last} of {highest}"
+            );
+            assert_eq!(hertz.len(), lines.count());
+        }
+        assert_eq!(Lines::survey(0.1).count(), 0);
+        assert_eq!(Lines::survey(10.0).count(), 0);
+    }
+}

@@ -1,0 +1,34 @@
+//! The slide: a multisine on top of a motion at constant speed, both ways, under the loop that holds the servo.
+//!
+//! Friction hides a resonance from a motor that stands, and shows it to one that slides. For each line of the multisine the
+//! interrupt sums increments Δq and commands u over a window,
+//!
+//! Y = ∑ h_k Δq_k e^(−jω k T), U = ∑ h_k u_k e^(−jω k T), h_k = 1 − cos(2π k/n),
+//!
+//! with a phase that is the same in every slide relative to the line's injection, by amplitude and sign of which the sums
+//! are weighted. The response from command to position is then, in closed loop without bias by what else moves the servo,
+//!
+//! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the slides, minus where the injection was inverted.
+
+mod lines;
+mod plan;
+mod slide;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use lines::Lines;
+pub(crate) use plan::SlidePlan;
+pub(super) use slide::{Slide, SlideProgress, Sliding};
+
+/// The sums of a line over the window of a slide, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LineSums<N> {
+    /// Its place among the [`Lines`].
+    pub(crate) line: u8,
+    /// True if the injection had the opposite sign.
+    pub(crate) inverted: bool,
+    /// Y, real and imaginary part: of the increments, counts.
+    pub(crate) position: [N; 2],
+    /// U: of the command, command units.
+    pub(crate) command: [N; 2],
+}

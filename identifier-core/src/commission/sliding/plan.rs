@@ -1,0 +1,207 @@
+use super::Lines;
+use crate::commission::{CommissionSettings, IdentifiedServo, RoughModel};
+use crate::number::Number;
+
+/// The plan of slides over a servo that is known as one mass, machine units: made by the solver, carried out by the
+/// interrupt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SlidePlan<N> {
+    pub(super) motion: Motion<N>,
+    pub(super) lines: [PlannedLine<N>; Lines::MAX],
+    pub(super) count: u8,
+}
+
+/// The motion beneath the multisine. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Motion<N> {
+    /// The servo as it is known.
+    pub(super) servo: RoughModel<N>,
+    /// Samples from a command to its acceleration.
+    pub(super) delay: N,
+    /// ω T of the loop that holds it.
+    pub(super) bandwidth: N,
+    /// Speed and acceleration of the reference.
+    pub(super) speed: N,
+    pub(super) acceleration: N,
+    /// Where the first slide begins.
+    pub(super) start: N,
+    /// Samples from constant speed to the window, and of the window.
+    pub(super) settling: u32,
+    pub(super) window: u32,
+    /// The window's e^(j2π/n).
+    pub(super) window_rotation: [N; 2],
+    /// Growth of the injection in a sample, until it is whole.
+    pub(super) fade: N,
+    /// The error of the loop up to which the servo follows, and samples without that after which the slides are given
+    /// up.
+    pub(super) max_error: N,
+    pub(super) patience: u32,
+    /// Amplitude of a line's velocity.
+    pub(super) line_speed: N,
+    /// Largest amplitude of a line's injection, command units.
+    pub(super) max_injection: N,
+}
+
+/// A line of the multisine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PlannedLine<N> {
+    /// e^(jωT).
+    pub(super) rotation: [N; 2],
+    /// Amplitude of its injection at first, command units.
+    pub(super) amplitude: N,
+}
+
+impl<N: Number> Motion<N> {
+    pub(super) const NONE: Self = Self {
+        servo: RoughModel::UNKNOWN,
+        delay: N::ZERO,
+        bandwidth: N::ZERO,
+        speed: N::ZERO,
+        acceleration: N::ZERO,
+        start: N::ZERO,
+        settling: 0,
+        window: 0,
+        window_rotation: [N::ONE, N::ZERO],
+        fade: N::ZERO,
+        max_error: N::ZERO,
+        patience: 0,
+        line_speed: N::ZERO,
+        max_injection: N::ZERO,
+    };
+}
+
+impl<N: Number> PlannedLine<N> {
+    const NONE: Self = Self {
+        rotation: [N::ONE, N::ZERO],
+        amplitude: N::ZERO,
+    };
+}
+
+impl<N: Number> SlidePlan<N> {
+    /// Time from constant speed to the window, s: the transient of the turn has died down to a part that the inverted
+    /// slides cancel.
+    const SETTLING: f64 = 0.2;
+
+    /// Time in which the injection grows, s.
+    const FADE: f64 = 0.03;
+
+    /// The shortest turn, s: not much shorter than the loop follows.
+    const SHORTEST_TURN: f64 = 0.03;
+
+    /// The parts of the travel that turning points and the loop's error may take; what is left brakes a servo that left
+    /// its reference.
+    const TURNS: f64 = 0.8;
+    const ERROR: f64 = 0.15;
+
+    /// Time for which a servo may break away late, s.
+    const PATIENCE: f64 = 0.15;
+
+    /// The part of the largest speed: the injection adds to it.
+    const SPEED: f64 = 0.4;
+
+    /// The part of the command that friction and load leave with which the servo turns.
+    const TURN: f64 = 0.35;
+
+    /// The part of the speed to which the velocities of the lines may add up, so that the servo does not stop.
+    const LINES_SPEED: f64 = 0.7;
+
+    /// The parts of the command, and of that which friction and load leave, to which the injections may add up.
+    const INJECTION: [f64; 2] = [0.4, 0.8];
+
+    /// The largest value of the multisine over its root mean square, with the phases of its lines.
+    const CREST: f64 = 3.5;
+
+    /// The part of that with which a servo is excited of which nothing but one mass is known.
+    const CAUTION: f64 = 0.6;
+
+    /// The least speed, counts per second: with fewer the lines are lost in the rounding.
+    const MIN_SPEED_COUNTS: f64 = 150.0;
+
+    /// The least command that friction and load must leave to turn and to excite with, as a part of all.
+    const MIN_FREE: f64 = 0.1;
+
+    /// An unknown part of the command that the loop must balance, and the part of the travel that this may move the
+    /// servo: the bandwidth follows from both. More bandwidth would drive lightly damped resonances.
+    const UNKNOWN_LOAD: f64 = 0.02;
+    const YIELD: f64 = 0.05;
+
+    /// The least bandwidth, rad/s, of a settling that is over by the window.
+    const MIN_BANDWIDTH: f64 = 12.0;
+
+    /// With these lines; none if the axis has too little travel, speed, resolution or command for slides, or may only
+    /// move one way.
+    #[must_use]
+    pub(crate) fn new(
+        settings: &CommissionSettings,
+        servo: &IdentifiedServo,
+        lines: &Lines,
+    ) -> Option<Self> {
+        let limits = &settings.limits;
+        let (time, counts) = (settings.sample_time, 1.0 / settings.resolution);
+        let parameters = &servo.parameters;
+        let b = parameters.b;
+        let [low, high] = limits.travel;
+        let [least, most] = limits.command;
+        let command = most.min(-least);
+        let free = command - (libm::fabs(parameters.load) + parameters.coulomb) / b;
+        let room = 0.5 * (high - low);
+        if limits.one_way || lines.count() == 0 || free.is_nan() || free < Self::MIN_FREE * command
+        {
+            return None;
+        }
+        // From turning point to turning point at ±(v T/2 + v²/2 a), no turn shorter than the shortest.
+        let acceleration = Self::TURN * free * b;
+        let half = 0.5 * (Self::SETTLING + lines.window_time() + 0.5 * Self::SHORTEST_TURN);
+        let turning = Self::TURNS * room;
+        let root = libm::sqrt(half * half + 2.0 * turning / acceleration);
+        let speed = (acceleration * (root - half)).min(Self::SPEED * limits.speed);
+        let acceleration = acceleration.min(2.0 * speed / Self::SHORTEST_TURN);
+        if speed.is_nan() || speed * counts < Self::MIN_SPEED_COUNTS {
+            return None;
+        }
+        let slide = 0.5 * speed * (Self::SETTLING + lines.window_time());
+        let turning = slide + 0.5 * speed * speed / acceleration;
+        // As near to where it stands as the travel permits.
+        let margin = (turning / Self::TURNS).min(room);
+        let middle = 0.0_f64.min(high - margin).max(low + margin);
+        let bandwidth = libm::sqrt(Self::UNKNOWN_LOAD * b * command / (Self::YIELD * room));
+        let [of_command, of_free] = Self::INJECTION;
+        let part = libm::sqrt(2.0 / lines.count() as f64) / Self::CREST;
+        let line_speed = part * Self::LINES_SPEED * speed;
+        let max_injection = part * (of_command * command).min(of_free * free);
+        let number = N::from_f64;
+        let rotation = |angle: f64| {
+            let (sine, cosine) = libm::sincos(angle);
+            [number(cosine), number(sine)]
+        };
+        let mut planned = [PlannedLine::NONE; Lines::MAX];
+        for (line, omega) in planned.iter_mut().zip(lines.frequencies()) {
+            // One mass: its velocity is b/ω of the command.
+            let amplitude = (line_speed * omega / b).min(max_injection);
+            *line = PlannedLine {
+                rotation: rotation(omega * time),
+                amplitude: number(Self::CAUTION * amplitude),
+            };
+        }
+        Some(Self {
+            motion: Motion {
+                servo: RoughModel::from_si(parameters, time, settings.resolution),
+                delay: number(servo.delay / time),
+                bandwidth: number(bandwidth.max(Self::MIN_BANDWIDTH) * time),
+                speed: number(speed * time * counts),
+                acceleration: number(acceleration * time * time * counts),
+                start: number((middle - slide) * counts),
+                settling: libm::ceil(Self::SETTLING / time) as u32,
+                window: lines.window(),
+                window_rotation: rotation(core::f64::consts::TAU / f64::from(lines.window())),
+                fade: number((time / Self::FADE).min(1.0)),
+                max_error: number(Self::ERROR * room * counts),
+                patience: libm::ceil(Self::PATIENCE / time) as u32,
+                line_speed: number(line_speed * time * counts),
+                max_injection: number(max_injection),
+            },
+            lines: planned,
+            count: lines.count() as u8,
+        })
+    }
+}

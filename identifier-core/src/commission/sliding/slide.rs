@@ -1,0 +1,424 @@
+use super::plan::{Motion, PlannedLine};
+use super::{LineSums, Lines, SlidePlan};
+use crate::commission::RoughModel;
+use crate::commission::holding::Holding;
+use crate::number::Number;
+
+/// Slides under way: motion, oscillators and sums. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct Slide<N> {
+    motion: Motion<N>,
+    lines: [LineState<N>; Lines::MAX],
+    count: u8,
+    stage: Stage,
+    /// Samples of the stage.
+    passed: u32,
+    /// Velocity of the reference, and where it goes.
+    velocity: N,
+    heading: N,
+    /// Samples in which the servo has not followed.
+    left: u32,
+    /// The part of the injection that acts, and whether it has the opposite sign.
+    fade: N,
+    inverted: bool,
+    /// The window's e^(j2πk/n).
+    turned: [N; 2],
+    /// The slowest that the servo was in the window, in the direction of the slide.
+    slowest: N,
+    /// Slides that were measured, and those that were not as the servo stopped.
+    measured: u8,
+    stopped: u8,
+    /// The slide whose sums are handed over, and the next line of it.
+    handed: Handed,
+    line: u8,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LineState<N> {
+    rotation: [N; 2],
+    /// e^(jωkT).
+    turned: [N; 2],
+    amplitude: N,
+    max_amplitude: N,
+    position: [N; 2],
+    command: [N; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Approach,
+    Turn,
+    Settling,
+    Window,
+    Stopping,
+}
+
+/// The sums that are handed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Handed {
+    /// Those of a slide whose injection was inverted or not.
+    Sums { inverted: bool },
+    /// None: the servo stopped, and the amplitudes become smaller.
+    Nothing,
+}
+
+/// A sample of the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct Sliding<N> {
+    pub(in crate::commission) position: N,
+    pub(in crate::commission) increment: N,
+    /// A smoothed velocity.
+    pub(in crate::commission) velocity: N,
+    /// The command that acts from now on.
+    pub(in crate::commission) command: N,
+}
+
+/// What a sample of a slide has led to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) enum SlideProgress<N> {
+    Going,
+    /// The sums of a line, of a slide that is over.
+    Line(LineSums<N>),
+    /// The servo is about to stand again; all sums were handed over.
+    Over,
+}
+
+impl<N: Number> Slide<N> {
+    /// Slides that are measured: both ways, and both ways again with the injection inverted.
+    const SLIDES: u8 = 4;
+
+    /// Speeds of the first two and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
+    /// other lines.
+    const SPEEDS: [f64; 2] = [1.0, 0.8];
+
+    /// Slides in which the servo may stop: they are done again with a smaller injection.
+    const MAX_STOPPED: u8 = 4;
+
+    /// The factor on that.
+    const SMALLER: f64 = 0.6;
+
+    /// The part of the slide's speed at which it has stopped, but for a count of the smoothed velocity.
+    const STANDS: f64 = 0.2;
+    const ROUNDING: f64 = 0.3;
+
+    /// By how much an amplitude may change after a slide.
+    const ADAPTATION: [f64; 2] = [0.15, 2.0];
+
+    /// The largest amplitude over that of the plan: at an antiresonance a larger one would have the load stick.
+    const MAX_GROWTH: f64 = 2.5;
+
+    /// Without a plan.
+    pub(in crate::commission) const NONE: Self = Self {
+        motion: Motion::NONE,
+        lines: [LineState::NONE; Lines::MAX],
+        count: 0,
+        stage: Stage::Stopping,
+        passed: 0,
+        velocity: N::ZERO,
+        heading: N::ZERO,
+        left: 0,
+        fade: N::ZERO,
+        inverted: false,
+        turned: [N::ONE, N::ZERO],
+        slowest: N::ZERO,
+        measured: 0,
+        stopped: 0,
+        handed: Handed::Nothing,
+        line: 0,
+    };
+
+    /// Takes in a plan.
+    pub(in crate::commission) fn plan(&mut self, plan: &SlidePlan<N>) {
+        self.motion = plan.motion;
+        self.count = plan.count;
+        let lines = self.lines.iter_mut().zip(&plan.lines);
+        for (place, (line, planned)) in lines.enumerate() {
+            line.plan(planned, place, plan.motion.max_injection);
+        }
+    }
+
+    /// Begins as planned, with a servo at rest under the loop that was planned.
+    pub(in crate::commission) fn begin(&mut self, holding: &mut Holding<N>) {
+        // The feed-forward has load and friction.
+        holding.balance(N::ZERO);
+        let speed = self.motion.speed;
+        let is_beyond = holding.reference() > self.motion.start;
+        self.heading = if is_beyond { -speed } else { speed };
+        self.enter(Stage::Approach);
+        (self.velocity, self.fade) = (N::ZERO, N::ZERO);
+        (self.left, self.measured, self.stopped, self.line) = (0, 0, 0, self.count);
+    }
+
+    /// A sample: takes it into the sums, and leads the loop on. A servo that does not follow ends the slides.
+    pub(in crate::commission) fn process(
+        &mut self,
+        holding: &mut Holding<N>,
+        sample: &Sliding<N>,
+    ) -> SlideProgress<N> {
+        let error = holding.reference() - sample.position;
+        let follows = error.magnitude() <= self.motion.max_error;
+        self.left = if follows {
+            0
+        } else {
+            self.left.saturating_add(1)
+        };
+        if self.left > self.motion.patience && self.stage != Stage::Stopping {
+            self.measured = Self::SLIDES;
+            self.enter(Stage::Stopping);
+        }
+        self.passed = self.passed.saturating_add(1);
+        if self.stage == Stage::Window {
+            self.gather(sample);
+        }
+        self.proceed(holding.reference());
+        let acceleration = self.accelerate();
+        let injection = self.inject();
+        let feed_forward = self.feed_forward(acceleration);
+        // The reference waits for a servo that breaks away late.
+        let velocity = if follows { self.velocity } else { N::ZERO };
+        holding.lead(velocity, feed_forward + injection);
+        if let Some(sums) = self.hand_over() {
+            return SlideProgress::Line(sums);
+        }
+        let stands = self.stage == Stage::Stopping && self.velocity == N::ZERO;
+        if stands && self.line >= self.count {
+            SlideProgress::Over
+        } else {
+            SlideProgress::Going
+        }
+    }
+
+    /// Of the loop that is planned to hold the servo meanwhile: model, delay and bandwidth.
+    pub(in crate::commission) fn loop_plan(&self) -> (&RoughModel<N>, N, N) {
+        let Motion {
+            servo,
+            delay,
+            bandwidth,
+            ..
+        } = &self.motion;
+        (servo, *delay, *bandwidth)
+    }
+
+    /// True while the multisine acts.
+    pub(in crate::commission) fn injects(&self) -> bool {
+        self.fade > N::ZERO
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.passed = 0;
+        if stage == Stage::Stopping {
+            self.heading = N::ZERO;
+        }
+    }
+
+    /// Goes on to the next stage where one is over.
+    fn proceed(&mut self, reference: N) {
+        match self.stage {
+            Stage::Approach => {
+                let passed_start = (reference - self.motion.start) * self.heading >= N::ZERO;
+                if passed_start {
+                    self.heading = self.motion.speed;
+                    self.enter(Stage::Turn);
+                }
+            }
+            Stage::Turn if self.velocity == self.heading => {
+                self.inverted = self.is_half_done();
+                self.enter(Stage::Settling);
+            }
+            Stage::Settling if self.passed >= self.motion.settling => {
+                self.turned = [N::ONE, N::ZERO];
+                self.slowest = self.motion.speed;
+                self.enter(Stage::Window);
+            }
+            Stage::Window if self.passed >= self.motion.window => self.end_window(),
+            _ => {}
+        }
+    }
+
+    /// Has the sums handed over, unless the servo stopped, and turns it round.
+    fn end_window(&mut self) {
+        let least =
+            N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(Self::ROUNDING);
+        self.line = 0;
+        if self.slowest < least && self.stopped < Self::MAX_STOPPED {
+            self.stopped += 1;
+            self.handed = Handed::Nothing;
+        } else {
+            let inverted = self.inverted;
+            self.handed = Handed::Sums { inverted };
+            self.measured += 1;
+        }
+        if self.measured >= Self::SLIDES {
+            self.enter(Stage::Stopping);
+            return;
+        }
+        let [first, second] = Self::SPEEDS;
+        let part = if self.is_half_done() { second } else { first };
+        let speed = N::from_f64(part) * self.motion.speed;
+        self.heading = if self.heading > N::ZERO {
+            -speed
+        } else {
+            speed
+        };
+        self.enter(Stage::Turn);
+    }
+
+    /// True if the next slide is one of the last two, whose injection is inverted.
+    fn is_half_done(&self) -> bool {
+        self.measured >= Self::SLIDES / 2
+    }
+
+    /// Takes a sample into the sums of every line.
+    fn gather(&mut self, sample: &Sliding<N>) {
+        let forward = if self.heading > N::ZERO {
+            sample.velocity
+        } else {
+            -sample.velocity
+        };
+        if forward < self.slowest {
+            self.slowest = forward;
+        }
+        let weight = N::ONE - self.turned[0];
+        self.turned = product(self.turned, self.motion.window_rotation);
+        let (increment, command) = (weight * sample.increment, weight * sample.command);
+        for line in self.lines.iter_mut().take(usize::from(self.count)) {
+            let [re, im] = line.turned;
+            line.position[0] += increment * re;
+            line.position[1] += -(increment * im);
+            line.command[0] += command * re;
+            line.command[1] += -(command * im);
+        }
+    }
+
+    /// The acceleration of the reference in the next sample.
+    fn accelerate(&mut self) -> N {
+        let most = self.motion.acceleration;
+        let left = self.heading - self.velocity;
+        if left.magnitude() <= most {
+            self.velocity = self.heading;
+            return left;
+        }
+        let change = left.limited(-most, most);
+        self.velocity += change;
+        change
+    }
+
+    /// The command that the motion of the reference takes from a servo as it is known, load and friction included.
+    fn feed_forward(&self, acceleration: N) -> N {
+        let servo = &self.motion.servo;
+        if self.velocity == N::ZERO {
+            return servo.holding();
+        }
+        servo.command(acceleration + servo.viscous * self.velocity, self.velocity)
+    }
+
+    /// The multisine's next sample.
+    fn inject(&mut self) -> N {
+        let acts = matches!(self.stage, Stage::Settling | Stage::Window);
+        let growth = if acts {
+            self.motion.fade
+        } else {
+            -self.motion.fade
+        };
+        self.fade = (self.fade + growth).limited(N::ZERO, N::ONE);
+        if self.fade == N::ZERO {
+            return N::ZERO;
+        }
+        let mut sum = N::ZERO;
+        for line in self.lines.iter_mut().take(usize::from(self.count)) {
+            line.turned = product(line.turned, line.rotation);
+            sum += line.amplitude * line.turned[0];
+        }
+        let sum = self.fade * sum;
+        if self.inverted { -sum } else { sum }
+    }
+
+    /// The sums of the next line that is to be handed over; adapts its amplitude and begins it anew.
+    fn hand_over(&mut self) -> Option<LineSums<N>> {
+        if self.line >= self.count {
+            return None;
+        }
+        let number = self.line;
+        self.line += 1;
+        let wanted = self.motion.line_speed;
+        let window = N::from_count(self.motion.window as i32);
+        let line = self.lines.get_mut(usize::from(number))?;
+        let sums = match self.handed {
+            Handed::Nothing => {
+                line.amplitude = N::from_f64(Self::SMALLER) * line.amplitude;
+                None
+            }
+            Handed::Sums { inverted } => {
+                line.adapt(wanted * window, Self::ADAPTATION);
+                Some(LineSums {
+                    line: number,
+                    inverted,
+                    position: line.position,
+                    command: line.command,
+                })
+            }
+        };
+        line.begin_anew();
+        sums
+    }
+}
+
+impl<N: Number> LineState<N> {
+    const NONE: Self = Self {
+        rotation: [N::ONE, N::ZERO],
+        turned: [N::ONE, N::ZERO],
+        amplitude: N::ZERO,
+        max_amplitude: N::ZERO,
+        position: [N::ZERO; 2],
+        command: [N::ZERO; 2],
+    };
+
+    /// Begins line k at a phase of k (k + 1)/2 quarters: phases that grow with k² halve the peak of lines that begin
+    /// together (M. R. Schroeder, "Synthesis of low-peak-factor signals", IEEE Trans. Inf. Theory 16, 1970).
+    fn plan(&mut self, planned: &PlannedLine<N>, place: usize, most: N) {
+        let growth = N::from_f64(Slide::<N>::MAX_GROWTH);
+        *self = Self {
+            rotation: planned.rotation,
+            turned: match place * (place + 1) / 2 % 4 {
+                0 => [N::ONE, N::ZERO],
+                1 => [N::ZERO, N::ONE],
+                2 => [-N::ONE, N::ZERO],
+                _ => [N::ZERO, -N::ONE],
+            },
+            amplitude: planned.amplitude,
+            max_amplitude: (growth * planned.amplitude).limited(N::ZERO, most),
+            ..Self::NONE
+        };
+    }
+
+    /// Changes the amplitude so that the sum of the increments becomes half of `wanted`: that of a velocity of the wanted
+    /// amplitude.
+    fn adapt(&mut self, wanted: N, [least, most]: [f64; 2]) {
+        let [re, im] = self.position;
+        let power = re * re + im * im;
+        let half = N::from_f64(0.5) * wanted;
+        // A line without motion has no root.
+        let tiny = N::from_f64(1e-6);
+        let factor = if power > tiny {
+            half * power.reciprocal_root()
+        } else {
+            N::from_f64(most)
+        };
+        let factor = factor.limited(N::from_f64(least), N::from_f64(most));
+        self.amplitude = (factor * self.amplitude).limited(N::ZERO, self.max_amplitude);
+    }
+
+    /// Empties the sums, and takes back the length that the oscillator has gained or lost by rounding.
+    fn begin_anew(&mut self) {
+        (self.position, self.command) = ([N::ZERO; 2], [N::ZERO; 2]);
+        let [re, im] = self.turned;
+        let scale = N::from_f64(1.5) - N::from_f64(0.5) * (re * re + im * im);
+        self.turned = [scale * re, scale * im];
+    }
+}
+
+/// The product of two complex numbers.
+fn product<N: Number>([re, im]: [N; 2], [other_re, other_im]: [N; 2]) -> [N; 2] {
+    [re * other_re - im * other_im, re * other_im + im * other_re]
+}

@@ -1,0 +1,79 @@
+//! The resonance of two masses, as a frequency response shows it, and the servos that resonate alike.
+
+use super::possible_servos::PossibleServo;
+
+/// The mode of a servo of two masses, beside the motion of both as one: from a command to the motor's position the servo
+/// is b (1/(s (s + a)) + β/(s² + 2 ζ ω s + ω²)) e^(−sτ). The antiresonance lies at ω/√(1 + β).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Mode {
+    /// ω, rad/s.
+    pub(crate) frequency: f64,
+    /// ζ.
+    pub(crate) damping: f64,
+    /// β, the load's inertia over the motor's.
+    pub(crate) ratio: f64,
+}
+
+/// A mode that was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Resonance {
+    pub(crate) mode: Mode,
+    /// Standard errors of ln ω and ln ζ.
+    pub(crate) errors: [f64; 2],
+}
+
+/// A servo of two masses that the measured one may be, and the excess over 1 of the largest sensitivity that it may have,
+/// over that of the measured one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ResonantServo {
+    pub(super) servo: PossibleServo,
+    pub(super) mode: Mode,
+    pub(super) excess: f64,
+}
+
+impl Resonance {
+    /// Standard errors of ω within which it is searched, and the least and largest part of ω that these may be. Play and
+    /// wear move a resonance by per cents.
+    const FREQUENCY: f64 = 3.0;
+    const FREQUENCIES: (f64, f64) = (0.02, 0.15);
+
+    /// The same for ln ζ. Friction of the motor and lines that are far apart make the measured damping too large.
+    const DAMPING: f64 = 2.0;
+    const DAMPINGS: (f64, f64) = (0.9, 1.4);
+
+    /// The part by which b may differ.
+    const GAIN: f64 = 0.05;
+
+    /// The largest sensitivity's excess over 1 for a servo that differs, over that for the measured one.
+    pub(super) const DIFFERING: f64 = 1.25;
+
+    /// A servo that it may be, by its place: the identified one first.
+    pub(super) fn servo(&self, identified: &PossibleServo, place: usize) -> Option<ResonantServo> {
+        let [frequency_error, damping_error] = self.errors;
+        let (least, most) = Self::FREQUENCIES;
+        let off = (Self::FREQUENCY * frequency_error).max(least).min(most);
+        let (least, most) = Self::DAMPINGS;
+        let less = libm::exp(-(Self::DAMPING * damping_error).max(least).min(most));
+        // Factors on ω, ζ and b, and the excess.
+        let [frequency, damping, gain, excess] = match place {
+            0 => [1.0, 1.0, 1.0, 1.0],
+            1 => [1.0 - off, less, 1.0, Self::DIFFERING],
+            2 => [1.0 + off, less, 1.0, Self::DIFFERING],
+            3 => [1.0, less, 1.0 - Self::GAIN, Self::DIFFERING],
+            4 => [1.0, less, 1.0 + Self::GAIN, Self::DIFFERING],
+            _ => return None,
+        };
+        Some(ResonantServo {
+            servo: PossibleServo {
+                b: gain * identified.b,
+                ..*identified
+            },
+            mode: Mode {
+                frequency: frequency * self.mode.frequency,
+                damping: damping * self.mode.damping,
+                ratio: self.mode.ratio,
+            },
+            excess,
+        })
+    }
+}

@@ -1,0 +1,131 @@
+//! The mode of a second mass in the sampled response, exact.
+//!
+//! With the pole s = −ζω + jω√(1 − ζ²), the mode is Im{1/(s′ − s)} over the imaginary part of s. A command that is held for
+//! a sample, delayed by a part φ of it, adds n₁ = (e^(s(1 − φ)T) − 1)/s for the newer command and
+//! n₀ = e^(s(1 − φ)T) (e^(sφT) − 1)/s for the one before: Im{(n₁ z + n₀)/(z − p)}, p = e^(sT), as a fraction with real
+//! coefficients.
+
+use super::resonance::Mode;
+use crate::number::Complex;
+
+/// The mode per acceleration b u, over T², without its whole samples of delay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SampledMode {
+    /// Of z², z and 1.
+    numerator: [f64; 3],
+    /// p; the denominator is (z − p)(z − p*).
+    pole: Complex,
+}
+
+impl SampledMode {
+    /// For a delay by a part of a sample.
+    pub(super) fn new(mode: &Mode, part: f64, sample_time: f64) -> Self {
+        let rate = mode.frequency * sample_time;
+        let damping = mode.damping.min(0.99);
+        // In units of a sample.
+        let s = Complex {
+            re: -damping * rate,
+            im: rate * libm::sqrt(1.0 - damping * damping),
+        };
+        let grown = |time: f64| {
+            let (sine, cosine) = libm::sincos(s.im * time);
+            let size = libm::exp(s.re * time);
+            Complex {
+                re: size * cosine,
+                im: size * sine,
+            }
+        };
+        let (later, pole) = (grown(1.0 - part), grown(1.0));
+        let newer = (later - Complex::ONE) / s;
+        let older = (pole - later) / s;
+        let conjugate = pole.conjugate();
+        let share = mode.ratio / s.im;
+        Self {
+            numerator: [
+                share * newer.im,
+                share * (older - newer * conjugate).im,
+                -share * (older * conjugate).im,
+            ],
+            pole,
+        }
+    }
+
+    /// At a z of the unit circle.
+    pub(super) fn at(&self, z: Complex) -> Complex {
+        let [two, one, zero] = self.numerator;
+        let numerator = (z.scaled(two) + one) * z + zero;
+        numerator / ((z - self.pole) * (z - self.pole.conjugate()))
+    }
+
+    /// Where its resonance appears in the samples and how wide it is there: ν = tan(ωT/2).
+    pub(super) fn resonance(&self) -> (f64, f64) {
+        let angle = libm::fabs(libm::atan2(self.pole.im, self.pole.re));
+        let nu = libm::tan(0.5 * angle.min(3.1));
+        let decay = -0.5 * libm::log(self.pole.power());
+        (nu, 0.5 * decay * (1.0 + nu * nu))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+
+    /// The sum over the images of the held command (Poisson), which the sampled response is.
+    fn images(mode: &Mode, delay: f64, frequency: f64, time: f64) -> Complex {
+        let j = Complex { re: 0.0, im: 1.0 };
+        let exponential = |angle: f64| Complex {
+            re: libm::cos(angle),
+            im: libm::sin(angle),
+        };
+        let mut sum = j.scaled(0.0);
+        for image in -300..=300 {
+            let at = frequency + f64::from(image) * TAU / time;
+            let s = j.scaled(at);
+            let denominator = s * s
+                + s.scaled(2.0 * mode.damping * mode.frequency)
+                + mode.frequency * mode.frequency;
+            let held = exponential(-at * delay).scaled(mode.ratio) / (denominator * s);
+            sum = sum + held;
+        }
+        (Complex::ONE - exponential(-frequency * time)) * sum.scaled(1.0 / time)
+    }
+
+    #[test]
+    fn it_is_the_sum_over_the_images_below_and_beyond_half_of_the_sampling_frequency() {
+        let time = 1e-3;
+        for (hertz, part) in [(40.0, 0.0), (180.0, 0.3), (430.0, 0.8), (720.0, 0.5)] {
+            let mode = Mode {
+                frequency: TAU * hertz,
+                damping: 0.02,
+                ratio: 1.7,
+            };
+            let sampled = SampledMode::new(&mode, part, time);
+            for at in [10.0, 35.0, 170.0, 310.0, 480.0] {
+                let angle = TAU * at * time;
+                let z = Complex {
+                    re: libm::cos(angle),
+                    im: libm::sin(angle),
+                };
+                let own = sampled.at(z).scaled(time * time) / z;
+                let exact = images(&mode, part * time, TAU * at, time);
+                let off = libm::sqrt((own - exact).power() / exact.power());
+                assert!(off < 1e-4, "{hertz} Hz at {at} Hz: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn its_peak_lies_where_it_says() {
+        let mode = Mode {
+            frequency: TAU * 600.0,
+            damping: 0.01,
+            ratio: 1.0,
+        };
+        // 600 Hz sampled at 1 kHz appear at 400 Hz.
+        let (nu, width) = SampledMode::new(&mode, 0.0, 1e-3).resonance();
+        let expected = libm::tan(0.5 * TAU * 0.4);
+        assert!((nu / expected - 1.0).abs() < 1e-3, "{nu} {expected}");
+        assert!((width / (0.5 * 0.01 * TAU * 0.6 * (1.0 + nu * nu)) - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,227 @@
+//! Unknown servos of two masses, commissioned, and the applied gains judged by the frequency response of the true loop:
+//! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_DETAIL=1` for a line each.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use identifier_core::commission::{CommissionSettings, Limits, Phase};
+use identifier_core::parameters::ServoParameters;
+use virtual_servo::{Effects, SplitMix64};
+
+use super::rig::{Bench, ordinary};
+use super::two_mass_loop::TwoMassLoop;
+
+/// Servos of a campaign with a factor of one.
+const SERVOS: f64 = 60.0;
+
+/// Largest true sensitivity of applied gains: 1.6 is promised for every servo that the identified one may be.
+const MAX_SENSITIVITY: f64 = 1.8;
+
+/// Part of the applied servos that may exceed it.
+const EXCEEDING: f64 = 0.02;
+
+/// The largest command, and the gain of the weakest, rad/s² per command unit.
+const LIMIT: f64 = 10.0;
+const WEAKEST: f64 = 50.0;
+
+/// Logarithmic between two bounds.
+fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
+    low * (high / low).powf(random.next_uniform())
+}
+
+/// A servo of two masses: 10 to 600 Hz, a load share of 0.1 to 0.9, damping of 0.005 to 0.1, friction of 3 to 30 % of the
+/// limit, which acts on the motor and holds it at rest, so that it hides the resonance from a motor that stands.
+fn two_masses(seed: u64) -> Bench {
+    let mut random = SplitMix64::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x2545_f491);
+    let random = &mut random;
+    let sample_time = random.one_of(&[1e-3, 2.5e-4, 1e-4]);
+    let b = log_uniform(random, WEAKEST, 100.0 * WEAKEST);
+    let authority = b * LIMIT;
+    let coulomb = authority * random.uniform(0.03, 0.3);
+    let counts = log_uniform(random, 4096.0, 262_144.0).round();
+    let travel = log_uniform(random, 0.3, 3.0);
+    Bench {
+        servo: ServoParameters {
+            a: log_uniform(random, 0.02, 5.0),
+            b,
+            coulomb,
+            load: coulomb * random.uniform(-0.6, 0.6),
+        },
+        effects: Effects {
+            delay: sample_time * random.uniform(0.0, 2.0),
+            current_loop: log_uniform(random, 5e-5, 3e-4),
+            resonance: TAU * log_uniform(random, 10.0, 600.0),
+            resonance_damping: Some(log_uniform(random, 0.005, 0.1)),
+            inertia_ratio: random.uniform(0.1, 0.9),
+            ..Effects::NONE
+        },
+        counts,
+        offset: random.next_uniform(),
+        settings: CommissionSettings {
+            sample_time,
+            resolution: TAU / counts,
+            limits: Limits {
+                travel: [-travel, travel],
+                // Half of the command stops it in a fifth to a half of the travel.
+                speed: (authority * travel * random.uniform(0.2, 0.5)).sqrt(),
+                command: [-LIMIT, LIMIT],
+                duration: 3.0,
+                one_way: false,
+            },
+            ..ordinary().settings
+        },
+        background: Some(seed),
+        ..ordinary()
+    }
+}
+
+/// The end of a commissioning.
+struct Judged {
+    phase: Phase,
+    reason: &'static str,
+    time: f64,
+    /// True Mₛ of applied gains, infinite where they are unstable.
+    sensitivity: Option<f64>,
+    bandwidth: f64,
+    /// The farthest, as a part of the travel, and the fastest, as a part of the speed.
+    travel: f64,
+    speed: f64,
+}
+
+fn judge(bench: &Bench) -> Judged {
+    let course = bench.commission(&mut |_| None);
+    let state = &course.state;
+    let applied = state.phase() == Phase::Applied;
+    let tuning = state.tuning().filter(|_| applied);
+    let limits = &bench.settings.limits;
+    let farthest = course.travel.map(f64::abs).into_iter().fold(0.0, f64::max);
+    Judged {
+        phase: state.phase(),
+        reason: state.reason().map_or("", |reason| reason.name()),
+        time: course.ended().unwrap_or(f64::INFINITY),
+        sensitivity: tuning.map(|tuning| {
+            let sensitivity = TwoMassLoop::new(bench, tuning).sensitivity();
+            sensitivity.unwrap_or(f64::INFINITY)
+        }),
+        bandwidth: tuning.map_or(0.0, |tuning| tuning.bandwidth),
+        travel: farthest / limits.travel[1],
+        speed: course.speed / limits.speed,
+    }
+}
+
+/// An axis on which friction hides a resonance of 224 Hz.
+pub(crate) fn hidden() -> Bench {
+    let counts = 35_645.0;
+    let mut bench = ordinary();
+    bench.servo = ServoParameters {
+        a: 0.0653,
+        b: 491.35,
+        coulomb: 600.94,
+        load: 91.88,
+    };
+    bench.effects = Effects {
+        current_loop: 5.668e-5,
+        resonance: 1406.87,
+        resonance_damping: Some(0.01436),
+        inertia_ratio: 0.438,
+        ..Effects::NONE
+    };
+    bench.counts = counts;
+    bench.settings.resolution = TAU / counts;
+    bench.settings.limits = Limits {
+        travel: [-PI, PI],
+        speed: 190.5,
+        command: [-48.0, 48.0],
+        duration: 3.0,
+        one_way: false,
+    };
+    bench
+}
+
+#[test]
+fn a_resonance_that_friction_hides_is_found_and_borne() {
+    let judged = judge(&hidden());
+    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    let sensitivity = judged.sensitivity.expect("applied");
+    assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+    assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
+}
+
+fn environment(variable: &str) -> Option<f64> {
+    std::env::var(variable).ok()?.parse().ok()
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
+    let first = 10_000 * environment("CAMPAIGN_SEED").unwrap_or(1.0) as u64;
+    let servos = (SERVOS * environment("CAMPAIGN").unwrap_or(1.0)).ceil() as u64;
+    let benches: Vec<Bench> = (first..first + servos).map(two_masses).collect();
+    let half = benches.len().div_ceil(2);
+    let judged: Vec<Judged> = std::thread::scope(|scope| {
+        let workers: Vec<_> = benches
+            .chunks(half)
+            .map(|part| scope.spawn(|| part.iter().map(judge).collect::<Vec<_>>()))
+            .collect();
+        let ended = workers.into_iter().map(|worker| worker.join());
+        ended.flat_map(|judged| judged.expect("no panic")).collect()
+    });
+    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    for judged in &judged {
+        *reasons.entry(judged.reason).or_default() += 1;
+    }
+    if environment("CAMPAIGN_DETAIL").is_some() {
+        for (bench, judged) in benches.iter().zip(&judged) {
+            let Effects {
+                resonance,
+                resonance_damping,
+                inertia_ratio,
+                delay,
+                current_loop,
+                ..
+            } = bench.effects;
+            println!(
+                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} | {} {} Ms {:.2} at {:.1} | reach {:.2} speed {:.2} {:.1} s",
+                bench.counts,
+                resonance / TAU,
+                resonance_damping.unwrap_or(0.0),
+                inertia_ratio,
+                bench.servo.b,
+                bench.servo.a,
+                bench.servo.coulomb / bench.servo.b / LIMIT,
+                bench.servo.load / bench.servo.b / LIMIT,
+                delay,
+                current_loop,
+                bench.settings.sample_time,
+                bench.settings.limits.travel[1],
+                judged.phase.name(),
+                judged.reason,
+                judged.sensitivity.unwrap_or(f64::NAN),
+                judged.bandwidth,
+                judged.travel,
+                judged.speed,
+                judged.time
+            );
+        }
+    }
+    let count = |is: &dyn Fn(&Judged) -> bool| judged.iter().filter(|judged| is(judged)).count();
+    let applied = count(&|judged| judged.sensitivity.is_some());
+    let beyond = |limit| count(&|judged| judged.sensitivity.is_some_and(|seen| seen > limit));
+    let (unstable, exceeding) = (beyond(1e6), beyond(MAX_SENSITIVITY));
+    let left = count(&|judged| judged.travel > 1.0 + 1e-3);
+    let too_fast = count(&|judged| judged.speed > 1.0);
+    let mut times: Vec<f64> = judged.iter().map(|judged| judged.time).collect();
+    times.sort_by(f64::total_cmp);
+    println!(
+        "{servos} servos of two masses: {applied} applied, {unstable} unstable, {exceeding} with Ms > {MAX_SENSITIVITY}; \
+         {left} left the travel, {too_fast} the speed; {:.1} s median, {:.1} s at 90 %",
+        times[times.len() / 2],
+        times[times.len() * 9 / 10],
+    );
+    println!("{reasons:?}");
+    assert_eq!(unstable, 0);
+    assert!(
+        exceeding as f64 <= EXCEEDING * applied as f64,
+        "{exceeding} of {applied}"
+    );
+}
