@@ -117,7 +117,6 @@ impl Candidate {
             Self::plain(Cause::FrictionDrift, &[E::FrictionDrift]),
             Self::plain(Cause::GainAsymmetry, &[E::GainAsymmetry]),
             Self::plain(Cause::Resonance, &[E::Compliance]),
-            Self::plain(Cause::Backlash, &[E::Play]),
         ];
         for &level in &range.levels {
             all.push(Self::at(Cause::HiddenLimit, &[E::LimitSlope], level));

@@ -467,7 +467,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
     // Of a log that does not determine the servo there are none, and why.
     let short: String = log
         .lines()
-        .take(104)
+        .take(102)
         .map(|line| format!("{line}\n"))
         .collect();
     take(&format!(
