@@ -1,16 +1,25 @@
 //! Emulated boards.
 
 use std::io;
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use host_sim::port::Port;
 
 /// The Olimex STM32-H405, which carries the STM32F405RG: the board that the firmware is for.
 pub(crate) const BOARD: &str = "olimex-stm32-h405";
+
+/// Time within which an emulator connects.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Time between two looks at whether it has.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// Longest wait of a read of the serial line.
+const TICK: Duration = Duration::from_millis(5);
 
 /// Runs a binary to its end on a board and returns its output.
 pub(crate) fn run(board: &str, binary: &Path) -> Result<String, String> {
@@ -42,27 +51,70 @@ pub(crate) fn run_with(board: &str, binary: &Path, more: &[&str]) -> Result<Stri
 pub(crate) struct Running(Child);
 
 impl Running {
-    /// Starts a binary and opens the port of its USART2; `more` are further arguments of the emulator.
+    /// Starts a binary, the USART2 of which is the port; `more` are further arguments of the emulator.
     pub(crate) fn start(binary: &Path, more: &[&str]) -> Result<(Self, Port), String> {
-        let name = format!("tcp:127.0.0.1:{}", free_port()?);
+        let line = Awaited::new()?;
         // The second serial line of the emulator is USART2.
         let child = emulator(BOARD, binary)
             .args(["-serial", "null", "-serial"])
-            .arg(format!("{name},server=on,wait=off,nodelay=on"))
+            .arg(format!("tcp:{},nodelay=on", line.address))
             .args(more)
             .stdout(Stdio::null())
             .spawn()
             .map_err(missing)?;
-        let running = Self(child);
-        let mut last = String::new();
-        for _ in 0..100 {
-            match Port::open(&name) {
-                Ok(port) => return Ok((running, port)),
-                Err(error) => last = error.to_string(),
+        let mut running = Self(child);
+        let stream = line.connection(&mut running)?;
+        stream
+            .set_nodelay(true)
+            .and_then(|()| stream.set_read_timeout(Some(TICK)))
+            .map_err(|error| error.to_string())?;
+        Ok((running, Port::over("the emulator", stream)))
+    }
+}
+
+/// An address of this machine to which an emulator connects. It is held before the emulator starts, so that no other
+/// program can have it.
+pub(crate) struct Awaited {
+    listener: TcpListener,
+    pub(crate) address: SocketAddr,
+}
+
+impl Awaited {
+    pub(crate) fn new() -> Result<Self, String> {
+        let bound = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).and_then(|listener| {
+            listener.set_nonblocking(true)?;
+            let address = listener.local_addr()?;
+            Ok(Self { listener, address })
+        });
+        bound.map_err(|error| format!("no port is free on this machine: {error}"))
+    }
+
+    /// The emulator's connection.
+    ///
+    /// # Errors
+    /// If it has ended, or does not connect in time.
+    pub(crate) fn connection(&self, running: &mut Running) -> Result<TcpStream, String> {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            match self.listener.accept() {
+                Ok((stream, _)) => {
+                    let blocking = stream.set_nonblocking(false).map(|()| stream);
+                    return blocking.map_err(|error| error.to_string());
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error.to_string()),
             }
-            thread::sleep(Duration::from_millis(50));
+            if let Ok(Some(ended)) = running.0.try_wait() {
+                return Err(format!("the emulator has ended with {ended}"));
+            }
+            if Instant::now() > until {
+                return Err(format!(
+                    "the emulator has not connected within {} s",
+                    PATIENCE.as_secs()
+                ));
+            }
+            thread::sleep(LOOK);
         }
-        Err(last)
     }
 }
 
@@ -91,9 +143,36 @@ fn missing(error: io::Error) -> String {
     )
 }
 
-fn free_port() -> Result<u16, String> {
-    TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
-        .and_then(|listener| listener.local_addr())
-        .map(|address| address.port())
-        .map_err(|error| format!("no port is free on this machine: {error}"))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn running(program: &str, argument: &str) -> Running {
+        let child = Command::new(program).arg(argument).spawn();
+        Running(child.expect("the program is there"))
+    }
+
+    #[test]
+    fn an_emulator_that_has_ended_is_not_awaited() {
+        let awaited = Awaited::new().expect("a port is free");
+        let ended = awaited.connection(&mut running("sleep", "0"));
+        assert!(ended.is_err_and(|fault| fault.contains("has ended with exit status: 0")));
+    }
+
+    #[test]
+    fn a_connection_is_accepted_and_its_reads_wait() {
+        let awaited = Awaited::new().expect("a port is free");
+        let mut here = TcpStream::connect(awaited.address).expect("it listens");
+        let mut there = awaited
+            .connection(&mut running("sleep", "60"))
+            .expect("it is connected");
+        let sender = thread::spawn(move || {
+            thread::sleep(2 * LOOK);
+            io::Write::write_all(&mut here, &[7])
+        });
+        let mut byte = [0];
+        io::Read::read_exact(&mut there, &mut byte).expect("a byte comes");
+        assert_eq!(byte, [7]);
+        sender.join().expect("it ends").expect("it is sent");
+    }
 }

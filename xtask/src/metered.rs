@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::error::Error;
 use std::io::{BufReader, Read};
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::TcpStream;
 use std::ops::Range;
 use std::path::Path;
 use std::thread;
@@ -73,25 +73,27 @@ pub(crate) fn run(
         marks,
         choice,
     } = metered;
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
-        .map_err(|error| format!("no port is free on this machine: {error}"))?;
-    let address = listener.local_addr().map_err(|error| error.to_string())?;
+    let awaited = emulator::Awaited::new()?;
     // The emulator takes a comma for the end of an argument, and two for one.
     let file = plugin.display().to_string().replace(',', ",,");
     let elf = Elf::read(drive)?;
     let Range { start, end } = elf.static_at(TIM1)?;
     let watched = watched(&elf, marks, start)?;
-    let plugin = format!("file={file},listener={address},writes={start}-{end}");
+    let plugin = format!(
+        "file={file},listener={},writes={start}-{end}",
+        awaited.address
+    );
     thread::scope(|scope| {
         // Ends with this closure, and the trace with it.
-        let (_running, port) =
+        let (mut running, port) =
             emulator::Running::start(drive, &["-plugin", &plugin]).map_err(|error| {
                 format!(
                     "{error}; the emulator must be QEMU 9.1 or later, and be built with plugins"
                 )
             })?;
         let mut client = Client::new(port);
-        let reader = scope.spawn(|| read(&listener, &elf, Meter::new(watched, choice), take));
+        let trace = awaited.connection(&mut running)?;
+        let reader = scope.spawn(|| read(trace, &elf, Meter::new(watched, choice), take));
         conversation(&mut client).map_err(|error| error.to_string())?;
         let mut fault = None;
         let until = Instant::now() + time_limit;
@@ -148,13 +150,12 @@ fn watched(elf: &Elf, marks: &[&str], tim1: u32) -> Result<Watched, String> {
 
 /// Meters the emulator's trace.
 fn read(
-    listener: &TcpListener,
+    trace: TcpStream,
     elf: &Elf,
     mut meter: Meter,
     mut take: impl FnMut(Cost) -> Result<Next, String>,
 ) -> Result<(), String> {
-    let (stream, _) = listener.accept().map_err(|error| error.to_string())?;
-    let mut trace = BufReader::with_capacity(1 << 16, stream);
+    let mut trace = BufReader::with_capacity(1 << 16, trace);
     let mut decoded: HashMap<u32, Instruction> = HashMap::new();
     let mut interrupts = 0_usize;
     let mut word = [0; 4];
