@@ -72,9 +72,9 @@ impl<N: Number> MeasuredResponse<N> {
 
     fn measure(&mut self) {
         let survey = Lines::survey(self.sample_time);
-        let known = (self.sums.iter().zip(survey.frequencies())).filter_map(|(sums, frequency)| {
-            sums.line(frequency, self.sample_time, self.resolution)
-        });
+        let turned = survey.frequencies().zip(survey.rotations());
+        let known = (self.sums.iter().zip(turned))
+            .filter_map(|(sums, (frequency, turn))| sums.line(frequency, turn, self.resolution));
         self.count = 0;
         for (place, line) in self.lines.iter_mut().zip(known) {
             *place = line;
@@ -127,8 +127,8 @@ impl<N: Number> SlideSums<N> {
         self.cross[1] += v * u - y * w;
     }
 
-    /// The response, rad per command unit, with its deviation.
-    fn line(&self, frequency: f64, sample_time: f64, resolution: f64) -> Option<MeasuredLine> {
+    /// The response at a frequency, rad/s, that turns by so much in a sample: rad per command unit, with its deviation.
+    fn line(&self, frequency: f64, turn: Complex, resolution: f64) -> Option<MeasuredLine> {
         let complex = |[re, im]: [N; 2]| Complex {
             re: re.to_f64(),
             im: im.to_f64(),
@@ -144,12 +144,8 @@ impl<N: Number> SlideSums<N> {
         let left = (positions - explained).max(0.0);
         let slides = f64::from(self.slides);
         let variance = left / (slides - 1.0) * slides / command.power();
-        let angle = frequency * sample_time;
         // Increments are (1 − z⁻¹) of positions.
-        let increments = Complex {
-            re: 1.0 - libm::cos(angle),
-            im: libm::sin(angle),
-        };
+        let increments = Complex::ONE - turn.conjugate();
         let gain = gain.scaled(resolution) / increments;
         let deviation = resolution * libm::sqrt(variance / increments.power());
         let known = gain.power().is_finite() && gain.power() > 0.0 && deviation.is_finite();

@@ -1,5 +1,7 @@
 use core::f64::consts::TAU;
 
+use crate::number::Complex;
+
 /// The frequencies of a multisine: bins of the window over which it is measured, two apart at least, so that with a Hann
 /// window no line leaks into another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,6 +78,24 @@ impl Lines {
         f64::from(self.window) * self.sample_time
     }
 
+    /// The window's e^(j2π/n).
+    #[must_use]
+    pub(crate) fn window_rotation(&self) -> Complex {
+        let (im, re) = libm::sincos(TAU / f64::from(self.window));
+        Complex { re, im }
+    }
+
+    /// e^(jωT) of every line: powers of the window's, which take a chip less than a sine each.
+    pub(crate) fn rotations(&self) -> impl Iterator<Item = Complex> + '_ {
+        let spacing = self.window_rotation();
+        let bins = self.bins.iter().take(self.count);
+        bins.scan((0, Complex::ONE), move |(last, rotation), &bin| {
+            *rotation = *rotation * spacing.raised(u32::from(bin - *last));
+            *last = bin;
+            Some(*rotation)
+        })
+    }
+
     /// The frequencies, rad/s, rising.
     pub(crate) fn frequencies(&self) -> impl Iterator<Item = f64> + '_ {
         let spacing = TAU / self.window_time();
@@ -114,5 +134,21 @@ mod tests {
         }
         assert_eq!(Lines::survey(0.1).count(), 0);
         assert_eq!(Lines::survey(10.0).count(), 0);
+    }
+
+    #[test]
+    fn rotations_are_those_of_the_frequencies() {
+        for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
+            let lines = Lines::survey(sample_time);
+            let both = lines.rotations().zip(lines.frequencies());
+            let mut compared = 0;
+            for (rotation, omega) in both {
+                let (sine, cosine) = (omega * sample_time).sin_cos();
+                assert!((rotation.re - cosine).abs() < 1e-13, "{omega}");
+                assert!((rotation.im - sine).abs() < 1e-13, "{omega}");
+                compared += 1;
+            }
+            assert_eq!(compared, lines.count());
+        }
     }
 }

@@ -1,6 +1,6 @@
 use super::Lines;
 use crate::commission::{CommissionSettings, IdentifiedServo, RoughModel};
-use crate::number::Number;
+use crate::number::{Complex, Number};
 
 /// The plan of slides over a servo that is known as one mass, machine units: made by the solver, carried out by the
 /// interrupt.
@@ -170,16 +170,14 @@ impl<N: Number> SlidePlan<N> {
         let line_speed = part * Self::LINES_SPEED * speed;
         let max_injection = part * (of_command * command).min(of_free * free);
         let number = N::from_f64;
-        let rotation = |angle: f64| {
-            let (sine, cosine) = libm::sincos(angle);
-            [number(cosine), number(sine)]
-        };
+        let rotation = |of: Complex| [of.re, of.im].map(number);
         let mut planned = [PlannedLine::NONE; Lines::MAX];
-        for (line, omega) in planned.iter_mut().zip(lines.frequencies()) {
+        let survey = lines.frequencies().zip(lines.rotations());
+        for (line, (omega, turn)) in planned.iter_mut().zip(survey) {
             // One mass: its velocity is b/ω of the command.
             let amplitude = (line_speed * omega / b).min(max_injection);
             *line = PlannedLine {
-                rotation: rotation(omega * time),
+                rotation: rotation(turn),
                 amplitude: number(Self::CAUTION * amplitude),
             };
         }
@@ -193,7 +191,7 @@ impl<N: Number> SlidePlan<N> {
                 start: number((middle - slide) * counts),
                 settling: libm::ceil(Self::SETTLING / time) as u32,
                 window: lines.window(),
-                window_rotation: rotation(core::f64::consts::TAU / f64::from(lines.window())),
+                window_rotation: rotation(lines.window_rotation()),
                 fade: number((time / Self::FADE).min(1.0)),
                 max_error: number(Self::ERROR * room * counts),
                 patience: libm::ceil(Self::PATIENCE / time) as u32,

@@ -73,7 +73,7 @@ pub(in crate::commission) struct Sliding<N> {
     pub(in crate::commission) command: N,
 }
 
-/// What a sample of a slide has led to.
+/// The state of the slides after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) enum SlideProgress<N> {
     Going,
