@@ -157,11 +157,11 @@ impl<N: Number> Trial<N> {
         match self.stage {
             TrialStage::Settling => {
                 if settled {
-                    self.from = holding.reference();
-                    // The promise is for a step from there: what friction makes of the integral before
-                    // is chance.
-                    holding.balance(self.balance);
-                    self.measure.take(self.direction * (position - self.from));
+                    self.from = position;
+                    // The promise is for a step from where the servo stands: the error and the integral that friction
+                    // has left are chance.
+                    holding.stay(position, self.balance);
+                    self.measure.take(N::ZERO);
                     holding.step_to(self.from + self.step);
                     self.begin(TrialStage::Stepping);
                 }
