@@ -64,7 +64,7 @@ enum Verb {
     /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
     /// executed, and cycles by the model of docs/cycles.md.
     Interrupt {
-        /// What the model takes where the manuals give a range.
+        /// The figure of the model where the manuals give a range.
         #[arg(long, value_enum, default_value_t)]
         choice: cycles::Choice,
     },

@@ -39,7 +39,7 @@ const CR1: u32 = 0x00;
 /// Time of the host between two looks at the meter.
 const LISTEN: Duration = Duration::from_millis(100);
 
-/// What follows an interrupt.
+/// The continuation after an interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Next {
     /// The next one.

@@ -1,4 +1,4 @@
-//! What guides the reference of a run besides the targets of the host: homing, and commands from outside.
+//! The sources of a run's reference besides the targets of the host: homing, and commands from outside.
 
 use drive_link::{Fault, Home, NotAllowed, Settings};
 use identifier_core::units::Units;

@@ -41,7 +41,7 @@ pub(crate) struct Run {
     watched: ServoWatchState<f32>,
     /// The count from which the watch has its positions, whatever the origin is.
     watched_from: i32,
-    /// What the watch was built from.
+    /// The settings from which the watch was built.
     axis: WatchSettings,
     ending: Ending,
     background_patience: u32,

@@ -34,7 +34,7 @@ macro_rules! running {
         let ($bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!($drive, &$bench, &flash);
         $drive.done(Command::Configure($settings));
-        // What comes before the start does not count.
+        // Steps before the start do not count.
         $bench.steps.set(Some(5000));
         $drive.done(Command::Start);
         $drive.pass(10);

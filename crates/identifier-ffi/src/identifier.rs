@@ -46,7 +46,7 @@ impl Estimates {
 
 /// An identifier as it starts from constants, and whether it has estimates.
 pub(crate) trait Readiness<N: Copy>: Identify<N> {
-    /// What its constants hold besides the configuration.
+    /// The part of its constants besides the configuration.
     type Known: Configuration;
 
     /// Begins with what is known.

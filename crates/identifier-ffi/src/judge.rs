@@ -18,7 +18,7 @@ pub struct Verdict {
     pub state: [i32; 4],
 }
 
-/// What is said of an estimate.
+/// The verdicts on an estimate.
 pub const STATES: &[(&str, i32)] = &[("KNOWN", 0), ("UNCERTAIN", 1), ("IS_AT_BOUND", 2)];
 
 const KNOWN: i32 = 0;

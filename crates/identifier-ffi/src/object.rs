@@ -24,7 +24,7 @@ pub struct Object<T> {
     content: MaybeUninit<T>,
 }
 
-/// What the header says of an object.
+/// Size and name of an object in the header.
 pub trait Storage {
     /// Eight-byte words.
     const WORDS: usize;

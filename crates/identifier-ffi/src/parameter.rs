@@ -2,7 +2,7 @@
 
 use core::ffi::CStr;
 
-/// What a parameter takes.
+/// The kind of value that a parameter takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
@@ -20,7 +20,7 @@ pub struct Row {
     pub number: i32,
     /// Its name as the core has it.
     pub name: &'static CStr,
-    /// What it takes.
+    /// The kind of its value.
     pub kind: Kind,
 }
 

@@ -55,7 +55,7 @@ pub struct Tuning {
     pub noise: f64,
     /// rad per rad/s² of a step of the load.
     pub compliance: f64,
-    /// What keeps it from being faster: [`CAPS`].
+    /// The limit that keeps it from being faster: [`CAPS`].
     pub cap: i32,
     /// For eight bytes.
     pub unused: i32,

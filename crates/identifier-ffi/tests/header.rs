@@ -106,7 +106,7 @@ fn numbers_are_the_same() {
     assert_eq!(in_header, in_library);
 }
 
-/// What the header asserts of sizes and places when C compiles it.
+/// True if the header asserts this of sizes and places when C compiles it.
 fn asserts(text: &str) -> bool {
     code().contains(text)
 }

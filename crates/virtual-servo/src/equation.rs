@@ -101,14 +101,14 @@ pub(crate) struct Equation {
     pub(crate) gain: f64,
     /// Half of what it has more for positive commands, as a share.
     pub(crate) gain_asymmetry: f64,
-    /// What it has more at an angle, as a share.
+    /// Its deviation from the mean at an angle, as a share.
     pub(crate) torque_ripple: Angular,
     pub(crate) acting: Acting,
     pub(crate) load: f64,
     pub(crate) friction: Friction,
     pub(crate) gravity: Angular,
     pub(crate) ripple: Angular,
-    /// What the inertia has more at an angle than its mean, as a share: the load's where there is a spring.
+    /// The deviation of the inertia from its mean at an angle, as a share: the load's where there is a spring.
     pub(crate) inertia: Angular,
     pub(crate) spring: Option<Spring>,
 }
@@ -199,7 +199,7 @@ impl Equation {
         }
     }
 
-    /// What friction could hold in addition, at rest, rad/s²: negative once the motor breaks away.
+    /// The acceleration that friction could hold in addition, at rest, rad/s²: negative once the motor breaks away.
     fn hold_margin(&self, time: f64, state: &State) -> f64 {
         let drive = self.drive(time, state[0]);
         let (push, _) = self.pushes(drive, state);

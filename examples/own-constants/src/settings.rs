@@ -35,7 +35,7 @@ pub type Loop = identifier_core::identifier::ServoLoop<
     >,
 >;
 
-/// What the loop starts with besides its configuration.
+/// The initial knowledge of the loop besides its configuration.
 #[cfg(not(feature = "gauss-newton"))]
 pub type Known = ();
 

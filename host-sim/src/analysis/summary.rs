@@ -60,7 +60,7 @@ pub struct FoundServo {
     pub servo: ServoParameters,
     /// Sizes of its terms, SI.
     pub terms: Vec<TermEstimate>,
-    /// What is declared of the terms, and what was found: current loop, velocity, order.
+    /// The declared and the identified settings of the terms: current loop, velocity, order.
     pub settings: TermSettings,
 }
 

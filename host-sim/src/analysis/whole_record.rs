@@ -20,7 +20,7 @@ pub(super) struct WholeRecord {
     pub(super) std_errors: ServoParameters,
     /// Sizes of the effects that are terms of the model.
     pub(super) terms: Vec<TermEstimate>,
-    /// What is declared of them, and what was found.
+    /// Their declared and identified settings.
     pub(super) settings: TermSettings,
     pub(super) evidence: FitEvidence,
     /// Deviation of the sensor's noise, counts.

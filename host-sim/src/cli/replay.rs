@@ -55,7 +55,7 @@ pub(super) struct Replay<'a> {
     pub(super) logs: &'a [PathBuf],
     pub(super) predict: &'a [PathBuf],
     pub(super) passes: u32,
-    /// What is shown before, and where the scenario is saved.
+    /// The text that is shown before, and where the scenario is saved.
     pub(super) introduction: Option<&'a Introduction<'a>>,
 }
 

@@ -11,7 +11,7 @@ use super::joint::Joint;
 use super::number;
 use crate::physical::Quantity;
 
-/// What of a result BAM has no parameter for.
+/// The values of a result for which BAM has no parameter.
 const WITHOUT_PLACE: &str = "The constant load and the largest command have no parameter in BAM: its test bench and its \
      class of the actuator hold them. m1 has no friction of low speeds and none that grows with the load (m2 to m6).";
 

@@ -1,4 +1,4 @@
-//! What a log without a scenario holds: columns, units, sample time, encoder; and the scenario that says so.
+//! The contents of a log without a scenario: columns, units, sample time, encoder; and the scenario that declares them.
 //!
 //! Each finding has its evidence: an option, the name of a column, or its numbers. Where there is none, a
 //! [`Question`] names the option that answers it; nothing is guessed that the answer of an identification depends on.
@@ -41,18 +41,18 @@ pub struct Recognised {
 /// A finding about a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// What it is about, one word.
+    /// Its subject, one word.
     pub about: &'static str,
     /// The finding with its evidence, without an end.
     pub text: String,
 }
 
-/// What a log does not show and its user knows.
+/// A fact that a log does not show and its user knows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Question {
     /// The option that answers it.
     pub flag: &'static str,
-    /// What is not known, and the allowed answers.
+    /// The unknown fact, and the allowed answers.
     pub text: String,
 }
 
@@ -183,7 +183,7 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
             ),
         }),
     }
-    // What cannot be read is named before.
+    // A cell that cannot be read is named before.
     position::check(path, &table, &columns.position)?;
     if let Ok(reading) = position {
         findings.push(Finding {

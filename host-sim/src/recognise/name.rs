@@ -73,7 +73,7 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
     } else {
         Some(unit_cell)
     };
-    // What has another unit, as rad/s, is none of these quantities.
+    // A column with another unit, as rad/s, is none of these quantities.
     let (unit, is_foreign) = match stated.map(|text| text.trim_matches(['[', ']', '(', ')', ' '])) {
         Some("" | "-") => (None, false),
         Some(text) => {

@@ -1,4 +1,4 @@
-//! What the user states of a log, as options.
+//! The user's statements about a log, as options.
 
 use super::Question;
 use crate::scenario::{
@@ -6,7 +6,7 @@ use crate::scenario::{
     PositionUnit, Scan, TimeUnit,
 };
 
-/// What the user states of a log: each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its name.
+/// The user's statements about a log: each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its name.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "program", derive(clap::Args))]
 pub struct Stated {

@@ -24,7 +24,7 @@ pub struct Replayed {
     pub agreement: Option<Agreement>,
     /// The estimates at the end, SI.
     pub estimates: ServoParameters,
-    /// What is declared of the terms; a fit of the whole record adds what it found.
+    /// The declared settings of the terms; a fit of the whole record adds those that it found.
     pub term_settings: TermSettings,
 }
 

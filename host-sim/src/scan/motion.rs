@@ -132,7 +132,7 @@ fn ramp(log: &Log) -> Option<Remark> {
 
 /// A reading of the columns that explains the motion where the stated one does not.
 fn wrong_column(log: &Log, plain: &[Response], beside_place: &[Response]) -> Option<Remark> {
-    /// What the stated reading leaves, times what another one leaves, from which the other is right.
+    /// The residual of the stated reading over that of another one from which the other is right.
     const CLEARLY_MORE: f64 = 4.0;
     let is_clearer = |found: Vec<Response>, stated: f64| {
         best(&found).is_some_and(|found| {

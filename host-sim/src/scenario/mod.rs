@@ -82,7 +82,7 @@ pub struct Scenario {
     pub log: Option<LogSettings>,
     /// The position loop of the servo itself, where the log has its goals.
     pub inner: Option<InnerLoop>,
-    /// What turns a result's ratios into physical units.
+    /// The physical quantities that turn a result's ratios into physical units.
     pub physical: PhysicalSettings,
     /// The cases of a comparison.
     pub compare: CompareSettings,

@@ -6,7 +6,7 @@ use super::names::named;
 use super::{Purpose, Scenario};
 use crate::physical::Scale;
 
-/// What turns a result's ratios into physical units, as far as it is stated.
+/// The physical quantities that turn a result's ratios into physical units, where they are stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhysicalSettings {
     /// The unit of the command.

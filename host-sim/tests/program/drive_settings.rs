@@ -119,5 +119,5 @@ fn a_port_that_does_not_exist_is_bad_input_and_a_silent_one_is_not() {
     let output = servo_id(&["drive", "--port", &silent, "status"]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(1), "{answer}");
-    assert!(answer.contains("nobody answers"), "{answer}");
+    assert!(answer.contains("no drive answers"), "{answer}");
 }

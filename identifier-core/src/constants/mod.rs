@@ -82,7 +82,7 @@ pub enum ConstantsError {
 }
 
 impl ConstantsError {
-    /// What to do, for the message of a `const` that does not compile.
+    /// The remedy, for the message of a `const` that does not compile.
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         match self {

@@ -68,7 +68,7 @@ struct Tangent {
     acceleration: f64,
 }
 
-/// What acts over a part of a sample.
+/// The servo and the commands that act over a part of a sample.
 struct Acting<'a> {
     values: &'a Values,
     front_end: &'a FrontEnd,

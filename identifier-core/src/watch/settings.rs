@@ -16,7 +16,7 @@ pub struct WatchSettings {
     pub speed: f64,
     /// Lowest and highest command, command units.
     pub command: [f64; 2],
-    /// What the axis is used for meanwhile.
+    /// The use of the axis meanwhile.
     pub used_for: Use,
 }
 

@@ -55,7 +55,7 @@ struct Arriving {
     has_stop_bit: bool,
 }
 
-/// What runs, by its priority.
+/// The running code, by its priority.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 enum Level {
     Background,
@@ -283,7 +283,7 @@ impl Machine {
         next
     }
 
-    /// What happens without the processor until now.
+    /// Has the hardware act up to now, without the processor.
     fn hardware(&self) {
         let now = self.now.get();
         loop {

@@ -47,7 +47,7 @@ fn a_record_that_a_loss_of_power_has_damaged_is_refused_and_the_program_continue
     chip.memory.damage(FIRST + 64);
     let mut bytes = [0; 32];
     assert_eq!(flash.read(48, &mut bytes), Err(FlashError::Hardware));
-    // What is whole is read as before, and erasing makes all of it whole.
+    // Undamaged words are read as before, and erasing repairs all of them.
     assert_eq!(flash.read(0, &mut bytes), Ok(()));
     assert_eq!(bytes[..8], OLD);
     assert!(!chip.memory.has_found_damage());

@@ -103,7 +103,7 @@ fn a_sound_servo_in_rough_operation_raises_no_alarm() {
         let mut axis = axis(&mut random);
         // The rates of a drive.
         axis.sample_time = axis.sample_time.min(1e-3);
-        // What it carries weighs up to twice the rest, or was there when it was identified.
+        // Its payload weighs up to twice the rest, or was there when it was identified.
         let range = log_uniform(&mut random, 0.45, 2.2);
         let drive = random.one_of(&[Drive::Steps, Drive::Shake, Drive::Hold]);
         axis.servo.load *= 0.5;

@@ -91,7 +91,7 @@ impl LogFile {
 
 impl Drop for LogFile {
     fn drop(&mut self) {
-        // What is left in a directory for temporary files does no harm.
+        // A file that is left in a directory for temporary files does no harm.
         let _ = std::fs::remove_file(&self.0);
     }
 }

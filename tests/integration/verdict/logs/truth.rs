@@ -46,7 +46,7 @@ pub(super) fn truth(parameter: Parameter, log: &RecordedLog) -> [f64; 2] {
     [low, high]
 }
 
-/// What a record shows of quantities that vary with angle and command: the servo's own, the mean over the record, and
+/// Quantities that vary with angle and command, as a record shows them: the servo's own, the mean over the record, and
 /// the mean over the record by the square of the command, which excites.
 struct Shown {
     /// Gain over its own.

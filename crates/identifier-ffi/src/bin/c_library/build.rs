@@ -11,7 +11,7 @@ const PANIC: &str = "servo_id_a_panic_survived";
 /// A target of a chip, for an example.
 const CHIP: &str = "thumbv7em-none-eabihf";
 
-/// What a program on a PC has from C's library.
+/// Functions of C's library that a program on a PC has.
 const OF_C: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
 /// Where everything is built.

@@ -16,7 +16,7 @@ With --arduino FOLDER/ServoId is a library of the Arduino IDE for Cortex-M0+, M4
 
 Tested targets: thumbv6m-none-eabi, thumbv7em-none-eabihf, thumbv8m.main-none-eabihf, riscv32imac-unknown-none-elf.";
 
-/// What was asked for.
+/// The arguments of the command line.
 #[derive(Debug, Default)]
 struct Arguments {
     targets: Vec<String>,
