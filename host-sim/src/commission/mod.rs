@@ -5,11 +5,13 @@
 
 mod axis;
 mod course;
+mod frequency_response;
 mod record;
 mod response;
 
 pub use axis::Axis;
 pub use course::{Course, Excursion, Stretch};
+pub use frequency_response::FrequencyResponse;
 pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
@@ -179,6 +181,7 @@ impl Commissioning {
                 let state = commissioner.state();
                 let tuning_error = state.and_then(CommissionState::tuning_error);
                 let noise = state.map_or(0.0, CommissionState::noise);
+                let solver = commissioner.solver();
                 return Outcome {
                     end,
                     known,
@@ -186,6 +189,7 @@ impl Commissioning {
                     no_gains: tuning_error.map(NoGains::from),
                     trial: done.trial,
                     noise: noise * self.settings.resolution,
+                    response: FrequencyResponse::new(solver.response(), solver.resonance()),
                     course: course.finish(time),
                 };
             }

@@ -3,7 +3,7 @@ use identifier_core::commission::{Phase, Reason, TrialResult};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Tuning;
 
-use super::Course;
+use super::{Course, FrequencyResponse};
 
 /// One sample of a commissioning, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +61,8 @@ pub struct Outcome {
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
     pub noise: f64,
+    /// The frequency response that slides have measured; none where the axis had no room for them.
+    pub response: Option<FrequencyResponse>,
     /// Its phases, and how far the servo went.
     pub course: Course,
 }
@@ -76,6 +78,7 @@ impl Outcome {
             no_gains: None,
             trial: None,
             noise: 0.0,
+            response: None,
             course,
         }
     }

@@ -8,11 +8,11 @@ use identifier_core::commission::{
 };
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
-use identifier_core::tuning::{Cap, Promise};
+use identifier_core::tuning::{Cap, Promise, Resonance};
 use serde::{Serialize, Serializer};
 
 use super::Gains;
-use crate::commission::{Excursion, Outcome, Stretch};
+use crate::commission::{Excursion, FrequencyResponse, Outcome, Stretch};
 use crate::scenario::Scenario;
 
 /// The end of a commissioning, simulated or of a drive.
@@ -74,6 +74,9 @@ pub struct CommissioningResult {
     pub phases: Vec<Stretch>,
     /// The motion that there was, in truth, and the commands that acted.
     pub extremes: Excursion,
+    /// The frequency response that slides have measured.
+    #[serde(serialize_with = "response")]
+    pub response: Option<FrequencyResponse>,
     /// The true servo, with its delay.
     #[serde(serialize_with = "truth")]
     pub truth: Option<[f64; 5]>,
@@ -193,6 +196,7 @@ impl CommissioningResult {
             duration: end.map(|end| end.time),
             phases: outcome.course.phases.clone(),
             extremes: outcome.course.excursion,
+            response: outcome.response.clone(),
             truth: commissioned_truth(scenario),
         }
     }
@@ -272,6 +276,48 @@ fn servo<S: Serializer>(servo: &Option<IdentifiedServo>, serializer: S) -> Resul
         keys.collect::<BTreeMap<_, _>>()
     });
     unknowns.serialize(serializer)
+}
+
+fn response<S: Serializer>(
+    response: &Option<FrequencyResponse>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Line {
+        frequency: f64,
+        gain: [f64; 2],
+        std_dev: f64,
+    }
+    #[derive(Serialize)]
+    struct Found {
+        frequency: f64,
+        antiresonance: f64,
+        damping: f64,
+        inertia_ratio: f64,
+        relative_std_errors: [f64; 2],
+    }
+    #[derive(Serialize)]
+    struct Keys {
+        resonance: Option<Found>,
+        lines: Vec<Line>,
+    }
+    let keys = response.as_ref().map(|response| Keys {
+        resonance: response.resonance.map(|Resonance { mode, errors }| Found {
+            frequency: mode.frequency,
+            antiresonance: mode.antiresonance(),
+            damping: mode.damping,
+            inertia_ratio: mode.ratio,
+            relative_std_errors: errors,
+        }),
+        lines: (response.lines.iter())
+            .map(|line| Line {
+                frequency: line.frequency,
+                gain: [line.gain.re, line.gain.im],
+                std_dev: line.deviation,
+            })
+            .collect(),
+    });
+    keys.serialize(serializer)
 }
 
 fn truth<S: Serializer>(truth: &Option<[f64; 5]>, serializer: S) -> Result<S::Ok, S::Error> {

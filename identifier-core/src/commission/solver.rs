@@ -7,7 +7,9 @@ use super::{
     ServoFitter,
 };
 use crate::number::Number;
-use crate::tuning::{Goal, Tuner, TunerState, Tuning, TuningError, TuningSettings};
+use crate::tuning::{
+    Goal, MeasuredLine, Resonance, Tuner, TunerState, Tuning, TuningError, TuningSettings,
+};
 
 /// The background's half of a commissioning: it fits, verifies and tunes, a slice at a time. W is the
 /// number of blocks of its record.
@@ -179,6 +181,18 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 };
             }
         }
+    }
+
+    /// The frequency response that slides have measured, by frequency; empty before there were any.
+    #[must_use]
+    pub fn response(&self) -> &[MeasuredLine] {
+        self.response.lines()
+    }
+
+    /// The resonance that the response shows, if the servo is one of two masses.
+    #[must_use]
+    pub fn resonance(&self) -> Option<&Resonance> {
+        self.masses.as_ref()?.resonance.as_ref()
     }
 
     /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a

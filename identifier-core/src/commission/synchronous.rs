@@ -152,6 +152,12 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         self.settings.noise
     }
 
+    /// Its solver, which has the frequency response that was measured.
+    #[must_use]
+    pub fn solver(&self) -> &CommissionSolver<N, W> {
+        &self.study
+    }
+
     /// Its progress; none before the first sample.
     #[must_use]
     pub fn state(&self) -> Option<&CommissionState<N>> {

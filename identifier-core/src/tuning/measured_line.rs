@@ -2,13 +2,13 @@ use crate::number::Complex;
 
 /// A line of a measured frequency response.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct MeasuredLine {
-    /// Rad/s.
-    pub(crate) frequency: f64,
+pub struct MeasuredLine {
+    /// ω, rad/s.
+    pub frequency: f64,
     /// From the command to the position, rad per command unit, as the samples show it.
-    pub(crate) gain: Complex,
+    pub gain: Complex,
     /// Standard deviation of its absolute value, rad per command unit.
-    pub(crate) deviation: f64,
+    pub deviation: f64,
 }
 
 impl MeasuredLine {

@@ -31,10 +31,10 @@ mod tuner;
 
 pub use closed_loop::PredictedSample;
 pub use goal::{Cap, Goal};
-pub(crate) use measured_line::MeasuredLine;
+pub use measured_line::MeasuredLine;
 pub(crate) use possible_servos::PossibleServo;
 pub use promise::{Promise, Tuning};
-pub(crate) use resonance::{Mode, Resonance};
+pub use resonance::{Mode, Resonance};
 pub(crate) use sampled_response::SampledServo;
 pub use settings::{TuningError, TuningSettings};
 pub use step_measure::StepMeasure;

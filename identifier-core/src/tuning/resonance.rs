@@ -5,21 +5,30 @@ use super::possible_servos::PossibleServo;
 /// The mode of a servo of two masses, beside the motion of both as one: from a command to the motor's position the servo
 /// is b (1/(s (s + a)) + β/(s² + 2 ζ ω s + ω²)) e^(−sτ). The antiresonance lies at ω/√(1 + β).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Mode {
+pub struct Mode {
     /// ω, rad/s.
-    pub(crate) frequency: f64,
+    pub frequency: f64,
     /// ζ.
-    pub(crate) damping: f64,
+    pub damping: f64,
     /// β, the load's inertia over the motor's.
-    pub(crate) ratio: f64,
+    pub ratio: f64,
 }
 
 /// A mode that was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Resonance {
-    pub(crate) mode: Mode,
+pub struct Resonance {
+    /// Its frequency, damping and inertias.
+    pub mode: Mode,
     /// Standard errors of ln ω and ln ζ.
-    pub(crate) errors: [f64; 2],
+    pub errors: [f64; 2],
+}
+
+impl Mode {
+    /// ω/√(1 + β), the frequency at which the load holds the motor, rad/s.
+    #[must_use]
+    pub fn antiresonance(&self) -> f64 {
+        self.frequency / libm::sqrt(1.0 + self.ratio)
+    }
 }
 
 /// A servo of two masses that the measured one may be, and the excess over 1 of the largest sensitivity that it may have,

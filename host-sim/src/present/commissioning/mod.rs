@@ -4,18 +4,20 @@ mod traces;
 
 pub use traces::CommissionTraces;
 
+use std::f64::consts::TAU;
+
 use drive_link::NoGains;
 use identifier_core::commission::{
     HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
 };
 use identifier_core::parameters::IdentifiedServo;
-use identifier_core::tuning::Tuning;
+use identifier_core::tuning::{Resonance, Tuning};
 
 use super::estimates::{self, Estimated, dash};
 use super::number::{figure, fixed, plain, sentence};
 use super::tuning::{controller, feed_forward};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
-use crate::commission::{Outcome, StepResponse};
+use crate::commission::Outcome;
 use crate::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
 use crate::result::{FeedForward, Gains};
 use crate::scenario::Scenario;
@@ -47,8 +49,7 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
         Section::brief("What was found", found(of)),
     ];
     if let Some(traces) = of.traces {
-        let promised = StepResponse::promised(of.scenario, of.outcome);
-        let figures = traces::figures(of.limits, of.outcome, traces, promised.as_ref());
+        let figures = traces::figures(of, traces);
         sections.extend([
             Section::full("Over time", vec![Block::Figures(figures)]),
             Section::full("How sure it is", how_sure(of)),
@@ -167,12 +168,38 @@ fn found(of: &Commissioned<'_>) -> Vec<Block> {
         return vec![Block::Text(why.to_owned())];
     };
     let truth = commissioned_truth(of.scenario);
-    found_servo(
+    let mut blocks = found_servo(
         servo,
         truth,
         of.before,
         outcome.tuning.as_ref(),
         outcome.trial.as_ref(),
+    );
+    blocks.push(Block::Text(masses(outcome)));
+    blocks
+}
+
+/// The masses by the frequency response.
+fn masses(outcome: &Outcome) -> String {
+    let Some(response) = &outcome.response else {
+        return "No frequency response was measured, as the axis had no room for slides or the commissioning ended before: \
+                a resonance that friction hides from a motor at rest would not have been found."
+            .to_owned();
+    };
+    let lines = response.lines.len();
+    let Some(Resonance { mode, errors }) = &response.resonance else {
+        return format!("The {lines} lines of the frequency response show no resonance.");
+    };
+    let hertz = |omega: f64| figure(omega / TAU);
+    let [error, _] = errors;
+    format!(
+        "Two masses: {lines} lines of the frequency response show a resonance at {} Hz, known to {} % (standard error), an \
+         antiresonance at {} Hz and a load of {} times the motor's inertia; the damping is {} at most.",
+        hertz(mode.frequency),
+        figure(100.0 * error),
+        hertz(mode.antiresonance()),
+        figure(mode.ratio),
+        figure(mode.damping),
     )
 }
 

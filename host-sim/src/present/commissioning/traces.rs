@@ -1,9 +1,11 @@
 //! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
 //! the promised one.
 
-use identifier_core::commission::{Limits, Phase};
+use identifier_core::commission::Phase;
+use identifier_core::parameters::ServoParameters;
 
-use crate::commission::{Outcome, Sample, StepResponse};
+use super::Commissioned;
+use crate::commission::{FrequencyResponse, Sample, StepResponse};
 use crate::present::{Envelope, Figure, Stretch, TIME, Trace};
 
 /// Room beyond the limits, a part of their distance.
@@ -58,13 +60,14 @@ impl Step {
     }
 }
 
-/// The figures; `promised` is the step that the identified servo would do, where there are gains.
-pub(super) fn figures(
-    limits: &Limits,
-    outcome: &Outcome,
-    traces: &CommissionTraces,
-    promised: Option<&StepResponse>,
-) -> Vec<Figure> {
+/// The figures of a commissioning, the step of its trial where there are gains.
+pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<Figure> {
+    let Commissioned {
+        scenario,
+        limits,
+        outcome,
+        ..
+    } = of;
     let phases = outcome.course.phases.iter().map(|stretch| {
         let duration = stretch.end - stretch.begin;
         let name = stretch.phase.name();
@@ -96,10 +99,14 @@ pub(super) fn figures(
             &phases,
         ),
     ];
+    let promised = StepResponse::promised(scenario, outcome);
+    let steps = promised.iter().zip(&outcome.tuning);
     figures.extend(
-        promised
-            .zip(outcome.tuning)
-            .map(|(promised, tuning)| trial(&traces.step, tuning.promise.settling_time, promised)),
+        steps.map(|(step, tuning)| trial(&traces.step, tuning.promise.settling_time, step)),
+    );
+    let measured = outcome.response.iter().zip(outcome.servo());
+    figures.extend(
+        measured.map(|(response, servo)| bode(response, &servo.parameters, scenario.sample_time())),
     );
     figures
 }
@@ -130,6 +137,31 @@ fn limited(
     figure.stretches = phases.to_vec();
     let with_limit = |figure: Figure, limit: &f64| figure.with_level("limit", *limit);
     limits.iter().fold(figure, with_limit)
+}
+
+/// The measured frequency response beside that of the identified servo: of one mass a line at 0 dB from its friction's corner on.
+fn bode(response: &FrequencyResponse, servo: &ServoParameters, sample_time: f64) -> Figure {
+    let measured = response.measured(servo.b);
+    let (points, band) = measured
+        .map(|(at, size, deviation)| ((at, size), deviation))
+        .unzip();
+    let measured = Trace {
+        name: "measured ± standard deviation".to_owned(),
+        band,
+        points,
+    };
+    let identified = Trace::new(
+        "identified",
+        response.identified(servo, sample_time).collect(),
+    );
+    let mut figure = Figure::new(
+        "Frequency response",
+        "frequency [Hz]",
+        "q̈/(b u) [dB]",
+        vec![measured, identified],
+    );
+    figure.horizontal.is_logarithmic = true;
+    figure
 }
 
 /// The step of the trial until the servo is disturbed, beside the promised one with the tolerance of its overshoot.
