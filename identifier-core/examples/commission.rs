@@ -112,12 +112,7 @@ impl Running {
 
         let servo_loop: Loop = Settings {
             cutoff: tuning.cutoff,
-            controller: Some(ControllerSettings {
-                kp: tuning.kp,
-                kd: tuning.kd,
-                ki: tuning.ki,
-                limit: COMMAND,
-            }),
+            controller: Some(ControllerSettings::tuned(tuning, COMMAND)),
             ..Settings::new(SAMPLE_TIME, COUNTS_PER_REV)
         }
         .build()

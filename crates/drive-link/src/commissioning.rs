@@ -87,14 +87,25 @@ impl fmt::Display for Commissioning {
 impl fmt::Display for Gains {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            controller: ControllerSettings { kp, kd, ki, .. },
+            controller:
+                ControllerSettings {
+                    kp,
+                    kd,
+                    ki,
+                    reference_filter,
+                    ..
+                },
             cutoff,
             origin,
         } = self;
         write!(
             f,
-            "kp {kp:.5}, kd {kd:.5}, ki {ki:.5}, velocity cut-off {cutoff:.1} rad/s, {origin}"
-        )
+            "kp {kp:.5}, kd {kd:.5}, ki {ki:.5}, velocity cut-off {cutoff:.1} rad/s, "
+        )?;
+        if *reference_filter > 0.0 {
+            write!(f, "reference filter {reference_filter:.5} s, ")?;
+        }
+        write!(f, "{origin}")
     }
 }
 

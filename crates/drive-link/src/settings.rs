@@ -142,9 +142,19 @@ impl fmt::Display for LoopSettings {
             "sample time {} s, a count is {} rad, velocity cut-off {} rad/s",
             core.sample_time, core.resolution, core.cutoff
         )?;
-        if let Some(ControllerSettings { kp, kd, ki, limit }) = core.controller {
-            let [low, high] = limit;
-            writeln!(f, "kp {kp}, kd {kd}, ki {ki}, command {low} to {high}")?;
+        if let Some(controller) = core.controller {
+            let ControllerSettings {
+                kp,
+                kd,
+                ki,
+                limit: [low, high],
+                reference_filter,
+            } = controller;
+            write!(f, "kp {kp}, kd {kd}, ki {ki}, command {low} to {high}")?;
+            if reference_filter > 0.0 {
+                write!(f, ", reference filter {reference_filter} s")?;
+            }
+            writeln!(f)?;
         }
         write!(f, "{law}, in {format}")?;
         learning(&core.identifier, f)

@@ -77,6 +77,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             kd: next(),
             ki: next(),
             limit: [next(), next()],
+            reference_filter: next(),
         }),
         identifier,
     };
@@ -175,6 +176,7 @@ fn every_report_of_a_commissioning_fits_a_message() {
             kd: f64::MIN,
             ki: f64::MIN,
             cutoff: f64::MIN,
+            reference_filter: f64::MIN,
             bandwidth: f64::MIN,
             cap: Some(Cap::Delay),
             promise: Promise {

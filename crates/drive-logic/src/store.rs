@@ -389,6 +389,7 @@ mod tests {
         kd: ANY,
         ki: ANY,
         cutoff: ANY,
+        reference_filter: ANY,
         bandwidth: ANY,
         cap: Some(Cap::Delay),
         promise: Promise {

@@ -119,6 +119,7 @@
 #define SERVO_ID_ONE_WAY              53  /* not zero: it may move one way only */
 #define SERVO_ID_MAX_GAIN             54  /* largest b that it may have, if that is known */
 #define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
+#define SERVO_ID_REFERENCE_FILTER     56  /* of the controller: time constant, s; default none */
 
 /* Ranges that are allowed, with low and high of servo_id_error. */
 #define SERVO_ID_ALLOWED_UNKNOWN          0
@@ -207,6 +208,7 @@ typedef struct servo_id_tuning {
     double kd;
     double ki;
     double cutoff;    /* of the velocity estimate, rad/s */
+    double reference_filter; /* time constant, s; 0 for none */
     double bandwidth; /* of the double pole, rad/s */
     double step;      /* that the promise is for, rad */
     double rise_time[3]; /* from 10 to 90 %, s: as it is; after a motion with the step; after one against it */
@@ -234,7 +236,7 @@ typedef struct servo_id_tuning {
 
 /* Parameters that were given */
 typedef struct servo_id_settings {
-    SERVO_ID_ALIGNED uint64_t words[114];
+    SERVO_ID_ALIGNED uint64_t words[116];
 } servo_id_settings;
 
 /* The paper's law for a and b; the load is carried by its correction */
@@ -334,7 +336,7 @@ typedef struct servo_id_commission_result {
 } servo_id_commission_result;
 
 /* The library has the same sizes and places; objects have room for its next versions. */
-SERVO_ID_ASSERT(sizeof(servo_id_settings) == 912, "size of servo_id_settings");
+SERVO_ID_ASSERT(sizeof(servo_id_settings) == 928, "size of servo_id_settings");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 416, "size of servo_id_gradient");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 528, "size of servo_id_gradient_coulomb");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5440, "size of servo_id_gauss_newton");
@@ -368,9 +370,9 @@ SERVO_ID_ASSERT(sizeof(servo_id_decision) == 576, "size of servo_id_decision");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_decision) == 8, "alignment of servo_id_decision");
 SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_step, record) == 16, "place of record");
-SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 424, "size of servo_id_commission_result");
+SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 432, "size of servo_id_commission_result");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_result, tuning) == 264, "place of tuning");
-SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 408, "place of measured_rise_time");
+SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 416, "place of measured_rise_time");
 SERVO_ID_ASSERT(sizeof(servo_id_error) == 40, "size of servo_id_error");
 SERVO_ID_ASSERT(offsetof(servo_id_error, value) == 16, "place of value");
 SERVO_ID_ASSERT(offsetof(servo_id_error, low) == 24, "place of low");
@@ -384,13 +386,13 @@ SERVO_ID_ASSERT(sizeof(servo_id_servo) == 248, "size of servo_id_servo");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, delay) == 32, "place of delay");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, covariance) == 40, "place of covariance");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, unexplained) == 240, "place of unexplained");
-SERVO_ID_ASSERT(sizeof(servo_id_tuning) == 144, "size of servo_id_tuning");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, step) == 40, "place of step");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, rise_time) == 48, "place of rise_time");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, overshoot) == 72, "place of overshoot");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, gain_margin) == 96, "place of gain_margin");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, compliance) == 128, "place of compliance");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 136, "place of cap");
+SERVO_ID_ASSERT(sizeof(servo_id_tuning) == 152, "size of servo_id_tuning");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, step) == 48, "place of step");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, rise_time) == 56, "place of rise_time");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, overshoot) == 80, "place of overshoot");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, gain_margin) == 104, "place of gain_margin");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, compliance) == 136, "place of compliance");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 144, "place of cap");
 
 #ifdef __cplusplus
 extern "C" {

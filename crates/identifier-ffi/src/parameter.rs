@@ -97,10 +97,11 @@ parameters! {
     53 ONE_WAY c"one_way" Value
     54 MAX_GAIN c"max_gain" Value
     55 TRIAL_STEP c"trial_step" Value
+    56 REFERENCE_FILTER c"reference_filter" Value
 }
 
 /// The places of all parameters, with room.
-pub(crate) const PLACES: usize = 56;
+pub(crate) const PLACES: usize = 57;
 
 /// The parameter of a number.
 pub(crate) fn row(number: i32) -> Option<&'static Row> {

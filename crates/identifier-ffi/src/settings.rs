@@ -25,7 +25,7 @@ pub type Settings = Object<Given>;
 
 impl Content for Given {
     const MARK: u32 = 0x5e1d_0001;
-    const WORDS: usize = 114;
+    const WORDS: usize = 116;
 }
 
 impl Given {
@@ -71,6 +71,7 @@ impl Given {
             let pid = ControllerSettings::pid(or_zero(p::KP), or_zero(p::KD), or_zero(p::KI));
             settings.controller = Some(ControllerSettings {
                 limit: self.range(p::LIMIT).unwrap_or(pid.limit),
+                reference_filter: or_zero(p::REFERENCE_FILTER),
                 ..pid
             });
         }

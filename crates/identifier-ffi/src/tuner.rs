@@ -35,6 +35,8 @@ pub struct Tuning {
     pub ki: f64,
     /// Cut-off of the velocity estimate, rad/s.
     pub cutoff: f64,
+    /// Time constant of the filter of the reference, s; zero for none.
+    pub reference_filter: f64,
     /// ω of the double pole, rad/s.
     pub bandwidth: f64,
     /// The step that the promise is for, rad.
@@ -136,6 +138,7 @@ impl Tuning {
         kd: 0.0,
         ki: 0.0,
         cutoff: 0.0,
+        reference_filter: 0.0,
         bandwidth: 0.0,
         step: 0.0,
         rise_time: [0.0; 3],
@@ -193,6 +196,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             kd: found.kd,
             ki: found.ki,
             cutoff: found.cutoff,
+            reference_filter: found.reference_filter,
             bandwidth: found.bandwidth,
             step: promise.step,
             rise_time: [

@@ -222,12 +222,7 @@ pub extern "C" fn tune() -> u32 {
         };
         let (tuning, settings) = (&tuned.tuning, &tuned.settings);
         let time = shown_time(tuning);
-        let after = ControllerSettings {
-            kp: tuning.kp,
-            ki: tuning.ki,
-            kd: tuning.kd,
-            ..before
-        };
+        let after = ControllerSettings::tuned(tuning, before.limit);
         page.numbers = [
             step(before, cutoff, settings.step, time)?,
             step(after, tuning.cutoff, settings.step, time)?,

@@ -56,12 +56,7 @@ impl StepResponse {
         let tuning = outcome.tuning.as_ref()?;
         let limits = scenario.commission_settings().ok()?.limits;
         let gains = HoldingGains {
-            controller: ControllerSettings {
-                kp: tuning.kp,
-                kd: tuning.kd,
-                ki: tuning.ki,
-                limit: limits.command,
-            },
+            controller: ControllerSettings::tuned(tuning, limits.command),
             cutoff: tuning.cutoff,
         };
         let step = outcome

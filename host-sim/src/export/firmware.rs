@@ -468,8 +468,12 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
     )];
     if let Some(pid) = settings.controller {
         let [low, high] = pid.limit;
+        let filter = match pid.reference_filter {
+            none if none <= 0.0 => String::new(),
+            time_constant => format!(", filter of the reference {time_constant} s"),
+        };
         lines.push(format!(
-            "PID: kp = {}, kd = {}, ki = {}, command {low} to {high}.",
+            "PID: kp = {}, kd = {}, ki = {}, command {low} to {high}{filter}.",
             pid.kp, pid.kd, pid.ki
         ));
     }

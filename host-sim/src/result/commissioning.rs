@@ -211,6 +211,7 @@ impl Gains {
             kd: gains.controller.kd,
             ki: gains.controller.ki,
             cutoff: gains.cutoff,
+            reference_filter: gains.controller.reference_filter,
         }
     }
 }

@@ -27,7 +27,7 @@ pub struct TuningResult {
     pub conditions: TuningConditions,
 }
 
-/// A PID and the cut-off of its velocity estimate, SI.
+/// A PID with its filters, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gains {
     /// Proportional gain, command units per rad.
@@ -36,8 +36,10 @@ pub struct Gains {
     pub kd: f64,
     /// Integral gain, command units per rad s.
     pub ki: f64,
-    /// Cut-off, rad/s.
+    /// Cut-off of the velocity estimate, rad/s.
     pub cutoff: f64,
+    /// Time constant of the filter of the reference, s; zero for none.
+    pub reference_filter: f64,
 }
 
 impl Gains {
@@ -49,6 +51,7 @@ impl Gains {
             kd: tuning.kd,
             ki: tuning.ki,
             cutoff: tuning.cutoff,
+            reference_filter: tuning.reference_filter,
         }
     }
 }

@@ -210,6 +210,7 @@ impl Scenario {
                     "kp" => "controller.kp",
                     "kd" => "controller.kd",
                     "ki" => "controller.ki",
+                    "reference_filter" => "controller.reference_filter",
                     setting => return Fault::new(format!("commission.{setting}"), error),
                 };
                 Fault::new(key, error)

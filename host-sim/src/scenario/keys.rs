@@ -158,6 +158,8 @@ keys! {
     "derivative gain, on the measured velocity";
 "controller.ki": Number(GAIN, |s, v| pid(s).ki = v), Value(4.0), "command units per rad s",
     "integral gain";
+"controller.reference_filter": Number(NOT_NEGATIVE, |s, v| pid(s).reference_filter = v), Value(0.0), "s",
+    "time constant of a first-order filter of the reference before the PID, 0 for none";
 "controller.sample_time": Number(SAMPLE_TIME, |s, v| s.stated.sample_time = v), Value(1e-3), "s",
     "time from one control sample to the next; in a replay without a controller, the log's own";
 "controller.velocity_filter": Table(Always), Derived("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",

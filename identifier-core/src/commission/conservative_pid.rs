@@ -132,6 +132,7 @@ mod tests {
                 kd: (2.2 * omega - 0.5) / b,
                 ki: 0.2 * omega * omega * omega / b,
                 limit: LIMITS.command,
+                reference_filter: 0.0,
             },
             cutoff: 6.0 * omega,
         };

@@ -1,5 +1,5 @@
 use super::Limits;
-use crate::control::{CommandLimit, Controller, Gains};
+use crate::control::Controller;
 use crate::error::OutOfRange;
 use crate::measurement::velocity::LowPass;
 use crate::number::Number;
@@ -24,12 +24,7 @@ impl HoldingGains {
     /// Those that were tuned.
     pub(super) fn tuned(tuning: &Tuning, limits: &Limits) -> Self {
         Self {
-            controller: ControllerSettings {
-                kp: tuning.kp,
-                kd: tuning.kd,
-                ki: tuning.ki,
-                limit: limits.command,
-            },
+            controller: ControllerSettings::tuned(tuning, limits.command),
             cutoff: tuning.cutoff,
         }
     }
@@ -39,14 +34,10 @@ impl HoldingGains {
     /// # Errors
     /// The gain or the cut-off that is out of its range.
     pub(super) fn build<N: Number>(&self, units: &Units) -> Result<Loop<N>, OutOfRange> {
-        let ControllerSettings { kp, kd, ki, limit } = self.controller;
-        let gains = Gains::new(kp, kd, ki)?;
-        let limit = CommandLimit::from_range(limit)?;
-        Ok(Controller::new(
-            units,
-            &gains,
-            &limit,
-            LowPass::new(units, self.cutoff)?,
-        ))
+        let given = &self.controller;
+        let (gains, limit) = (given.gains()?, given.command_limit()?);
+        let velocity = LowPass::new(units, self.cutoff)?;
+        let reference = given.reference_filter(units)?;
+        Ok(Controller::new(units, &gains, &limit, velocity).with_reference_filter(reference))
     }
 }

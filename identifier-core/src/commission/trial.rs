@@ -243,6 +243,7 @@ mod tests {
             kd: 0.01,
             ki: 1.0,
             cutoff: 500.0,
+            reference_filter: 0.0,
             bandwidth: 1.0 / TIME_CONSTANT,
             cap: None,
             promise: Promise {
@@ -269,12 +270,7 @@ mod tests {
     ) -> (Result<bool, Reason>, TrialResult) {
         let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
         let gains = HoldingGains {
-            controller: ControllerSettings {
-                kp: 1.0,
-                kd: 0.01,
-                ki: 1.0,
-                limit: [-10.0, 10.0],
-            },
+            controller: ControllerSettings::pid(1.0, 0.01, 1.0).limited(10.0),
             cutoff: 500.0,
         };
         let controller = gains.build::<f64>(&units).expect("valid");

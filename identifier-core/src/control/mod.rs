@@ -4,9 +4,9 @@
 //!
 //! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j, j < k )
 //!
-//! - e_k is the position error of this sample ([`Setpoint::error`]); v_k is the estimate of the *measured*
-//!   velocity, this sample's increment included ([`VelocityEstimate`]). The
-//!   reference is not differentiated.
+//! - e_k is the position error of this sample ([`Setpoint::error`]), that of the filtered reference where there is a
+//!   [`ReferenceFilter`]; v_k is the estimate of the *measured* velocity, this sample's increment included
+//!   ([`VelocityEstimate`]). The reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
 //!   computed. In single precision the sum is compensated, so that a small error is not lost in a large
 //!   integral.
@@ -22,10 +22,15 @@
 mod gains;
 mod limit;
 mod pid;
+mod reference_filter;
 
 pub use gains::Gains;
 pub use limit::CommandLimit;
 pub(crate) use pid::Pid;
+use reference_filter::FilteredError;
+pub use reference_filter::ReferenceFilter;
+#[cfg(feature = "fixed")]
+pub(crate) use reference_filter::pole as reference_filter_pole;
 
 use crate::constants::{Encode, encode};
 use crate::error::StepError;
@@ -33,12 +38,14 @@ use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
 use crate::units::Units;
 
-/// The sampled controller: velocity estimate and PID. The law it computes is in the documentation of this
+/// The sampled controller: filter of the reference, velocity estimate and PID. The law it computes is in the documentation of this
 /// [module](self).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller<N, V> {
     /// The control law.
     pub(crate) pid: Pid<N>,
+    /// The filter before it.
+    pub(crate) reference: ReferenceFilter<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// Weight of an increment against an error in the check of the inputs: an increment of
@@ -47,11 +54,11 @@ pub struct Controller<N, V> {
 }
 
 encode! {
-    [N: Encode, V: Encode] Controller<N, V> as "Controller" { pid, velocity, jump }
+    [N: Encode, V: Encode] Controller<N, V> as "Controller" { pid, reference, velocity, jump }
 }
 
 impl<N: Number, V> Controller<N, V> {
-    /// A controller of these parts, for increments as large as the number format counts exactly.
+    /// A controller of these parts without a filter of the reference, for increments as large as the number format counts exactly.
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit, velocity: V) -> Self {
         Self::with_pid(Pid::new(units, gains, limit), velocity)
@@ -61,9 +68,16 @@ impl<N: Number, V> Controller<N, V> {
     pub(crate) fn with_pid(pid: Pid<N>, velocity: V) -> Self {
         Self {
             pid,
+            reference: ReferenceFilter::NONE,
             velocity,
             jump: N::ONE,
         }
+    }
+
+    /// The same with a filter of the reference.
+    #[must_use]
+    pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
+        Self { reference, ..self }
     }
 
     /// The command without integral and limit, command units, for a position error and a velocity in
@@ -78,25 +92,22 @@ impl<N: Number, V> Controller<N, V> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlState<N: Number, S> {
     integral: N::Sum,
+    reference: FilteredError<N>,
     filter: S,
 }
 
 impl<N: Number, S: Default> Default for ControlState<N, S> {
-    /// At rest, integral empty.
+    /// At rest, integral empty, the filtered reference where the servo is.
     fn default() -> Self {
         Self {
             integral: N::Sum::new(N::ZERO),
+            reference: FilteredError::default(),
             filter: S::default(),
         }
     }
 }
 
 impl<N: Number, S> ControlState<N, S> {
-    /// With the state of a velocity estimate.
-    pub(crate) fn with_filter(self, filter: S) -> Self {
-        Self { filter, ..self }
-    }
-
     /// With an integral ∑e that a controller has gathered before, machine units.
     #[must_use]
     pub fn with_integral(self, integral: N) -> Self {
@@ -111,7 +122,7 @@ impl<N: Number, S> ControlState<N, S> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ControlSample<N> {
-    /// Position error e = q_d − q.
+    /// Position error e = q_d − q, q_d behind the filter of the reference.
     pub error: N,
     /// Increment of the measured position since the last sample.
     pub increment: N,
@@ -135,15 +146,18 @@ impl<N: Number> ControlSample<N> {
 }
 
 impl<N: Number> Controller<N, LowPass<N>> {
-    /// The state for a bumpless transfer from another controller, whose last sample is `last`.
+    /// The state for a bumpless transfer from another controller, whose last sample is `last`: the command
+    /// continues, and so does the filtered reference.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>> {
         let integral = self
             .pid
             .integral_for(last.command, last.error, last.velocity);
-        ControlState::default()
-            .with_integral(integral)
-            .with_filter(LowPassState::moving(last.velocity))
+        ControlState {
+            integral: N::Sum::new(integral),
+            reference: FilteredError(last.error),
+            filter: LowPassState::moving(last.velocity),
+        }
     }
 }
 
@@ -165,6 +179,9 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
         if !within {
             return Err(self.refusal(error, increment));
         }
+        let error = self
+            .reference
+            .process(&mut state.reference, error, increment);
         let velocity = self.velocity.process(&mut state.filter, increment);
         let command = self.pid.command(error, velocity, state.integral.value());
         if command.integrates {
@@ -216,8 +233,51 @@ impl<N: Number> Setpoint<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::Setpoint;
+    use super::{CommandLimit, ControlState, Controller, Gains, ReferenceFilter, Setpoint};
+    use crate::measurement::velocity::LowPass;
+    use crate::units::Units;
     use proptest::prelude::*;
+
+    /// With a filter of the reference, s, at 1 kHz, in counts of 1 mrad.
+    fn controller(kp: f64, kd: f64, ki: f64, filter: f64) -> Controller<f32, LowPass<f32>> {
+        let units = Units::new(1e-3, 1e-3).expect("valid");
+        let gains = Gains::new(kp, kd, ki).expect("valid");
+        let velocity = LowPass::new(&units, 500.0).expect("valid");
+        Controller::new(&units, &gains, &CommandLimit::NONE, velocity)
+            .with_reference_filter(ReferenceFilter::new(&units, filter).expect("valid"))
+    }
+
+    #[test]
+    fn a_controller_with_other_gains_takes_over_in_the_middle_of_a_step_without_a_bump() {
+        const STEP: f32 = 1000.0;
+        const INCREMENT: f32 = 2.0;
+        let mut position = 0.0;
+        let mut process = |of: &Controller<_, _>, state: &mut _| {
+            position += INCREMENT;
+            of.process(state, STEP - position, INCREMENT)
+                .expect("in range")
+        };
+        let (before, after) = (
+            controller(9.0, 0.19, 4.0, 0.05),
+            controller(12.0, 0.3, 60.0, 0.2),
+        );
+        let mut state = ControlState::default();
+        let mut last = process(&before, &mut state);
+        for _ in 0..40 {
+            last = process(&before, &mut state);
+        }
+        let mut state = after.take_over(&last);
+        let next = process(&after, &mut state);
+        // The filtered reference goes on by a 200th of what is left of the step, and the servo by its increment.
+        let left = STEP - (position - INCREMENT + last.error);
+        let expected = last.error - INCREMENT + left / 200.0;
+        assert!(left > 300.0 && (next.error - expected).abs() < 0.01 * left / 200.0);
+        let moved = 12e-3 * (next.error - last.error);
+        assert!(
+            (next.command - last.command - moved).abs() < 1e-3,
+            "{last:?} {next:?}"
+        );
+    }
 
     proptest! {
         #[test]

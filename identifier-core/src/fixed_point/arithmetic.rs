@@ -122,6 +122,12 @@ pub(super) fn product(x: Word, y: Word) -> Word {
     Word::from_bits(((wide_product(x, y) + HALF) >> WORD_BITS) as i32)
 }
 
+/// x·y as a word, towards zero.
+#[inline]
+pub(super) fn product_towards_zero(x: Word, y: Word) -> Word {
+    Word::from_bits((wide_product(x, y) / (1 << WORD_BITS)) as i32)
+}
+
 /// sum + x·y.
 #[inline]
 pub(super) fn with_product(sum: Accumulator, x: Word, y: Word) -> Accumulator {

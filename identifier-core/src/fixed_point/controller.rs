@@ -3,33 +3,36 @@ use fixed::types::I16F16;
 use super::arithmetic::{Raise, Sum, WORD_BITS, Word, between, limit, value};
 use super::pid::FixedPid;
 use super::ranges::FullScales;
+use super::reference_filter::FixedReferenceFilter;
 use crate::constants::{Encode, encode};
 use crate::control::{ControlSample, Pid, Setpoint};
 use crate::error::StepError;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::settings::{FromSettings, Settings, SettingsError};
 
-/// The sampled controller on words: velocity estimate and PID, as
+/// The sampled controller on words: filter of the reference, velocity estimate and PID, as
 /// [`Controller`](crate::control::Controller) on numbers.
 ///
 /// Its words are of the same full scales as those of an identifier built from the same settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedController<V> {
     pid: FixedPid,
+    reference: FixedReferenceFilter,
     velocity: V,
     error: ErrorWord,
     increment: IncrementWord,
     /// The largest increment that is taken.
     most: Word,
     scales: FullScales,
-    /// The same PID on numbers, and last bits of the integral per count: for a transfer.
+    /// The same PID on numbers, and last bits of the integral and of an error per count: for a transfer.
     on_numbers: Pid<f32>,
     integral_bits: f32,
+    error_bits: f32,
 }
 
 encode! {
     [V: Encode] FixedController<V> as "FixedController" {
-        pid, velocity, error, increment, most, scales, on_numbers, integral_bits,
+        pid, reference, velocity, error, increment, most, scales, on_numbers, integral_bits, error_bits,
     }
 }
 
@@ -37,6 +40,8 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedControlState<F> {
     integral: Sum,
+    /// The error of the filtered reference in the last sample.
+    filtered: Word,
     filter: F,
 }
 
@@ -77,6 +82,8 @@ impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
             pid: FixedPid::new(&units, &gains, &limit, &scales),
             on_numbers: Pid::new(&units, &gains, &limit),
             integral_bits: Sum::bits_of_one(scales.sum(&units, &gains)),
+            error_bits: libm::ldexpf(1.0, WORD_BITS - scales.position),
+            reference: FixedReferenceFilter::new(&units, given.reference_filter, &scales)?,
             velocity: V::with_cutoff(&units, settings.cutoff)?,
             error: ErrorWord::new(&scales),
             increment: IncrementWord::new(&scales),
@@ -87,22 +94,25 @@ impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
 }
 
 impl<V: VelocityEstimate<Word>> FixedController<V> {
-    /// At rest, integral empty.
+    /// At rest, integral empty, the filtered reference where the servo is.
     #[must_use]
     pub fn start(&self) -> FixedControlState<V::State> {
         FixedControlState {
             integral: Sum::ZERO,
+            filtered: Word::ZERO,
             filter: V::State::default(),
         }
     }
 
     /// The state for a bumpless transfer from another controller, whose last sample is `last`, in
-    /// counts. The velocity estimate begins at zero.
+    /// counts: its command and its filtered reference continue. The velocity estimate begins at zero.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<f32>) -> FixedControlState<V::State> {
         let integral = self.on_numbers.integral_for(last.command, last.error, 0.0);
         FixedControlState {
             integral: Sum::from_bits(integral * self.integral_bits),
+            // A cast saturates.
+            filtered: limit(Word::from_bits((last.error * self.error_bits) as i32)),
             filter: V::State::default(),
         }
     }
@@ -140,6 +150,9 @@ impl<V: VelocityEstimate<Word>> FixedController<V> {
             return Err(StepError::CountJumped);
         }
         let error = limit(error);
+        let error = self
+            .reference
+            .process(&mut state.filtered, error, increment);
         let velocity = self.velocity.process(&mut state.filter, increment);
         let command = self.pid.process(&mut state.integral, error, velocity);
         Ok(ControlSample {

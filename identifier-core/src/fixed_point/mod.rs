@@ -13,6 +13,7 @@
 //! |---|---|---|---|
 //! | setpoint, count | 32 bits, offset Q16.16 | – | wrap: only their difference enters |
 //! | position error e, output error ε as read | Q2.30 | `ranges.error`, four times that of the velocity | saturates |
+//! | error of the filtered reference | Q2.30 | as above, its decay rounded towards zero | saturates |
 //! | ε between samples | Q2.62 | as above | the model is restarted at the servo's position |
 //! | velocity q̇, q̇_e, increments, acceleration per sample | Q2.30, filters and q̇_e Q4.60 | `ranges.velocity`, twice bounds.b u, four times bounds of c and d | the servo's saturate; the model is restarted |
 //! | ε̇ | Q2.30, filter Q4.60 | twice the velocity's | – |
@@ -71,6 +72,7 @@ mod identifier;
 mod model;
 mod pid;
 mod ranges;
+mod reference_filter;
 mod rest;
 mod servo_loop;
 mod step;

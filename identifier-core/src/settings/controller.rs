@@ -11,6 +11,7 @@ impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
         let most = settings.most_increment(&units, N::REACH.to_f64())?;
         Ok(Self {
             pid: Pid::new(&units, &gains, &limit),
+            reference: given.reference_filter(&units)?,
             velocity: settings.velocity::<N, V>()?,
             jump: N::from_f64(N::REACH.to_f64() / most),
         })

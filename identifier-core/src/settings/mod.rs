@@ -22,10 +22,11 @@ pub use error::SettingsError;
 pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};
 pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 
-use crate::control::{CommandLimit, Gains};
+use crate::control::{CommandLimit, Gains, ReferenceFilter};
 use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
+use crate::tuning::Tuning;
 use crate::units::Units;
 
 /// The settings of a loop and its identifier, SI. For a linear axis read m for rad.
@@ -61,6 +62,8 @@ pub struct ControllerSettings {
     pub ki: f64,
     /// Lowest and highest command, command units; infinite for none.
     pub limit: [f64; 2],
+    /// Time constant of the [`ReferenceFilter`], s; zero for none.
+    pub reference_filter: f64,
 }
 
 /// A diagonal Γ over a, b, Coulomb friction and load.
@@ -79,7 +82,7 @@ pub trait FromSettings: Sized {
 }
 
 impl ControllerSettings {
-    /// A PID without a limit.
+    /// A PID without a limit and without a filter of the reference.
     #[must_use]
     pub fn pid(kp: f64, kd: f64, ki: f64) -> Self {
         Self {
@@ -87,6 +90,19 @@ impl ControllerSettings {
             kd,
             ki,
             limit: [f64::NEG_INFINITY, f64::INFINITY],
+            reference_filter: 0.0,
+        }
+    }
+
+    /// The PID that was tuned, with the lowest and highest command, command units; infinite for none.
+    #[must_use]
+    pub fn tuned(tuning: &Tuning, limit: [f64; 2]) -> Self {
+        Self {
+            kp: tuning.kp,
+            kd: tuning.kd,
+            ki: tuning.ki,
+            limit,
+            reference_filter: tuning.reference_filter,
         }
     }
 
@@ -105,6 +121,17 @@ impl ControllerSettings {
     /// See [`Gains::new`].
     pub fn gains(&self) -> Result<Gains, OutOfRange> {
         Gains::new(self.kp, self.kd, self.ki)
+    }
+
+    /// The filter of the reference.
+    ///
+    /// # Errors
+    /// See [`ReferenceFilter::new`].
+    pub fn reference_filter<N: Number>(
+        &self,
+        units: &Units,
+    ) -> Result<ReferenceFilter<N>, OutOfRange> {
+        ReferenceFilter::new(units, self.reference_filter)
     }
 
     /// The limit.

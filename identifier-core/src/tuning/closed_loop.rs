@@ -6,7 +6,7 @@
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
 use super::sampled_response::split;
-use crate::control::{CommandLimit, ControlState, Controller, Gains};
+use crate::control::{CommandLimit, ControlState, Controller, Gains, ReferenceFilter};
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{LowPass, LowPassState};
 use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
@@ -97,8 +97,10 @@ impl ClosedLoop {
             0.0
         };
         let state = ControlState::default().with_integral(integral);
+        let controller = Controller::new(&units, &gains, &limit, LowPass::new(&units, cutoff)?);
+        let reference = ReferenceFilter::new(&units, design.reference_filter)?;
         Ok(Self {
-            controller: Controller::new(&units, &gains, &limit, LowPass::new(&units, cutoff)?),
+            controller: controller.with_reference_filter(reference),
             state,
             sample_time,
             signal: *signal,

@@ -24,6 +24,8 @@ pub(super) struct Design {
     pub(super) kd: f64,
     pub(super) ki: f64,
     pub(super) cutoff: f64,
+    /// Time constant of the filter of the reference, s; zero for none.
+    pub(super) reference_filter: f64,
     /// True if the cut-off is lower than it would be without the encoder's noise.
     pub(super) smoothed: bool,
     /// Standard deviation of the command from the encoder's rounding, command units.
@@ -39,6 +41,7 @@ impl Design {
             kd: tuning.kd,
             ki: tuning.ki,
             cutoff: tuning.cutoff,
+            reference_filter: tuning.reference_filter,
             smoothed: false,
             noise: tuning.promise.noise,
         }
@@ -95,6 +98,7 @@ impl Placement {
             kd: needed.max(0.0) / self.b,
             ki: square * third / self.b,
             cutoff: 0.0,
+            reference_filter: 0.0,
             smoothed: false,
             noise: 0.0,
         };

@@ -12,6 +12,8 @@ pub struct Tuning {
     pub ki: f64,
     /// Cut-off of the velocity estimate, rad/s.
     pub cutoff: f64,
+    /// Time constant of the filter of the reference, s; zero for none.
+    pub reference_filter: f64,
     /// ω of the double pole, rad/s.
     pub bandwidth: f64,
     /// The cap that keeps it from being faster; none where it is as fast as was asked for.

@@ -227,6 +227,7 @@ impl Found {
             kd,
             ki,
             cutoff,
+            reference_filter,
             ..
         } = self.design;
         Tuning {
@@ -234,6 +235,7 @@ impl Found {
             kd,
             ki,
             cutoff,
+            reference_filter,
             bandwidth,
             cap: self.cap,
             promise,

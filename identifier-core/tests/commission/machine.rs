@@ -9,12 +9,7 @@ use crate::rig::{Bench, ordinary};
 /// Gains that have held the servo so far: slow, and safe.
 pub(crate) fn before() -> HoldingGains {
     HoldingGains {
-        controller: ControllerSettings {
-            kp: 4.0,
-            kd: 0.15,
-            ki: 4.0,
-            limit: [-10.0, 10.0],
-        },
+        controller: ControllerSettings::pid(4.0, 0.15, 4.0).limited(10.0),
         cutoff: 300.0,
     }
 }

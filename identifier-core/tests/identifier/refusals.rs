@@ -35,7 +35,7 @@ fn refusal(change: impl FnOnce(&mut Settings)) -> String {
 fn every_setting_out_of_range_is_named() {
     assert!(valid().build::<GradientLoop<f32, AbCoulomb, 3>>().is_ok());
     type Change = fn(&mut Settings);
-    let cases: [(&str, Change); 17] = [
+    let cases: [(&str, Change); 18] = [
         ("sample_time", |s| s.sample_time = 0.0),
         ("sample_time", |s| s.sample_time = f64::NAN),
         ("resolution", |s| s.resolution = -1.0),
@@ -49,6 +49,12 @@ fn every_setting_out_of_range_is_named() {
         ("limit_low", |s| {
             s.controller = Some(ControllerSettings {
                 limit: [1.0, 2.0],
+                ..ControllerSettings::pid(9.0, 0.19, 4.0)
+            });
+        }),
+        ("reference_filter", |s| {
+            s.controller = Some(ControllerSettings {
+                reference_filter: -1.0,
                 ..ControllerSettings::pid(9.0, 0.19, 4.0)
             });
         }),

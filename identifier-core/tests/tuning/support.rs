@@ -1,7 +1,7 @@
 //! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
-use identifier_core::control::{CommandLimit, Controller, Gains};
+use identifier_core::control::{CommandLimit, Controller, Gains, ReferenceFilter};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
@@ -198,6 +198,9 @@ impl Bench {
                 &gains,
                 &limit,
                 LowPass::new(&units, tuning.cutoff).expect("valid"),
+            )
+            .with_reference_filter(
+                ReferenceFilter::new(&units, tuning.reference_filter).expect("valid"),
             ),
             state: state.with_integral(held / (tuning.ki * sample_time)),
             servo: Servo::at_rest(parameters, &effects, sample_time, 1).expect("valid"),

@@ -10,7 +10,6 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, Reason};
 use identifier_core::settings::IdentifierSettings;
-use identifier_core::tuning::Tuning;
 
 use super::Supervisor;
 use super::memory::Slot;
@@ -283,14 +282,12 @@ fn settings_with(
     limit: [f64; 2],
     stage: &OutputStage,
 ) -> Result<Settings, NotAllowed> {
-    let Tuning {
-        kp, kd, ki, cutoff, ..
-    } = found.tuning;
+    let tuning = &found.tuning;
     let mut settings = *given;
     let closed_loop = &mut settings.closed_loop;
     let limit = closed_loop.core.controller.map_or(limit, |own| own.limit);
-    closed_loop.core.cutoff = cutoff;
-    closed_loop.core.controller = Some(ControllerSettings { kp, kd, ki, limit });
+    closed_loop.core.cutoff = tuning.cutoff;
+    closed_loop.core.controller = Some(ControllerSettings::tuned(tuning, limit));
     if Run::check(&settings, stage).is_err() {
         let closed_loop = &mut settings.closed_loop;
         closed_loop.core.identifier = IdentifierSettings::UNSTATED;

@@ -153,8 +153,9 @@ class Gains:
 
     @property
     def gains(self) -> dict[str, float]:
-        """kp (command units per rad), kd (per rad/s), ki (per rad s), and the cutoff of the velocity estimate, rad/s."""
-        return {name: self.json[name] for name in ("kp", "kd", "ki", "cutoff")}
+        """kp (command units per rad), kd (per rad/s), ki (per rad s), the cutoff of the velocity estimate, rad/s, and
+        the time constant of the filter of the reference, s."""
+        return {name: self.json[name] for name in ("kp", "kd", "ki", "cutoff", "reference_filter")}
 
     @property
     def bandwidth(self) -> float:

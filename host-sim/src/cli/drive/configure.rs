@@ -174,7 +174,9 @@ fn place_of(setting: &str) -> Option<String> {
     }
     let key = match setting {
         "limit" | "limit_low" | "limit_high" => "amplifier.limit",
-        "kp" | "kd" | "ki" | "sample_time" => return Some(format!("controller.{setting}")),
+        "kp" | "kd" | "ki" | "reference_filter" | "sample_time" => {
+            return Some(format!("controller.{setting}"));
+        }
         "cutoff" => "controller.velocity_filter.cutoff",
         "resolution" => "encoder.counts_per_rev",
         _ => return None,

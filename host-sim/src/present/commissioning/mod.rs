@@ -261,6 +261,7 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
             row("kd", |gains| gains.kd, "command units per rad/s"),
             row("ki", |gains| gains.ki, "command units per rad s"),
             row("cutoff", |gains| gains.cutoff, "rad/s"),
+            row("reference filter", |gains| gains.reference_filter, "s"),
         ],
     )
 }
