@@ -19,6 +19,13 @@ fn first_contact() -> Settings {
     wanted
 }
 
+/// The same with bounds within which the servo's b is not.
+fn bounded_beyond_the_servo() -> Settings {
+    let mut bounded = first_contact();
+    bounded.closed_loop.core.identifier.bounds.b = Some([2.0 * SERVO.b, 8.0 * SERVO.b]);
+    bounded
+}
+
 /// The obstacles of the statuses among reports that no request asked for.
 fn obstacles(reports: &[Report]) -> Vec<Option<Reason>> {
     let of_status = |report: &Report| match report {
@@ -32,9 +39,7 @@ fn obstacles(reports: &[Report]) -> Vec<Option<Reason>> {
 fn the_status_has_the_reason_until_a_first_fit_succeeds() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    let mut bounded = first_contact();
-    bounded.closed_loop.core.identifier.bounds.b = Some([2.0 * SERVO.b, 8.0 * SERVO.b]);
-    drive.done(Command::Configure(bounded));
+    drive.done(Command::Configure(bounded_beyond_the_servo()));
     drive.done(Command::Start);
     assert_eq!(obstacles(&drive.pass(950)), []);
     assert_eq!(drive.status().obstacle, None);
@@ -55,9 +60,7 @@ fn the_status_has_the_reason_until_a_first_fit_succeeds() {
 fn a_new_run_begins_without_the_reason_of_the_last() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    let mut bounded = first_contact();
-    bounded.closed_loop.core.identifier.bounds.b = Some([2.0 * SERVO.b, 8.0 * SERVO.b]);
-    drive.done(Command::Configure(bounded));
+    drive.done(Command::Configure(bounded_beyond_the_servo()));
     drive.done(Command::Start);
     drive.pass(2000);
     drive.done(Command::Stop);

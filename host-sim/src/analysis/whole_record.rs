@@ -142,16 +142,24 @@ impl Scale {
             command: found.command,
             position: 0.0,
         };
-        let sizes = |effects: &[Effect]| {
-            let known = effects.iter().filter(|effect| term(**effect).is_none());
-            known.map(|&effect| (name(effect), value(effect))).collect()
+        let sizes = |cause: Cause| {
+            let order = match cause {
+                Cause::Ripple => Some(found.values.order),
+                Cause::TorqueRipple => Some(found.values.gain_order),
+                _ => None,
+            };
+            let own = crate::identify::effects(cause).iter();
+            let no_terms = own.filter(|effect| term(**effect).is_none());
+            let sizes = no_terms.map(|&effect| (name(effect), value(effect)));
+            let order = order.map(|order| ("order", order));
+            order.into_iter().chain(sizes).collect()
         };
         let effects = found.entered.iter().map(|entered| EnteredEffect {
             name: entered.cause.name(),
             meaning: entered.cause.meaning(),
             gain: entered.gain,
             or: entered.rival().map(Cause::name),
-            sizes: sizes(crate::identify::effects(entered.cause)),
+            sizes: sizes(entered.cause),
         });
         WholeRecord {
             servo,
@@ -192,7 +200,6 @@ impl Scale {
                 Effect::Quadratic => 1.0 / self.position,
                 Effect::LowSpeedVelocity => self.position / self.time,
                 Effect::Compliance => self.time * self.time,
-                Effect::Play => self.position,
                 _ => 1.0,
             },
         }
@@ -226,7 +233,6 @@ const fn name(effect: Effect) -> &'static str {
         Effect::LowSpeedVelocity => "velocity_rad_per_s",
         Effect::HiddenLimit => "limit",
         Effect::Compliance => "twist_s2",
-        Effect::Play => "half_play_rad",
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
         Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",
         _ => "size",

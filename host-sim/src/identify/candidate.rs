@@ -160,7 +160,6 @@ impl Candidate {
                 | Cause::LoadFriction
                 | Cause::Resonance
                 | Cause::HiddenLimit
-                | Cause::Backlash
         )
     }
 
@@ -183,7 +182,6 @@ impl Candidate {
                 (0.05 * usual.command / beyond.max(f64::MIN_POSITIVE)).min(0.5)
             }
             Cause::Resonance => 0.03 * usual.time.powi(2),
-            Cause::Backlash => 2.0,
             _ => 0.02,
         }
     }
@@ -272,7 +270,6 @@ pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
         Cause::FrictionDrift => &[E::FrictionDrift],
         Cause::GainAsymmetry => &[E::GainAsymmetry],
         Cause::Resonance => &[E::Compliance],
-        Cause::Backlash => &[E::Play],
         Cause::HiddenLimit => &[E::HiddenLimit],
         Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
         Cause::Gravity => &[E::GravitySine, E::GravityCosine],

@@ -82,7 +82,7 @@ causes! {
          or excite smoothly, with sines well below the resonance";
     /// Play between motor and encoder.
     Backlash: "backlash", None, "backlash between motor and encoder",
-        "let one fit to the whole record estimate it, with law = \"fit\", or measure at the motor";
+        "measure at the motor";
     /// An encoder off its centre.
     Eccentricity: "eccentricity", None, "an encoder off its centre",
         "centre the encoder, or leave it: it hardly moves the estimates";

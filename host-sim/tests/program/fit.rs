@@ -111,11 +111,15 @@ fn ripples_of_force_and_gain_have_orders_of_their_own() {
     let (log, scenario) = trace_of("ripples", effects);
     let result = replayed(&log, &scenario);
     let effects = result["fit"]["effects"].as_array().expect("a list");
-    let mut names: Vec<&str> = (effects.iter())
-        .filter_map(|effect| effect["name"].as_str())
+    let mut orders: Vec<(&str, f64)> = (effects.iter())
+        .filter_map(|effect| Some((effect["name"].as_str()?, number(effect, "/sizes/order"))))
         .collect();
-    names.sort_unstable();
-    assert_eq!(names, ["ripple", "torque-ripple"], "{result}");
+    orders.sort_by(|one, other| one.1.total_cmp(&other.1));
+    assert_eq!(
+        orders,
+        [("ripple", 7.0), ("torque-ripple", 11.0)],
+        "{result}"
+    );
     let [sine, cosine] =
         ["sine", "cosine"].map(|axis| number(&result, &format!("/estimates/ripple-{axis}/value")));
     assert!(

@@ -61,8 +61,6 @@ pub enum Effect {
     InertiaCosine,
     /// Twist of a compliant shaft per acceleration, sample².
     Compliance,
-    /// Half the play between motor and encoder, counts.
-    Play,
 }
 
 impl Effect {
@@ -70,7 +68,7 @@ impl Effect {
     pub const COUNT: usize = Self::ALL.len();
 
     /// All effects.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 26] = [
         Self::A,
         Self::B,
         Self::Coulomb,
@@ -97,7 +95,6 @@ impl Effect {
         Self::InertiaSine,
         Self::InertiaCosine,
         Self::Compliance,
-        Self::Play,
     ];
 
     /// The effects of every servo.

@@ -80,7 +80,6 @@ impl<'a> Fitter<'a> {
                 velocity: velocity_variance,
                 load,
             },
-            usual_acceleration: 0.05 * usual,
         }
     }
 

@@ -34,8 +34,6 @@ pub struct ModelPass<'a> {
     /// filter stays while the fit searches.
     pub damping: f64,
     pub(super) diffuse: Diffuse,
-    /// A usual acceleration, counts/sample²: the scale over which play is passed.
-    pub(super) usual_acceleration: f64,
 }
 
 /// Innovations beyond this end a pass, counts.
@@ -48,9 +46,8 @@ struct State<'c, const C: usize> {
     velocity: f64,
     /// The load that walks.
     load: f64,
-    /// Acceleration over the last sample, and its average that passes play.
+    /// Acceleration over the last sample.
     acceleration: f64,
-    smooth: f64,
     columns: &'c [Column],
     tangents: [Tangent; C],
 }
@@ -151,7 +148,6 @@ impl ModelPass<'_> {
                 velocity: 0.0,
                 load: 0.0,
                 acceleration: 0.0,
-                smooth: 0.0,
                 columns,
                 tangents: [Tangent::default(); C],
             };
@@ -160,7 +156,7 @@ impl ModelPass<'_> {
             for sample in motion.0..motion.1 {
                 if self.record.is_measured(sample - motion.0) {
                     filter.measure();
-                    let innovation = self.innovation(values, &mut state, &mut regressor);
+                    let innovation = state.innovation(values, &mut regressor);
                     if innovation.is_nan() || innovation.abs() > DIVERGED {
                         return false;
                     }
@@ -182,40 +178,6 @@ impl ModelPass<'_> {
             }
         }
         true
-    }
-
-    /// The innovation, and the regressor of each column.
-    #[inline]
-    fn innovation<const C: usize>(
-        &self,
-        values: &Values,
-        state: &mut State<'_, C>,
-        regressor: &mut [f64; C],
-    ) -> f64 {
-        /// Part of the acceleration's change that passes in a sample.
-        const PASSED: f64 = 0.3;
-        let twist = values.get(Effect::Compliance);
-        let play = values.get(Effect::Play);
-        state.smooth += PASSED * (state.acceleration - state.smooth);
-        for (i, column) in state.columns.iter().enumerate() {
-            let tangent = &state.tangents[i];
-            let mut predicted = -tangent.error + twist * tangent.acceleration;
-            match column.effect {
-                Effect::Compliance => predicted += state.acceleration,
-                Effect::Play => predicted += self.side(state.smooth),
-                _ => {}
-            }
-            regressor[i] = predicted;
-        }
-        let mut innovation = state.error - twist * state.acceleration;
-        if play != 0.0 {
-            innovation -= play * self.side(state.smooth);
-        }
-        innovation
-    }
-
-    fn side(&self, acceleration: f64) -> f64 {
-        libm::tanh(acceleration / self.usual_acceleration.max(f64::MIN_POSITIVE))
     }
 
     #[inline]
@@ -298,6 +260,20 @@ impl ModelPass<'_> {
 }
 
 impl<const C: usize> State<'_, C> {
+    /// The innovation, and the regressor of each column.
+    #[inline]
+    fn innovation(&self, values: &Values, regressor: &mut [f64; C]) -> f64 {
+        let twist = values.get(Effect::Compliance);
+        for (i, column) in self.columns.iter().enumerate() {
+            let tangent = &self.tangents[i];
+            regressor[i] = -tangent.error + twist * tangent.acceleration;
+            if column.effect == Effect::Compliance {
+                regressor[i] += self.acceleration;
+            }
+        }
+        self.error - twist * self.acceleration
+    }
+
     /// Takes the innovation in.
     #[inline]
     fn correct(&mut self, gain: &[f64; 3], innovation: f64, regressor: &[f64; C]) {
@@ -536,11 +512,7 @@ impl Acting<'_> {
             }
             Effect::InertiaSine => -shape.acceleration * self.ease * wave(false, 1.0),
             Effect::InertiaCosine => -shape.acceleration * self.ease * wave(true, 1.0),
-            Effect::A
-            | Effect::Asymmetry
-            | Effect::Quadratic
-            | Effect::Compliance
-            | Effect::Play => 0.0,
+            Effect::A | Effect::Asymmetry | Effect::Quadratic | Effect::Compliance => 0.0,
         }
     }
 }

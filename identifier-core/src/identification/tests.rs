@@ -112,7 +112,6 @@ fn every_tangent_is_the_derivative() {
                 velocity: 100.0,
                 load: 1.0,
             },
-            usual_acceleration: 0.2,
         };
         for effect in Effect::ALL {
             if effect == Effect::CurrentLoop && lag == 0.0 {
@@ -142,7 +141,7 @@ fn every_tangent_is_the_derivative() {
                 size.sqrt()
             );
             let most = match effect {
-                Effect::Play | Effect::Compliance => 0.2,
+                Effect::Compliance => 0.2,
                 Effect::Quadratic | Effect::LowSpeed | Effect::LowSpeedVelocity => 0.1,
                 // A whole delay has two derivatives; behind a current loop its mean over a part is passed on.
                 Effect::Delay if delay == 0.0 => 0.2,

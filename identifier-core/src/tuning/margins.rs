@@ -253,25 +253,27 @@ mod tests {
     use crate::tuning::resonance::Mode;
     use crate::tuning::sampled_response::SampledServo;
 
-    /// (s + 40)² (s + 8) around q̈ = 100 u at 1 kHz with a delay of 2.5 samples, the gain times a factor.
+    /// Gains that place (s + 40)² (s + 8) around q̈ = 100 u.
+    const DESIGN: Design = Design {
+        bandwidth: 40.0,
+        kp: 22.4,
+        kd: 0.88,
+        ki: 128.0,
+        cutoff: 400.0,
+        reference_filter: 0.0,
+        smoothed: false,
+        noise: 0.0,
+    };
+
+    /// The gains at 1 kHz with a delay of 2.5 samples, the servo's gain times a factor.
     fn walk(factor: f64) -> Progress {
-        let design = Design {
-            bandwidth: 40.0,
-            kp: 22.4,
-            kd: 0.88,
-            ki: 128.0,
-            cutoff: 400.0,
-            reference_filter: 0.0,
-            smoothed: false,
-            noise: 0.0,
-        };
         let servo = PossibleServo {
             a: 0.0,
             b: 100.0 * factor,
             delay: 2.5e-3,
         };
         // Nearly any distance from −1 is allowed here, so that the winding alone decides.
-        let mut walk = Walk::begin(SampledResponse::new(&design, &servo, 1e-3), 0.05e-3, 100.0);
+        let mut walk = Walk::begin(SampledResponse::new(&DESIGN, &servo, 1e-3), 0.05e-3, 100.0);
         loop {
             match walk.work() {
                 Progress::Goes => {}
@@ -294,18 +296,8 @@ mod tests {
         }
     }
 
-    /// The same gains around two masses, at 1 kHz: the walk, and the largest |1/(1 + L)| of points that are close together.
+    /// The gains around two masses, at 1 kHz: the walk, and the largest |1/(1 + L)| of points that are close together.
     fn resonant(hertz: f64, damping: f64, ratio: f64) -> (Progress, f64) {
-        let design = Design {
-            bandwidth: 40.0,
-            kp: 22.4,
-            kd: 0.88,
-            ki: 128.0,
-            cutoff: 400.0,
-            reference_filter: 0.0,
-            smoothed: false,
-            noise: 0.0,
-        };
         let servo = PossibleServo {
             a: 0.0,
             b: 100.0,
@@ -317,7 +309,7 @@ mod tests {
             ratio,
         };
         let sampled = SampledServo::new(&servo, Some(&mode), 1e-3);
-        let response = SampledResponse::around(&design, sampled, 1e-3);
+        let response = SampledResponse::around(&DESIGN, sampled, 1e-3);
         let mut walk = Walk::begin(response, 0.05e-3, 100.0);
         let end = loop {
             match walk.work() {

@@ -189,7 +189,7 @@ fn fit_notes(fit: &FitNotes, samples: u64) -> Vec<Block> {
     }
     for effect in &fit.effects {
         let sizes: Vec<String> = (effect.sizes.iter())
-            .map(|(name, value)| format!("{name} {}", figure(*value)))
+            .map(|(name, value)| format!("{name} {}", plain(*value)))
             .collect();
         let sizes = match sizes.as_slice() {
             [] => String::new(),
