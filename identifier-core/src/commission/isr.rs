@@ -1,7 +1,7 @@
 use super::conservative_pid::ConservativePid;
 use super::gains::{HoldingGains, Loop};
 use super::holding::Holding;
-use super::message::DecisionKind;
+use super::message::{DecisionKind, EventKind};
 use super::noise::{Hysteresis, Rest};
 use super::sliding::{SlideProgress, Sliding};
 use super::state::{Activity, CommissionState, Next};
@@ -34,6 +34,8 @@ pub struct CommissionIsr<N: Number> {
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
     conservative: ConservativePid<N>,
+    /// ω T of gains for an axis that oscillates under those.
+    slow: N,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
@@ -81,6 +83,9 @@ impl<N: Number> CommissionIsr<N> {
     /// The part of the largest speed at which a servo is brought to a place.
     pub const PACE: f64 = 0.2;
 
+    /// The bandwidth with which a servo is held that oscillates otherwise, rad/s: below the resonances of nearly all axes.
+    const SLOW_BANDWIDTH: f64 = 30.0;
+
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
@@ -126,6 +131,7 @@ impl<N: Number> CommissionIsr<N> {
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
             conservative: ConservativePid::new(&units, limits),
+            slow: N::from_f64(Self::SLOW_BANDWIDTH * settings.sample_time),
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
             // Casts saturate.
@@ -239,7 +245,10 @@ impl<N: Number> CommissionIsr<N> {
     /// ends in this sample: then it takes the place of that one.
     pub fn learn(&self, state: &mut CommissionState<N>) -> CommissionStep<N> {
         let increment = state.observation.increment;
-        let decided = self.monitored(state).and_then(|()| self.proceed(state));
+        let decided = self
+            .monitored(state)
+            .or_else(|reason| self.slow_down(state, reason))
+            .and_then(|()| self.proceed(state));
         if let Err(reason) = decided {
             if self.is_back(state) {
                 // The gains before fail too.
@@ -276,8 +285,16 @@ impl<N: Number> CommissionIsr<N> {
                 state.slide.plan(plan);
                 Next::Slide
             }
-            DecisionKind::Verified => Next::Tune,
+            DecisionKind::Verified(known) => {
+                state.identified = Some(*known);
+                Next::Tune
+            }
             DecisionKind::Tuned(candidate) => {
+                if candidate.start != N::ZERO
+                    && let Activity::Holding(holding) = &mut state.activity
+                {
+                    holding.send(candidate.start);
+                }
                 state.candidate = Some(*candidate);
                 Next::Trial
             }
@@ -333,6 +350,27 @@ impl<N: Number> CommissionIsr<N> {
         })
     }
 
+    /// Holds a servo more slowly, once, under whose conservative gains it oscillates.
+    ///
+    /// # Errors
+    /// Any other fault.
+    fn slow_down(&self, state: &mut CommissionState<N>, reason: Reason) -> Result<(), Reason> {
+        let is_held =
+            matches!(state.activity, Activity::Holding(_)) && state.phase.is_identifying();
+        if reason != Reason::Oscillating || !is_held || state.is_slow {
+            return Err(reason);
+        }
+        state.is_slow = true;
+        self.watch.settle(&mut state.watch);
+        let next = state.next;
+        let (servo, delay) = state.held_by.ok_or(reason)?;
+        // The last command is one of the oscillation.
+        state.command = servo.holding();
+        self.hold(state, &servo, delay)?;
+        state.next = next;
+        Ok(())
+    }
+
     /// True once the gains before hold the servo again.
     fn is_back(&self, state: &CommissionState<N>) -> bool {
         state.was_end && state.phase != Phase::Applied
@@ -373,15 +411,14 @@ impl<N: Number> CommissionIsr<N> {
                 let progress = self.probing.learn(probing, increment);
                 let servo = *probing.servo();
                 match progress {
-                    ProbingProgress::Going => Ok(()),
-                    ProbingProgress::AtRest => {
-                        state.end_record();
-                        let unknown = || (servo, self.delay);
-                        let known = state.identified.as_ref();
-                        let (servo, delay) =
-                            known.map_or_else(unknown, |known| (known.rough, known.delay));
-                        self.hold(state, &servo, delay)
+                    // It is at rest, and a fit judges its record better than the regression that moved it.
+                    ProbingProgress::Failed(Reason::TooLittleEvidence)
+                        if servo.is_known() && !self.hysteresis.is_coarse() =>
+                    {
+                        self.end_motion(state, &servo)
                     }
+                    ProbingProgress::Going => Ok(()),
+                    ProbingProgress::AtRest => self.end_motion(state, &servo),
                     ProbingProgress::Failed(reason) => Err(reason),
                 }
             }
@@ -400,13 +437,18 @@ impl<N: Number> CommissionIsr<N> {
                 };
                 match state.slide.process(holding, &sample) {
                     SlideProgress::Going => Ok(()),
+                    SlideProgress::Balance(balance) => {
+                        state.slid = Some(EventKind::Balance(balance));
+                        Ok(())
+                    }
                     SlideProgress::Line(sums) => {
-                        state.line = Some(sums);
+                        state.slid = Some(EventKind::Line(sums));
                         Ok(())
                     }
                     SlideProgress::Over => {
-                        state.end_record();
-                        self.hold_known(state)
+                        let (&servo, delay, _) = state.slide.loop_plan();
+                        state.end_record(&servo);
+                        self.hold(state, &servo, delay)
                     }
                 }
             }
@@ -439,6 +481,7 @@ impl<N: Number> CommissionIsr<N> {
             Next::End(reason) => return Err(reason),
             Next::Tune => {
                 if is_at_rest {
+                    self.know(state);
                     state.next = Next::Decision;
                     state.phase = Phase::Tune;
                     state.passed = 0;
@@ -478,6 +521,19 @@ impl<N: Number> CommissionIsr<N> {
             }
         }
         Ok(())
+    }
+
+    /// A motion that ended at rest is studied, and the servo is held by what is known of it, or by how it moved.
+    fn end_motion(
+        &self,
+        state: &mut CommissionState<N>,
+        moved: &RoughModel<N>,
+    ) -> Result<(), Reason> {
+        state.end_record(moved);
+        let unknown = (*moved, self.delay);
+        let known = state.identified.as_ref();
+        let (servo, delay) = known.map_or(unknown, |known| (known.rough, known.delay));
+        self.hold(state, &servo, delay)
     }
 
     fn begin_probing(&self, state: &mut CommissionState<N>, probing: ProbingState<N>) {
@@ -530,14 +586,20 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
+    /// Watches the servo by the model that the solver identified, from now on.
+    fn know(&self, state: &mut CommissionState<N>) {
+        let identified = state.identified.as_ref();
+        if let Some(known) = identified.and_then(|known| known.known.as_ref()) {
+            self.watch.know(&mut state.watch, known);
+        }
+    }
+
     /// Holds and watches the servo by the model that the solver identified.
     fn hold_known(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        self.know(state);
         let Some(known) = &state.identified else {
             return Err(Reason::TooLittleEvidence);
         };
-        if let Some(known) = &known.known {
-            self.watch.know(&mut state.watch, known);
-        }
         let (servo, delay) = (known.rough, known.delay);
         self.hold(state, &servo, delay)
     }
@@ -552,7 +614,12 @@ impl<N: Number> CommissionIsr<N> {
         if state.phase == Phase::Probing {
             state.phase = Phase::Fit;
         }
-        let controller = self.conservative.around(servo, delay);
+        state.held_by = Some((*servo, delay));
+        let controller = if state.is_slow {
+            self.conservative.around_within(servo, delay, self.slow)
+        } else {
+            self.conservative.around(servo, delay)
+        };
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let (velocity, command) = (state.velocity_now, state.command);
         let mut holding = self.held_by(controller, state.position, velocity, command);
@@ -568,7 +635,14 @@ impl<N: Number> CommissionIsr<N> {
             return Err(Reason::NoGains);
         };
         let last = held.resting();
-        let mut holding = self.held_after(candidate.controller, held.reference(), &last);
+        // Friction may hold it a little short of where it was sent.
+        let is_sent = candidate.start != N::ZERO;
+        let place = if is_sent {
+            state.position
+        } else {
+            held.reference()
+        };
+        let mut holding = self.held_after(candidate.controller, place, &last);
         holding.rest_for(self.rest.max(candidate.rest));
         let trial = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;

@@ -1,5 +1,5 @@
 use super::gains::{HoldingGains, Loop};
-use super::sliding::{LineSums, SlidePlan};
+use super::sliding::{LineSums, SlideBalance, SlidePlan};
 use super::trial::Trial;
 use super::{CommissionSettings, IdentifiedServo, MotionBlock, Phase, Reason, RoughModel};
 use crate::error::OutOfRange;
@@ -20,7 +20,7 @@ impl<N> RecordEvent<N> {
         match self.0 {
             EventKind::Begins(_) => 0,
             EventKind::Block(_) => blocks.saturating_add(1),
-            EventKind::Line(_) | EventKind::Ended => blocks,
+            EventKind::Balance(_) | EventKind::Line(_) | EventKind::Ended(_) => blocks,
         }
     }
 }
@@ -32,10 +32,12 @@ pub(super) enum EventKind<N> {
     Begins(Phase),
     /// A piece of its record.
     Block(MotionBlock<N>),
+    /// The motion beneath the lines of a slide that is over, after the sums of its lines.
+    Balance(SlideBalance<N>),
     /// The sums of a line over a slide that is over, line after line and slide after slide.
     Line(LineSums<N>),
-    /// It has ended and was recorded, the motion or all slides: study it.
-    Ended,
+    /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
+    Ended(RoughModel<N>),
 }
 
 /// A decision of the solver: one for each motion that has ended, and one more when it has tuned.
@@ -51,13 +53,12 @@ pub(super) enum DecisionKind<N: Number> {
     Identified(Identified<N>),
     /// The servo as it is known after a motion, not well enough: the second is done again.
     Uncertain(Identified<N>),
-    /// The third motion was predicted, and the response is to be measured: the servo slides as planned. [`Verified`]
-    /// follows, or other slides.
+    /// The response is to be measured: the servo slides as planned. [`Verified`] follows, or other slides.
     ///
     /// [`Verified`]: Self::Verified
     Slide(SlidePlan<N>),
-    /// The third motion was predicted, and the response is measured as well as it can be; gains are looked for next.
-    Verified,
+    /// The servo as the motions and its response show it; gains are looked for next.
+    Verified(Identified<N>),
     /// Gains and their predicted performance.
     Tuned(Candidate<N>),
     /// No gains meet the goal; the error names a goal that some would.
@@ -74,7 +75,9 @@ impl<N: Number> Decision<N> {
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
         match &self.0 {
-            DecisionKind::Identified(known) | DecisionKind::Uncertain(known) => Some(&known.servo),
+            DecisionKind::Identified(known)
+            | DecisionKind::Uncertain(known)
+            | DecisionKind::Verified(known) => Some(&known.servo),
             _ => None,
         }
     }
@@ -123,6 +126,8 @@ pub(super) struct Candidate<N: Number> {
     /// The gains and their promise, SI.
     pub(super) tuning: Tuning,
     pub(super) controller: Loop<N>,
+    /// Where the trial's step begins, counts from where the commissioning began.
+    pub(super) start: N,
     pub(super) trial: Trial<N>,
     /// Samples for which the servo must be still to have come to rest under them.
     pub(super) rest: u32,
@@ -131,6 +136,9 @@ pub(super) struct Candidate<N: Number> {
 impl<N: Number> Candidate<N> {
     /// The part of the remaining travel that a disturbance may move the servo.
     const MAX_ROOM_SHARE: f64 = 0.2;
+
+    /// The part of the travel in its direction at which the trial's step ends at most: a longer one begins on the other side.
+    pub(super) const MAX_END: f64 = 0.45;
 
     /// The part of the command that disturbs the servo in the trial.
     const DISTURBANCE_SHARE: f64 = 0.1;
@@ -146,14 +154,13 @@ impl<N: Number> Candidate<N> {
         let limits = &settings.limits;
         let promise = &tuning.promise;
         let [low, high] = limits.travel;
-        let step = if high < -low {
-            -promise.step
-        } else {
-            promise.step
-        };
+        let direction = if high < -low { -1.0 } else { 1.0 };
+        let step = direction * promise.step;
+        let farthest = high.max(-low);
+        let end = promise.step.min(Self::MAX_END * farthest);
         let [least, most] = limits.command;
         // Back towards where the servo came from, and no further than the travel has room for.
-        let left = high.max(-low) - promise.step;
+        let left = farthest - end;
         let bearable = Self::MAX_ROOM_SHARE * left / (promise.compliance * servo.parameters.b);
         let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
         let disturbance = libm::copysign(disturbance, -step);
@@ -162,6 +169,7 @@ impl<N: Number> Candidate<N> {
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
+            start: N::from_f64(direction * (end - promise.step) * units.position()),
             trial: Trial::new(tuning, &units, step, disturbance, &servo.parameters),
             rest: (0.5 * settling / settings.sample_time) as u32,
         })

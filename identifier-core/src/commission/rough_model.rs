@@ -40,6 +40,19 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
+    /// The parameters in SI; none while nothing is known.
+    #[must_use]
+    pub(crate) fn to_si(self, time: f64, resolution: f64) -> Option<ServoParameters> {
+        let acceleration = resolution / (time * time);
+        let si = |value: N| value.to_f64() * acceleration;
+        self.is_known().then(|| ServoParameters {
+            a: self.viscous.to_f64() / time,
+            b: si(self.gain),
+            coulomb: si(self.coulomb()),
+            load: si(self.load()),
+        })
+    }
+
     /// True if anything is known.
     #[must_use]
     pub(crate) fn is_known(&self) -> bool {

@@ -3,8 +3,8 @@ use super::response::{MeasuredResponse, ResponseEstimate, ResponseFit};
 use super::sliding::SlidePlan;
 use super::{
     CommissionError, CommissionSettings, Decision, Diagnosis, EffectSearch, IdentifiedServo,
-    MotionRecord, Phase, PredictionErrors, PredictionRun, Reason, RecordEvent, ServoFit,
-    ServoFitter,
+    MotionRecord, Phase, PredictionErrors, PredictionRun, Reason, RecordEvent, RoughModel,
+    ServoFit, ServoFitter,
 };
 use crate::number::Number;
 use crate::tuning::{
@@ -21,6 +21,8 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     fitter: ServoFitter<N>,
     record: MotionRecord<N, W>,
     servo: Option<IdentifiedServo>,
+    /// The servo as the first motion had it while it moved: every parameter is uncertain by itself.
+    rough: Option<IdentifiedServo>,
     /// Number of second motions that were not informative enough.
     refined: u32,
     /// The step that gains are looked for with, rad.
@@ -83,7 +85,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const STEP: f64 = 0.25;
 
     /// The part that it takes where the encoder has few counts in that.
-    const MAX_STEP: f64 = 0.45;
+    const MAX_STEP: f64 = Candidate::<N>::MAX_END;
 
     /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
     /// fifth for the zero of the integral and the corners of the uncertainty.
@@ -120,6 +122,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The standard error up to which b is known, a part of itself.
     const KNOWN_GAIN: f64 = 0.02;
 
+    /// The largest standard error of ln b of a response: where it is larger, the lines do not reach below the antiresonance,
+    /// where both masses move together.
+    const KNOWN_RESPONSE: f64 = 0.05;
+
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
 
@@ -140,6 +146,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             fitter: ServoFitter::new(&settings.fit()),
             record: MotionRecord::EMPTY,
             servo: None,
+            rough: None,
             refined: 0,
             step: 0.0,
             suspect: None,
@@ -168,9 +175,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 // A missing one shows when the motion has ended.
                 let _ = self.record.take(block);
             }
+            EventKind::Balance(balance) => self.response.take_balance(balance),
             EventKind::Line(sums) => self.response.take(sums),
-            EventKind::Ended if self.motion == Phase::Slide => self.work = self.respond(),
-            EventKind::Ended => {
+            EventKind::Ended(_) if self.motion == Phase::Slide => self.work = self.respond(),
+            EventKind::Ended(moved) => {
+                if self.motion == Phase::Probing {
+                    self.rough = self.roughly(moved);
+                }
                 let record = &self.record;
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => Work::Then(Then::Fail(Reason::TooLittleEvidence)),
@@ -219,8 +230,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 match fitted {
                     Ok(servo) => self.take_servo(servo),
                     Err(reason) => {
+                        // Of an encoder's noise it would be no servo.
+                        let is_quiet = self.settings.noise == 0.0;
+                        self.servo = self.servo.or(self.rough.filter(|_| is_quiet));
                         let begun = self.fitter.begin_diagnosis_of(fit, &self.record);
-                        self.diagnose(begun, Then::Fail(reason))
+                        self.diagnose(begun, Then::Slide(Some(reason)))
                     }
                 }
             }
@@ -266,6 +280,25 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 }
             }
         }
+    }
+
+    /// A servo that moved by a rough model.
+    fn roughly(&self, servo: &RoughModel<N>) -> Option<IdentifiedServo> {
+        let CommissionSettings {
+            sample_time,
+            resolution,
+            ..
+        } = self.settings;
+        let mut rough = IdentifiedServo {
+            parameters: servo.to_si(sample_time, resolution)?,
+            delay: self.settings.command_delay + sample_time,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        for (place, value) in rough.values().into_iter().enumerate() {
+            rough.know_alone(place, value);
+        }
+        Some(rough)
     }
 
     /// Takes a servo that was fitted.
@@ -334,8 +367,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Then::Slide(doubt) => {
                 self.doubt = doubt;
                 let lines = self.response.begin();
-                let servo = self.servo.as_ref()?;
-                let Some(plan) = SlidePlan::new(&self.settings, servo, &lines) else {
+                let servo = self.servo.as_ref();
+                let plan = servo.and_then(|servo| {
+                    SlidePlan::new(&self.settings, servo, doubt.is_some(), &lines)
+                });
+                let Some(plan) = plan else {
                     return self.then(Then::Settle);
                 };
                 self.motion = Phase::Slide;
@@ -347,7 +383,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             },
             Then::Tune => {
                 self.tune(self.settings.goal, self.first_step(), false);
-                Some(DecisionKind::Verified)
+                self.publish(DecisionKind::Verified)
             }
             Then::Fail(reason) => self.fail(reason),
         }
@@ -361,7 +397,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Begins to fit masses to the response; without enough lines gains are looked for without.
     fn respond(&mut self) -> Work<N> {
-        let fit = (self.servo.as_ref()).and_then(|servo| self.response.fit(servo));
+        let is_doubted = self.doubt.is_some();
+        let servo = self.servo.as_ref();
+        let fit = servo.and_then(|servo| self.response.fit(servo, is_doubted));
         fit.map_or(Work::Then(Then::Settle), Work::Responding)
     }
 
@@ -370,7 +408,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.masses = Some(masses);
         let servo = self.servo.as_mut()?;
         let gain = masses.gain / servo.parameters.b;
-        if !(1.0 / Self::MAX_GAIN_RATIO..=Self::MAX_GAIN_RATIO).contains(&gain) {
+        // A gain that is uncertain itself is no measure.
+        let most = match self.doubt {
+            Some(_) => Self::MAX_GAIN_RATIO * Self::MAX_GAIN_RATIO,
+            None => Self::MAX_GAIN_RATIO,
+        };
+        let is_weaker = self.doubt.is_none() && gain < 1.0 / most;
+        if is_weaker || gain > most {
             let is_weak = gain < 1.0 && masses.resonance.is_none();
             return self.fail(match self.doubt {
                 Some(reason) => reason,
@@ -383,8 +427,14 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         if masses.resonance.is_none() || unclear {
             return self.proceed(Then::Settle);
         }
-        servo.scale(gain);
-        servo.delay = masses.delay;
+        if masses.gain_error > Self::KNOWN_RESPONSE {
+            return self.fail(Reason::LacksResonance);
+        }
+        masses.improve(servo);
+        let balance = self.response.friction(&servo.parameters);
+        if let Some([coulomb, load]) = balance.filter(|_| self.doubt.is_some()) {
+            (servo.parameters.coulomb, servo.parameters.load) = (coulomb, load);
+        }
         self.work = Work::Then(Then::Tune);
         // An effect that explains most of the motions themselves is the better name.
         let is_new = self.suspect.is_none();
@@ -489,10 +539,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         (Self::STEP * farthest).max(self.least_step().min(Self::MAX_STEP * farthest))
     }
 
-    /// The largest that there can be, where friction holds the servo through a smaller one, rad.
+    /// The largest that there can be, from one side of where it began to the other, where friction holds the servo through a
+    /// smaller one, rad.
     fn most_room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
-        Self::MAX_STEP * high.max(-low)
+        Self::MAX_STEP * (high - low)
     }
 
     /// The command that is left when the load is held.

@@ -1,10 +1,11 @@
 use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
 use super::noise::{Held, Hysteresis, RestNoise};
-use super::sliding::{LineSums, Slide};
+use super::sliding::Slide;
 use super::trial::{Trial, TrialResult};
 use super::{
     IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState, Reason, RecordEvent,
+    RoughModel,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
@@ -37,12 +38,15 @@ pub struct CommissionState<N: Number> {
     pub(super) watch: ServoWatchState<N>,
     recorder: MotionRecorder<N>,
     block: Option<MotionBlock<N>>,
-    recording: Recording,
-    /// The sums of a line, for the solver.
-    pub(super) line: Option<LineSums<N>>,
+    recording: Recording<N>,
+    /// The event of a slide, for the solver.
+    pub(super) slid: Option<EventKind<N>>,
     /// In place, as it is too large to be moved in a sample.
     pub(super) slide: Slide<N>,
     pub(super) next: Next,
+    /// The servo and the delay (samples) that conservative gains hold it by, and whether they are slow ones.
+    pub(super) held_by: Option<(RoughModel<N>, N)>,
+    pub(super) is_slow: bool,
     pub(super) identified: Option<Identified<N>>,
     pub(super) candidate: Option<Candidate<N>>,
     pub(super) tuning_error: Option<TuningError>,
@@ -108,16 +112,16 @@ pub(super) enum Next {
 }
 
 /// Progress of a record on its way to the solver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Recording {
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Recording<N> {
     None,
     /// It begins in this sample.
     Begins,
     Going,
     /// In its place sums of lines.
     Lines,
-    /// Its end is to be reported.
-    Ends,
+    /// Its end is to be reported, with the servo as it moved.
+    Ends(RoughModel<N>),
 }
 
 impl<N: Number> CommissionState<N> {
@@ -160,9 +164,11 @@ impl<N: Number> CommissionState<N> {
                 Activity::Free => Recording::Begins,
                 _ => Recording::None,
             },
-            line: None,
+            slid: None,
             slide: Slide::NONE,
             next: Next::Decision,
+            held_by: None,
+            is_slow: false,
             identified: None,
             candidate: None,
             tuning_error: None,
@@ -285,8 +291,8 @@ impl<N: Number> CommissionState<N> {
         self.recording = Recording::Lines;
     }
 
-    pub(super) fn end_record(&mut self) {
-        self.recording = Recording::Ends;
+    pub(super) fn end_record(&mut self, servo: &RoughModel<N>) {
+        self.recording = Recording::Ends(*servo);
     }
 
     pub(super) fn drop_record(&mut self) {
@@ -309,10 +315,10 @@ impl<N: Number> CommissionState<N> {
                 EventKind::Begins(self.phase)
             }
             Recording::Going => EventKind::Block(self.block.take()?),
-            Recording::Lines => EventKind::Line(self.line.take()?),
-            Recording::Ends => {
+            Recording::Lines => self.slid.take()?,
+            Recording::Ends(servo) => {
                 self.recording = Recording::None;
-                EventKind::Ended
+                EventKind::Ended(servo)
             }
         };
         Some(RecordEvent(event))

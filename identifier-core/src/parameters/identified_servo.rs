@@ -57,6 +57,17 @@ impl IdentifiedServo {
         }
     }
 
+    /// An unknown is known by itself, with this standard error.
+    pub(crate) fn know_alone(&mut self, place: usize, error: f64) {
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                if i == place || j == place {
+                    *entry = if i == j { error * error } else { 0.0 };
+                }
+            }
+        }
+    }
+
     /// The standard error of an unknown by its place.
     #[must_use]
     pub fn standard_error(&self, place: usize) -> f64 {

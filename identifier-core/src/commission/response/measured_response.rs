@@ -1,7 +1,8 @@
-use super::super::sliding::{LineSums, Lines};
+use super::super::sliding::{LineSums, Lines, SlideBalance};
 use super::super::{CommissionSettings, IdentifiedServo};
 use super::ResponseFit;
 use crate::number::{Complex, Number};
+use crate::parameters::ServoParameters;
 use crate::tuning::MeasuredLine;
 
 /// The response that the slides of a survey measure: sums of every line, and from these lines with their deviations.
@@ -12,6 +13,17 @@ pub(in crate::commission) struct MeasuredResponse<N> {
     sums: [SlideSums<N>; Lines::MAX],
     lines: [MeasuredLine; Lines::MAX],
     count: usize,
+    /// The motions beneath them, backwards and forwards.
+    balances: [BalanceSums<N>; 2],
+}
+
+/// The sum of what slides in a direction showed of their balance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BalanceSums<N> {
+    slides: u8,
+    velocity: N,
+    acceleration: N,
+    command: N,
 }
 
 /// Lines on either side of one that its deviation is taken with: a deviation of four slides is itself uncertain.
@@ -42,12 +54,14 @@ impl<N: Number> MeasuredResponse<N> {
             sums: [SlideSums::EMPTY; Lines::MAX],
             lines: [MeasuredLine::NONE; Lines::MAX],
             count: 0,
+            balances: [BalanceSums::EMPTY; 2],
         }
     }
 
     /// Begins a measurement; the lines that the slides are to have.
     pub(in crate::commission) fn begin(&mut self) -> Lines {
         self.sums = [SlideSums::EMPTY; Lines::MAX];
+        self.balances = [BalanceSums::EMPTY; 2];
         self.count = 0;
         Lines::survey(self.sample_time)
     }
@@ -59,10 +73,40 @@ impl<N: Number> MeasuredResponse<N> {
         }
     }
 
+    /// Takes the balance of a slide.
+    pub(in crate::commission) fn take_balance(&mut self, balance: &SlideBalance<N>) {
+        let [backwards, forwards] = &mut self.balances;
+        if balance.velocity > N::ZERO {
+            forwards.take(balance);
+        } else {
+            backwards.take(balance);
+        }
+    }
+
+    /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a: b u = v̇ + a v ± c − d.
+    /// None unless it has slid both ways.
+    pub(in crate::commission) fn friction(&self, servo: &ServoParameters) -> Option<[f64; 2]> {
+        let ServoParameters { a, b, .. } = *servo;
+        let per_time = self.resolution / self.sample_time;
+        let needed = |sums: &BalanceSums<N>| {
+            let [velocity, acceleration, command] = sums.mean()?;
+            let acceleration = acceleration * per_time / self.sample_time;
+            Some(b * command - acceleration - a * velocity * per_time)
+        };
+        let [backwards, forwards] = &self.balances;
+        let [backwards, forwards] = [needed(backwards)?, needed(forwards)?];
+        let coulomb = 0.5 * (forwards - backwards).max(0.0);
+        Some([coulomb, -0.5 * (forwards + backwards)])
+    }
+
     /// Ends the measurement, and begins to fit masses to its lines; none if there are too few.
-    pub(in crate::commission) fn fit(&mut self, servo: &IdentifiedServo) -> Option<ResponseFit> {
+    pub(in crate::commission) fn fit(
+        &mut self,
+        servo: &IdentifiedServo,
+        is_doubted: bool,
+    ) -> Option<ResponseFit> {
         self.measure();
-        ResponseFit::begin(self.lines(), servo, self.sample_time)
+        ResponseFit::begin(self.lines(), servo, is_doubted, self.sample_time)
     }
 
     /// The measured lines, by frequency: those that at least two slides have shown.
@@ -101,6 +145,29 @@ impl<N: Number> MeasuredResponse<N> {
 fn median(values: &mut [f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+impl<N: Number> BalanceSums<N> {
+    const EMPTY: Self = Self {
+        slides: 0,
+        velocity: N::ZERO,
+        acceleration: N::ZERO,
+        command: N::ZERO,
+    };
+
+    fn take(&mut self, balance: &SlideBalance<N>) {
+        self.slides = self.slides.saturating_add(1);
+        self.velocity += balance.velocity;
+        self.acceleration += balance.acceleration;
+        self.command += balance.command;
+    }
+
+    /// Mean velocity, acceleration and command; none of no slide.
+    fn mean(&self) -> Option<[f64; 3]> {
+        let sums = [self.velocity, self.acceleration, self.command];
+        let slides = f64::from(self.slides);
+        (self.slides > 0).then(|| sums.map(|sum| sum.to_f64() / slides))
+    }
 }
 
 impl<N: Number> SlideSums<N> {

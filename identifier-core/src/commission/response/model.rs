@@ -1,15 +1,17 @@
 use crate::number::Complex;
 use crate::tuning::{Mode, PossibleServo, SampledServo};
 
-/// The unknowns of a response: ln b, the delay and the current loop's time constant in samples, ln ω, ln ζ and ln β.
+/// The unknowns of a response: ln b, the delay and the current loop's time constant in samples, viscous friction a (1/s), ln ω,
+/// ln ζ and ln β.
 pub(super) type Unknowns = [f64; UNKNOWNS];
-pub(super) const UNKNOWNS: usize = 6;
+pub(super) const UNKNOWNS: usize = 7;
 pub(super) const GAIN: usize = 0;
 pub(super) const DELAY: usize = 1;
 pub(super) const LAG: usize = 2;
-pub(super) const FREQUENCY: usize = 3;
-pub(super) const DAMPING: usize = 4;
-pub(super) const RATIO: usize = 5;
+pub(super) const FRICTION: usize = 3;
+pub(super) const FREQUENCY: usize = 4;
+pub(super) const DAMPING: usize = 5;
+pub(super) const RATIO: usize = 6;
 
 /// The sampled response of one mass or two behind a delay and a current loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,10 +22,10 @@ pub(super) struct ResponseModel {
     lag: f64,
 }
 
-/// The servo with these unknowns, of viscous friction a (1/s), without its lag.
-pub(super) fn servo(unknowns: &Unknowns, a: f64, sample_time: f64) -> PossibleServo {
+/// The servo with these unknowns, without its lag.
+pub(super) fn servo(unknowns: &Unknowns, sample_time: f64) -> PossibleServo {
     PossibleServo {
-        a,
+        a: unknowns[FRICTION],
         b: libm::exp(unknowns[GAIN]),
         delay: unknowns[DELAY] * sample_time,
     }
@@ -39,9 +41,9 @@ pub(super) fn mode(unknowns: &Unknowns) -> Mode {
 }
 
 impl ResponseModel {
-    pub(super) fn new(unknowns: &Unknowns, a: f64, two_masses: bool, sample_time: f64) -> Self {
+    pub(super) fn new(unknowns: &Unknowns, two_masses: bool, sample_time: f64) -> Self {
         let mode = two_masses.then(|| mode(unknowns));
-        let servo = servo(unknowns, a, sample_time);
+        let servo = servo(unknowns, sample_time);
         Self {
             servo: SampledServo::new(&servo, mode.as_ref(), sample_time),
             lag: unknowns[LAG],

@@ -1,4 +1,4 @@
-use super::model::{DAMPING, DELAY, LAG, RATIO, ResponseModel, UNKNOWNS, Unknowns};
+use super::model::{DAMPING, FRICTION, LAG, RATIO, ResponseModel, UNKNOWNS, Unknowns};
 use crate::linalg::NormalEquations;
 use crate::number::Complex;
 use crate::tuning::MeasuredLine;
@@ -9,7 +9,8 @@ pub(super) struct ResponsePass {
     pub(super) unknowns: Unknowns,
     models: [ResponseModel; UNKNOWNS],
     own: ResponseModel,
-    two_masses: bool,
+    /// The unknowns that are fitted.
+    pub(super) free: [bool; UNKNOWNS],
     line: usize,
     /// The unknown whose derivative comes next; none before the response itself.
     next: Option<usize>,
@@ -20,7 +21,7 @@ pub(super) struct ResponsePass {
 
 impl ResponsePass {
     /// Steps of the derivatives.
-    const STEPS: Unknowns = [1e-5, 1e-4, 1e-4, 1e-6, 1e-4, 1e-4];
+    const STEPS: Unknowns = [1e-5, 1e-4, 1e-4, 1e-3, 1e-6, 1e-4, 1e-4];
 
     /// The relative error of a response that no model is better than: friction and speed are not as constant as the model
     /// has them.
@@ -40,11 +41,19 @@ impl ResponsePass {
         (RATIO, 0.0, 3.0),
     ];
 
-    pub(super) fn at(unknowns: &Unknowns, a: f64, two_masses: bool, sample_time: f64) -> Self {
-        let model = |at: &Unknowns| ResponseModel::new(at, a, two_masses, sample_time);
+    /// At unknowns, with viscous friction as it is expected: its mean and deviation, 1/s, zero if it is known.
+    pub(super) fn at(
+        unknowns: &Unknowns,
+        [friction, uncertain]: [f64; 2],
+        two_masses: bool,
+        sample_time: f64,
+    ) -> Self {
+        let model = |at: &Unknowns| ResponseModel::new(at, two_masses, sample_time);
         let mut equations = NormalEquations::EMPTY;
-        for (expected, mean, deviation) in Self::EXPECTED {
-            if two_masses || expected <= LAG.max(DELAY) {
+        let free = Self::free(two_masses, uncertain > 0.0);
+        let viscous = [(FRICTION, friction, uncertain)];
+        for (expected, mean, deviation) in Self::EXPECTED.into_iter().chain(viscous) {
+            if free.get(expected) == Some(&true) {
                 let weight = |place| {
                     if place == expected {
                         1.0 / deviation
@@ -68,7 +77,7 @@ impl ResponsePass {
                 model(&beside)
             }),
             own,
-            two_masses,
+            free,
             line: 0,
             next: None,
             gain: Complex::ONE,
@@ -77,9 +86,11 @@ impl ResponsePass {
         }
     }
 
-    /// The unknowns that are fitted.
-    pub(super) fn free(two_masses: bool) -> [bool; UNKNOWNS] {
-        core::array::from_fn(|place| two_masses || place <= LAG)
+    fn free(two_masses: bool, slowed: bool) -> [bool; UNKNOWNS] {
+        core::array::from_fn(|place| match place {
+            FRICTION => two_masses && slowed,
+            _ => two_masses || place < FRICTION,
+        })
     }
 
     /// One response; true once all lines are done.
@@ -93,13 +104,13 @@ impl ResponsePass {
             self.next = Some(0);
             return false;
         };
-        let fitted = if self.two_masses { UNKNOWNS } else { LAG + 1 };
+        let is_free = |place: &usize| self.free.get(*place) == Some(&true);
+        let place = (place..UNKNOWNS).find(is_free).unwrap_or(UNKNOWNS);
         if let (Some(model), Some(derivative), Some(step)) = (
             self.models.get(place),
             self.derivatives.get_mut(place),
             Self::STEPS.get(place),
-        ) && place < fitted
-        {
+        ) {
             *derivative = (model.at(angle) - self.gain).scaled(1.0 / step);
             self.next = Some(place + 1);
             return false;

@@ -1,4 +1,4 @@
-use super::model::{DAMPING, DELAY, FREQUENCY, GAIN, LAG, UNKNOWNS, Unknowns, mode};
+use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
 use super::pass::ResponsePass;
 use super::scan::{Scan, Starts};
 use crate::fit::levenberg_marquardt::{bounded_step, judge, moved};
@@ -10,8 +10,8 @@ use crate::tuning::{MeasuredLine, Resonance};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct ResponseFit {
     sample_time: f64,
-    /// Viscous friction, 1/s, and the delay (samples) that the motions before have shown.
-    a: f64,
+    /// Viscous friction with its deviation, 1/s, zero if it is known, and the delay (samples) that the motions before have shown.
+    friction: [f64; 2],
     delay: f64,
     stage: Stage,
     one_mass: Option<Best>,
@@ -52,18 +52,38 @@ pub(in crate::commission) struct ResponseEstimate {
     /// Gain b, rad/s² per command unit, with the standard error of ln b.
     pub(in crate::commission) gain: f64,
     pub(in crate::commission) gain_error: f64,
-    /// Delay and lag together, s.
-    pub(in crate::commission) delay: f64,
+    /// Viscous friction a with its standard error, 1/s, zero if it was known before.
+    pub(in crate::commission) friction: [f64; 2],
+    /// Delay and lag together with their standard error, s.
+    pub(in crate::commission) delay: [f64; 2],
     /// The resonance, if two masses explain the response and one does not.
     pub(in crate::commission) resonance: Option<Resonance>,
     /// Mean of the squared errors in deviations: about one where the model is right.
     pub(in crate::commission) misfit: f64,
+    /// The part of the squared errors of one mass that it leaves.
+    pub(in crate::commission) left: f64,
 }
 
 impl ResponseEstimate {
-    /// True if the masses explain the response.
+    /// True if the masses explain the response: all of it, or nearly all that one mass leaves. Lines close to a resonance of
+    /// little damping are not explained in full, as the slightest change of speed shifts them.
     pub(in crate::commission) fn is_explained(&self) -> bool {
-        self.misfit < ResponseFit::EXPLAINED
+        self.misfit < ResponseFit::EXPLAINED || self.left < ResponseFit::NEARLY_ALL
+    }
+
+    /// Has a servo that was known as one mass what the response shows of it: gain, delay and, where it was doubted, viscous
+    /// friction. What it takes to balance friction and load is kept.
+    pub(in crate::commission) fn improve(&self, servo: &mut IdentifiedServo) {
+        servo.scale(self.gain / servo.parameters.b);
+        servo.know_alone(IdentifiedServo::B, self.gain_error * self.gain);
+        let [a, of_a] = self.friction;
+        if of_a > 0.0 {
+            servo.parameters.a = a;
+            servo.know_alone(IdentifiedServo::A, of_a);
+        }
+        let [delay, of_delay] = self.delay;
+        servo.delay = delay;
+        servo.know_alone(IdentifiedServo::DELAY, of_delay);
     }
 
     /// True if one mass explains the response.
@@ -80,28 +100,43 @@ impl ResponseFit {
     /// The mean of the squared errors of a fit that explains the response: no other would be better by much.
     const EXPLAINED: f64 = 1.0;
 
-    /// The least standard error of ln ω where two masses do not explain the response either, as a resonance between two
-    /// lines that nearly stopped the servo.
-    const UNEXPLAINED: f64 = 0.02;
+    /// The part of the errors of one mass that two may leave where they are the cause: a load that changes with the angle,
+    /// which looks like a second mass in part, leaves more.
+    const NEARLY_ALL: f64 = 0.1;
 
-    /// Begins for a servo that is known as one mass; none without enough lines.
+    /// The deviation of viscous friction from zero that is expected where motions that one mass does not explain show none,
+    /// 1/s: a motor that rings against its load looks slowed.
+    const USUAL_FRICTION: f64 = 10.0;
+
+    /// The least standard errors of ln ω and ln ζ where two masses do not explain the response either, as a resonance
+    /// between two lines that nearly stopped the servo: what blurs its lines looks like damping.
+    const UNEXPLAINED: [f64; 2] = [0.02, 0.7];
+
+    /// Begins for a servo that is known as one mass, which may not explain its motions; none without enough lines.
     pub(in crate::commission) fn begin(
         lines: &[MeasuredLine],
         servo: &IdentifiedServo,
+        is_doubted: bool,
         sample_time: f64,
     ) -> Option<Self> {
         /// The fewest lines that tell two masses from one.
         const FEWEST: usize = 12;
-        let (a, delay) = (servo.parameters.a, servo.delay / sample_time);
+        let delay = servo.delay / sample_time;
+        let friction = if is_doubted {
+            [0.0, Self::USUAL_FRICTION]
+        } else {
+            [servo.parameters.a, 0.0]
+        };
+        let [a, _] = friction;
         if lines.len() < FEWEST {
             return None;
         }
-        let start = [libm::log(servo.parameters.b), delay, 0.1, 0.0, 0.0, 0.0];
+        let start = [libm::log(servo.parameters.b), delay, 0.1, a, 0.0, 0.0, 0.0];
         Some(Self {
             sample_time,
-            a,
+            friction,
             delay,
-            stage: Stage::OneMass(Descent::from(&start, a, false, sample_time)),
+            stage: Stage::OneMass(Descent::from(&start, friction, false, sample_time)),
             one_mass: None,
             two_masses: None,
         })
@@ -114,12 +149,13 @@ impl ResponseFit {
     ) -> Option<ResponseEstimate> {
         match &mut self.stage {
             Stage::OneMass(descent) => {
-                if descent.work(lines, self.a, self.sample_time) {
+                if descent.work(lines, self.friction, self.sample_time) {
                     self.one_mass = descent.best;
                     if Self::is_explained(&self.one_mass, lines) {
                         return self.estimate(lines);
                     }
-                    self.stage = Stage::Scan(Scan::begin(lines, self.a, self.delay));
+                    let [a, _] = self.friction;
+                    self.stage = Stage::Scan(Scan::begin(lines, a, self.delay));
                 }
                 None
             }
@@ -130,7 +166,7 @@ impl ResponseFit {
                 None
             }
             Stage::TwoMasses(descent, starts) => {
-                if !descent.work(lines, self.a, self.sample_time) {
+                if !descent.work(lines, self.friction, self.sample_time) {
                     return None;
                 }
                 let (found, starts) = (descent.best, *starts);
@@ -160,7 +196,7 @@ impl ResponseFit {
         let Some(start) = starts.next() else {
             return self.estimate(lines);
         };
-        let descent = Descent::from(&start, self.a, true, self.sample_time);
+        let descent = Descent::from(&start, self.friction, true, self.sample_time);
         self.stage = Stage::TwoMasses(descent, starts);
         None
     }
@@ -173,13 +209,15 @@ impl ResponseFit {
         let best = better.unwrap_or(one);
         let misfit = best.equations.cost() / (2.0 * lines.len() as f64);
         let covariance = best.equations.covariance();
-        let error = |place: usize| {
-            let row = covariance.get(place);
-            let variance = row.and_then(|row| row.get(place)).copied();
-            libm::sqrt((variance.unwrap_or(0.0) * misfit.max(1.0)).max(0.0))
+        let error_of_sum = |places: &[usize]| {
+            let entry = |i: &usize, j: &usize| covariance.get(*i).and_then(|row| row.get(*j));
+            let row = |i| places.iter().filter_map(move |j| entry(i, j));
+            let variance: f64 = places.iter().flat_map(row).sum();
+            libm::sqrt((variance * misfit.max(1.0)).max(0.0))
         };
-        let least = if misfit < Self::EXPLAINED {
-            0.0
+        let error = |place: usize| error_of_sum(&[place]);
+        let [least, least_of_damping] = if misfit < Self::EXPLAINED {
+            [0.0; 2]
         } else {
             Self::UNEXPLAINED
         };
@@ -187,12 +225,18 @@ impl ResponseFit {
         Some(ResponseEstimate {
             gain: libm::exp(unknowns[GAIN]),
             gain_error: error(GAIN),
-            delay: (unknowns[DELAY] + unknowns[LAG]) * self.sample_time,
+            friction: [unknowns[FRICTION], error(FRICTION)],
+            delay: [unknowns[DELAY] + unknowns[LAG], error_of_sum(&[DELAY, LAG])]
+                .map(|samples| samples * self.sample_time),
             resonance: better.map(|_| Resonance {
                 mode: mode(unknowns),
-                errors: [error(FREQUENCY).max(least), error(DAMPING)],
+                errors: [
+                    error(FREQUENCY).max(least),
+                    error(DAMPING).max(least_of_damping),
+                ],
             }),
             misfit,
+            left: best.equations.cost() / one.equations.cost(),
         })
     }
 }
@@ -206,13 +250,13 @@ impl Descent {
     /// A pass that changes the cost by less than this part is the last.
     const MIN_CHANGE: f64 = 1e-4;
 
-    /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples.
-    const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, -6.9, -4.0];
-    const HIGH: Unknowns = [30.0, 60.0, 30.0, 13.0, -0.7, 3.4];
+    /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
+    const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
+    const HIGH: Unknowns = [30.0, 60.0, 30.0, 1e3, 13.0, -0.7, 3.4];
 
-    fn from(start: &Unknowns, a: f64, two_masses: bool, sample_time: f64) -> Self {
+    fn from(start: &Unknowns, friction: [f64; 2], two_masses: bool, sample_time: f64) -> Self {
         Self {
-            pass: ResponsePass::at(start, a, two_masses, sample_time),
+            pass: ResponsePass::at(start, friction, two_masses, sample_time),
             two_masses,
             damping: Self::FIRST_DAMPING,
             passes: 0,
@@ -221,7 +265,7 @@ impl Descent {
     }
 
     /// A slice; true at the end.
-    fn work(&mut self, lines: &[MeasuredLine], a: f64, sample_time: f64) -> bool {
+    fn work(&mut self, lines: &[MeasuredLine], friction: [f64; 2], sample_time: f64) -> bool {
         if !self.pass.work(lines, sample_time) {
             return false;
         }
@@ -245,7 +289,7 @@ impl Descent {
             &best.equations,
             &best.unknowns,
             self.damping,
-            ResponsePass::free(self.two_masses),
+            self.pass.free,
             &Self::LOW,
             &Self::HIGH,
         );
@@ -253,7 +297,7 @@ impl Descent {
         for ((value, &low), &high) in next.iter_mut().zip(&Self::LOW).zip(&Self::HIGH) {
             *value = value.max(low).min(high);
         }
-        self.pass = ResponsePass::at(&next, a, self.two_masses, sample_time);
+        self.pass = ResponsePass::at(&next, friction, self.two_masses, sample_time);
         false
     }
 }

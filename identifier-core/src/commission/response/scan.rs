@@ -74,6 +74,7 @@ impl Scan {
             libm::log(gain),
             self.delay,
             0.1,
+            self.a,
             libm::log(frequency),
             libm::log(Self::DAMPING),
             libm::log(ratio),
@@ -87,7 +88,7 @@ impl Scan {
         }
         let Some([one, two]) = self.models else {
             let unknowns = self.unknowns(1.0, 1.0);
-            let model = |two| ResponseModel::new(&unknowns, self.a, two, sample_time);
+            let model = |two| ResponseModel::new(&unknowns, two, sample_time);
             self.models = Some([model(false), model(true)]);
             self.equations = NormalEquations::EMPTY;
             self.line = 0;

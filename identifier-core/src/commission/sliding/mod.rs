@@ -20,6 +20,15 @@ pub(crate) use lines::Lines;
 pub(crate) use plan::SlidePlan;
 pub(super) use slide::{Slide, SlideProgress, Sliding};
 
+/// The motion beneath the lines in the window of a slide, means weighted with h: friction and load, as the constant speed
+/// takes their balance. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SlideBalance<N> {
+    pub(crate) velocity: N,
+    pub(crate) acceleration: N,
+    pub(crate) command: N,
+}
+
 /// The sums of a line over the window of a slide, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LineSums<N> {

@@ -120,20 +120,23 @@ impl<N: Number> SlidePlan<N> {
     /// The least command that friction and load must leave to turn and to excite with, as a part of all.
     const MIN_FREE: f64 = 0.1;
 
-    /// An unknown part of the command that the loop must balance, and the part of the travel that this may move the
-    /// servo: the bandwidth follows from both. More bandwidth would drive lightly damped resonances.
+    /// An unknown part of the command that the loop must balance, of a servo that is known and of one that is doubted, and
+    /// the part of the travel that this may move the servo: the bandwidth follows from both. More bandwidth would drive
+    /// lightly damped resonances.
     const UNKNOWN_LOAD: f64 = 0.02;
+    const DOUBTED_LOAD: f64 = 0.1;
     const YIELD: f64 = 0.05;
 
     /// The least bandwidth, rad/s, of a settling that is over by the window.
     const MIN_BANDWIDTH: f64 = 12.0;
 
-    /// With these lines; none if the axis has too little travel, speed, resolution or command for slides, or may only
+    /// With these lines, for a servo that may not be as it is known; none if the axis has too little travel, speed, resolution or command for slides, or may only
     /// move one way.
     #[must_use]
     pub(crate) fn new(
         settings: &CommissionSettings,
         servo: &IdentifiedServo,
+        is_doubted: bool,
         lines: &Lines,
     ) -> Option<Self> {
         let limits = &settings.limits;
@@ -164,7 +167,12 @@ impl<N: Number> SlidePlan<N> {
         // As near to where it stands as the travel permits.
         let margin = (turning / Self::TURNS).min(room);
         let middle = 0.0_f64.min(high - margin).max(low + margin);
-        let bandwidth = libm::sqrt(Self::UNKNOWN_LOAD * b * command / (Self::YIELD * room));
+        let unknown = if is_doubted {
+            Self::DOUBTED_LOAD
+        } else {
+            Self::UNKNOWN_LOAD
+        };
+        let bandwidth = libm::sqrt(unknown * b * command / (Self::YIELD * room));
         let [of_command, of_free] = Self::INJECTION;
         let part = libm::sqrt(2.0 / lines.count() as f64) / Self::CREST;
         let line_speed = part * Self::LINES_SPEED * speed;

@@ -1,5 +1,5 @@
 use super::plan::{Motion, PlannedLine};
-use super::{LineSums, Lines, SlidePlan};
+use super::{LineSums, Lines, SlideBalance, SlidePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
 use crate::number::Number;
@@ -23,6 +23,10 @@ pub(in crate::commission) struct Slide<N> {
     inverted: bool,
     /// The window's e^(j2πk/n).
     turned: [N; 2],
+    /// ∑ h_k Δq_k, ∑ sin(2πk/n) Δq_k and ∑ h_k u_k.
+    beneath: [N; 3],
+    /// True if they are to be handed over after the lines.
+    is_balanced: bool,
     /// The slowest that the servo was in the window, in the direction of the slide.
     slowest: N,
     /// Slides that were measured, and those that were not as the servo stopped.
@@ -79,6 +83,8 @@ pub(in crate::commission) enum SlideProgress<N> {
     Going,
     /// The sums of a line, of a slide that is over.
     Line(LineSums<N>),
+    /// After them the motion beneath the lines.
+    Balance(SlideBalance<N>),
     /// The servo is about to stand again; all sums were handed over.
     Over,
 }
@@ -120,6 +126,8 @@ impl<N: Number> Slide<N> {
         fade: N::ZERO,
         inverted: false,
         turned: [N::ONE, N::ZERO],
+        beneath: [N::ZERO; 3],
+        is_balanced: false,
         slowest: N::ZERO,
         measured: 0,
         stopped: 0,
@@ -180,6 +188,9 @@ impl<N: Number> Slide<N> {
         if let Some(sums) = self.hand_over() {
             return SlideProgress::Line(sums);
         }
+        if core::mem::take(&mut self.is_balanced) {
+            return SlideProgress::Balance(self.balance());
+        }
         let stands = self.stage == Stage::Stopping && self.velocity == N::ZERO;
         if stands && self.line >= self.count {
             SlideProgress::Over
@@ -228,6 +239,7 @@ impl<N: Number> Slide<N> {
             }
             Stage::Settling if self.passed >= self.motion.settling => {
                 self.turned = [N::ONE, N::ZERO];
+                self.beneath = [N::ZERO; 3];
                 self.slowest = self.motion.speed;
                 self.enter(Stage::Window);
             }
@@ -247,6 +259,7 @@ impl<N: Number> Slide<N> {
         } else {
             let inverted = self.inverted;
             self.handed = Handed::Sums { inverted };
+            self.is_balanced = true;
             self.measured += 1;
         }
         if self.measured >= Self::SLIDES {
@@ -264,6 +277,18 @@ impl<N: Number> Slide<N> {
         self.enter(Stage::Turn);
     }
 
+    /// Of the window that is over: ∑ h_k = n, and the mean of h_k v̇_k is that of −ḣ_k v_k.
+    fn balance(&self) -> SlideBalance<N> {
+        let [distance, change, command] = self.beneath;
+        let per_sample = N::from_count(self.motion.window as i32).reciprocal();
+        let angle = N::from_f64(-core::f64::consts::TAU) * per_sample;
+        SlideBalance {
+            velocity: distance * per_sample,
+            acceleration: angle * change * per_sample,
+            command: command * per_sample,
+        }
+    }
+
     /// True if the next slide is one of the last two, whose injection is inverted.
     fn is_half_done(&self) -> bool {
         self.measured >= Self::SLIDES / 2
@@ -279,9 +304,13 @@ impl<N: Number> Slide<N> {
         if forward < self.slowest {
             self.slowest = forward;
         }
-        let weight = N::ONE - self.turned[0];
+        let [cosine, sine] = self.turned;
+        let weight = N::ONE - cosine;
         self.turned = product(self.turned, self.motion.window_rotation);
         let (increment, command) = (weight * sample.increment, weight * sample.command);
+        self.beneath[0] += increment;
+        self.beneath[1] += sine * sample.increment;
+        self.beneath[2] += command;
         for line in self.lines.iter_mut().take(usize::from(self.count)) {
             let [re, im] = line.turned;
             line.position[0] += increment * re;

@@ -149,7 +149,7 @@ impl Axis {
                     sums.add(line);
                 }
                 solver.take(event);
-                if step.phase == Phase::Slide && event.0 == EventKind::Ended {
+                if step.phase == Phase::Slide && matches!(event.0, EventKind::Ended(_)) {
                     break;
                 }
             }
@@ -177,7 +177,7 @@ impl Axis {
             covariance: [[0.0; 5]; 5],
             unexplained: resolution,
         };
-        let plan = SlidePlan::new(&settings, &known, &Lines::survey(time)).expect("room");
+        let plan = SlidePlan::new(&settings, &known, false, &Lines::survey(time)).expect("room");
         let mut slide = Slide::<f32>::NONE;
         slide.plan(&plan);
         let (rough, delay, bandwidth) = slide.loop_plan();
@@ -212,6 +212,7 @@ impl Axis {
             };
             match slide.process(&mut holding, &sample) {
                 SlideProgress::Going => {}
+                SlideProgress::Balance(_) => {}
                 SlideProgress::Line(line) => sums.add(&line),
                 SlideProgress::Over => break,
             }
@@ -328,7 +329,12 @@ fn an_axis_with_too_little_for_slides_gets_no_plan() {
     let plan = |change: &dyn Fn(&mut CommissionSettings)| {
         let mut settings = axis.settings();
         change(&mut settings);
-        SlidePlan::<f32>::new(&settings, &known, &Lines::survey(settings.sample_time))
+        SlidePlan::<f32>::new(
+            &settings,
+            &known,
+            false,
+            &Lines::survey(settings.sample_time),
+        )
     };
     assert!(plan(&|_| {}).is_some());
     assert!(plan(&|settings| settings.limits.one_way = true).is_none());
