@@ -143,16 +143,17 @@ impl Scale {
             position: 0.0,
         };
         let sizes = |cause: Cause| {
-            let order = match cause {
-                Cause::Ripple => Some(found.values.order),
-                Cause::TorqueRipple => Some(found.values.gain_order),
+            let own_size = match cause {
+                Cause::Ripple => Some(("order", found.values.order)),
+                Cause::TorqueRipple => Some(("order", found.values.gain_order)),
+                Cause::VaryingInertia => Some(("order", found.values.inertia_order)),
+                Cause::LoadSteps => found.last_load.map(|last| ("last_at_s", last * self.time)),
                 _ => None,
             };
             let own = crate::identify::effects(cause).iter();
             let no_terms = own.filter(|effect| term(**effect).is_none());
             let sizes = no_terms.map(|&effect| (name(effect), value(effect)));
-            let order = order.map(|order| ("order", order));
-            order.into_iter().chain(sizes).collect()
+            own_size.into_iter().chain(sizes).collect()
         };
         let effects = found.entered.iter().map(|entered| EnteredEffect {
             name: entered.cause.name(),

@@ -18,6 +18,9 @@ pub(super) struct Candidate {
 /// The highest order of ripple that is looked for: slots and pole pairs of usual motors.
 const MAX_ORDER: u32 = 40;
 
+/// Orders of an inertia that goes with the angle: of an arm once a turn, of a crank twice.
+const INERTIA_ORDERS: [f64; 2] = [1.0, 2.0];
+
 /// Speeds at which friction may fade, of a large velocity of the motion.
 const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 
@@ -129,17 +132,17 @@ impl Candidate {
         let [short, long] = SEPARABLE;
         if range.angle > 0.0 && range.angle < long {
             all.push(Self::plain(Cause::Gravity, &[E::GravitySine]));
-            all.push(Self::plain(Cause::VaryingInertia, &[E::InertiaSine]));
+            all.push(Self::at(Cause::VaryingInertia, &[E::InertiaSine], 1.0));
         }
         if range.angle > short {
             let gravity = [E::GravitySine, E::GravityCosine];
             all.push(Self::plain(Cause::Gravity, &gravity));
         }
-        if range.angle >= long {
-            let inertia = [E::InertiaSine, E::InertiaCosine];
-            all.push(Self::plain(Cause::VaryingInertia, &inertia));
-        }
         let seen = |order: &f64| range.angle * order >= long;
+        for order in INERTIA_ORDERS.into_iter().filter(seen) {
+            let inertia = [E::InertiaSine, E::InertiaCosine];
+            all.push(Self::at(Cause::VaryingInertia, &inertia, order));
+        }
         for order in (2..=MAX_ORDER).map(f64::from).filter(seen) {
             let ripple = [E::RippleSine, E::RippleCosine];
             all.push(Self::at(Cause::Ripple, &ripple, order));
@@ -250,6 +253,7 @@ impl Candidate {
             }
             Cause::Ripple => values.order = setting,
             Cause::TorqueRipple => values.gain_order = setting,
+            Cause::VaryingInertia => values.inertia_order = setting,
             _ => {}
         }
         (values, free)

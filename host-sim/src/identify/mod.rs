@@ -1,6 +1,8 @@
 //! Identification of a whole record at once: the core's fit, and the effects that it needs.
 
 mod candidate;
+mod finish;
+mod load_steps;
 mod recording;
 mod scan;
 mod tournament;
@@ -11,6 +13,7 @@ use identifier_core::identification::{
 };
 
 use candidate::Range;
+use load_steps::LoadSteps;
 use tournament::{Model, Tournament};
 
 pub(crate) use tournament::Entered;
@@ -29,6 +32,8 @@ pub(crate) struct Identified {
     pub(crate) entered: Vec<Entered>,
     /// Deviation of the sensor's noise, counts.
     pub(crate) noise: f64,
+    /// The sample of the record from which on the last load acts, where the load steps.
+    pub(crate) last_load: Option<f64>,
     /// By how much the command was recorded late, samples of the log; none where it was not.
     pub(crate) lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
@@ -86,7 +91,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
             found = (fitter, other);
         }
     }
-    let (fitter, Some(model)) = found else {
+    let (fitter, Some(mut model)) = found else {
         return None;
     };
     let is_finite = |effect: &Effect| model.fitted.values.get(*effect).is_finite();
@@ -99,7 +104,16 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     };
     let mut answers = tournament.answers(&model);
     tournament.refine(&model, &mut answers);
-    let std_errors = uncertainty::std_errors(&fitter, &model, &answers);
+    let steps = LoadSteps::find(&fitter, &model.fitted);
+    let load = match &steps {
+        Some(steps) if model.fitted.horizon.walk.is_some() => (steps.load, steps.std_error),
+        _ => fitter.load(&model.fitted, &model.free),
+    };
+    let std_errors = uncertainty::std_errors(&fitter, &model, load.1, &answers);
+    let delay = model.free.iter().position(|one| *one == Effect::Delay);
+    let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
+    let shown = steps.iter().map(LoadSteps::entered).chain(delay);
+    model.entered.extend(shown);
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
     let Fitted {
         values,
@@ -111,14 +125,14 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     // Of a quick motion third differences see more than noise, and so do the innovations of a model that lacks much.
     let innovations = model.fitted.sums.noise().sqrt();
     let noise = fitter.survey.noise.min(innovations.max(ROUNDING_DEVIATION));
-    let (load, _) = fitter.load(&model.fitted, &model.free);
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load), &estimated);
+    let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load.0), &estimated);
     Some(Identified {
         values: found,
         estimated,
         entered: model.entered,
         noise,
+        last_load: steps.map(|steps| steps.last as f64),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile,
         condition: covariances.condition,

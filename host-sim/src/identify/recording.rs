@@ -136,7 +136,7 @@ impl Recording {
     ) -> (Values, Vec<(Effect, f64)>) {
         use Effect as E;
         let (mut values, mut estimated) = (*values, estimated.to_vec());
-        let orders = [1.0, values.order, values.gain_order, 1.0];
+        let orders = [1.0, values.order, values.gain_order, values.inertia_order];
         let waves = [
             [E::GravitySine, E::GravityCosine],
             [E::RippleSine, E::RippleCosine],

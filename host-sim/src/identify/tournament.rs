@@ -5,7 +5,7 @@ use identifier_core::identification::{
     Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments,
 };
 
-use super::candidate::{Candidate, Range, Usual, effects};
+use super::candidate::{Candidate, Range, Usual};
 use super::scan::{Answer, scan};
 use crate::verdict::Cause;
 
@@ -40,28 +40,33 @@ pub(crate) struct Entered {
     /// Gain in −2 ln L, in independent rows.
     pub(crate) gain: f64,
     /// The next best, and its gain.
-    runner_up: Option<(Cause, f64)>,
+    pub(super) runner_up: Option<(Cause, f64)>,
+    /// The effect of whose form this one may be the error.
+    pub(super) error_of: Option<Cause>,
 }
 
 impl Entered {
-    /// Another effect that explains the record nearly as well, where there is one.
+    /// An effect with no rival.
+    pub(super) const fn certain(cause: Cause, gain: f64) -> Self {
+        Self {
+            cause,
+            gain,
+            runner_up: None,
+            error_of: None,
+        }
+    }
+
+    /// Another effect that explains the record nearly as well, or whose form may need this one, where there is one.
     pub(crate) fn rival(&self) -> Option<Cause> {
         /// Factor by which the gain must be above the next best's.
         const CLEAR: f64 = 1.35;
         let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
-        close.map(|(cause, _)| cause)
+        close.map(|(cause, _)| cause).or(self.error_of)
     }
 }
 
 /// The least gain with which an effect enters, in independent rows.
 pub(super) const MIN_GAIN: f64 = 30.0;
-
-/// The gain below which an effect of two unknowns goes again.
-const MIN_KEPT_GAIN: f64 = 25.0;
-
-/// The same for one that is within 2.5 standard errors of nothing.
-const MIN_SURE_GAIN: f64 = 10.0;
-const MIN_STD_ERRORS: f64 = 2.5;
 
 /// Candidates that are fitted in a round.
 const MAX_FITTED: usize = 5;
@@ -80,7 +85,7 @@ pub(super) struct Tournament<'a> {
 }
 
 impl Tournament<'_> {
-    fn likelihood(fitted: &Fitted) -> f64 {
+    pub(super) fn likelihood(fitted: &Fitted) -> f64 {
         fitted.sums.minus_two_log_likelihood()
     }
 
@@ -118,9 +123,8 @@ impl Tournament<'_> {
         model.free = free;
         model.fitted = fitted;
         model.entered.push(Entered {
-            cause,
-            gain,
             runner_up,
+            ..Entered::certain(cause, gain)
         });
         true
     }
@@ -175,7 +179,7 @@ impl Tournament<'_> {
         }
     }
 
-    fn fit(&self, values: &Values, free: &[Effect], at: &Fitted) -> Option<Fitted> {
+    pub(super) fn fit(&self, values: &Values, free: &[Effect], at: &Fitted) -> Option<Fitted> {
         self.fitter.fit(values, free, at.horizon, SEARCH)
     }
 
@@ -234,54 +238,5 @@ impl Tournament<'_> {
             promising.push(lag);
         }
         promising
-    }
-
-    /// Takes effects out again that the others have made superfluous.
-    pub(super) fn prune(&self, model: &mut Model) {
-        let causes: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
-        for cause in causes {
-            let own: Vec<Effect> = effects(cause)
-                .iter()
-                .copied()
-                .filter(|effect| model.free.contains(effect))
-                .collect();
-            let errors = model.fitted.std_errors();
-            let is_sure = own.iter().any(|effect| {
-                let place = model.free.iter().position(|one| one == effect);
-                place.is_some_and(|place| {
-                    let value = model.fitted.values.get(*effect);
-                    value.abs() > MIN_STD_ERRORS * errors[place]
-                })
-            });
-            let is_pair = own.len() > 1 || cause == Cause::HiddenLimit;
-            if is_sure && !(is_pair && model.entered.len() > 1) {
-                continue;
-            }
-            let least = if is_pair {
-                MIN_KEPT_GAIN
-            } else {
-                MIN_SURE_GAIN
-            };
-            let mut values = model.fitted.values;
-            for &effect in &own {
-                if effect != Effect::LowSpeedVelocity {
-                    values.set(effect, 0.0);
-                }
-            }
-            if cause == Cause::HiddenLimit {
-                values.set(Effect::LimitSlope, 0.0);
-            }
-            let mut free = model.free.clone();
-            free.retain(|effect| !own.contains(effect));
-            let Some(without) = self.fit(&values, &free, &model.fitted) else {
-                continue;
-            };
-            let loss = Self::likelihood(&without) - Self::likelihood(&model.fitted);
-            if loss / model.rows_per_row < least {
-                model.free = free;
-                model.fitted = without;
-                model.entered.retain(|entry| entry.cause != cause);
-            }
-        }
     }
 }

@@ -15,19 +15,23 @@ const MODEL_ACCURACY: f64 = 1e-3;
 /// changes, and b of drawn servos that move by one to four counts is off by a third of it.
 const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
-/// Standard errors of the free effects, in their order.
+/// Standard errors of the free effects, in their order; `load` is the load's by chance and colour.
 ///
 /// σ² = sandwich + ideal² + ∑ w shift² + spread²: no servo is its model to better than a thousandth (jitter of
 /// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record
 /// shows; a missing effect counts by its probability (Hoeting, Madigan, Raftery and Volinsky, "Bayesian model
 /// averaging", Statistical Science 14(4), 1999), and the spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
 /// the horizon or four times it (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
-pub(super) fn std_errors(fitter: &Fitter<'_>, model: &Model, answers: &[Answer]) -> Vec<f64> {
+pub(super) fn std_errors(
+    fitter: &Fitter<'_>,
+    model: &Model,
+    load: f64,
+    answers: &[Answer],
+) -> Vec<f64> {
     let count = model.free.len();
     let own = model.fitted.std_errors();
     let missing = missing(answers, count, &Usual::new(fitter, &model.fitted.values));
     let spread = spread(fitter, model);
-    let (_, load) = fitter.load(&model.fitted, &model.free);
     let sums = &model.fitted.sums;
     let rounding = SYSTEMATIC_ROUNDING * ROUNDING_DEVIATION * fitter.survey.amplitude().powf(-1.5);
     (0..count)

@@ -10,7 +10,7 @@ pub struct FitNotes {
     /// Samples by which the command was recorded late, that is in a row after the one from which it acted; none
     /// where it was not. The estimates are those with the command where it acted.
     pub command_recorded_late: Option<f64>,
-    /// The effects that entered, the clearest first.
+    /// The effects that the record shows, in the order in which they entered; then a load that steps, and the delay.
     pub effects: Vec<EnteredEffect>,
 }
 
@@ -23,7 +23,8 @@ pub struct EnteredEffect {
     pub meaning: &'static str,
     /// Increase of twice the logarithm of the likelihood, counted in independent samples.
     pub gain: f64,
-    /// Another effect that explains the record nearly as well; none where this one is clearly the better.
+    /// Another effect that explains the record nearly as well, or of which this one is so small a part that it may be
+    /// the error of its form; none where this one is certain.
     pub or: Option<&'static str>,
     /// Sizes that are no unknown of the model, by name.
     #[serde(serialize_with = "by_name")]

@@ -108,6 +108,9 @@ causes! {
     /// An inertia that goes with the angle.
     VaryingInertia: "varying-inertia", None, "an inertia that goes with the angle",
         "let one fit to the whole record estimate it, with law = \"fit\", or identify about the pose that matters";
+    /// A load that steps.
+    LoadSteps: "load-steps", None, "a load that steps",
+        "leave out the parts with other loads with log.cut, or identify with one load";
     /// A limit of the command that the recorded command does not have.
     HiddenLimit: "hidden-limit", None, "a limit of the command that is not in the recorded command",
         "let one fit to the whole record estimate it, with law = \"fit\", or keep the command away from the limit";

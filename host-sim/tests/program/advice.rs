@@ -215,6 +215,12 @@ fn cause(of: Cause) -> Row {
                 Followed("warm up first", &[("=plant", SERVO[0].1)]),
             ],
         ),
+        Cause::LoadSteps => row(
+            NO_CASE,
+            &[NotHere(
+                "the log is cut; the load of a scenario's servo does not step",
+            )],
+        ),
         Cause::HiddenLimit => row(
             &[
                 ("plant", "hidden_limit = 6.0"),

@@ -110,22 +110,43 @@ fn ripples_of_force_and_gain_have_orders_of_their_own() {
     let effects = "ripple = [0.0, 15.0]\nripple_order = 7\ntorque_ripple = [0.1, 0.0]\ntorque_ripple_order = 11\n";
     let (log, scenario) = trace_of("ripples", effects);
     let result = replayed(&log, &scenario);
-    let effects = result["fit"]["effects"].as_array().expect("a list");
-    let mut orders: Vec<(&str, f64)> = (effects.iter())
-        .filter_map(|effect| Some((effect["name"].as_str()?, number(effect, "/sizes/order"))))
-        .collect();
-    orders.sort_by(|one, other| one.1.total_cmp(&other.1));
-    assert_eq!(
-        orders,
-        [("ripple", 7.0), ("torque-ripple", 11.0)],
-        "{result}"
-    );
+    let mut orders = effects_of(&result, "order");
+    orders.sort_unstable_by_key(|(name, _)| *name);
+    let expected = [("ripple", Some(7.0)), ("torque-ripple", Some(11.0))];
+    assert_eq!(orders, expected, "{result}");
     let [sine, cosine] =
         ["sine", "cosine"].map(|axis| number(&result, &format!("/estimates/ripple-{axis}/value")));
     assert!(
         (sine.hypot(cosine) / 15.0 - 1.0).abs() < 0.02,
         "{sine} {cosine}"
     );
+}
+
+/// The effects of a result, each with the size of a name where it has one.
+fn effects_of<'a>(result: &'a Value, size: &str) -> Vec<(&'a str, Option<f64>)> {
+    let effects = result["fit"]["effects"].as_array().expect("a list");
+    let of = |effect: &'a Value| Some((effect["name"].as_str()?, effect["sizes"][size].as_f64()));
+    effects.iter().filter_map(of).collect()
+}
+
+#[test]
+fn friction_that_drifts_is_one_effect() {
+    let (log, scenario) = trace_of("drift", "friction_drift = -0.05\n");
+    let result = replayed(&log, &scenario);
+    let [("friction-drift", Some(size))] = effects_of(&result, "size")[..] else {
+        panic!("{result}")
+    };
+    // Of the middle's friction over the 8 s of the run.
+    assert!((size / (-0.4 / 0.8) - 1.0).abs() < 0.1, "{size}");
+}
+
+#[test]
+fn a_delay_is_an_effect_that_the_record_shows() {
+    let (log, scenario) = trace_of("delayed", "delay = 0.0015\n");
+    let result = replayed(&log, &scenario);
+    assert_eq!(effects_of(&result, "size"), [("delay", None)], "{result}");
+    let delay = number(&result, "/estimates/delay/value");
+    assert!((delay / 0.0015 - 1.0).abs() < 0.02, "{delay}");
 }
 
 #[test]

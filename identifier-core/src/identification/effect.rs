@@ -2,10 +2,10 @@
 
 /// An effect of the servo, of its amplifier or of its encoder that a fit may estimate.
 ///
-/// q̈ (1 + i_s sin q + i_c cos q) = −(a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Mq + t_c cos Mq) C(u(t − τ)) + d
+/// q̈ (1 + i(q)) = −½ i′(q) q̇² − (a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Mq + t_c cos Mq) C(u(t − τ)) + d
 /// + g_s sin q + g_c cos q + r_s sin Nq + r_c cos Nq − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
 ///
-/// F being the acceleration by the command and C the front end of the amplifier: current loop, dead band,
+/// i(q) = i_s sin Kq + i_c cos Kq, F being the acceleration by the command and C the front end of the amplifier: current loop, dead band,
 /// limit and gain by direction. The units of values are counts, samples and command units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Effect {
@@ -43,7 +43,7 @@ pub enum Effect {
     LoadFriction,
     /// Relative change of the gain over the record, 1.
     GainDrift,
-    /// Relative change of Coulomb friction over the record, 1.
+    /// Relative change of all friction over the record, 1.
     FrictionDrift,
     /// Command from which on the amplifier gives less than it is asked, command units.
     HiddenLimit,
@@ -55,9 +55,9 @@ pub enum Effect {
     TorqueRippleSine,
     /// t_c, ripple of the gain with cos Mq, 1.
     TorqueRippleCosine,
-    /// i_s, inertia with sin q, 1.
+    /// i_s, inertia with sin Kq, 1.
     InertiaSine,
-    /// i_c, inertia with cos q, 1.
+    /// i_c, inertia with cos Kq, 1.
     InertiaCosine,
     /// Twist of a compliant shaft per acceleration, sample².
     Compliance,
@@ -128,6 +128,8 @@ pub struct Values {
     pub order: f64,
     /// M, the order of the gain's ripple, 1.
     pub gain_order: f64,
+    /// K, the order of the inertia's variation, 1.
+    pub inertia_order: f64,
 }
 
 impl Values {
@@ -136,6 +138,7 @@ impl Values {
         values: [0.0; Effect::COUNT],
         order: 1.0,
         gain_order: 1.0,
+        inertia_order: 1.0,
     };
 
     /// The value of an effect.

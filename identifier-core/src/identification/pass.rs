@@ -36,6 +36,9 @@ pub struct ModelPass<'a> {
     pub(super) diffuse: Diffuse,
 }
 
+/// The least relative friction by which is divided.
+const MIN_DRIFT: f64 = 1e-3;
+
 /// Innovations beyond this end a pass, counts.
 const DIVERGED: f64 = 1e9;
 
@@ -70,6 +73,7 @@ struct Acting<'a> {
     values: &'a Values,
     front_end: &'a FrontEnd,
     part: &'a Part,
+    motion: (usize, usize),
     sample: usize,
     record: &'a Record<'a>,
     length: f64,
@@ -80,8 +84,14 @@ struct Acting<'a> {
     push: f64,
     /// Coulomb friction with that which grows with the load.
     coulomb: f64,
+    /// Relative friction at this time.
+    drift: f64,
     /// Reciprocal of the relative inertia.
     ease: f64,
+    /// Relative friction over relative inertia.
+    friction: f64,
+    /// Change of the relative inertia over the sample.
+    inertia_change: f64,
     /// Reciprocal of the ripple of the gain.
     per_ripple: f64,
     /// The time that has passed, −½ to ½ of the record.
@@ -171,7 +181,7 @@ impl ModelPass<'_> {
                 }
                 filter.predict();
                 let parts = front_end.process(self.record, motion, sample, &mut current);
-                self.advance(values, &front_end, &parts, sample, &mut state);
+                self.advance(values, &front_end, &parts, motion, sample, &mut state);
                 if sample + 1 < motion.1 {
                     state.error += self.record.increment(sample);
                 }
@@ -186,6 +196,7 @@ impl ModelPass<'_> {
         values: &Values,
         front_end: &FrontEnd,
         parts: &[Part; 2],
+        motion: (usize, usize),
         sample: usize,
         state: &mut State<'_, C>,
     ) {
@@ -215,11 +226,14 @@ impl ModelPass<'_> {
             gain *= ripple;
             per_ripple = 1.0 / ripple;
         }
-        let mut ease = 1.0;
+        let (mut ease, mut inertia_change) = (1.0, 0.0);
         if has(InertiaSine, InertiaCosine) {
-            ease = 1.0 / (1.0 + along(InertiaSine, InertiaCosine, 1.0)).max(0.1);
+            let order = values.inertia_order;
+            ease = 1.0 / (1.0 + along(InertiaSine, InertiaCosine, order)).max(0.1);
+            let [sine, cosine] = record.wave_change(motion, sample, order);
+            inertia_change = values.get(InertiaSine) * sine + values.get(InertiaCosine) * cosine;
         }
-        let coulomb = (values.get(Coulomb) * (1.0 + values.get(FrictionDrift) * passed)).max(0.0);
+        let drift = (1.0 + values.get(FrictionDrift) * passed).max(0.0);
         let before = state.velocity;
         let mut velocities = [0.0; C];
         for (velocity, tangent) in velocities.iter_mut().zip(&state.tangents) {
@@ -232,14 +246,19 @@ impl ModelPass<'_> {
                 values,
                 front_end,
                 part,
+                motion,
                 sample,
                 record,
                 length: front_end.lengths[i],
                 gain: gain * ease,
                 drive,
                 push: drive + load * ease,
-                coulomb: coulomb * ease + values.get(LoadFriction) * drive.abs(),
+                coulomb: (values.get(Coulomb) * ease + values.get(LoadFriction) * drive.abs())
+                    * drift,
+                drift,
                 ease,
+                friction: drift * ease,
+                inertia_change,
                 per_ripple,
                 passed,
             };
@@ -297,7 +316,7 @@ impl<const C: usize> State<'_, C> {
         let change = if self.velocity != 0.0 {
             earlier - acting.push
         } else {
-            let friction = acting.coulomb + acting.values.get(Effect::LowSpeed) * acting.ease;
+            let friction = acting.coulomb + acting.values.get(Effect::LowSpeed) * acting.friction;
             if acting.push.abs() <= friction {
                 0.0
             } else {
@@ -312,7 +331,7 @@ impl<const C: usize> State<'_, C> {
     #[inline]
     fn advance(&mut self, acting: &Acting<'_>) {
         let values = acting.values;
-        let low_speed = values.get(Effect::LowSpeed) * acting.ease;
+        let low_speed = values.get(Effect::LowSpeed) * acting.friction;
         let fading = values.get(Effect::LowSpeedVelocity);
         let per_square = if fading > 0.0 {
             1.0 / (fading * fading)
@@ -320,7 +339,9 @@ impl<const C: usize> State<'_, C> {
             0.0
         };
         let [viscous, asymmetry, quadratic] = [Effect::A, Effect::Asymmetry, Effect::Quadratic]
-            .map(|effect| values.get(effect) * acting.ease);
+            .map(|effect| values.get(effect) * acting.friction);
+        // Half of the inertia's change takes momentum as friction does: ½ i′(q) q̇².
+        let swing = 0.5 * acting.inertia_change * acting.ease;
         let mut left = acting.length;
         // The derivative of the length that is left, for each column.
         let mut turned = false;
@@ -348,7 +369,7 @@ impl<const C: usize> State<'_, C> {
                 }
                 acting.push.signum()
             };
-            let rate = viscous + asymmetry * direction + quadratic * velocity.abs();
+            let rate = viscous + swing + asymmetry * direction + quadratic * velocity.abs();
             let response = Response::new(rate, left);
             let mut bell = 0.0;
             let mut friction = acting.coulomb;
@@ -397,9 +418,17 @@ impl<const C: usize> State<'_, C> {
                 let mut forcing = acting.ease * tangent.load;
                 let mut per_rate = 0.0;
                 match column.effect {
-                    Effect::A => per_rate = acting.ease,
-                    Effect::Asymmetry => per_rate = acting.ease * direction,
-                    Effect::Quadratic => per_rate = acting.ease * velocity.abs(),
+                    Effect::A => per_rate = acting.friction,
+                    Effect::Asymmetry => per_rate = acting.friction * direction,
+                    Effect::Quadratic => per_rate = acting.friction * velocity.abs(),
+                    Effect::FrictionDrift => {
+                        per_rate = (rate - swing) * acting.passed / acting.drift.max(MIN_DRIFT);
+                        forcing += acting.forcing(column, &shape, tangent.shaped);
+                    }
+                    Effect::InertiaSine | Effect::InertiaCosine => {
+                        per_rate = 0.5 * acting.ease * acting.inertia_change_per(column);
+                        forcing += acting.forcing(column, &shape, tangent.shaped);
+                    }
                     _ => forcing += acting.forcing(column, &shape, tangent.shaped),
                 }
                 let before = tangent.velocity;
@@ -448,6 +477,16 @@ struct Shape {
 }
 
 impl Acting<'_> {
+    /// The change of the relative inertia over the sample per unit of a column of it.
+    fn inertia_change_per(&self, column: &Column) -> f64 {
+        let order = match column.setting {
+            order if order > 0.0 => order,
+            _ => self.values.inertia_order,
+        };
+        let change = self.record.wave_change(self.motion, self.sample, order);
+        change[usize::from(column.effect == Effect::InertiaCosine)]
+    }
+
     /// The acceleration per unit of a column, `shaped` being the derivative of the command.
     #[inline]
     fn forcing(&self, column: &Column, shape: &Shape, shaped: f64) -> f64 {
@@ -458,18 +497,21 @@ impl Acting<'_> {
                 own
             }
         };
-        let (order, gain_order) = (order(self.values.order), order(self.values.gain_order));
+        let Values {
+            order: own,
+            gain_order,
+            inertia_order,
+            ..
+        } = *self.values;
+        let [order, gain_order, inertia_order] = [own, gain_order, inertia_order].map(order);
         let wave =
             |cosine: bool, order: f64| self.record.wave(self.sample, order)[usize::from(cosine)];
         // Of a push by the command friction that grows with the load takes a part.
-        let slowing = self.values.get(Effect::LoadFriction) * shape.direction;
+        let slowing = self.values.get(Effect::LoadFriction) * self.drift * shape.direction;
         let kept = 1.0 - slowing * self.drive.signum();
         match column.effect {
             Effect::B => kept * self.drive / self.values.get(Effect::B),
-            Effect::Coulomb => {
-                let drift = self.values.get(Effect::FrictionDrift) * self.passed;
-                -shape.direction * self.ease * (1.0 + drift)
-            }
+            Effect::Coulomb => -shape.direction * self.friction,
             Effect::Load => self.ease,
             Effect::Delay => -kept * self.gain * self.part.slope,
             Effect::CurrentLoop => kept * self.gain * self.part.per_lag,
@@ -480,7 +522,7 @@ impl Acting<'_> {
                 } else {
                     shape.bell
                 };
-                -shape.direction * bell * self.ease
+                -shape.direction * bell * self.friction
             }
             Effect::LowSpeedVelocity => {
                 let ratio = shape.middle / shape.fading.max(f64::MIN_POSITIVE);
@@ -495,14 +537,14 @@ impl Acting<'_> {
             Effect::DeadBand | Effect::GainAsymmetry | Effect::LimitSlope | Effect::HiddenLimit => {
                 kept * self.gain * shaped
             }
-            Effect::LoadFriction => -self.drive.abs() * shape.direction,
+            Effect::LoadFriction => -self.drive.abs() * self.drift * shape.direction,
             Effect::GainDrift => {
                 let drift = self.values.get(Effect::GainDrift) * self.passed;
                 kept * self.drive * self.passed / (1.0 + drift)
             }
             Effect::FrictionDrift => {
-                let coulomb = self.values.get(Effect::Coulomb) * self.ease;
-                -shape.direction * coulomb * self.passed
+                let friction = self.coulomb + shape.low_speed * shape.bell;
+                -shape.direction * friction * self.passed / self.drift.max(MIN_DRIFT)
             }
             Effect::TorqueRippleSine => {
                 kept * self.drive * self.per_ripple * wave(false, gain_order)
@@ -510,8 +552,8 @@ impl Acting<'_> {
             Effect::TorqueRippleCosine => {
                 kept * self.drive * self.per_ripple * wave(true, gain_order)
             }
-            Effect::InertiaSine => -shape.acceleration * self.ease * wave(false, 1.0),
-            Effect::InertiaCosine => -shape.acceleration * self.ease * wave(true, 1.0),
+            Effect::InertiaSine => -shape.acceleration * self.ease * wave(false, inertia_order),
+            Effect::InertiaCosine => -shape.acceleration * self.ease * wave(true, inertia_order),
             Effect::A | Effect::Asymmetry | Effect::Quadratic | Effect::Compliance => 0.0,
         }
     }

@@ -54,6 +54,19 @@ impl Record<'_> {
         self.begins.iter().copied().zip(ends)
     }
 
+    /// The change of sin Nq and cos Nq over a sample of a motion, first sample and end.
+    pub(super) fn wave_change(
+        &self,
+        (first, end): (usize, usize),
+        sample: usize,
+        order: f64,
+    ) -> [f64; 2] {
+        let (before, after) = (sample.max(first + 1) - 1, (sample + 1).min(end - 1));
+        let [old, new] = [before, after].map(|sample| self.wave(sample, order));
+        let per_sample = 1.0 / (after.saturating_sub(before)).max(1) as f64;
+        [0, 1].map(|axis| (new[axis] - old[axis]) * per_sample)
+    }
+
     /// sin Nq and cos Nq in the middle of a sample, for a whole N ≥ 1; zero on an axis without angle.
     pub(super) fn wave(&self, sample: usize, order: f64) -> [f64; 2] {
         let Some(&[sine, cosine]) = self.angles.get(sample) else {

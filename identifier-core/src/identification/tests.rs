@@ -101,6 +101,7 @@ fn every_tangent_is_the_derivative() {
         }
         values.order = 3.0;
         values.gain_order = 3.0;
+        values.inertia_order = 2.0;
         let pass = ModelPass {
             record: &record,
             horizon: Horizon {

@@ -107,8 +107,10 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
     // An effect beside which another explains the log nearly as well has no name.
     let fit = summary.fit.iter().flat_map(|fit| &fit.effects);
     let found = fit.filter(|effect| effect.or.is_none());
+    let late = (summary.fit.iter()).filter_map(|fit| fit.command_recorded_late.map(|_| "shift"));
     let names = (summary.cause.iter().map(|finding| finding.cause.name()))
         .chain(summary.terms_entered.iter().map(|(term, _)| term.name()))
+        .chain(late)
         .chain(found.map(|effect| effect.name));
     Judgement {
         is_converged: summary.status() == Status::Converged,

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use integration_tests::logs::{Effect, drawn_with, exact};
 
 use super::campaign;
-use super::identify::{ALL_TERMS, FIT, FOUR};
+use super::identify::{ALL_TERMS, FIT, FOUR, Settings};
 use super::judge::{Judgement, judge};
 use super::table::count;
 
@@ -165,15 +165,24 @@ fn with_a_record_that_is_late_or_early() {
 /// where the effect matters, too: where the result is not both converged and right.
 #[test]
 #[ignore = "minutes: LOGS=20 SEED=n"]
-fn with_one_effect() {
+fn with_one_effect_by_one_fit() {
+    with_one_effect(&[FIT]);
+}
+
+#[test]
+#[ignore = "minutes: LOGS=20 SEED=n"]
+fn with_one_effect_by_recursion() {
+    with_one_effect(&[FOUR, ALL_TERMS]);
+}
+
+fn with_one_effect(settings: &[Settings]) {
     let (seed, logs) = campaign(20);
     let mut items: Vec<(Option<Effect>, u32)> =
         (0..5 * logs).map(|number| (None, number)).collect();
     for effect in Effect::ALL {
         items.extend((0..logs).map(|number| (Some(effect), number)));
     }
-    let settings = [FIT, FOUR, ALL_TERMS];
-    let judged = judge(&settings, &items, |&(effect, number)| {
+    let judged = judge(settings, &items, |&(effect, number)| {
         drawn_with(seed, number, effect.as_slice())
     });
     for (settings, judged) in settings.iter().zip(&judged) {
