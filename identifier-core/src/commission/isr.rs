@@ -636,13 +636,7 @@ impl<N: Number> CommissionIsr<N> {
         };
         let last = held.resting();
         // Friction may hold it a little short of where it was sent.
-        let is_sent = candidate.start != N::ZERO;
-        let place = if is_sent {
-            state.position
-        } else {
-            held.reference()
-        };
-        let mut holding = self.held_after(candidate.controller, place, &last);
+        let mut holding = self.held_after(candidate.controller, state.position, &last);
         holding.rest_for(self.rest.max(candidate.rest));
         let trial = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;

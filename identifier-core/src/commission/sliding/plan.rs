@@ -130,8 +130,8 @@ impl<N: Number> SlidePlan<N> {
     /// The least bandwidth, rad/s, of a settling that is over by the window.
     const MIN_BANDWIDTH: f64 = 12.0;
 
-    /// With these lines, for a servo that may not be as it is known; none if the axis has too little travel, speed, resolution or command for slides, or may only
-    /// move one way.
+    /// With these lines, for a servo that may not be as it is known (`is_doubted`); none if the axis has too little travel,
+    /// speed, resolution or command for slides, or may only move one way.
     #[must_use]
     pub(crate) fn new(
         settings: &CommissionSettings,
