@@ -411,14 +411,18 @@ impl<N: Number> CommissionIsr<N> {
                 let progress = self.probing.learn(probing, increment);
                 let servo = *probing.servo();
                 match progress {
-                    // It is at rest, and a fit judges its record better than the regression that moved it.
+                    // It is at rest, and known well enough to be led through slides.
                     ProbingProgress::Failed(Reason::TooLittleEvidence)
                         if servo.is_known() && !self.hysteresis.is_coarse() =>
                     {
-                        self.end_motion(state, &servo)
+                        state.end_record(EventKind::Inconclusive(servo));
+                        self.hold_after_motion(state, &servo)
                     }
                     ProbingProgress::Going => Ok(()),
-                    ProbingProgress::AtRest => self.end_motion(state, &servo),
+                    ProbingProgress::AtRest => {
+                        state.end_record(EventKind::Ended(servo));
+                        self.hold_after_motion(state, &servo)
+                    }
                     ProbingProgress::Failed(reason) => Err(reason),
                 }
             }
@@ -447,7 +451,7 @@ impl<N: Number> CommissionIsr<N> {
                     }
                     SlideProgress::Over => {
                         let (&servo, delay, _) = state.slide.loop_plan();
-                        state.end_record(&servo);
+                        state.end_record(EventKind::Ended(servo));
                         self.hold(state, &servo, delay)
                     }
                 }
@@ -523,13 +527,12 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    /// A motion that ended at rest is studied, and the servo is held by what is known of it, or by how it moved.
-    fn end_motion(
+    /// Holds a servo after a motion by what is known of it, or by how it moved.
+    fn hold_after_motion(
         &self,
         state: &mut CommissionState<N>,
         moved: &RoughModel<N>,
     ) -> Result<(), Reason> {
-        state.end_record(moved);
         let unknown = (*moved, self.delay);
         let known = state.identified.as_ref();
         let (servo, delay) = known.map_or(unknown, |known| (known.rough, known.delay));

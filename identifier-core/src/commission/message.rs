@@ -20,7 +20,10 @@ impl<N> RecordEvent<N> {
         match self.0 {
             EventKind::Begins(_) => 0,
             EventKind::Block(_) => blocks.saturating_add(1),
-            EventKind::Balance(_) | EventKind::Line(_) | EventKind::Ended(_) => blocks,
+            EventKind::Balance(_)
+            | EventKind::Line(_)
+            | EventKind::Ended(_)
+            | EventKind::Inconclusive(_) => blocks,
         }
     }
 }
@@ -38,6 +41,8 @@ pub(super) enum EventKind<N> {
     Line(LineSums<N>),
     /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
     Ended(RoughModel<N>),
+    /// The motion was over before there was enough evidence: the servo as it moved by then.
+    Inconclusive(RoughModel<N>),
 }
 
 /// A decision of the solver: one for each motion that has ended, and one more when it has tuned.

@@ -178,6 +178,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             EventKind::Balance(balance) => self.response.take_balance(balance),
             EventKind::Line(sums) => self.response.take(sums),
             EventKind::Ended(_) if self.motion == Phase::Slide => self.work = self.respond(),
+            EventKind::Inconclusive(moved) => {
+                self.servo = self.servo.or_else(|| self.roughly(moved));
+                self.work = Work::Then(Then::Slide(Some(Reason::TooLittleEvidence)));
+            }
             EventKind::Ended(moved) => {
                 if self.motion == Phase::Probing {
                     self.rough = self.roughly(moved);

@@ -120,8 +120,8 @@ enum Recording<N> {
     Going,
     /// In its place sums of lines.
     Lines,
-    /// Its end is to be reported, with the servo as it moved.
-    Ends(RoughModel<N>),
+    /// Its end is to be reported by this event.
+    Ends(EventKind<N>),
 }
 
 impl<N: Number> CommissionState<N> {
@@ -291,8 +291,8 @@ impl<N: Number> CommissionState<N> {
         self.recording = Recording::Lines;
     }
 
-    pub(super) fn end_record(&mut self, servo: &RoughModel<N>) {
-        self.recording = Recording::Ends(*servo);
+    pub(super) fn end_record(&mut self, event: EventKind<N>) {
+        self.recording = Recording::Ends(event);
     }
 
     pub(super) fn drop_record(&mut self) {
@@ -316,9 +316,9 @@ impl<N: Number> CommissionState<N> {
             }
             Recording::Going => EventKind::Block(self.block.take()?),
             Recording::Lines => self.slid.take()?,
-            Recording::Ends(servo) => {
+            Recording::Ends(event) => {
                 self.recording = Recording::None;
-                EventKind::Ended(servo)
+                event
             }
         };
         Some(RecordEvent(event))
