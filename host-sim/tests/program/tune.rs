@@ -109,12 +109,9 @@ fn json_has_the_promised_keys_and_pictures_are_drawn() {
         let number = |pointer: &str| document.pointer(pointer).and_then(Value::as_f64);
         assert_eq!(number("/bandwidth"), Some(60.0));
         assert!(document["cap"].is_null());
-        // b kp = ω_c (ω_c + a)/2.5 with ω_c = 2.96 ω and the least a that the servo may have.
-        let stiffness = number("/kp").expect("a gain") * 257.7;
-        let crossover = 2.96 * 60.0;
-        let [least, most] = [0.0, 0.2174].map(|a| crossover * (crossover + a) / 2.5);
-        assert!((least..most).contains(&stiffness), "{stiffness}");
-        assert!(number("/reference_filter").is_some_and(|filter| filter > 0.0));
+        // b kp = 1.4 ω².
+        let kp = number("/kp").expect("a gain");
+        assert!((kp * 257.7 / (1.4 * 3600.0) - 1.0).abs() < 1e-9, "{kp}");
         let constant = number("/feed_forward/constant").expect("a number");
         assert!((constant + 20.0 / 257.7).abs() < 1e-12, "{constant}");
         for key in [
