@@ -34,16 +34,11 @@ pub(super) struct LoadSteps {
     share: f64,
     /// The sample of the record from which on the last load acts.
     pub(super) last: usize,
-    /// The last load, counts/sample², and its standard error.
-    pub(super) load: f64,
-    pub(super) std_error: f64,
 }
 
 impl LoadSteps {
     /// Of a fitted record; none where the load is one, or no steps explain it.
     pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
-        /// Neighbouring parts agree more than strangers.
-        const COLOUR: f64 = 1.5;
         let length = fitter.record.len();
         if length < MIN_PART * PARTS {
             return None;
@@ -59,12 +54,9 @@ impl LoadSteps {
             return None;
         }
         let last = parts().next_back()?;
-        let count = last.len() as f64;
         Some(Self {
             share,
             last: (means.len() - last.len() + FIRST_PARTS) * length / PARTS,
-            load: fitted.values.get(Effect::Load) + last.iter().sum::<f64>() / count,
-            std_error: COLOUR * (scatter(last) / (count - 1.0) / count).sqrt(),
         })
     }
 

@@ -105,10 +105,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     let mut answers = tournament.answers(&model);
     tournament.refine(&model, &mut answers);
     let steps = LoadSteps::find(&fitter, &model.fitted);
-    let load = match &steps {
-        Some(steps) if model.fitted.horizon.walk.is_some() => (steps.load, steps.std_error),
-        _ => fitter.load(&model.fitted, &model.free),
-    };
+    let load = fitter.load(&model.fitted, &model.free);
     let std_errors = uncertainty::std_errors(&fitter, &model, load.1, &answers);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
