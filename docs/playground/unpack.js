@@ -1,4 +1,4 @@
-// The parts of the page out of their text: base 85, then a raw stream of LZMA without contexts of literals and positions
+// The parts of the page out of their text: base 85, then a raw stream of LZMA with three bits of context for literals and none for positions
 // (Pavlov, LZMA specification, 2015).
 
 // Bytes of a text in base 85.
@@ -79,7 +79,7 @@ function unpack(packed, length) {
     return 18 + tree(of.high, 0, 8);
   };
 
-  const literal = even(0x300), isMatch = even(12), isRepeat = even(12);
+  const literal = even(0x1800), isMatch = even(12), isRepeat = even(12);
   const isLater = even(12), isLong = even(12), isSecond = even(12), isThird = even(12);
   const slots = [even(64), even(64), even(64), even(64)];
   const near = even(128), align = even(16), match = lengths(), repeat = lengths();
@@ -89,17 +89,18 @@ function unpack(packed, length) {
   while (end < length) {
     if (!bit(isMatch, state)) {
       let symbol = 1;
+      const from = 0x300 * (out[end - 1] >> 5);
       if (state >= 7) {
         let other = out[end - first - 1];
         do {
           const expected = (other >> 7) & 1;
           other <<= 1;
-          const one = bit(literal, ((1 + expected) << 8) + symbol);
+          const one = bit(literal, from + ((1 + expected) << 8) + symbol);
           symbol = (symbol << 1) | one;
           if (expected !== one) break;
         } while (symbol < 0x100);
       }
-      while (symbol < 0x100) symbol = (symbol << 1) | bit(literal, symbol);
+      while (symbol < 0x100) symbol = (symbol << 1) | bit(literal, from + symbol);
       out[end++] = symbol;
       state = state < 4 ? 0 : state < 10 ? state - 3 : state - 6;
       continue;

@@ -298,7 +298,10 @@ impl Reason {
         let against = matches!(self, Self::LacksResonance | Self::LacksBacklash)
             && matches!(other, Self::Reversed);
         let unexplained = matches!(self, Self::EncoderNoise)
-            && matches!(other, Self::EstimateAtBound | Self::TimeOver);
+            && matches!(
+                other,
+                Self::EstimateAtBound | Self::TimeOver | Self::LacksResonance
+            );
         any_effect || against || unexplained
     }
 }

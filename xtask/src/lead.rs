@@ -16,9 +16,6 @@ use crate::metered::{self, CLOCK, Metered, Next};
 /// Rates at which the drive commissions, Hz.
 const RATES: [f64; 3] = [1e3, 1e4, 2e4];
 
-/// Those of the budget, Hz: at 20 kHz a commissioning has as many samples as at the others together, and as dear ones.
-const BUDGETED: [f64; 2] = [1e3, 1e4];
-
 /// From a sample to the PWM period in which its command acts, cycles: the drive's promise
 /// (`drive_chip::sample_timer::LEAD`), 12.5 µs.
 const LEAD: u64 = 2100;
@@ -43,13 +40,12 @@ struct Driven {
     at_rest: Vec<u64>,
 }
 
-/// Commissions at rates, Hz.
-fn count(rates: &[f64]) -> Result<Vec<(f64, Driven)>, String> {
+/// Commissions at every rate, Hz.
+fn count() -> Result<Vec<(f64, Driven)>, String> {
     firmware::build(&["drive"], &["emulator"])?;
     let plugin = firmware::build_trace()?;
-    let measured = rates
-        .iter()
-        .map(|&rate| Ok((rate, measure(rate, &plugin)?)));
+    let measured = RATES.map(|rate| Ok((rate, measure(rate, &plugin)?)));
+    let measured = measured.into_iter();
     measured.collect()
 }
 
@@ -59,7 +55,7 @@ fn count(rates: &[f64]) -> Result<Vec<(f64, Driven)>, String> {
 /// # Errors
 /// Also where a command comes too late.
 pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
-    let counted = count(&BUDGETED)?;
+    let counted = count()?;
     refuse(&counted)?;
     let named = counted.iter().flat_map(|(rate, driven)| {
         let name = |what| format!("interrupt-commission-{}-khz-{what}-cycles", rate / 1e3);
@@ -81,7 +77,7 @@ pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
 
 /// Commissions at every rate, prints the cycles, and fails where a command comes too late.
 pub(crate) fn check() -> Result<(), String> {
-    let counted = count(&RATES)?;
+    let counted = count()?;
     println!(
         "{:>6} {:>9} {:>24} {:>34}",
         "kHz", "samples", "command: median, most", "interrupt: median, 90 %, most"

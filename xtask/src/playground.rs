@@ -38,7 +38,7 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
     let packed = packed(&packed_parts.concat())
         .map_err(|error| format!("the module cannot be packed: {error}"))?;
     let lengths = packed_parts.map(|part| part.len());
-    let mut page = read("page.html")?;
+    let mut page = brief(&read("page.html")?);
     for (place, part) in [
         ("/* style */", brief(&read("page.css")?)),
         ("/* unpack */", brief(&read("unpack.js")?)),
@@ -152,10 +152,10 @@ fn without_custom_sections(module: &[u8]) -> Result<Vec<u8>, String> {
     Ok(kept)
 }
 
-/// A raw stream of LZMA, without contexts of literals and positions.
+/// A raw stream of LZMA, with three bits of context for literals and none for positions.
 fn packed(bytes: &[u8]) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let mut options = LzmaOptions::with_preset(9);
-    (options.lc, options.lp, options.pb) = (0, 0, 0);
+    (options.lc, options.lp, options.pb) = (3, 0, 0);
     options.nice_len = 273;
     let mut writer = LzmaWriter::new_no_header(Vec::new(), &options, false)?;
     writer.write_all(bytes)?;

@@ -130,7 +130,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
         "browser-looks",
         &["commission", &scenario("commission.toml")],
     ));
-    assert_drawn(&browser, 4);
+    assert_drawn(&browser, 5);
     let paper = "return getComputedStyle(document.body).backgroundColor;";
     let in_scheme = |scheme: &str| {
         let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
@@ -138,7 +138,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
             "setEmulatedMedia",
             &json!({ "media": "", "features": features }),
         );
-        assert_drawn(&browser, 4);
+        assert_drawn(&browser, 5);
         (browser.ask(paper), browser.ask(COLOURS))
     };
     let (light, dark) = (in_scheme("light"), in_scheme("dark"));
@@ -154,7 +154,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
     );
     let widths: Vec<f64> = serde_json::from_value(widths).expect("numbers");
     assert!(widths.iter().all(|width| *width <= 390.0), "{widths:?}");
-    assert_drawn(&browser, 4);
+    assert_drawn(&browser, 5);
 
     browser.emulate("setEmulatedMedia", &json!({ "media": "print" }));
     let printed = browser.ask(

@@ -432,7 +432,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             return self.proceed(Then::Settle);
         }
         if masses.gain_error > Self::KNOWN_RESPONSE {
-            return self.fail(Reason::LacksResonance);
+            // An effect that explains most of the motions themselves is the better name.
+            let doubt = self.doubt.filter(|_| self.suspect.is_some());
+            return self.fail(doubt.unwrap_or(Reason::LacksResonance));
         }
         masses.improve(servo);
         let balance = self.response.friction(&servo.parameters);
@@ -440,7 +442,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             (servo.parameters.coulomb, servo.parameters.load) = (coulomb, load);
         }
         self.work = Work::Then(Then::Tune);
-        // An effect that explains most of the motions themselves is the better name.
         let is_new = self.suspect.is_none();
         is_new.then_some(DecisionKind::Suspects(Some(Reason::LacksResonance)))
     }
