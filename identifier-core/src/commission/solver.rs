@@ -431,15 +431,19 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         if masses.resonance.is_none() || unclear {
             return self.proceed(Then::Settle);
         }
-        if masses.gain_error > Self::KNOWN_RESPONSE {
+        match self.doubt {
+            _ if masses.gain_error <= Self::KNOWN_RESPONSE => {
+                masses.improve(servo);
+                let balance = self.response.friction(&servo.parameters);
+                if let Some([coulomb, load]) = balance.filter(|_| self.doubt.is_some()) {
+                    (servo.parameters.coulomb, servo.parameters.load) = (coulomb, load);
+                }
+            }
+            // The motions know the servo better.
+            None => {}
             // An effect that explains most of the motions themselves is the better name.
-            let doubt = self.doubt.filter(|_| self.suspect.is_some());
-            return self.fail(doubt.unwrap_or(Reason::LacksResonance));
-        }
-        masses.improve(servo);
-        let balance = self.response.friction(&servo.parameters);
-        if let Some([coulomb, load]) = balance.filter(|_| self.doubt.is_some()) {
-            (servo.parameters.coulomb, servo.parameters.load) = (coulomb, load);
+            Some(reason) if self.suspect.is_some() => return self.fail(reason),
+            Some(_) => return self.fail(Reason::LacksResonance),
         }
         self.work = Work::Then(Then::Tune);
         let is_new = self.suspect.is_none();
