@@ -760,12 +760,12 @@ const COMMISSIONED: [(Reason, Row); 28] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.92\nb = 39.0\ncoulomb = 39.0\nlow_speed_friction = 78.0\nlow_speed_velocity = 0.5",
+                    "a = 0.92\nb = 39.0\ncoulomb = 39.0\nlow_speed_friction = 50.0\nlow_speed_velocity = 0.3",
                 ),
                 ("=encoder", "counts_per_rev = 2000"),
                 (
                     "=commission",
-                    "travel = 0.2\nspeed = 100.0\nsample_time = 0.001",
+                    "travel = 0.3\nspeed = 100.0\nsample_time = 0.001",
                 ),
             ],
             remedies: &[Followed(
