@@ -34,8 +34,6 @@ pub struct CommissionIsr<N: Number> {
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
     conservative: ConservativePid<N>,
-    /// ω T of gains for an axis that oscillates under those.
-    slow: N,
     limit: [N; 2],
     /// Counts a sample, at which the servo is brought to a place.
     pace: N,
@@ -83,9 +81,6 @@ impl<N: Number> CommissionIsr<N> {
     /// The part of the largest speed at which a servo is brought to a place.
     pub const PACE: f64 = 0.2;
 
-    /// The bandwidth with which a servo is held that oscillates otherwise, rad/s: below the resonances of nearly all axes.
-    const SLOW_BANDWIDTH: f64 = 30.0;
-
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
@@ -131,7 +126,6 @@ impl<N: Number> CommissionIsr<N> {
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
             conservative: ConservativePid::new(&units, limits),
-            slow: N::from_f64(Self::SLOW_BANDWIDTH * settings.sample_time),
             limit: [N::from_f64(low), N::from_f64(high)],
             pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
             // Casts saturate.
@@ -245,10 +239,7 @@ impl<N: Number> CommissionIsr<N> {
     /// ends in this sample: then it takes the place of that one.
     pub fn learn(&self, state: &mut CommissionState<N>) -> CommissionStep<N> {
         let increment = state.observation.increment;
-        let decided = self
-            .monitored(state)
-            .or_else(|reason| self.slow_down(state, reason))
-            .and_then(|()| self.proceed(state));
+        let decided = self.monitored(state).and_then(|()| self.proceed(state));
         if let Err(reason) = decided {
             if self.is_back(state) {
                 // The gains before fail too.
@@ -348,27 +339,6 @@ impl<N: Number> CommissionIsr<N> {
             limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
             fault => Err(fault),
         })
-    }
-
-    /// Holds a servo more slowly, once, under whose conservative gains it oscillates.
-    ///
-    /// # Errors
-    /// Any other fault.
-    fn slow_down(&self, state: &mut CommissionState<N>, reason: Reason) -> Result<(), Reason> {
-        let is_held =
-            matches!(state.activity, Activity::Holding(_)) && state.phase.is_identifying();
-        if reason != Reason::Oscillating || !is_held || state.is_slow {
-            return Err(reason);
-        }
-        state.is_slow = true;
-        self.watch.settle(&mut state.watch);
-        let next = state.next;
-        let (servo, delay) = state.held_by.ok_or(reason)?;
-        // The last command is one of the oscillation.
-        state.command = servo.holding();
-        self.hold(state, &servo, delay)?;
-        state.next = next;
-        Ok(())
     }
 
     /// True once the gains before hold the servo again.
@@ -617,12 +587,7 @@ impl<N: Number> CommissionIsr<N> {
         if state.phase == Phase::Probing {
             state.phase = Phase::Fit;
         }
-        state.held_by = Some((*servo, delay));
-        let controller = if state.is_slow {
-            self.conservative.around_within(servo, delay, self.slow)
-        } else {
-            self.conservative.around(servo, delay)
-        };
+        let controller = self.conservative.around(servo, delay);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let (velocity, command) = (state.velocity_now, state.command);
         let mut holding = self.held_by(controller, state.position, velocity, command);

@@ -46,11 +46,6 @@ impl Phase {
         Self::Aborted,
     ];
 
-    /// True while motions show what the servo is.
-    pub(super) const fn is_identifying(self) -> bool {
-        matches!(self, Self::Fit | Self::Refine | Self::Verify | Self::Slide)
-    }
-
     /// Its name in results and on the line.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -44,9 +44,6 @@ pub struct CommissionState<N: Number> {
     /// In place, as it is too large to be moved in a sample.
     pub(super) slide: Slide<N>,
     pub(super) next: Next,
-    /// The servo and the delay (samples) that conservative gains hold it by, and whether they are slow ones.
-    pub(super) held_by: Option<(RoughModel<N>, N)>,
-    pub(super) is_slow: bool,
     pub(super) identified: Option<Identified<N>>,
     pub(super) candidate: Option<Candidate<N>>,
     pub(super) tuning_error: Option<TuningError>,
@@ -167,8 +164,6 @@ impl<N: Number> CommissionState<N> {
             slid: None,
             slide: Slide::NONE,
             next: Next::Decision,
-            held_by: None,
-            is_slow: false,
             identified: None,
             candidate: None,
             tuning_error: None,

@@ -138,11 +138,6 @@ impl<N: Number> ServoWatch<N> {
         state.restart_comparison();
     }
 
-    /// From now on another controller holds the servo: what oscillated before is over.
-    pub(crate) fn settle(&self, state: &mut ServoWatchState<N>) {
-        state.oscillation = self.oscillation.start();
-    }
-
     /// A sample.
     ///
     /// # Errors
