@@ -5,7 +5,6 @@ use super::sliding::Slide;
 use super::trial::{Trial, TrialResult};
 use super::{
     IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState, Reason, RecordEvent,
-    RoughModel,
 };
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
