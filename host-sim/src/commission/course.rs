@@ -3,14 +3,12 @@ use serde::{Serialize, Serializer};
 
 use super::Sample;
 
-/// The course of a commissioning: its phases, and how far the servo went.
+/// The course of a commissioning, phase by phase.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Course {
     samples: u64,
     /// The phases, in their order.
     pub phases: Vec<Stretch>,
-    /// True motion of the servo while it was commanded.
-    pub excursion: Excursion,
 }
 
 /// A phase, from when to when.
@@ -23,6 +21,8 @@ pub struct Stretch {
     pub begin: f64,
     /// The first sample of the next, or the last that was watched, s.
     pub end: f64,
+    /// True motion of the servo; none once it is disabled, as it goes where its load takes it.
+    pub excursion: Option<Excursion>,
 }
 
 /// Extremes of the motion, and of the commands that acted.
@@ -34,6 +34,10 @@ pub struct Excursion {
     pub speed: f64,
     /// Lowest and highest command, command units.
     pub command: [f64; 2],
+    /// Root of the mean square of the command, by which it heats the motor, command units.
+    pub command_rms: f64,
+    #[serde(skip)]
+    samples: u64,
 }
 
 fn name<S: Serializer>(phase: &Phase, serializer: S) -> Result<S::Ok, S::Error> {
@@ -44,8 +48,12 @@ impl Course {
     /// Takes in a sample.
     pub fn add(&mut self, sample: &Sample) {
         self.samples += 1;
+        let is_disabled = sample.phase.is_end() && sample.command.is_none();
+        let excursion = (!is_disabled).then(|| Excursion::of(sample));
         match self.phases.last_mut() {
-            Some(last) if last.phase == sample.phase => {}
+            Some(last) if last.phase == sample.phase => {
+                last.excursion = Excursion::both(last.excursion, excursion);
+            }
             last => {
                 if let Some(last) = last {
                     last.end = sample.time;
@@ -54,14 +62,17 @@ impl Course {
                     phase: sample.phase,
                     begin: sample.time,
                     end: sample.time,
+                    excursion,
                 });
             }
         }
-        // A disabled servo goes where its load takes it.
-        let is_disabled = sample.phase.is_end() && sample.command.is_none();
-        if !is_disabled {
-            self.excursion.add(sample);
-        }
+    }
+
+    /// True motion of the servo while it was commanded, of all phases.
+    #[must_use]
+    pub fn excursion(&self) -> Excursion {
+        let phases = self.phases.iter().map(|stretch| stretch.excursion);
+        phases.fold(None, Excursion::both).unwrap_or_default()
     }
 
     /// The course, which ends at a time, s.
@@ -86,10 +97,68 @@ impl Course {
 }
 
 impl Excursion {
-    fn add(&mut self, sample: &Sample) {
-        let widen = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
-        self.position = widen(self.position, sample.position);
-        self.speed = self.speed.max(sample.velocity.abs());
-        self.command = widen(self.command, sample.command.unwrap_or(0.0));
+    fn of(sample: &Sample) -> Self {
+        let command = sample.command.unwrap_or(0.0);
+        Self {
+            position: [sample.position; 2],
+            speed: sample.velocity.abs(),
+            command: [command; 2],
+            command_rms: command.abs(),
+            samples: 1,
+        }
+    }
+
+    /// Of two stretches, of which either may have none.
+    fn both(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+        let (Some(one), Some(other)) = (one, other) else {
+            return one.or(other);
+        };
+        let widest =
+            |[low, high]: [f64; 2], [lower, higher]: [f64; 2]| [low.min(lower), high.max(higher)];
+        let samples = one.samples + other.samples;
+        let squares = |of: &Self| of.samples as f64 * of.command_rms * of.command_rms;
+        Some(Self {
+            position: widest(one.position, other.position),
+            speed: one.speed.max(other.speed),
+            command: widest(one.command, other.command),
+            command_rms: ((squares(&one) + squares(&other)) / samples as f64).sqrt(),
+            samples,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disabled_servo_moves_no_extreme_and_all_phases_have_those_of_each() {
+        let sample = |time: f64, phase, position: f64, command| Sample {
+            time,
+            phase,
+            measured: None,
+            reference: None,
+            position,
+            velocity: -3.0 * position,
+            command,
+        };
+        let mut course = Course::default();
+        course.add(&sample(0.0, Phase::Wiggle, -0.5, Some(3.0)));
+        course.add(&sample(1.0, Phase::Wiggle, 0.1, Some(-4.0)));
+        course.add(&sample(2.0, Phase::Fit, 0.4, None));
+        course.add(&sample(3.0, Phase::Aborted, 9.0, None));
+        let course = course.finish(4.0);
+        let [wiggle, fit, aborted] = course.phases[..] else {
+            panic!("{:?}", course.phases);
+        };
+        let wiggled = wiggle.excursion.expect("commanded");
+        assert_eq!((wiggled.position, wiggled.speed), ([-0.5, 0.1], 1.5));
+        assert_eq!(wiggled.command, [-4.0, 3.0]);
+        assert!((wiggled.command_rms - 12.5_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(fit.excursion.map(|fit| fit.command_rms), Some(0.0));
+        assert_eq!((aborted.excursion, aborted.end), (None, 4.0));
+        let all = course.excursion();
+        assert_eq!((all.position, all.samples), ([-0.5, 0.4], 3));
+        assert!((all.command_rms - (25.0_f64 / 3.0).sqrt()).abs() < 1e-12);
     }
 }

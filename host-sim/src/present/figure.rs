@@ -98,6 +98,16 @@ impl Figure {
         self
     }
 
+    /// With a vertical axis from zero to somewhat beyond the highest value and level, whatever the bands are.
+    #[must_use]
+    pub fn from_zero(mut self) -> Self {
+        /// Room above the highest value, a part of it.
+        const ROOM: f64 = 0.1;
+        let highest = self.values().map_or(1.0, |(_, high)| high);
+        self.vertical.range = Some([0.0, (1.0 + ROOM) * highest]);
+        self
+    }
+
     /// With a constant to compare with.
     #[must_use]
     pub fn with_level(mut self, name: &str, value: f64) -> Self {

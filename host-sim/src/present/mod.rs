@@ -20,6 +20,7 @@ pub(crate) mod number;
 mod paper;
 mod physical;
 mod remedies;
+mod sensitivity;
 mod sweep;
 mod tuning;
 

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuner, Tuning, TuningError};
+use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
+use super::sensitivity::sensitivity;
 use super::{Block, Column, Figure, Page, Section, Stretch, TIME, Table, Tone, Trace, Verdict};
 use crate::result::FeedForward;
 use crate::scenario::Scenario;
@@ -56,8 +57,6 @@ fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     /// Time that is shown: in 1/ω, and in settling times, the longer of the two.
     const SHOWN: f64 = 12.0;
     const SETTLING_TIMES: f64 = 1.3;
-    /// Room above the highest value, a part of it.
-    const ROOM: f64 = 0.1;
     let Tuned {
         settings, tuning, ..
     } = tuned;
@@ -74,10 +73,9 @@ fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     };
     let position = course("position", |sample| sample.position);
     let command = course("command", |sample| sample.command);
-    let highest = |figure: &Figure| (1.0 + ROOM) * figure.values().map_or(1.0, |(_, high)| high);
     let mut step = Figure::new("Predicted step", TIME, "q [rad]", position)
-        .with_level("reference", settings.step);
-    step.vertical.range = Some([0.0, highest(&step)]);
+        .with_level("reference", settings.step)
+        .from_zero();
     step.stretches = samples.last().map_or_else(Vec::new, |last| {
         vec![Stretch {
             name: "settled within 2 %".to_owned(),
@@ -85,15 +83,6 @@ fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
             colour: 7,
         }]
     });
-    let [identified, worst] = sensitivities(&tuner, tuned);
-    let sensitivity = vec![
-        Trace::new("identified", identified),
-        Trace::new("worst that it may be", worst),
-    ];
-    let mut sensitivity = Figure::new("Sensitivity", "frequency [Hz]", "|S|", sensitivity)
-        .with_level("largest allowed", settings.max_sensitivity);
-    sensitivity.horizontal.is_logarithmic = true;
-    sensitivity.vertical.range = Some([0.0, highest(&sensitivity)]);
     Ok(vec![
         step,
         Figure::new(
@@ -102,26 +91,8 @@ fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
             "u [command units]",
             command,
         ),
-        sensitivity,
+        sensitivity(&tuner, tuning, settings, &[]),
     ])
-}
-
-/// |S| of the identified servo and of the worst, over the frequency in Hz, up to half the sample rate.
-fn sensitivities(tuner: &Tuner, tuned: &Tuned) -> [Vec<(f64, f64)>; 2] {
-    /// Lowest frequency, in ω, and how finely they are taken.
-    const LOWEST: f64 = 0.05;
-    const POINTS: u32 = 400;
-    let lowest = LOWEST * tuned.tuning.bandwidth / std::f64::consts::TAU;
-    let highest = 0.5 / tuned.settings.sample_time;
-    let mut curves = [Vec::new(), Vec::new()];
-    for i in 0..POINTS {
-        let frequency = lowest * (highest / lowest).powf(f64::from(i) / f64::from(POINTS));
-        let found = tuner.sensitivity(&tuned.tuning, std::f64::consts::TAU * frequency);
-        for (curve, value) in curves.iter_mut().zip(found.into_iter().flatten()) {
-            curve.push((frequency, value));
-        }
-    }
-    curves
 }
 
 fn conditions(tuned: &Tuned) -> Block {

@@ -195,7 +195,7 @@ impl CommissioningResult {
             samples: outcome.course.samples(),
             duration: end.map(|end| end.time),
             phases: outcome.course.phases.clone(),
-            extremes: outcome.course.excursion,
+            extremes: outcome.course.excursion(),
             response: outcome.response.clone(),
             truth: commissioned_truth(scenario),
         }

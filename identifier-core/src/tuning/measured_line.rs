@@ -1,3 +1,6 @@
+use super::Tuning;
+use super::placement::Design;
+use super::sampled_response::{SampledController, nu_at};
 use crate::number::Complex;
 
 /// A line of a measured frequency response.
@@ -33,6 +36,17 @@ impl MeasuredLine {
     /// blur it, resonances show at higher ones.
     const BELOW: f64 = 1.2;
 
+    /// |S| of gains on this line and its standard deviation, |S|² |C| times that of the gain; none from half of the sampling
+    /// frequency on. The sample time is in s.
+    #[must_use]
+    pub fn sensitivity(&self, tuning: &Tuning, sample_time: f64) -> Option<[f64; 2]> {
+        let nu = nu_at(self.frequency, sample_time)?;
+        let controller = SampledController::of(&Design::from_tuning(tuning), sample_time, nu);
+        let sensitivity = 1.0 / libm::sqrt((controller * self.gain + 1.0).power());
+        let deviation = libm::sqrt(controller.power()) * self.deviation;
+        Some([sensitivity, sensitivity * sensitivity * deviation])
+    }
+
     /// True if a controller with a gain crossover (rad/s) keeps |1 + C G| from −1 on this line for a largest sensitivity, as far as the line is
     /// known.
     pub(super) fn allows(&self, controller: Complex, crossover: f64, max_sensitivity: f64) -> bool {
@@ -47,5 +61,101 @@ impl MeasuredLine {
                 || 2.0 * unsure < Self::UNCERTAIN
                 || gain * size < Self::FAR
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{IdentifiedServo, ServoParameters};
+    use crate::tuning::{Mode, Resonance, Tuner, TuningSettings};
+
+    const SAMPLE_TIME: f64 = 1e-4;
+
+    /// b (1/s² + β/(s² + 2ζω₂s + ω₂²)) e^(−1.5 sT) at s = jω: the hold is half of a sample late, and the reading one.
+    fn two_masses(b: f64, mode: &Mode, omega: f64) -> Complex {
+        let number = |re, im| Complex { re, im };
+        let square = mode.frequency * mode.frequency - omega * omega;
+        let damped = number(square, 2.0 * mode.damping * mode.frequency * omega);
+        let sum = number(mode.ratio, 0.0) / damped + number(-1.0 / (omega * omega), 0.0);
+        let angle = 1.5 * omega * SAMPLE_TIME;
+        sum * number(libm::cos(angle), -libm::sin(angle)).scaled(b)
+    }
+
+    #[test]
+    fn a_line_of_two_masses_has_the_sensitivity_of_the_servo_that_was_identified() {
+        let mode = Mode {
+            frequency: 900.0,
+            damping: 0.02,
+            ratio: 0.8,
+        };
+        let resonance = Resonance {
+            mode,
+            errors: [0.001, 0.1],
+        };
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: 0.0,
+                b: 100.0,
+                coulomb: 0.0,
+                load: 0.0,
+            },
+            delay: SAMPLE_TIME,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        let settings = TuningSettings::new(SAMPLE_TIME, 1e-5, 10.0, 0.1);
+        let tuner = Tuner::for_response(&settings, &servo, Some(&resonance)).expect("a servo");
+        let mut state = tuner.start();
+        let tuning = loop {
+            if let Some(found) = tuner.work(&mut state) {
+                break found.expect("gains");
+            }
+        };
+        for omega in [20.0, 100.0, 500.0, 850.0, 900.0, 950.0] {
+            let gain = two_masses(100.0, &mode, omega);
+            let line = |gain, deviation| MeasuredLine {
+                frequency: omega,
+                gain,
+                deviation,
+            };
+            let [here, none] = line(gain, 0.0)
+                .sensitivity(&tuning, SAMPLE_TIME)
+                .expect("below half of the sampling frequency");
+            let [identified, worst] = tuner.sensitivity(&tuning, omega).expect("likewise");
+            assert!(
+                (here / identified - 1.0).abs() < 0.01,
+                "{omega}: {here} {identified}"
+            );
+            assert!(
+                none.abs() < f64::EPSILON && worst >= identified,
+                "{omega}: {worst}"
+            );
+            // The gain moved by a deviation in any direction: the largest change.
+            let size = 1e-4 * libm::sqrt(gain.power());
+            let moved = |k: i32| {
+                let angle = 0.02 * f64::from(k) * core::f64::consts::PI;
+                let by = Complex {
+                    re: libm::cos(angle),
+                    im: libm::sin(angle),
+                };
+                let other = line(gain + by.scaled(size), 0.0).sensitivity(&tuning, SAMPLE_TIME);
+                other.map_or(f64::NAN, |[value, _]| (value - here).abs())
+            };
+            let largest = (0..100).map(moved).fold(0.0, f64::max);
+            let [_, deviation] = line(gain, size)
+                .sensitivity(&tuning, SAMPLE_TIME)
+                .expect("likewise");
+            assert!(
+                (deviation / largest - 1.0).abs() < 0.01,
+                "{omega}: {deviation} {largest}"
+            );
+        }
+        let beyond = MeasuredLine {
+            frequency: 1.01 * core::f64::consts::PI / SAMPLE_TIME,
+            gain: Complex::ONE,
+            deviation: 0.0,
+        };
+        assert_eq!(beyond.sensitivity(&tuning, SAMPLE_TIME), None);
     }
 }

@@ -61,6 +61,12 @@ pub(super) struct Point {
     pub(super) forward: Complex,
 }
 
+/// ν at a frequency, rad/s; none from half of the sampling frequency on.
+pub(super) fn nu_at(frequency: f64, sample_time: f64) -> Option<f64> {
+    let angle = frequency * sample_time;
+    (angle > 0.0 && angle < core::f64::consts::PI).then(|| libm::tan(0.5 * angle))
+}
+
 /// δ = z − 1 at ν = tan(ωT/2).
 fn delta_at(nu: f64) -> Complex {
     let sine = 2.0 * nu / (1.0 + nu * nu);

@@ -5,7 +5,7 @@ use super::measured_line::MeasuredLine;
 use super::placement::{Design, Placement, THIRD_POLE};
 use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
-use super::sampled_response::{SampledController, SampledResponse, SampledServo};
+use super::sampled_response::{SampledController, SampledResponse, SampledServo, nu_at};
 use super::{Cap, TuningSettings};
 
 /// Criteria of a bandwidth.
@@ -79,21 +79,24 @@ impl Judge {
         self.placement.design(bandwidth)
     }
 
-    /// |S| at a frequency, rad/s: of the identified servo, and the largest of all.
+    /// |S| at a frequency, rad/s: of the identified servo, with its two masses if it has them, and the largest of all.
     pub(super) fn sensitivity(&self, design: &Design, frequency: f64) -> Option<[f64; 2]> {
-        let angle = frequency * self.sample_time;
-        if !(angle > 0.0 && angle < core::f64::consts::PI) {
-            return None;
-        }
-        let nu = libm::tan(0.5 * angle);
-        let of = |servo| {
-            let loop_gain = SampledResponse::new(design, servo, self.sample_time)
-                .at(nu)
-                .gain();
-            1.0 / libm::sqrt((loop_gain + 1.0).power())
+        let nu = nu_at(frequency, self.sample_time)?;
+        let of = |servo: SampledServo| {
+            let response = SampledResponse::around(design, servo, self.sample_time);
+            1.0 / libm::sqrt((response.at(nu).gain() + 1.0).power())
         };
-        let all = self.servos.iter().map(of);
-        Some([of(&self.servos.identified()), all.fold(0.0, f64::max)])
+        let one_mass = |servo| of(SampledServo::new(servo, None, self.sample_time));
+        let first = self.servos.identified();
+        let two_masses = |place| {
+            let servo = self.resonance?.servo(&first, place)?;
+            let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
+            Some(of(sampled))
+        };
+        let identified = two_masses(0).unwrap_or_else(|| one_mass(&first));
+        let all = self.servos.iter().map(one_mass);
+        let all = all.chain((0..).map_while(two_masses));
+        Some([identified, all.fold(0.0, f64::max)])
     }
 
     /// The highest bandwidth that is looked at, rad/s.

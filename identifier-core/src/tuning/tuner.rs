@@ -66,7 +66,10 @@ impl Tuner {
     }
 
     /// The same for a servo whose response was measured, with the resonance that it shows.
-    pub(crate) fn for_response(
+    ///
+    /// # Errors
+    /// As [`Tuner::new`].
+    pub fn for_response(
         settings: &TuningSettings,
         servo: &IdentifiedServo,
         resonance: Option<&Resonance>,
@@ -159,8 +162,8 @@ impl Tuner {
         }
     }
 
-    /// |S(jω)| of gains at a frequency ω, rad/s: of the identified servo, and the largest of all that it may
-    /// be. None from half of the sampling frequency on.
+    /// |S(jω)| of gains at a frequency ω, rad/s: of the identified servo, of two masses where they were measured, and the
+    /// largest of all that it may be. None from half of the sampling frequency on.
     #[must_use]
     pub fn sensitivity(&self, tuning: &Tuning, frequency: f64) -> Option<[f64; 2]> {
         self.judge

@@ -63,7 +63,7 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
             }
         })
         .expect("it was built when it was read");
-    let gone = outcome.course.excursion;
+    let gone = outcome.course.excursion();
     let ([low, high], [lowest, highest]) = (limits.travel, gone.position);
     // A count is the least that the drive can see.
     if lowest < low - count || highest > high + count {

@@ -58,7 +58,7 @@ fn an_axis_of_one_way_never_goes_back() {
     let text = include_str!("../../../host-sim/scenarios/commission_one_way.toml");
     let scenario = scenario("one way", text);
     let judged = commission(&scenario);
-    let [lowest, highest] = judged.outcome.course.excursion.position;
+    let [lowest, highest] = judged.outcome.course.excursion().position;
     let count = scenario.stated.resolution;
     assert!(lowest >= -2.0 * count, "{lowest}");
     assert!(highest > 100.0 * count, "{highest}");

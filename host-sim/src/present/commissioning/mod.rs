@@ -14,7 +14,7 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Resonance, Tuning};
 
 use super::estimates::{self, Estimated, dash};
-use super::number::{figure, fixed, plain, sentence};
+use super::number::{figure, fixed, plain, sentence, signed};
 use super::tuning::{controller, feed_forward};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::commission::Outcome;
@@ -146,14 +146,32 @@ fn phases(outcome: &Outcome) -> Table {
         Column::words("phase"),
         Column::figures("from [s]"),
         Column::figures("lasting [s]"),
+        Column::figures("lowest [rad]"),
+        Column::figures("highest [rad]"),
+        Column::figures("fastest [rad/s]"),
+        Column::figures("command, rms"),
     ];
     let rows = outcome.course.phases.iter().map(|stretch| {
         let lasting = match stretch.phase.is_end() {
             true => dash(),
             false => fixed(stretch.end - stretch.begin, 4),
         };
+        let motion = stretch.excursion.map_or_else(
+            || [dash(), dash(), dash(), dash()],
+            |went| {
+                let [lowest, highest] = went.position;
+                let heating = figure(went.command_rms);
+                [
+                    signed(lowest, 4),
+                    signed(highest, 4),
+                    figure(went.speed),
+                    heating,
+                ]
+            },
+        );
         let name = stretch.phase.name().to_owned();
-        vec![name, fixed(stretch.begin, 4), lasting]
+        let times = [name, fixed(stretch.begin, 4), lasting];
+        times.into_iter().chain(motion).collect()
     });
     Table::new("Phases", columns, rows.collect())
 }
@@ -379,7 +397,7 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
         ),
     ];
     let range = |[low, high]: [f64; 2]| format!("{} to {}", plain(low), plain(high));
-    let went = &course.excursion;
+    let went = course.excursion();
     let row = |name: &str, allowed, reached, unit: &str| {
         vec![name.to_owned(), allowed, reached, unit.to_owned()]
     };

@@ -1,12 +1,15 @@
 //! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
 //! the promised one.
 
-use identifier_core::commission::Phase;
+use identifier_core::commission::{CommissionSettings, Phase};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::{Tuner, TuningSettings};
 
 use super::Commissioned;
-use crate::commission::{FrequencyResponse, Sample, StepResponse};
+use crate::commission::{FrequencyResponse, Outcome, Sample, StepResponse};
+use crate::present::sensitivity::sensitivity;
 use crate::present::{Envelope, Figure, Stretch, TIME, Trace};
+use crate::scenario::Scenario;
 
 /// Room beyond the limits, a part of their distance.
 const ROOM: f64 = 0.08;
@@ -108,7 +111,36 @@ pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<F
     figures.extend(
         measured.map(|(response, servo)| bode(response, &servo.parameters, scenario.sample_time())),
     );
+    figures.extend(margins(scenario, outcome));
     figures
+}
+
+/// The sensitivity of the loop under the gains that were found, with the measured lines; none where none were found.
+fn margins(scenario: &Scenario, outcome: &Outcome) -> Option<Figure> {
+    let (servo, tuning) = (outcome.servo()?, outcome.tuning.as_ref()?);
+    let CommissionSettings {
+        sample_time,
+        resolution,
+        max_sensitivity,
+        limits,
+        ..
+    } = scenario.commission_settings().ok()?;
+    let [least, most] = limits.command;
+    let settings = TuningSettings {
+        max_sensitivity,
+        ..TuningSettings::new(
+            sample_time,
+            resolution,
+            most.min(-least),
+            tuning.promise.step,
+        )
+    };
+    let (lines, resonance) = match &outcome.response {
+        Some(response) => (&response.lines[..], response.resonance.as_ref()),
+        None => (&[][..], None),
+    };
+    let tuner = Tuner::for_response(&settings, servo, resonance).ok()?;
+    Some(sensitivity(&tuner, tuning, &settings, lines))
 }
 
 /// The three ends share a colour; one of them is there.
