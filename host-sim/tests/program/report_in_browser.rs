@@ -130,7 +130,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
         "browser-looks",
         &["commission", &scenario("commission.toml")],
     ));
-    assert_drawn(&browser, 5);
+    assert_drawn(&browser, 6);
     let paper = "return getComputedStyle(document.body).backgroundColor;";
     let in_scheme = |scheme: &str| {
         let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
