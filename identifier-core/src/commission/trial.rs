@@ -5,7 +5,7 @@ use crate::parameters::ServoParameters;
 use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 
-/// A step and a disturbance under new gains, measured against their prediction.
+/// A disturbance and a step under new gains, measured against their prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<N> {
     /// The step, counts, with its sign.
@@ -40,9 +40,9 @@ struct Promised<N> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TrialStage {
     Settling,
-    Stepping,
     Disturbed,
     Recovering,
+    Stepping,
 }
 
 /// Measurements of a trial, SI.
@@ -157,22 +157,7 @@ impl<N: Number> Trial<N> {
         match self.stage {
             TrialStage::Settling => {
                 if settled {
-                    self.from = position;
-                    // The promise is for a step from where the servo stands: the error and the integral that friction
-                    // has left are chance.
                     holding.stay(position, self.balance);
-                    self.measure.take(N::ZERO);
-                    holding.step_to(self.from + self.step);
-                    self.begin(TrialStage::Stepping);
-                }
-            }
-            TrialStage::Stepping => {
-                self.measure.take(self.direction * (position - self.from));
-                if self.measure.is_beyond(self.promised.highest) {
-                    return Err(Reason::OvershootExceeded);
-                }
-                if settled {
-                    self.judge_rise()?;
                     holding.disturb(self.disturbance);
                     self.begin(TrialStage::Disturbed);
                 }
@@ -185,12 +170,28 @@ impl<N: Number> Trial<N> {
                 if self.excursion > self.promised.excursion {
                     return Err(Reason::DisturbanceExceeded);
                 }
-                if settled && self.stage == TrialStage::Recovering {
-                    return Ok(true);
-                }
-                if settled {
+                if settled && self.stage == TrialStage::Disturbed {
                     holding.disturb(N::ZERO);
                     self.begin(TrialStage::Recovering);
+                } else if settled {
+                    self.from = position;
+                    // The promise is for a step from where the servo stands: the error and the integral that friction
+                    // has left are chance.
+                    holding.stay(position, self.balance);
+                    self.measure.take(N::ZERO);
+                    holding.step_to(self.from + self.step);
+                    self.begin(TrialStage::Stepping);
+                }
+            }
+            // The last, since an encoder or actuator that has failed meanwhile makes no step.
+            TrialStage::Stepping => {
+                self.measure.take(self.direction * (position - self.from));
+                if self.measure.is_beyond(self.promised.highest) {
+                    return Err(Reason::OvershootExceeded);
+                }
+                if settled {
+                    self.judge_rise()?;
+                    return Ok(true);
                 }
             }
         }

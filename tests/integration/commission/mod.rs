@@ -6,4 +6,5 @@ mod judged;
 mod reasons;
 mod scenarios;
 mod servos;
+mod struck;
 mod tally;
