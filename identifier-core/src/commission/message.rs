@@ -180,3 +180,73 @@ impl<N: Number> Candidate<N> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commission::Limits;
+    use crate::parameters::ServoParameters;
+    use crate::tuning::Promise;
+
+    const RESOLUTION: f64 = 1e-4;
+
+    /// Where the trial's step of this size begins, rad.
+    fn start(step: f64, travel: [f64; 2]) -> f64 {
+        let tuning = Tuning {
+            kp: 1.0,
+            kd: 0.01,
+            ki: 1.0,
+            cutoff: 500.0,
+            reference_filter: 0.0,
+            bandwidth: 50.0,
+            cap: None,
+            promise: Promise {
+                step,
+                rise_time: 0.04,
+                quickest_rise_time: 0.04,
+                slowest_rise_time: 0.04,
+                overshoot: 0.0,
+                settling_time: 0.08,
+                sensitivity: 1.2,
+                gain_margins: [0.1, 8.0],
+                command_share: 0.3,
+                noise: 0.0,
+                compliance: 1e-4,
+            },
+        };
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: 0.0,
+                b: 200.0,
+                coulomb: 0.0,
+                load: 0.0,
+            },
+            delay: 0.0,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        let limits = Limits::new(travel, 15.0, [-10.0, 10.0]);
+        let settings = CommissionSettings::new(1e-3, RESOLUTION, limits);
+        let candidate = Candidate::<f64>::new(&tuning, &servo, &settings).expect("gains");
+        candidate.start * RESOLUTION
+    }
+
+    #[test]
+    fn a_step_that_is_too_long_for_one_side_of_the_travel_begins_on_the_other() {
+        // Up to 0.45 of the travel from where it stands; a longer one ends there.
+        for (step, travel, expected) in [
+            (0.2, [-0.5, 0.5], 0.0),
+            (0.4, [-0.5, 0.5], -0.175),
+            (0.45, [-0.5, 0.5], -0.225),
+            (0.45, [-0.2, 0.8], -0.09),
+            (0.45, [-0.8, 0.2], 0.09),
+            (0.2, [0.0, 0.5], 0.0),
+        ] {
+            let begun = start(step, travel);
+            assert!(
+                (begun - expected).abs() < 1e-9,
+                "{step} {travel:?}: {begun}"
+            );
+        }
+    }
+}

@@ -27,6 +27,28 @@ pub(crate) struct PredictionErrors {
     pub range: f64,
 }
 
+impl PredictionErrors {
+    /// The part of the motion's range that a model may lack: what it is tuned for bears more.
+    const SHARE: f64 = 0.005;
+
+    /// Largest root mean square of the errors, and largest error, in standard deviations of rounding and
+    /// of the parameters.
+    const ERRORS: f64 = 3.0;
+    const WORST: f64 = 6.0;
+
+    /// True if the servo that was identified is not the one that moved.
+    pub(crate) fn refutes(&self) -> bool {
+        let band = |times: f64, uncertain: f64| {
+            let (rounding, unknown) = (times * self.rounding, times * uncertain);
+            let share = Self::SHARE * times * self.range;
+            libm::sqrt(rounding * rounding + unknown * unknown + share * share)
+        };
+        let within = self.rms <= band(Self::ERRORS, self.uncertain)
+            && self.worst <= band(Self::WORST, self.most_uncertain);
+        !within
+    }
+}
+
 /// A prediction under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PredictionRun<N> {

@@ -1,4 +1,4 @@
-use super::super::sliding::{LineSums, Lines, SlideBalance};
+use super::super::sliding::{LineRotations, LineSums, Lines, SlideBalance};
 use super::super::{CommissionSettings, IdentifiedServo};
 use super::ResponseFit;
 use crate::number::{Complex, Number};
@@ -40,6 +40,18 @@ struct SlideSums<N> {
     /// ∑ |Y|², ∑ |U|², ∑ Y U*.
     powers: [N; 2],
     cross: [N; 2],
+}
+
+/// The measurement of the lines after the slides, a line in a slice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct LineMeasurement {
+    survey: Lines,
+    rotations: LineRotations,
+    /// Lines whose sums were taken.
+    sums: usize,
+    /// The deviations that they have by themselves, and those that were smoothed.
+    deviations: [f64; Lines::MAX],
+    smoothed: usize,
 }
 
 impl<N: Number> MeasuredResponse<N> {
@@ -99,13 +111,12 @@ impl<N: Number> MeasuredResponse<N> {
         Some([coulomb, -0.5 * (forwards + backwards)])
     }
 
-    /// Ends the measurement, and begins to fit masses to its lines; none if there are too few.
+    /// Begins to fit masses to the measured lines; none if there are too few.
     pub(in crate::commission) fn fit(
-        &mut self,
+        &self,
         servo: &IdentifiedServo,
         is_doubted: bool,
     ) -> Option<ResponseFit> {
-        self.measure();
         ResponseFit::begin(self.lines(), servo, is_doubted, self.sample_time)
     }
 
@@ -114,28 +125,59 @@ impl<N: Number> MeasuredResponse<N> {
         self.lines.get(..self.count).unwrap_or_default()
     }
 
-    fn measure(&mut self) {
-        let survey = Lines::survey(self.sample_time);
-        let turned = survey.frequencies().zip(survey.rotations());
-        let known = (self.sums.iter().zip(turned))
-            .filter_map(|(sums, (frequency, turn))| sums.line(frequency, turn, self.resolution));
+    /// Begins to measure the lines, of which the sums of all slides were taken.
+    pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
         self.count = 0;
-        for (place, line) in self.lines.iter_mut().zip(known) {
-            *place = line;
-            self.count += 1;
+        let survey = Lines::survey(self.sample_time);
+        LineMeasurement {
+            rotations: survey.rotations(),
+            survey,
+            sums: 0,
+            deviations: [0.0; Lines::MAX],
+            smoothed: 0,
         }
-        let raw = self.lines;
-        for (i, line) in self.lines.iter_mut().enumerate().take(self.count) {
-            let first = i.saturating_sub(NEIGHBOURS);
-            let near = raw.get(first..self.count.min(i + 1 + NEIGHBOURS));
-            // Noise of the increments that is white is one of 1/ω in the position.
-            let mut deviations = [0.0; 2 * NEIGHBOURS + 1];
-            let mut found = 0;
-            for (place, other) in deviations.iter_mut().zip(near.unwrap_or_default()) {
-                *place = other.deviation * other.frequency / line.frequency;
-                found += 1;
+    }
+
+    /// Measures the next line, or smooths the deviation of the next; true once all are measured.
+    pub(in crate::commission) fn measure(&mut self, measuring: &mut LineMeasurement) -> bool {
+        let next = (measuring.survey.frequency(measuring.sums)).zip(measuring.rotations.next());
+        if let (Some((frequency, turn)), Some(sums)) = (next, self.sums.get(measuring.sums)) {
+            measuring.sums += 1;
+            let line = sums.line(frequency, turn, self.resolution);
+            let places =
+                (self.lines.get_mut(self.count)).zip(measuring.deviations.get_mut(self.count));
+            if let (Some(line), Some((place, deviation))) = (line, places) {
+                (*place, *deviation) = (line, line.deviation);
+                self.count += 1;
             }
-            let median = median(deviations.get_mut(..found).unwrap_or_default());
+            return false;
+        }
+        if measuring.smoothed >= self.count {
+            return true;
+        }
+        self.smooth(measuring.smoothed, &measuring.deviations);
+        measuring.smoothed += 1;
+        false
+    }
+
+    /// The deviation of a line by its own and those of its neighbours.
+    fn smooth(&mut self, i: usize, own: &[f64; Lines::MAX]) {
+        let first = i.saturating_sub(NEIGHBOURS);
+        let near = first..self.count.min(i + 1 + NEIGHBOURS);
+        let Some(&MeasuredLine { frequency, .. }) = self.lines.get(i) else {
+            return;
+        };
+        // Noise of the increments that is white is one of 1/ω in the position.
+        let mut deviations = [0.0; 2 * NEIGHBOURS + 1];
+        let mut found = 0;
+        let lines = self.lines.get(near.clone()).unwrap_or_default();
+        let near = lines.iter().zip(own.get(near).unwrap_or_default());
+        for (place, (other, deviation)) in deviations.iter_mut().zip(near) {
+            *place = deviation * other.frequency / frequency;
+            found += 1;
+        }
+        let median = median(deviations.get_mut(..found).unwrap_or_default());
+        if let Some(line) = self.lines.get_mut(i) {
             line.deviation = median.max(Self::OWN * line.deviation);
         }
     }

@@ -12,5 +12,5 @@ mod scan;
 #[cfg(test)]
 mod tests;
 
-pub(super) use measured_response::MeasuredResponse;
+pub(super) use measured_response::{LineMeasurement, MeasuredResponse};
 pub(super) use response_fit::{ResponseEstimate, ResponseFit};

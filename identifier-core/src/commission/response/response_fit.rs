@@ -65,6 +65,15 @@ pub(in crate::commission) struct ResponseEstimate {
 }
 
 impl ResponseEstimate {
+    /// The largest standard error of ln b of a response: where it is larger, the lines do not reach below the antiresonance,
+    /// where both masses move together.
+    const KNOWN_GAIN: f64 = 0.05;
+
+    /// True if the lines show the gain of both masses together, and with it the share of each.
+    pub(in crate::commission) fn is_known(&self) -> bool {
+        self.gain_error <= Self::KNOWN_GAIN
+    }
+
     /// True if the masses explain the response: all of it, or nearly all that one mass leaves. Lines close to a resonance of
     /// little damping are not explained in full, as the slightest change of speed shifts them.
     pub(in crate::commission) fn is_explained(&self) -> bool {

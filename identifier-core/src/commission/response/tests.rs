@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 use std::vec::Vec;
 
-use super::{ResponseEstimate, ResponseFit};
-use crate::commission::sliding::Lines;
+use super::{MeasuredResponse, ResponseEstimate, ResponseFit};
+use crate::commission::sliding::{Lines, SlideBalance};
+use crate::commission::{CommissionSettings, Limits};
 use crate::number::Complex;
 use crate::parameters::{IdentifiedServo, ServoParameters};
 use crate::tuning::{MeasuredLine, Mode};
@@ -124,5 +125,36 @@ fn one_mass_shows_no_resonance() {
             found.gain
         );
         assert!(found.misfit < 1.5, "{}", found.misfit);
+    }
+}
+
+/// b u = v̇ + a v ± c − d of each slide, of means in counts and samples.
+#[test]
+fn friction_and_load_are_those_that_balance_the_slides() {
+    const RESOLUTION: f64 = 1e-4;
+    let truth = ServoParameters {
+        a: A,
+        b: B,
+        coulomb: 60.0,
+        load: -25.0,
+    };
+    let limits = Limits::new([-1.0, 1.0], 15.0, [-10.0, 10.0]);
+    let settings = CommissionSettings::new(SAMPLE_TIME, RESOLUTION, limits);
+    let mut response = MeasuredResponse::<f64>::new(&settings);
+    let mut slide = |velocity: f64, acceleration: f64| {
+        let needed = acceleration + A * velocity + truth.coulomb.copysign(velocity) - truth.load;
+        response.take_balance(&SlideBalance {
+            velocity: velocity * SAMPLE_TIME / RESOLUTION,
+            acceleration: acceleration * SAMPLE_TIME * SAMPLE_TIME / RESOLUTION,
+            command: needed / B,
+        });
+        response.friction(&truth)
+    };
+    assert_eq!(slide(3.0, 1.5), None);
+    assert_eq!(slide(2.0, -0.7), None);
+    for velocity in [-3.0, -2.5] {
+        let [coulomb, load] = slide(velocity, 4.0).expect("both ways");
+        assert!((coulomb - truth.coulomb).abs() < 1e-9, "{coulomb}");
+        assert!((load - truth.load).abs() < 1e-9, "{load}");
     }
 }

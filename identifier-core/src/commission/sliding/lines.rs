@@ -86,23 +86,49 @@ impl Lines {
     }
 
     /// e^(jωT) of every line: powers of the window's, which take a chip less than a sine each.
-    pub(crate) fn rotations(&self) -> impl Iterator<Item = Complex> + '_ {
-        let spacing = self.window_rotation();
-        let bins = self.bins.iter().take(self.count);
-        bins.scan((0, Complex::ONE), move |(last, rotation), &bin| {
-            *rotation = *rotation * spacing.raised(u32::from(bin - *last));
-            *last = bin;
-            Some(*rotation)
-        })
+    pub(crate) fn rotations(&self) -> LineRotations {
+        LineRotations {
+            lines: *self,
+            place: 0,
+            bin: 0,
+            spacing: self.window_rotation(),
+            rotation: Complex::ONE,
+        }
     }
 
     /// The frequencies, rad/s, rising.
     pub(crate) fn frequencies(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.count).filter_map(|place| self.frequency(place))
+    }
+
+    /// The frequency of a line, rad/s.
+    pub(crate) fn frequency(&self, place: usize) -> Option<f64> {
+        let bins = self.bins.get(..self.count)?;
         let spacing = TAU / self.window_time();
-        self.bins
-            .iter()
-            .take(self.count)
-            .map(move |&bin| spacing * f64::from(bin))
+        bins.get(place).map(|&bin| spacing * f64::from(bin))
+    }
+}
+
+/// The rotations of lines, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LineRotations {
+    lines: Lines,
+    /// The next line, the bin of the last and its rotation.
+    place: usize,
+    bin: u16,
+    spacing: Complex,
+    rotation: Complex,
+}
+
+impl Iterator for LineRotations {
+    type Item = Complex;
+
+    fn next(&mut self) -> Option<Complex> {
+        let bins = self.lines.bins.get(..self.lines.count)?;
+        let bin = *bins.get(self.place)?;
+        self.rotation = self.rotation * self.spacing.raised(u32::from(bin - self.bin));
+        (self.place, self.bin) = (self.place + 1, bin);
+        Some(self.rotation)
     }
 }
 

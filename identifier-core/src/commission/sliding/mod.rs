@@ -10,13 +10,15 @@
 //!
 //! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the slides, minus where the injection was inverted.
 
+mod line;
 mod lines;
 mod plan;
 mod slide;
 #[cfg(test)]
 mod tests;
+mod window;
 
-pub(crate) use lines::Lines;
+pub(crate) use lines::{LineRotations, Lines};
 pub(crate) use plan::SlidePlan;
 pub(super) use slide::{Slide, SlideProgress, Sliding};
 

@@ -1,4 +1,6 @@
-use super::plan::{Motion, PlannedLine};
+use super::line::LineState;
+use super::plan::Motion;
+use super::window::Window;
 use super::{LineSums, Lines, SlideBalance, SlidePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
@@ -21,31 +23,15 @@ pub(in crate::commission) struct Slide<N> {
     /// The part of the injection that acts, and whether it has the opposite sign.
     fade: N,
     inverted: bool,
-    /// The window's e^(j2πk/n).
-    turned: [N; 2],
-    /// ∑ h_k Δq_k, ∑ sin(2πk/n) Δq_k and ∑ h_k u_k.
-    beneath: [N; 3],
-    /// True if they are to be handed over after the lines.
+    window: Window<N>,
+    /// True if its balance is to be handed over after the lines.
     is_balanced: bool,
-    /// The slowest that the servo was in the window, in the direction of the slide.
-    slowest: N,
     /// Slides that were measured, and those that were not as the servo stopped.
     measured: u8,
     stopped: u8,
     /// The slide whose sums are handed over, and the next line of it.
     handed: Handed,
     line: u8,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct LineState<N> {
-    rotation: [N; 2],
-    /// e^(jωkT).
-    turned: [N; 2],
-    amplitude: N,
-    max_amplitude: N,
-    position: [N; 2],
-    command: [N; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,18 +86,9 @@ impl<N: Number> Slide<N> {
     /// Slides in which the servo may stop: they are done again with a smaller injection.
     const MAX_STOPPED: u8 = 4;
 
-    /// The factor on that.
-    const SMALLER: f64 = 0.6;
-
     /// The part of the slide's speed at which it has stopped, but for a count of the smoothed velocity.
     const STANDS: f64 = 0.2;
     const ROUNDING: f64 = 0.3;
-
-    /// By how much an amplitude may change after a slide.
-    const ADAPTATION: [f64; 2] = [0.15, 2.0];
-
-    /// The largest amplitude over that of the plan: at an antiresonance a larger one would have the load stick.
-    const MAX_GROWTH: f64 = 2.5;
 
     /// Without a plan.
     pub(in crate::commission) const NONE: Self = Self {
@@ -125,10 +102,8 @@ impl<N: Number> Slide<N> {
         left: 0,
         fade: N::ZERO,
         inverted: false,
-        turned: [N::ONE, N::ZERO],
-        beneath: [N::ZERO; 3],
+        window: Window::NONE,
         is_balanced: false,
-        slowest: N::ZERO,
         measured: 0,
         stopped: 0,
         handed: Handed::Nothing,
@@ -189,7 +164,7 @@ impl<N: Number> Slide<N> {
             return SlideProgress::Line(sums);
         }
         if core::mem::take(&mut self.is_balanced) {
-            return SlideProgress::Balance(self.balance());
+            return SlideProgress::Balance(self.window.balance(self.motion.window));
         }
         let stands = self.stage == Stage::Stopping && self.velocity == N::ZERO;
         if stands && self.line >= self.count {
@@ -238,9 +213,7 @@ impl<N: Number> Slide<N> {
                 self.enter(Stage::Settling);
             }
             Stage::Settling if self.passed >= self.motion.settling => {
-                self.turned = [N::ONE, N::ZERO];
-                self.beneath = [N::ZERO; 3];
-                self.slowest = self.motion.speed;
+                self.window.begin(self.motion.speed);
                 self.enter(Stage::Window);
             }
             Stage::Window if self.passed >= self.motion.window => self.end_window(),
@@ -253,7 +226,7 @@ impl<N: Number> Slide<N> {
         let least =
             N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(Self::ROUNDING);
         self.line = 0;
-        if self.slowest < least && self.stopped < Self::MAX_STOPPED {
+        if self.window.slowest < least && self.stopped < Self::MAX_STOPPED {
             self.stopped += 1;
             self.handed = Handed::Nothing;
         } else {
@@ -277,18 +250,6 @@ impl<N: Number> Slide<N> {
         self.enter(Stage::Turn);
     }
 
-    /// Of the window that is over: ∑ h_k = n, and the mean of h_k v̇_k is that of −ḣ_k v_k.
-    fn balance(&self) -> SlideBalance<N> {
-        let [distance, change, command] = self.beneath;
-        let per_sample = N::from_count(self.motion.window as i32).reciprocal();
-        let angle = N::from_f64(-core::f64::consts::TAU) * per_sample;
-        SlideBalance {
-            velocity: distance * per_sample,
-            acceleration: angle * change * per_sample,
-            command: command * per_sample,
-        }
-    }
-
     /// True if the next slide is one of the last two, whose injection is inverted.
     fn is_half_done(&self) -> bool {
         self.measured >= Self::SLIDES / 2
@@ -301,22 +262,11 @@ impl<N: Number> Slide<N> {
         } else {
             -sample.velocity
         };
-        if forward < self.slowest {
-            self.slowest = forward;
-        }
-        let [cosine, sine] = self.turned;
-        let weight = N::ONE - cosine;
-        self.turned = product(self.turned, self.motion.window_rotation);
-        let (increment, command) = (weight * sample.increment, weight * sample.command);
-        self.beneath[0] += increment;
-        self.beneath[1] += sine * sample.increment;
-        self.beneath[2] += command;
+        let [increment, command] = self
+            .window
+            .take(sample, forward, self.motion.window_rotation);
         for line in self.lines.iter_mut().take(usize::from(self.count)) {
-            let [re, im] = line.turned;
-            line.position[0] += increment * re;
-            line.position[1] += -(increment * im);
-            line.command[0] += command * re;
-            line.command[1] += -(command * im);
+            line.gather(increment, command);
         }
     }
 
@@ -356,8 +306,7 @@ impl<N: Number> Slide<N> {
         }
         let mut sum = N::ZERO;
         for line in self.lines.iter_mut().take(usize::from(self.count)) {
-            line.turned = product(line.turned, line.rotation);
-            sum += line.amplitude * line.turned[0];
+            sum += line.inject();
         }
         let sum = self.fade * sum;
         if self.inverted { -sum } else { sum }
@@ -375,11 +324,11 @@ impl<N: Number> Slide<N> {
         let line = self.lines.get_mut(usize::from(number))?;
         let sums = match self.handed {
             Handed::Nothing => {
-                line.amplitude = N::from_f64(Self::SMALLER) * line.amplitude;
+                line.shrink();
                 None
             }
             Handed::Sums { inverted } => {
-                line.adapt(wanted * window, Self::ADAPTATION);
+                line.adapt(wanted * window);
                 Some(LineSums {
                     line: number,
                     inverted,
@@ -391,63 +340,4 @@ impl<N: Number> Slide<N> {
         line.begin_anew();
         sums
     }
-}
-
-impl<N: Number> LineState<N> {
-    const NONE: Self = Self {
-        rotation: [N::ONE, N::ZERO],
-        turned: [N::ONE, N::ZERO],
-        amplitude: N::ZERO,
-        max_amplitude: N::ZERO,
-        position: [N::ZERO; 2],
-        command: [N::ZERO; 2],
-    };
-
-    /// Begins line k at a phase of k (k + 1)/2 quarters: phases that grow with k² halve the peak of lines that begin
-    /// together (M. R. Schroeder, "Synthesis of low-peak-factor signals", IEEE Trans. Inf. Theory 16, 1970).
-    fn plan(&mut self, planned: &PlannedLine<N>, place: usize, most: N) {
-        let growth = N::from_f64(Slide::<N>::MAX_GROWTH);
-        *self = Self {
-            rotation: planned.rotation,
-            turned: match place * (place + 1) / 2 % 4 {
-                0 => [N::ONE, N::ZERO],
-                1 => [N::ZERO, N::ONE],
-                2 => [-N::ONE, N::ZERO],
-                _ => [N::ZERO, -N::ONE],
-            },
-            amplitude: planned.amplitude,
-            max_amplitude: (growth * planned.amplitude).limited(N::ZERO, most),
-            ..Self::NONE
-        };
-    }
-
-    /// Changes the amplitude so that the sum of the increments becomes half of `wanted`: that of a velocity of the wanted
-    /// amplitude.
-    fn adapt(&mut self, wanted: N, [least, most]: [f64; 2]) {
-        let [re, im] = self.position;
-        let power = re * re + im * im;
-        let half = N::from_f64(0.5) * wanted;
-        // A line without motion has no root.
-        let tiny = N::from_f64(1e-6);
-        let factor = if power > tiny {
-            half * power.reciprocal_root()
-        } else {
-            N::from_f64(most)
-        };
-        let factor = factor.limited(N::from_f64(least), N::from_f64(most));
-        self.amplitude = (factor * self.amplitude).limited(N::ZERO, self.max_amplitude);
-    }
-
-    /// Empties the sums, and takes back the length that the oscillator has gained or lost by rounding.
-    fn begin_anew(&mut self) {
-        (self.position, self.command) = ([N::ZERO; 2], [N::ZERO; 2]);
-        let [re, im] = self.turned;
-        let scale = N::from_f64(1.5) - N::from_f64(0.5) * (re * re + im * im);
-        self.turned = [scale * re, scale * im];
-    }
-}
-
-/// The product of two complex numbers.
-fn product<N: Number>([re, im]: [N; 2], [other_re, other_im]: [N; 2]) -> [N; 2] {
-    [re * other_re - im * other_im, re * other_im + im * other_re]
 }

@@ -1,0 +1,89 @@
+//! Every sample: its command, its checks, and the end where they fail.
+
+use super::super::noise::Rest;
+use super::super::state::{Activity, CommissionState};
+use super::super::{Phase, Reason};
+use super::CommissionIsr;
+use crate::number::Number;
+
+impl<N: Number> CommissionIsr<N> {
+    /// The command of the activity; it ends the commissioning where there is none any more.
+    pub(super) fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
+        let position = state.position;
+        match &mut state.activity {
+            Activity::Free => return None,
+            Activity::Probing(probing) => return Some(self.probing.control(probing, increment)),
+            Activity::Holding(holding)
+            | Activity::Sliding(holding)
+            | Activity::OnTrial(holding, _) => {
+                let command = holding.process(position, increment);
+                if command.is_some() {
+                    return command;
+                }
+            }
+        }
+        // The error is beyond the loop's counter.
+        self.end(state, Reason::TravelLeft);
+        match &mut state.activity {
+            Activity::Holding(before) => before.process(position, N::ZERO),
+            _ => None,
+        }
+    }
+
+    /// Checks the sample.
+    pub(super) fn monitored(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        if !state.is_watched {
+            return Ok(());
+        }
+        let checked = self.watch.process(&mut state.watch, &state.observation);
+        if checked == Err(Reason::EncoderJumped) && self.rest(state) != Some(Rest::Quiet) {
+            // Noise jumps too: which of the two it is shows soon.
+            return Ok(());
+        }
+        // The gains before bring it back from beyond the limits of the commissioning.
+        checked.or_else(|reason| match reason {
+            limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
+            fault => Err(fault),
+        })
+    }
+
+    /// True once the gains before hold the servo again.
+    pub(super) fn is_back(&self, state: &CommissionState<N>) -> bool {
+        state.was_end && state.phase != Phase::Applied
+    }
+
+    /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
+    pub(super) fn rest(&self, state: &CommissionState<N>) -> Option<Rest> {
+        if state.phase != Phase::ReleasedCheck {
+            return Some(Rest::Quiet);
+        }
+        let is_declared = self.hysteresis.is_coarse();
+        let noise = &state.rest_noise;
+        noise.judge(state.position, self.tolerated_noise, is_declared)
+    }
+
+    /// Ends it: the gains before hold again where they can, or the stage is disabled.
+    pub(super) fn end(&self, state: &mut CommissionState<N>, reason: Reason) {
+        state.phase = match state.phase {
+            Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
+            _ => Phase::Aborted,
+        };
+        let noise = self.hysteresis.is_coarse().then_some(Reason::EncoderNoise);
+        let suspect = state.suspect.or(noise);
+        let effect = suspect.filter(|effect| effect.may_appear_as(reason));
+        state.reason = Some(effect.unwrap_or(reason));
+        state.drop_record();
+        if let Activity::OnTrial(_, trial) = &state.activity {
+            state.measured = Some(*trial);
+        }
+        state.activity = match self.before {
+            Some(before) if !reason.disables_stage() => {
+                let command = state.held;
+                let mut holding = self.held_by(before, state.position, state.velocity_now, command);
+                holding.send(N::ZERO);
+                Activity::Holding(holding)
+            }
+            _ => Activity::Free,
+        };
+    }
+}

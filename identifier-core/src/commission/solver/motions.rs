@@ -1,0 +1,169 @@
+//! The motions before the slides: fitted, predicted, and searched for what the model lacks.
+
+use super::super::message::{DecisionKind, Identified};
+use super::super::sliding::SlidePlan;
+use super::super::{
+    CommissionSettings, Diagnosis, EffectSearch, IdentifiedServo, Phase, PredictionErrors, Reason,
+    RoughModel,
+};
+use super::{CommissionSolver, Then, Work};
+use crate::number::Number;
+
+impl<N: Number, const W: usize> CommissionSolver<N, W> {
+    /// Unexplained position where the model lacks something, counts.
+    const UNEXPLAINED: f64 = 1.0;
+
+    /// Unexplained position where the model lacks nothing, counts: twice the encoder's rounding.
+    const EXPLAINED: f64 = 0.6;
+
+    /// The least part of the unexplained motion that an effect must explain to be named.
+    const NAMED: f64 = 0.8;
+
+    /// Second motions after which there is too little evidence.
+    const MAX_REFINEMENTS: u32 = 5;
+
+    /// The standard error up to which b is known, a part of itself.
+    const KNOWN_GAIN: f64 = 0.02;
+
+    /// A servo that moved by a rough model.
+    pub(super) fn roughly(&self, servo: &RoughModel<N>) -> Option<IdentifiedServo> {
+        let CommissionSettings {
+            sample_time,
+            resolution,
+            ..
+        } = self.settings;
+        let mut rough = IdentifiedServo {
+            parameters: servo.to_si(sample_time, resolution)?,
+            delay: self.settings.command_delay + sample_time,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        for (place, value) in rough.values().into_iter().enumerate() {
+            rough.know_alone(place, value);
+        }
+        Some(rough)
+    }
+
+    /// Takes a servo that was fitted.
+    pub(super) fn take_servo(&mut self, servo: IdentifiedServo) -> Option<DecisionKind<N>> {
+        self.servo = Some(servo);
+        let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
+        let then = match self.motion {
+            Phase::Refine if !self.is_known(&servo) && unexplained => Then::Predict,
+            Phase::Refine if !self.is_known(&servo) => Then::Again,
+            _ => Then::Publish,
+        };
+        self.explain(servo.unexplained, then)
+    }
+
+    /// Judges how a motion that nothing was fitted to was predicted.
+    pub(super) fn judge(&mut self, prediction: &PredictionErrors) -> Option<DecisionKind<N>> {
+        let then = match self.motion {
+            _ if prediction.refutes() => Then::Slide(Some(Reason::NotPredicted)),
+            Phase::Refine => Then::Again,
+            _ => Then::Slide(None),
+        };
+        self.explain(prediction.rms, then)
+    }
+
+    /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
+    /// before; what was found where a fit went astray is dropped once a motion is explained.
+    fn explain(&mut self, left: f64, then: Then) -> Option<DecisionKind<N>> {
+        let counts = left / self.settings.resolution;
+        if counts < Self::EXPLAINED && self.suspect.take().is_some() {
+            self.work = Work::Then(then);
+            return Some(DecisionKind::Suspects(None));
+        }
+        let begun = self.servo.as_ref().filter(|_| counts > Self::UNEXPLAINED);
+        let begun = begun.map(|servo| self.fitter.begin_diagnosis(servo, &self.record));
+        self.diagnose(begun, then)
+    }
+
+    pub(super) fn diagnose(
+        &mut self,
+        begun: Option<EffectSearch<N>>,
+        then: Then,
+    ) -> Option<DecisionKind<N>> {
+        match begun.filter(|_| self.suspect.is_none()) {
+            Some(begun) => {
+                self.work = Work::EffectSearch(begun, then);
+                None
+            }
+            None => {
+                self.work = Work::Nothing;
+                self.proceed(then)
+            }
+        }
+    }
+
+    /// Suspects what was found if it explains enough.
+    pub(super) fn suspect(&mut self, found: Option<Diagnosis>) -> Option<DecisionKind<N>> {
+        self.suspect = found.filter(|found| found.share >= Self::NAMED);
+        self.suspect
+            .map(|found| DecisionKind::Suspects(Some(found.reason)))
+    }
+
+    pub(super) fn proceed(&mut self, then: Then) -> Option<DecisionKind<N>> {
+        match then {
+            Then::Publish => self.publish(DecisionKind::Identified),
+            Then::Predict => {
+                let servo = self.servo.as_ref()?;
+                self.work = Work::Predicting(self.fitter.begin_prediction(servo));
+                None
+            }
+            Then::Again => {
+                self.refined += 1;
+                if self.refined >= Self::MAX_REFINEMENTS {
+                    return self.then(Then::Slide(Some(Reason::TooLittleEvidence)));
+                }
+                self.publish(DecisionKind::Uncertain)
+            }
+            Then::Slide(doubt) => {
+                self.doubt = doubt;
+                let lines = self.response.begin();
+                let servo = self.servo.as_ref();
+                let plan = servo.and_then(|servo| {
+                    SlidePlan::new(&self.settings, servo, doubt.is_some(), &lines)
+                });
+                let Some(plan) = plan else {
+                    return self.then(Then::Settle);
+                };
+                self.motion = Phase::Slide;
+                Some(DecisionKind::Slide(plan))
+            }
+            Then::Settle => match self.doubt {
+                Some(reason) => self.fail(reason),
+                None => self.then(Then::Tune),
+            },
+            Then::Tune => {
+                self.tune(self.settings.goal, self.first_step(), false);
+                self.publish(DecisionKind::Verified)
+            }
+            Then::Fail(reason) => self.fail(reason),
+        }
+    }
+
+    /// Takes the next step in the next slice.
+    fn then(&mut self, then: Then) -> Option<DecisionKind<N>> {
+        self.work = Work::Then(then);
+        None
+    }
+
+    fn publish(
+        &self,
+        answer: impl Fn(Identified<N>) -> DecisionKind<N>,
+    ) -> Option<DecisionKind<N>> {
+        let servo = self.servo.as_ref()?;
+        Some(answer(Identified::new(servo, &self.settings)))
+    }
+
+    /// True if two motions determine a servo well enough to tune for it.
+    fn is_known(&self, servo: &IdentifiedServo) -> bool {
+        servo.standard_error(IdentifiedServo::B) <= Self::KNOWN_GAIN * servo.parameters.b
+    }
+
+    pub(super) fn fail(&mut self, reason: Reason) -> Option<DecisionKind<N>> {
+        self.work = Work::Nothing;
+        Some(DecisionKind::Failed(reason))
+    }
+}
