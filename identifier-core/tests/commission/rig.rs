@@ -54,11 +54,16 @@ pub(crate) struct Strike {
 #[derive(Debug, Clone)]
 pub(crate) struct Course {
     pub(crate) state: CommissionState<f32>,
+    /// The resonance that is shown, rad/s.
+    pub(crate) resonance: Option<f64>,
     /// The time at which each phase began, s.
     pub(crate) phases: Vec<(Phase, f64)>,
     /// Extremes of the true motion, rad and rad/s, and of the command.
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
+    /// The phases in which it was farthest and fastest.
+    pub(crate) farthest_in: Phase,
+    pub(crate) fastest_in: Phase,
     /// The largest true speed in the recorded rest before the second and the third motion, rad/s.
     pub(crate) speed_at_rest: f64,
     pub(crate) command: [f64; 2],
@@ -144,6 +149,7 @@ impl Bench {
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
+        let (mut farthest, mut farthest_in, mut fastest_in) = (0.0_f64, Phase::Idle, Phase::Idle);
         let mut after = Vec::new();
         for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
@@ -172,7 +178,12 @@ impl Bench {
             servo.advance(faults.acting(given));
             let position = servo.position();
             travel = [travel[0].min(position), travel[1].max(position)];
-            speed = speed.max(servo.velocity().abs());
+            if position.abs() > farthest {
+                (farthest, farthest_in) = (position.abs(), done.phase);
+            }
+            if servo.velocity().abs() > speed {
+                (speed, fastest_in) = (servo.velocity().abs(), done.phase);
+            }
             if matches!(done.phase, Phase::Refine | Phase::Verify) {
                 let &(_, began) = phases.last().expect("it began");
                 let recorded = (k as f64 * sample_time - began) / sample_time;
@@ -189,9 +200,12 @@ impl Bench {
         }
         Course {
             state: *commission.state().expect("it began"),
+            resonance: (commission.solver().resonance()).map(|resonance| resonance.mode.frequency),
             phases,
             travel,
             speed,
+            farthest_in,
+            fastest_in,
             speed_at_rest,
             command,
             after,

@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::TuningError;
 use virtual_servo::{Effects, SplitMix64};
 
 use super::rig::{Bench, ordinary};
@@ -86,6 +87,12 @@ struct Judged {
     /// The farthest, as a part of the travel, and the fastest, as a part of the speed.
     travel: f64,
     speed: f64,
+    farthest_in: Phase,
+    fastest_in: Phase,
+    /// The last phase before the end, and why there were no gains.
+    ended_in: Phase,
+    no_gains: Option<TuningError>,
+    resonance: Option<f64>,
 }
 
 fn judge(bench: &Bench) -> Judged {
@@ -106,6 +113,14 @@ fn judge(bench: &Bench) -> Judged {
         bandwidth: tuning.map_or(0.0, |tuning| tuning.bandwidth),
         travel: farthest / limits.travel[1],
         speed: course.speed / limits.speed,
+        farthest_in: course.farthest_in,
+        fastest_in: course.fastest_in,
+        ended_in: (course.phases.iter().rev())
+            .map(|&(phase, _)| phase)
+            .find(|phase| !phase.is_end())
+            .unwrap_or(Phase::Idle),
+        no_gains: state.tuning_error().copied(),
+        resonance: course.resonance,
     }
 }
 
@@ -144,7 +159,31 @@ fn a_resonance_that_friction_hides_is_found_and_borne() {
     assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
     let sensitivity = judged.sensitivity.expect("applied");
     assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+    let shown = judged.resonance.expect("two masses") / hidden().effects.resonance;
+    assert!((shown - 1.0).abs() < 0.01, "{shown}");
     assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
+}
+
+/// Gravity bends the slow lines of an axis of little travel, as a second mass would whose antiresonance is below them.
+#[test]
+fn gravity_within_little_travel_is_shown_as_no_resonance() {
+    for angle in [0.0, 0.8, 1.57, 3.1] {
+        let mut bench = ordinary();
+        bench.counts = 65_536.0;
+        bench.settings.resolution = TAU / bench.counts;
+        bench.settings.limits.travel = [-0.1, 0.1];
+        bench.servo.load = 0.0;
+        let most = 0.19 * LIMIT * bench.servo.b;
+        bench.effects.gravity = [most * f64::sin(angle), most * f64::cos(angle)];
+        let judged = judge(&bench);
+        println!(
+            "{angle}: {} {} {:?}",
+            judged.phase.name(),
+            judged.reason,
+            judged.resonance
+        );
+        assert_eq!(judged.resonance, None, "{angle}");
+    }
 }
 
 fn environment(variable: &str) -> Option<f64> {
@@ -181,7 +220,7 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
                 ..
             } = bench.effects;
             println!(
-                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} | {} {} Ms {:.2} at {:.1} | reach {:.2} speed {:.2} {:.1} s",
+                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} | {} after {} {} {:?} Ms {:.2} at {:.1} | reach {:.2} ({}) speed {:.2} ({}) {:.1} s",
                 bench.counts,
                 resonance / TAU,
                 resonance_damping.unwrap_or(0.0),
@@ -195,11 +234,15 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
                 bench.settings.sample_time,
                 bench.settings.limits.travel[1],
                 judged.phase.name(),
+                judged.ended_in.name(),
                 judged.reason,
+                judged.no_gains,
                 judged.sensitivity.unwrap_or(f64::NAN),
                 judged.bandwidth,
                 judged.travel,
+                judged.farthest_in.name(),
                 judged.speed,
+                judged.fastest_in.name(),
                 judged.time
             );
         }

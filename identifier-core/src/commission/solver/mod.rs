@@ -157,10 +157,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.response.lines()
     }
 
-    /// The resonance that the response shows, if the servo is one of two masses.
+    /// The resonance that the response shows, if the servo is one of two masses; none where the lines leave the gain open.
     #[must_use]
     pub fn resonance(&self) -> Option<&Resonance> {
-        self.masses.as_ref()?.resonance.as_ref()
+        let masses = self.masses.as_ref().filter(|masses| masses.is_known());
+        masses?.resonance.as_ref()
     }
 
     /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a
