@@ -7,6 +7,8 @@ use identifier_core::identification::{Effect, Record, Values};
 pub(crate) struct Recording {
     positions: Vec<f64>,
     commands: Vec<f64>,
+    /// Of blocks those of the log.
+    recorded: Vec<f64>,
     /// Of the angle from the middle of the motion.
     angles: Vec<[f64; 2]>,
     begins: Vec<usize>,
@@ -58,6 +60,7 @@ impl Recording {
         let mut recording = Self {
             positions: Vec::new(),
             commands: Vec::new(),
+            recorded: Vec::new(),
             angles: Vec::new(),
             begins: Vec::new(),
             block: if block > 1 { 0.5 * block as f64 } else { 1.0 },
@@ -67,10 +70,17 @@ impl Recording {
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
         if block > 1 {
-            motions = motions
+            let blocks: Vec<Vec<Logged>> = motions
                 .iter()
                 .map(|motion| in_blocks(motion, block))
                 .collect();
+            for (motion, halves) in motions.iter().zip(&blocks) {
+                let whole = motion.iter().take(halves.len() / 2 * block);
+                recording
+                    .recorded
+                    .extend(whole.map(|sample| sample.command));
+            }
+            motions = blocks;
         }
         if turns {
             let count = motions.iter().map(Vec::len).sum::<usize>().max(1);
@@ -113,6 +123,7 @@ impl Recording {
             angles: &self.angles,
             begins: &self.begins,
             stride: self.stride,
+            recorded: &self.recorded,
         }
     }
 
@@ -176,7 +187,12 @@ impl Recording {
 
     /// The magnitude of the command below which a part of it lies, for each of some parts.
     pub(super) fn levels<const L: usize>(&self, parts: [f64; L]) -> [f64; L] {
-        let mut sizes: Vec<f64> = self.commands.iter().map(|command| command.abs()).collect();
+        let commands = if self.recorded.is_empty() {
+            &self.commands
+        } else {
+            &self.recorded
+        };
+        let mut sizes: Vec<f64> = commands.iter().map(|command| command.abs()).collect();
         sizes.sort_unstable_by(f64::total_cmp);
         let last = sizes.len().saturating_sub(1);
         parts.map(|part| {

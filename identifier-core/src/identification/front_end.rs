@@ -14,6 +14,8 @@ pub(super) struct FrontEnd {
     /// Lengths of the two parts of a sample: the earlier command acts first.
     pub(super) lengths: [f64; 2],
     lag: Option<[Lag; 2]>,
+    /// True if friction goes with the size of the command.
+    has_load_friction: bool,
 }
 
 /// A current loop over a part of a sample.
@@ -37,8 +39,10 @@ pub(super) struct Part {
     pub(super) per_lag: f64,
     /// Its slope, per sample; zero without a current loop.
     pub(super) slope: f64,
-    /// The command as recorded.
-    recorded: f64,
+    /// The mean of its size.
+    pub(super) size: f64,
+    /// The sample of the record whose command it is.
+    sample: usize,
     last: usize,
 }
 
@@ -57,7 +61,7 @@ impl FrontEnd {
     /// The shortest part of a sample that is a part of its own.
     const MIN_PART: f64 = 1e-9;
 
-    pub(super) fn new(values: &Values) -> Self {
+    pub(super) fn new(values: &Values, columns: &[Column]) -> Self {
         let delay = values.get(Effect::Delay);
         let mut whole = libm::floor(delay);
         let mut part = delay - whole;
@@ -77,6 +81,10 @@ impl FrontEnd {
             whole: whole as i64,
             lengths,
             lag: (lag > MIN_LAG).then(|| lengths.map(|length| Lag::new(lag, length))),
+            has_load_friction: values.get(Effect::LoadFriction) != 0.0
+                || columns
+                    .iter()
+                    .any(|column| column.effect == Effect::LoadFriction),
         }
     }
 
@@ -93,8 +101,17 @@ impl FrontEnd {
         for (i, part) in parts.iter_mut().enumerate() {
             let wanted = sample as i64 - self.whole - i64::from(i == 0);
             let place = wanted.clamp(motion.0 as i64, motion.1 as i64 - 1) as usize;
-            part.recorded = record.commands[place];
-            part.command = self.shape(part.recorded);
+            part.command = if self.is_linear() {
+                record.commands[place]
+            } else {
+                record.over(place, |command| self.shape(command))
+            };
+            part.size = if self.has_load_friction && record.has_blocks() {
+                record.over(place, |command| self.shape(command).abs())
+            } else {
+                part.command.abs()
+            };
+            part.sample = place;
             part.last = i;
         }
         let Some(lags) = &self.lag else {
@@ -114,12 +131,18 @@ impl FrontEnd {
             let target = part.command;
             let off = current.value - target;
             part.command = target + off * lag.mean;
+            part.size = part.command.abs();
             part.per_lag = current.per_lag * lag.mean + off * lag.mean_per_lag;
             part.slope = off * (lag.left - 1.0) * lag.per_length;
             current.per_lag = current.per_lag * lag.left + off * lag.left_per_lag;
             current.value = target + off * lag.left;
         }
         parts
+    }
+
+    /// True if the command acts as it is.
+    const fn is_linear(&self) -> bool {
+        self.slope == 0.0 && self.dead_band == 0.0 && self.asymmetry == 0.0
     }
 
     /// True if there is a current loop.
@@ -164,8 +187,28 @@ impl FrontEnd {
     /// The derivative of the command over a part by an effect of its shape; `lagged` is the derivative of
     /// the current.
     #[inline]
-    pub(super) fn derivative(&self, part: &Part, column: &Column, lagged: &mut f64) -> f64 {
-        let recorded = part.recorded;
+    pub(super) fn derivative(
+        &self,
+        record: &Record<'_>,
+        part: &Part,
+        column: &Column,
+        lagged: &mut f64,
+    ) -> f64 {
+        let target = record.over(part.sample, |command| self.shape_per(column, command));
+        match &self.lag {
+            Some(lags) => {
+                let lag = &lags[part.last];
+                let off = *lagged - target;
+                *lagged = target + off * lag.left;
+                target + off * lag.mean
+            }
+            None => target,
+        }
+    }
+
+    /// The derivative of the shape of a command by a column.
+    #[inline]
+    fn shape_per(&self, column: &Column, recorded: f64) -> f64 {
         let limit = if column.setting > 0.0 {
             column.setting
         } else {
@@ -179,18 +222,9 @@ impl FrontEnd {
             Effect::HiddenLimit if beyond => self.slope * recorded.signum(),
             _ => 0.0,
         };
-        let target = match column.effect {
+        match column.effect {
             Effect::GainAsymmetry => target,
             _ => target * (1.0 + self.asymmetry * recorded.signum()),
-        };
-        match &self.lag {
-            Some(lags) => {
-                let lag = &lags[part.last];
-                let off = *lagged - target;
-                *lagged = target + off * lag.left;
-                target + off * lag.mean
-            }
-            None => target,
         }
     }
 }

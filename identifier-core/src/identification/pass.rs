@@ -80,6 +80,8 @@ struct Acting<'a> {
     /// Gain, and the acceleration by the command.
     gain: f64,
     drive: f64,
+    /// The mean size of that acceleration.
+    effort: f64,
     /// Acceleration but for friction.
     push: f64,
     /// Coulomb friction with that which grows with the load.
@@ -150,7 +152,7 @@ impl ModelPass<'_> {
         observe: &mut impl FnMut(&Row<'_>),
     ) -> bool {
         let columns = &columns[..columns.len().min(C)];
-        let front_end = FrontEnd::new(values);
+        let front_end = FrontEnd::new(values, columns);
         let mut regressor = [0.0; C];
         for motion in self.record.motions() {
             let mut state = State::<C> {
@@ -242,6 +244,7 @@ impl ModelPass<'_> {
         let mut last = None;
         for (i, part) in parts.iter().enumerate() {
             let drive = gain * part.command * ease;
+            let effort = (gain * ease).abs() * part.size;
             let acting = Acting {
                 values,
                 front_end,
@@ -252,9 +255,9 @@ impl ModelPass<'_> {
                 length: front_end.lengths[i],
                 gain: gain * ease,
                 drive,
+                effort,
                 push: drive + load * ease,
-                coulomb: (values.get(Coulomb) * ease + values.get(LoadFriction) * drive.abs())
-                    * drift,
+                coulomb: (values.get(Coulomb) * ease + values.get(LoadFriction) * effort) * drift,
                 drift,
                 ease,
                 friction: drift * ease,
@@ -338,8 +341,10 @@ impl<const C: usize> State<'_, C> {
         } else {
             0.0
         };
-        let [viscous, asymmetry, quadratic] = [Effect::A, Effect::Asymmetry, Effect::Quadratic]
-            .map(|effect| values.get(effect) * acting.friction);
+        let friction_by = |effect: Effect| values.get(effect) * acting.friction;
+        let viscous = friction_by(Effect::A);
+        let asymmetry = friction_by(Effect::Asymmetry);
+        let quadratic = friction_by(Effect::Quadratic);
         // Half of the inertia's change takes momentum as friction does: ½ i′(q) q̇².
         let swing = 0.5 * acting.inertia_change * acting.ease;
         let mut left = acting.length;
@@ -350,7 +355,10 @@ impl<const C: usize> State<'_, C> {
         for (column, tangent) in self.columns.iter().zip(&mut self.tangents) {
             if FrontEnd::is_shape(column.effect) {
                 let current = &mut tangent.current;
-                tangent.shaped = acting.front_end.derivative(acting.part, column, current);
+                tangent.shaped =
+                    acting
+                        .front_end
+                        .derivative(acting.record, acting.part, column, current);
             }
         }
         // From the second piece on the model begins at rest.
@@ -490,27 +498,21 @@ impl Acting<'_> {
     /// The acceleration per unit of a column, `shaped` being the derivative of the command.
     #[inline]
     fn forcing(&self, column: &Column, shape: &Shape, shaped: f64) -> f64 {
-        let order = |own: f64| {
-            if column.setting > 0.0 {
+        // At the column's order where it has one, else at the model's.
+        let wave_of = |own: f64| {
+            let order = if column.setting > 0.0 {
                 column.setting
             } else {
                 own
-            }
+            };
+            self.record.wave(self.sample, order)
         };
-        let Values {
-            order: own,
-            gain_order,
-            inertia_order,
-            ..
-        } = *self.values;
-        let [order, gain_order, inertia_order] = [own, gain_order, inertia_order].map(order);
-        let wave =
-            |cosine: bool, order: f64| self.record.wave(self.sample, order)[usize::from(cosine)];
         // Of a push by the command friction that grows with the load takes a part.
         let slowing = self.values.get(Effect::LoadFriction) * self.drift * shape.direction;
         let kept = 1.0 - slowing * self.drive.signum();
+        let driven = self.drive - slowing * self.effort;
         match column.effect {
-            Effect::B => kept * self.drive / self.values.get(Effect::B),
+            Effect::B => driven / self.values.get(Effect::B),
             Effect::Coulomb => -shape.direction * self.friction,
             Effect::Load => self.ease,
             Effect::Delay => -kept * self.gain * self.part.slope,
@@ -530,30 +532,34 @@ impl Acting<'_> {
                     / shape.fading.max(f64::MIN_POSITIVE)
                     * shape.direction
             }
-            Effect::GravitySine => wave(false, 1.0) * self.ease,
-            Effect::GravityCosine => wave(true, 1.0) * self.ease,
-            Effect::RippleSine => wave(false, order) * self.ease,
-            Effect::RippleCosine => wave(true, order) * self.ease,
+            Effect::GravitySine => wave_of(1.0)[0] * self.ease,
+            Effect::GravityCosine => wave_of(1.0)[1] * self.ease,
+            Effect::RippleSine => wave_of(self.values.order)[0] * self.ease,
+            Effect::RippleCosine => wave_of(self.values.order)[1] * self.ease,
             Effect::DeadBand | Effect::GainAsymmetry | Effect::LimitSlope | Effect::HiddenLimit => {
                 kept * self.gain * shaped
             }
-            Effect::LoadFriction => -self.drive.abs() * self.drift * shape.direction,
+            Effect::LoadFriction => -self.effort * self.drift * shape.direction,
             Effect::GainDrift => {
                 let drift = self.values.get(Effect::GainDrift) * self.passed;
-                kept * self.drive * self.passed / (1.0 + drift)
+                driven * self.passed / (1.0 + drift)
             }
             Effect::FrictionDrift => {
                 let friction = self.coulomb + shape.low_speed * shape.bell;
                 -shape.direction * friction * self.passed / self.drift.max(MIN_DRIFT)
             }
             Effect::TorqueRippleSine => {
-                kept * self.drive * self.per_ripple * wave(false, gain_order)
+                driven * self.per_ripple * wave_of(self.values.gain_order)[0]
             }
             Effect::TorqueRippleCosine => {
-                kept * self.drive * self.per_ripple * wave(true, gain_order)
+                driven * self.per_ripple * wave_of(self.values.gain_order)[1]
             }
-            Effect::InertiaSine => -shape.acceleration * self.ease * wave(false, inertia_order),
-            Effect::InertiaCosine => -shape.acceleration * self.ease * wave(true, inertia_order),
+            Effect::InertiaSine => {
+                -shape.acceleration * self.ease * wave_of(self.values.inertia_order)[0]
+            }
+            Effect::InertiaCosine => {
+                -shape.acceleration * self.ease * wave_of(self.values.inertia_order)[1]
+            }
             Effect::A | Effect::Asymmetry | Effect::Quadratic | Effect::Compliance => 0.0,
         }
     }

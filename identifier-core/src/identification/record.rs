@@ -18,6 +18,9 @@ pub struct Record<'a> {
     pub begins: &'a [usize],
     /// Samples from one measurement to the next, at least 1.
     pub stride: usize,
+    /// Of blocks the recorded commands, as many of each; else empty. What an amplifier makes of a command by its size it
+    /// makes of these: half a block's mean has sizes that the command never had.
+    pub recorded: &'a [f64],
 }
 
 impl Record<'_> {
@@ -37,6 +40,41 @@ impl Record<'_> {
     #[inline]
     pub(super) const fn is_measured(&self, sample: usize) -> bool {
         self.stride <= 1 || sample.is_multiple_of(self.stride)
+    }
+
+    /// True if a sample is a part of a block.
+    pub(super) const fn has_blocks(&self) -> bool {
+        !self.recorded.is_empty()
+    }
+
+    /// A function of the command over a sample: of a part of a block as the command itself, by mean and first moment.
+    #[inline]
+    pub(super) fn over(&self, sample: usize, function: impl Fn(f64) -> f64) -> f64 {
+        if !self.has_blocks() {
+            return function(self.commands[sample]);
+        }
+        let length = 2 * self.recorded.len() / self.len().max(1);
+        let first = sample / 2 * length;
+        let Some(block) = self.recorded.get(first..first + length) else {
+            return 0.0;
+        };
+        let slope = if sample.is_multiple_of(2) { -4.0 } else { 4.0 };
+        let per_sample = 1.0 / length as f64;
+        let weighted = block.iter().enumerate().map(|(k, &command)| {
+            let place = (k as f64 + 0.5) * per_sample - 0.5;
+            (1.0 + slope * place) * function(command)
+        });
+        per_sample * weighted.sum::<f64>()
+    }
+
+    /// The largest command.
+    pub(super) fn largest_command(&self) -> f64 {
+        let recorded = if self.has_blocks() {
+            self.recorded
+        } else {
+            self.commands
+        };
+        (recorded.iter()).fold(0.0, |most, command| f64::max(most, command.abs()))
     }
 
     /// The motion from a sample to the next, counts; none at the end of a motion.
@@ -62,9 +100,12 @@ impl Record<'_> {
         order: f64,
     ) -> [f64; 2] {
         let (before, after) = (sample.max(first + 1) - 1, (sample + 1).min(end - 1));
-        let [old, new] = [before, after].map(|sample| self.wave(sample, order));
+        let (old, new) = (self.wave(before, order), self.wave(after, order));
         let per_sample = 1.0 / (after.saturating_sub(before)).max(1) as f64;
-        [0, 1].map(|axis| (new[axis] - old[axis]) * per_sample)
+        [
+            (new[0] - old[0]) * per_sample,
+            (new[1] - old[1]) * per_sample,
+        ]
     }
 
     /// sin Nq and cos Nq in the middle of a sample, for a whole N ≥ 1; zero on an axis without angle.

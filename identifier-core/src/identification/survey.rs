@@ -113,10 +113,9 @@ impl Survey {
         /// Bandwidth where none can be seen, rad/sample.
         const UNKNOWN_BANDWIDTH: f64 = 0.02;
         let (mut third, mut rows, mut path) = (0.0, 0.0, 0.0);
-        let mut command = 0.0_f64;
+        let command = record.largest_command();
         for (first, end) in record.motions() {
             for sample in first..end {
-                command = command.max(record.commands[sample].abs());
                 let stride = record.stride.max(1);
                 if record.is_measured(sample - first) && sample + 3 * stride < end {
                     let p = [0, 1, 2, 3].map(|k| record.positions[sample + k * stride]);

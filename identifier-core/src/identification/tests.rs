@@ -63,6 +63,7 @@ impl Motion {
             angles: &self.angles,
             begins: &[0, 700],
             stride: 1,
+            recorded: &[],
         }
     }
 }
@@ -223,10 +224,10 @@ fn a_command_that_was_recorded_late_or_early_is_shifted_back() {
     }
 }
 
-#[test]
-fn blocks_of_samples_are_as_good_as_samples() {
-    let made = motion(24_000, 0.001, 0.1, 0.01, 0.0);
-    const BLOCK: usize = 4;
+const BLOCK: usize = 4;
+
+/// Positions and commands of the halves of blocks, and the number of samples in them.
+fn in_blocks(made: &Motion) -> (Vec<f64>, Vec<f64>, usize) {
     let (mut positions, mut commands) = (Vec::new(), Vec::new());
     let starts: Vec<usize> = (0..made.positions.len() - BLOCK).step_by(BLOCK).collect();
     for &start in &starts {
@@ -240,12 +241,20 @@ fn blocks_of_samples_are_as_good_as_samples() {
         positions.extend([first, 0.5 * (first + next)]);
         commands.extend([mean - 4.0 * moment, mean + 4.0 * moment]);
     }
+    (positions, commands, starts.len() * BLOCK)
+}
+
+#[test]
+fn blocks_of_samples_are_as_good_as_samples() {
+    let made = motion(24_000, 0.001, 0.1, 0.01, 0.0);
+    let (positions, commands, samples) = in_blocks(&made);
     let record = Record {
         positions: &positions,
         commands: &commands,
         angles: &[],
         begins: &[0],
         stride: 2,
+        recorded: &made.commands[..samples],
     };
     let (fitted, _) = fitted(&record);
     // A sample of the record is half a block: two samples.
@@ -253,6 +262,46 @@ fn blocks_of_samples_are_as_good_as_samples() {
     assert!((gain / 0.1 - 1.0).abs() < 2e-3, "{gain}");
     let friction = fitted.values.get(Effect::Coulomb) / 4.0;
     assert!((friction / 0.01 - 1.0).abs() < 0.01, "{friction}");
+}
+
+/// Of a command of one size a dead band is a smaller gain and friction that grows with the load is Coulomb friction,
+/// though the mean of a block in which it changes its sign has other sizes.
+#[test]
+fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain() {
+    let mut made = motion(8000, 0.001, 0.1, 0.01, 0.0);
+    for command in &mut made.commands {
+        *command = 0.5 * command.signum();
+    }
+    let (positions, commands, samples) = in_blocks(&made);
+    let record = Record {
+        positions: &positions,
+        commands: &commands,
+        angles: &[],
+        begins: &[0],
+        stride: 2,
+        recorded: &made.commands[..samples],
+    };
+    assert!(commands.iter().any(|command| command.abs() < 0.4));
+    let fitter = Fitter::new(&record).expect("a motion");
+    let horizon = Horizon {
+        white: 30.0,
+        walk: None,
+    };
+    let own = [(Effect::B, 0.4), (Effect::Coulomb, 0.04)];
+    let hidden = [
+        (Effect::B, Effect::DeadBand, 0.02),
+        (Effect::Coulomb, Effect::LoadFriction, 0.1),
+    ];
+    for (seen, hidden, size) in hidden {
+        let mut values = Values::NONE.with(hidden, size);
+        for (effect, value) in own {
+            values.set(effect, value);
+        }
+        let pass = fitter.pass(&values, horizon);
+        let sums = Sums::new(&pass, &values, &[seen, hidden]).expect("a pass");
+        let condition = sums.covariances(&[false; MAX_UNKNOWNS]).condition;
+        assert!(condition > 1e10, "{hidden:?} {condition}");
+    }
 }
 
 #[test]
@@ -265,6 +314,7 @@ fn no_motion_and_no_command_are_no_record() {
         angles: &[],
         begins: &[0],
         stride: 1,
+        recorded: &[],
     };
     assert!(Fitter::new(&record(&still, &still)).is_none());
     assert!(Fitter::new(&record(&moving, &still)).is_none());
@@ -311,6 +361,7 @@ fn a_strongly_damped_servo_that_turns_round_is_its_model() {
         angles: &[],
         begins: &[0],
         stride: 1,
+        recorded: &[],
     };
     let fitter = Fitter::new(&record).expect("a motion");
     let mut values = Values::NONE;
