@@ -1,7 +1,9 @@
 //! Identification of a whole record at once: the core's fit, and the effects that it needs.
 
+mod beside;
 mod candidate;
 mod finish;
+mod grams;
 mod load_steps;
 mod recording;
 mod scan;
