@@ -5,6 +5,7 @@ use identifier_core::identification::{Effect, Fitter, Horizon, ROUNDING_DEVIATIO
 use super::candidate::Usual;
 use super::scan::Answer;
 use super::tournament::Model;
+use crate::verdict::Cause;
 
 /// The part of a usual size to which a servo is its model.
 const MODEL_ACCURACY: f64 = 1e-3;
@@ -61,13 +62,14 @@ pub(super) fn std_errors(
 ///
 /// Each has a size of which a usual one is known beforehand, s₀, and the record tells ŝ ± σ. The odds that it is there
 /// are those of Bayes' factor, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [`PRIOR_ODDS`]; its size is then
-/// ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects that explain the same of a record share its weight, each being the
-/// one; what the record leaves open of a size is there beside any other.
+/// ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of one [kind](Kind) explain the same of a record and share its weight, each
+/// being the one; those of another kind may be missing beside them, and so may what the record leaves open of a size.
 fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
     /// Odds that a servo has a certain effect of those that are looked for.
     const PRIOR_ODDS: f64 = 0.1;
     /// An effect that is possible.
     struct Missing<'a> {
+        kind: Kind,
         log_odds: f64,
         /// Squares of its size over ŝ²: of that which was found, and of that which is open.
         found: f64,
@@ -101,27 +103,54 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
             (-0.5 * ratio, 0.0)
         };
         missing.push(Missing {
+            kind: Kind::of(candidate.cause),
             log_odds: log_factor + PRIOR_ODDS.ln(),
             found,
             open: before * (1.0 - kept),
             shifts: &answer.shifts,
         });
     }
-    // A model that lacks nothing has odds of one.
-    let likeliest = missing
-        .iter()
-        .fold(0.0_f64, |most, one| most.max(one.log_odds));
-    let odds = |log_odds: f64| (log_odds - likeliest).exp();
-    let all = odds(0.0) + missing.iter().map(|one| odds(one.log_odds)).sum::<f64>();
     let mut sum = vec![0.0; count];
-    for one in missing {
-        let alone = 1.0 / (1.0 + (-one.log_odds).exp());
-        let weight = odds(one.log_odds) / all * one.found + alone * one.open;
+    for one in &missing {
+        // A model that lacks nothing of the kind has odds of one.
+        let none = (-one.log_odds).exp();
+        let same = missing.iter().filter(|other| other.kind == one.kind);
+        let all: f64 = same
+            .map(|other| (other.log_odds - one.log_odds).exp())
+            .sum();
+        let weight = one.found / (none + all) + one.open / (none + 1.0);
         for (sum, shift) in sum.iter_mut().zip(one.shifts) {
             *sum += weight * shift * shift;
         }
     }
     sum
+}
+
+/// What of a motion an effect goes with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// The velocity, as friction.
+    Velocity,
+    /// The command.
+    Command,
+    /// The angle.
+    Angle,
+}
+
+impl Kind {
+    const fn of(cause: Cause) -> Self {
+        match cause {
+            Cause::Gravity | Cause::Ripple | Cause::TorqueRipple | Cause::VaryingInertia => {
+                Self::Angle
+            }
+            Cause::Asymmetry
+            | Cause::QuadraticFriction
+            | Cause::LowSpeedFriction
+            | Cause::FrictionDrift
+            | Cause::LoadFriction => Self::Velocity,
+            _ => Self::Command,
+        }
+    }
 }
 
 /// Squares of the shifts by another horizon, beyond chance.
