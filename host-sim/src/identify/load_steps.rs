@@ -37,10 +37,11 @@ pub(super) struct LoadSteps {
 }
 
 impl LoadSteps {
-    /// Of a fitted record; none where the load is one, or no steps explain it.
+    /// Of a fitted record; none where the load is one, as that which is best fitted at a horizon of a constant load, or
+    /// no steps explain it.
     pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
         let length = fitter.record.len();
-        if length < MIN_PART * PARTS {
+        if length < MIN_PART * PARTS || fitted.horizon.walk.is_none() {
             return None;
         }
         let means = walked(fitter, fitted)?;
