@@ -1,5 +1,7 @@
 //! The effects of a finished model: which stay, and which are certain.
 
+use std::f64::consts::TAU;
+
 use identifier_core::identification::{Effect, Fitted};
 
 use super::candidate::effects;
@@ -61,6 +63,22 @@ impl Tournament<'_> {
             let entry = model.entered.iter_mut().find(|entry| entry.cause == cause);
             if let Some(entry) = entry.filter(|_| loss < FORM_ERROR * most) {
                 entry.error_of = Some(strongest);
+            }
+        }
+    }
+
+    /// Marks waves of which the motion shows less than a period: they may be any force, or any change of the gain, that
+    /// goes with the angle.
+    pub(super) fn mark_short_waves(&self, model: &mut Model) {
+        let values = &model.fitted.values;
+        for entry in &mut model.entered {
+            let (order, other) = match entry.cause {
+                Cause::Ripple => (values.order, Cause::Gravity),
+                Cause::TorqueRipple => (values.gain_order, Cause::VaryingInertia),
+                _ => continue,
+            };
+            if order * self.range.angle < TAU {
+                entry.error_of.get_or_insert(other);
             }
         }
     }

@@ -191,6 +191,7 @@ fn model(
         rehorizon(&mut model, AGAIN, round == 0);
     }
     tournament.prune(&mut model);
+    tournament.mark_short_waves(&mut model);
     rehorizon(&mut model, LAST, false);
     Some(model)
 }

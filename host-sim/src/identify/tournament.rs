@@ -41,7 +41,7 @@ pub(crate) struct Entered {
     pub(crate) gain: f64,
     /// The next best, and its gain.
     pub(super) runner_up: Option<(Cause, f64)>,
-    /// The effect of whose form this one may be the error.
+    /// The effect of whose form this one may be the error, or from which the motion is too short to tell it.
     pub(super) error_of: Option<Cause>,
 }
 
@@ -58,8 +58,9 @@ impl Entered {
 
     /// Another effect that explains the record nearly as well, or whose form may need this one, where there is one.
     pub(crate) fn rival(&self) -> Option<Cause> {
-        /// Factor by which the gain must be above the next best's.
-        const CLEAR: f64 = 1.35;
+        /// Factor by which the gain must be above the next best's: of drawn servos 25 of 26 that are above by this to 1.35 have
+        /// the effect, and of 22 below it 15.
+        const CLEAR: f64 = 1.1;
         let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
         close.map(|(cause, _)| cause).or(self.error_of)
     }
