@@ -76,15 +76,20 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
         open: f64,
         shifts: &'a [f64],
     }
+    // Of each cause the likeliest form counts: those of a limit between the same two sizes of a command are one.
     let mut seen = Vec::new();
-    let mut by_gain: Vec<&Answer> = answers.iter().collect();
-    by_gain.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    let mut likeliest_first: Vec<&Answer> = answers.iter().collect();
+    likeliest_first.sort_by(|one, other| {
+        let by_sign = other.is_possible().cmp(&one.is_possible());
+        by_sign.then(other.gain.total_cmp(&one.gain))
+    });
     let mut missing: Vec<Missing<'_>> = Vec::new();
-    for answer in by_gain {
+    for answer in likeliest_first {
         let candidate = &answer.candidate;
         if seen.contains(&candidate.cause) {
             continue;
         }
+        seen.push(candidate.cause);
         let sizes = answer.sizes.len() as f64;
         let square: f64 = answer.sizes.iter().map(|size| size * size).sum();
         let ratio = answer.significance.min(answer.gain).max(f64::EPSILON);
@@ -93,7 +98,6 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
         let before = candidate.usual_size(usual).powi(2) / square.max(f64::MIN_POSITIVE);
         let kept = before / (before + own);
         let (log_factor, found) = if answer.is_possible() {
-            seen.push(candidate.cause);
             let narrowed = sizes * (own / (before + own)).max(f64::MIN_POSITIVE).ln();
             // Of an effect of z standard errors the gain in segments to which it was not fitted scatters by 2z.
             let agreed = (2.0 * answer.consistency.max(0.0)).powi(2);
