@@ -18,7 +18,7 @@ pub type Name = heapless::String<24>;
 pub struct Settings {
     /// Controller and identifier.
     pub closed_loop: LoopSettings,
-    /// The dither on the reference while it identifies.
+    /// The dither on the reference while it identifies, which then has no filter: that would take it out of the command.
     pub dither: Dither,
     /// Limits beyond which the servo is disabled.
     pub protection: Protection,

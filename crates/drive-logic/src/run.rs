@@ -1,6 +1,6 @@
 //! One run of a loop: its samples from start to end.
 
-use drive_link::{Ended, Fault, NotAllowed, Settings};
+use drive_link::{Ended, Fault, LoopSettings, NotAllowed, Settings};
 use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
@@ -73,6 +73,7 @@ impl Run {
         controller.command_limit().map_err(range)?;
         conversion::check_stage_limits(controller.limit, stage)?;
         let units = core.units().map_err(range)?;
+        controller.reference_filter::<f32>(&units).map_err(range)?;
         let axis = WatchSettings {
             sample_time: core.sample_time,
             resolution: core.resolution,
@@ -94,7 +95,7 @@ impl Run {
             guide: Guide::new(settings, &units)?,
             ending: Ending::new(&settings.protection, &units),
             background_patience: samples(DRIVEN_PATIENCE, &units),
-            closed_loop: ClosedLoop::new(&settings.closed_loop)?,
+            closed_loop: ClosedLoop::new(&loop_settings(settings))?,
             sample: 0,
             last: AT_REST,
             count: 0,
@@ -313,6 +314,18 @@ impl Run {
         *sample = sample.wrapping_add(1);
         Ok(done)
     }
+}
+
+/// The settings of its loop: those that were given, and under a dither no filter of the reference. The filter would take most
+/// of the acceleration out of the dither, and with it the evidence of b; targets are approached at a bounded speed as it is.
+fn loop_settings(settings: &Settings) -> LoopSettings {
+    let mut own = settings.closed_loop;
+    if settings.dither.amplitude != 0.0
+        && let Some(controller) = &mut own.core.controller
+    {
+        controller.reference_filter = 0.0;
+    }
+    own
 }
 
 fn check_sample_time(

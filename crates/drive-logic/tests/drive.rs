@@ -62,6 +62,30 @@ fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
     assert!((kept.servo.b / SERVO.b - 1.0).abs() < 0.01, "{kept:?}");
 }
 
+/// Where a servo is on its way to a target, rad.
+fn driven(reference_filter: f64, amplitude: f64) -> f64 {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = settings();
+    wanted.dither.amplitude = amplitude;
+    let controller = wanted.closed_loop.core.controller.as_mut();
+    controller.expect("given").reference_filter = reference_filter;
+    drive.done(Command::Configure(wanted));
+    drive.done(Command::Start);
+    drive.done(Command::Target(1.0));
+    drive.pass(133);
+    bench.position()
+}
+
+#[test]
+fn a_dither_acts_behind_the_filter_of_the_reference() {
+    let [filtered, direct] = [0.05, 0.0].map(|time| driven(time, 0.3));
+    assert_eq!(filtered.to_bits(), direct.to_bits());
+    // Without a dither the filter acts.
+    let [filtered, direct] = [0.05, 0.0].map(|time| driven(time, 0.0));
+    assert!(direct > 1.01 * filtered, "{direct} {filtered}");
+}
+
 #[test]
 fn friction_is_identified_where_the_settings_include_it() {
     let servo = ServoParameters {
