@@ -143,8 +143,8 @@ mod tests {
             command,
         };
         let mut course = Course::default();
-        course.add(&sample(0.0, Phase::Wiggle, -0.5, Some(3.0)));
-        course.add(&sample(1.0, Phase::Wiggle, 0.1, Some(-4.0)));
+        course.add(&sample(0.0, Phase::Probing, -0.5, Some(3.0)));
+        course.add(&sample(1.0, Phase::Probing, 0.1, Some(-4.0)));
         course.add(&sample(2.0, Phase::Fit, 0.4, None));
         course.add(&sample(3.0, Phase::Aborted, 9.0, None));
         let course = course.finish(4.0);
@@ -152,8 +152,8 @@ mod tests {
             panic!("{:?}", course.phases);
         };
         let wiggled = wiggle.excursion.expect("commanded");
-        assert_eq!((wiggled.position, wiggled.speed), ([-0.5, 0.1], 1.5));
-        assert_eq!(wiggled.command, [-4.0, 3.0]);
+        let extremes = (wiggled.position, wiggled.speed, wiggled.command);
+        assert_eq!(extremes, ([-0.5, 0.1], 1.5, [-4.0, 3.0]));
         assert!((wiggled.command_rms - 12.5_f64.sqrt()).abs() < 1e-12);
         assert_eq!(fit.excursion.map(|fit| fit.command_rms), Some(0.0));
         assert_eq!((aborted.excursion, aborted.end), (None, 4.0));
