@@ -2,7 +2,7 @@
 //! server.
 //!
 //! The page's parts are in `docs/playground`. The module and the scripts are packed by LZMA, which the page unpacks, and
-//! written as text in base 85.
+//! written as text in base 91.
 
 use std::fs;
 use std::io::Write;
@@ -15,10 +15,6 @@ const TARGET: &str = "wasm32-unknown-unknown";
 
 /// The largest page, bytes.
 const MAX_PAGE: usize = 300_000;
-
-/// The characters of base 85, none of which ends a script; the page has the same.
-const ALPHABET: &[u8; 85] =
-    b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%()*+,-./:;=?@[]^_{|";
 
 /// Builds the page into a folder, as `index.html`.
 pub(crate) fn build(folder: &Path) -> Result<(), String> {
@@ -43,7 +39,7 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
         ("/* style */", brief(&read("page.css")?)),
         ("/* unpack */", brief(&read("unpack.js")?)),
         ("PART_LENGTHS", format!("{lengths:?}")),
-        ("PACKED_PARTS", base_85(&packed)),
+        ("PACKED_PARTS", base_91(&packed)),
     ] {
         page = filled(&page, place, &part)?;
     }
@@ -162,19 +158,27 @@ fn packed(bytes: &[u8]) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     Ok(writer.finish()?)
 }
 
-fn base_85(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);
-    for four in bytes.chunks(4) {
-        let mut word = [0; 4];
-        word[..four.len()].copy_from_slice(four);
-        let mut value = u32::from_be_bytes(word);
-        let mut digits = [0; 5];
-        for digit in digits.iter_mut().rev() {
-            *digit = ALPHABET[(value % 85) as usize];
-            value /= 85;
+/// Thirteen bits as two digits of base 91: the visible characters from `!` to `|` without `<`, so that none ends a script.
+fn base_91(bytes: &[u8]) -> String {
+    const BITS: u32 = 13;
+    let digit = |digit: u32| {
+        let character = digit + u32::from(b'!');
+        let skipped = u32::from(character >= u32::from(b'<'));
+        char::from_u32(character + skipped).unwrap_or_default()
+    };
+    let digits = |value: u32| [digit(value / 91), digit(value % 91)];
+    let mut text = String::with_capacity(bytes.len() / 13 * 16 + 16);
+    let (mut waiting, mut count) = (0_u32, 0);
+    for &byte in bytes {
+        waiting = waiting << 8 | u32::from(byte);
+        count += 8;
+        if count >= BITS {
+            count -= BITS;
+            text.extend(digits(waiting >> count));
+            waiting &= (1 << count) - 1;
         }
-        text.extend(digits.map(char::from));
     }
+    text.extend(digits(waiting << (BITS - count)));
     text
 }
 

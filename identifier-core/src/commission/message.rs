@@ -164,11 +164,11 @@ impl<N: Number> Candidate<N> {
         let farthest = high.max(-low);
         let end = promise.step.min(Self::MAX_END * farthest);
         let [least, most] = limits.command;
-        // Towards where the step will go, and no further than the travel has room for beyond it.
+        // Back towards where the servo came from, and no further than the travel has room for.
         let left = farthest - end;
         let bearable = Self::MAX_ROOM_SHARE * left / (promise.compliance * servo.parameters.b);
         let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
-        let disturbance = libm::copysign(disturbance, step);
+        let disturbance = libm::copysign(disturbance, -step);
         // A servo that hunts about its friction is still for a while too.
         let settling = Trial::<N>::settling(tuning);
         Ok(Self {

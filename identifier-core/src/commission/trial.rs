@@ -5,7 +5,7 @@ use crate::parameters::ServoParameters;
 use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 
-/// A disturbance and a step under new gains, measured against their prediction.
+/// A step and a disturbance under new gains, measured against their prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<N> {
     /// The step, counts, with its sign.
@@ -17,12 +17,13 @@ pub(super) struct Trial<N> {
     stage: TrialStage,
     /// Samples since the stage began.
     passed: u32,
-    /// Where the step began, and its direction.
+    /// Where the step or the change of the disturbance began, and the step's direction.
     from: N,
     direction: N,
     measure: StepMeasure<N>,
-    /// The farthest that the disturbance moved the servo, counts.
+    /// The farthest that the disturbance moved the servo, and its change alone since that, counts.
     excursion: N,
+    moved: N,
 }
 
 /// The promise, in samples and counts, tolerances included.
@@ -32,6 +33,8 @@ struct Promised<N> {
     /// The farthest from where the step began, counts.
     highest: N,
     excursion: N,
+    /// The least that a disturbance must move it, whatever friction is; zero where friction may hold it.
+    least_excursion: N,
     /// Samples after which a transient is over, and by which the servo must be at rest.
     over: u32,
     most: u32,
@@ -40,9 +43,9 @@ struct Promised<N> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TrialStage {
     Settling,
+    Stepping,
     Disturbed,
     Recovering,
-    Stepping,
 }
 
 /// Measurements of a trial, SI.
@@ -70,6 +73,13 @@ impl<N: Number> Trial<N> {
 
     /// The factor by which a disturbance may move the servo further than promised.
     const EXCURSION: f64 = 1.5;
+
+    /// The part of the promise, of what friction leaves of the disturbance, by which it must move the servo at least. A stuck
+    /// encoder shows none.
+    const LEAST_EXCURSION: f64 = 0.25;
+
+    /// Friction at low speed over Coulomb friction, which may act to either side at first.
+    const LOW_SPEED: f64 = 1.5;
 
     /// Counts by which a measured position is uncertain.
     const ROUNDING: f64 = 1.5;
@@ -106,6 +116,8 @@ impl<N: Number> Trial<N> {
         let rounding = 0.5 / libm::fabs(counts).max(1.0);
         let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
+        let left = b * libm::fabs(disturbance) - 2.0 * Self::LOW_SPEED * servo.coulomb;
+        let least = Self::LEAST_EXCURSION * promise.compliance * left * units.position();
         let settling = samples(Self::settling(tuning));
         let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
         Self {
@@ -119,6 +131,7 @@ impl<N: Number> Trial<N> {
                 ],
                 highest: N::from_f64(highest * libm::fabs(counts)),
                 excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
+                least_excursion: N::from_f64((least - 2.0 * Self::ROUNDING).max(0.0)),
                 // Casts saturate.
                 over: (Self::TRANSIENT_SETTLING_TIMES * settling) as u32,
                 most: most as u32,
@@ -129,6 +142,7 @@ impl<N: Number> Trial<N> {
             direction: if counts < 0.0 { -N::ONE } else { N::ONE },
             measure: StepMeasure::new(libm::fabs(counts), 1.0),
             excursion: N::ZERO,
+            moved: N::ZERO,
         }
     }
 
@@ -157,9 +171,24 @@ impl<N: Number> Trial<N> {
         match self.stage {
             TrialStage::Settling => {
                 if settled {
+                    self.from = position;
+                    // The promise is for a step from where the servo stands: the error and the integral that friction
+                    // has left are chance.
                     holding.stay(position, self.balance);
+                    self.measure.take(N::ZERO);
+                    holding.step_to(self.from + self.step);
+                    self.begin(TrialStage::Stepping);
+                }
+            }
+            TrialStage::Stepping => {
+                self.measure.take(self.direction * (position - self.from));
+                if self.measure.is_beyond(self.promised.highest) {
+                    return Err(Reason::OvershootExceeded);
+                }
+                if settled {
+                    self.judge_rise()?;
                     holding.disturb(self.disturbance);
-                    self.begin(TrialStage::Disturbed);
+                    self.begin_change(TrialStage::Disturbed, position);
                 }
             }
             TrialStage::Disturbed | TrialStage::Recovering => {
@@ -170,28 +199,19 @@ impl<N: Number> Trial<N> {
                 if self.excursion > self.promised.excursion {
                     return Err(Reason::DisturbanceExceeded);
                 }
-                if settled && self.stage == TrialStage::Disturbed {
-                    holding.disturb(N::ZERO);
-                    self.begin(TrialStage::Recovering);
-                } else if settled {
-                    self.from = position;
-                    // The promise is for a step from where the servo stands: the error and the integral that friction
-                    // has left are chance.
-                    holding.stay(position, self.balance);
-                    self.measure.take(N::ZERO);
-                    holding.step_to(self.from + self.step);
-                    self.begin(TrialStage::Stepping);
-                }
-            }
-            // The last, since an encoder or actuator that has failed meanwhile makes no step.
-            TrialStage::Stepping => {
-                self.measure.take(self.direction * (position - self.from));
-                if self.measure.is_beyond(self.promised.highest) {
-                    return Err(Reason::OvershootExceeded);
+                let moved = (position - self.from).magnitude();
+                if moved > self.moved {
+                    self.moved = moved;
                 }
                 if settled {
-                    self.judge_rise()?;
-                    return Ok(true);
+                    if self.moved < self.promised.least_excursion {
+                        return Err(Reason::ActuatorDead);
+                    }
+                    if self.stage == TrialStage::Recovering {
+                        return Ok(true);
+                    }
+                    holding.disturb(N::ZERO);
+                    self.begin_change(TrialStage::Recovering, position);
                 }
             }
         }
@@ -201,6 +221,12 @@ impl<N: Number> Trial<N> {
     fn begin(&mut self, stage: TrialStage) {
         self.stage = stage;
         self.passed = 0;
+    }
+
+    /// Begins a stage with a change of the disturbance, of a servo that stands here.
+    fn begin_change(&mut self, stage: TrialStage, position: N) {
+        (self.from, self.moved) = (position, N::ZERO);
+        self.begin(stage);
     }
 
     fn judge_rise(&self) -> Result<(), Reason> {
@@ -264,10 +290,19 @@ mod tests {
     }
 
     /// A trial of a servo that is where `position` says (rad): at a time since the step, in the stages
-    /// after it a second later; for a reference; and whether it is disturbed.
+    /// after it a second later; for a reference; and for a disturbance that comes (1) or goes (−1).
     fn tried(
         step: f64,
-        position: impl Fn(f64, f64, bool) -> f64,
+        position: impl Fn(f64, f64, f64) -> f64,
+    ) -> (Result<bool, Reason>, TrialResult) {
+        tried_with(step, 0.0, position)
+    }
+
+    /// The same of one with friction, rad/s².
+    fn tried_with(
+        step: f64,
+        coulomb: f64,
+        position: impl Fn(f64, f64, f64) -> f64,
     ) -> (Result<bool, Reason>, TrialResult) {
         let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
         let gains = HoldingGains {
@@ -286,7 +321,7 @@ mod tests {
         let servo = ServoParameters {
             a: 0.0,
             b: B,
-            coulomb: 0.0,
+            coulomb,
             load: 0.0,
         };
         let mut trial = Trial::<f64>::new(&promised(), &units, step, 0.5, &servo);
@@ -299,7 +334,11 @@ mod tests {
             let at = position(
                 since_the_step,
                 holding.reference() * units.position_unit(),
-                trial.stage == TrialStage::Disturbed,
+                match trial.stage {
+                    TrialStage::Disturbed => 1.0,
+                    TrialStage::Recovering => -1.0,
+                    _ => 0.0,
+                },
             );
             let count = libm::floor(at * units.position());
             let done = trial.process(&mut holding, count);
@@ -311,8 +350,18 @@ mod tests {
         panic!("it neither ends nor fails");
     }
 
-    fn first_order(time_constant: f64) -> impl Fn(f64, f64, bool) -> f64 {
-        move |time, reference, _| reference * -libm::expm1(-time / time_constant)
+    /// A step of first order, and an excursion as promised.
+    fn first_order(time_constant: f64) -> impl Fn(f64, f64, f64) -> f64 {
+        move |time, reference, change| {
+            let step = reference * -libm::expm1(-time / time_constant);
+            step + change * excursion(1.0, time)
+        }
+    }
+
+    /// An excursion by a factor on the promise, at a time since the step.
+    fn excursion(factor: f64, time: f64) -> f64 {
+        let since = (time - 1.0) / 0.02;
+        factor * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since)
     }
 
     #[test]
@@ -340,19 +389,37 @@ mod tests {
     #[test]
     fn overshoot_compliance_and_unrest_are_refused() {
         let plain = first_order(TIME_CONSTANT);
-        let (overshoots, _) = tried(STEP, |time, reference, disturbed| {
-            plain(time, reference, disturbed) * (1.0 + 6.0 * time * libm::exp(-time / 0.05))
+        let (overshoots, _) = tried(STEP, |time, reference, change| {
+            plain(time, reference, change) * (1.0 + 6.0 * time * libm::exp(-time / 0.05))
         });
         assert_eq!(overshoots, Err(Reason::OvershootExceeded));
-        let (gives_way, _) = tried(STEP, |time, reference, disturbed| {
-            let since = (time - 1.0) / 0.02;
-            let moved = 2.5 * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since);
-            plain(time, reference, disturbed) + if disturbed { moved } else { 0.0 }
+        let (gives_way, _) = tried(STEP, |time, reference, change| {
+            plain(time, reference, change) + change * excursion(1.5, time)
         });
         assert_eq!(gives_way, Err(Reason::DisturbanceExceeded));
-        let (never_rests, _) = tried(STEP, |time, reference, disturbed| {
-            plain(time, reference, disturbed) + 0.001 * libm::sin(time / 0.01)
+        let (never_rests, _) = tried(STEP, |time, reference, change| {
+            plain(time, reference, change) + 0.001 * libm::sin(time / 0.01)
         });
         assert_eq!(never_rests, Err(Reason::NeverAtRest));
+    }
+
+    #[test]
+    fn an_encoder_that_sticks_after_the_step_is_found_where_friction_cannot_hold_the_servo() {
+        let plain = first_order(TIME_CONSTANT);
+        for sticks_at_once in [true, false] {
+            let stuck = |time: f64, reference: f64, change: f64| {
+                let sticks = sticks_at_once || change < 0.0;
+                plain(time, reference, if sticks { 0.0 } else { change })
+            };
+            // The disturbance gives 100 rad/s².
+            for (coulomb, expected) in [
+                (0.0, Err(Reason::ActuatorDead)),
+                (10.0, Err(Reason::ActuatorDead)),
+                (34.0, Ok(true)),
+            ] {
+                let (done, _) = tried_with(STEP, coulomb, stuck);
+                assert_eq!(done, expected, "{sticks_at_once} {coulomb}");
+            }
+        }
     }
 }

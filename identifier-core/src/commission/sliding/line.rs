@@ -51,12 +51,14 @@ impl<N: Number> LineState<N> {
     }
 
     /// The injection of the next sample.
+    #[inline(always)]
     pub(super) fn inject(&mut self) -> N {
         self.turned = product(self.turned, self.rotation);
         self.amplitude * self.turned[0]
     }
 
     /// Takes increment and command of a sample, weighted.
+    #[inline(always)]
     pub(super) fn gather(&mut self, increment: N, command: N) {
         let [re, im] = self.turned;
         self.position[0] += increment * re;
@@ -98,6 +100,7 @@ impl<N: Number> LineState<N> {
 }
 
 /// The product of two complex numbers.
+#[inline(always)]
 pub(super) fn product<N: Number>([re, im]: [N; 2], [other_re, other_im]: [N; 2]) -> [N; 2] {
     [re * other_re - im * other_im, re * other_im + im * other_re]
 }

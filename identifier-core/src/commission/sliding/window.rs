@@ -31,6 +31,7 @@ impl<N: Number> Window<N> {
 
     /// Takes a sample of a servo that moves `forward` at this velocity; its increment and its command, weighted. `rotation`
     /// is e^(j2π/n).
+    #[inline(always)]
     pub(super) fn take(&mut self, sample: &Sliding<N>, forward: N, rotation: [N; 2]) -> [N; 2] {
         if forward < self.slowest {
             self.slowest = forward;
