@@ -138,7 +138,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
             "setEmulatedMedia",
             &json!({ "media": "", "features": features }),
         );
-        assert_drawn(&browser, 5);
+        assert_drawn(&browser, 6);
         (browser.ask(paper), browser.ask(COLOURS))
     };
     let (light, dark) = (in_scheme("light"), in_scheme("dark"));
@@ -154,7 +154,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
     );
     let widths: Vec<f64> = serde_json::from_value(widths).expect("numbers");
     assert!(widths.iter().all(|width| *width <= 390.0), "{widths:?}");
-    assert_drawn(&browser, 5);
+    assert_drawn(&browser, 6);
 
     browser.emulate("setEmulatedMedia", &json!({ "media": "print" }));
     let printed = browser.ask(

@@ -46,6 +46,8 @@ const KINDS: [Kind; 14] = [
     Kind::fault(FaultKind::EncoderLost, &[Reason::EncoderLost]),
     Kind {
         sizes: [500.0, 5000.0],
+        // Of a servo that is not known it may be a motion.
+        since: Phase::Refine,
         ..Kind::fault(FaultKind::EncoderJump, &[Reason::EncoderJumped])
     },
     Kind::fault(FaultKind::EncoderReversed, &[Reason::Reversed]),
