@@ -244,18 +244,23 @@ fn in_blocks(made: &Motion) -> (Vec<f64>, Vec<f64>, usize) {
     (positions, commands, starts.len() * BLOCK)
 }
 
+/// The record of halves of blocks, with the commands of all samples.
+fn of_blocks<'a>(positions: &'a [f64], commands: &'a [f64], recorded: &'a [f64]) -> Record<'a> {
+    Record {
+        positions,
+        commands,
+        angles: &[],
+        begins: &[0],
+        stride: 2,
+        recorded,
+    }
+}
+
 #[test]
 fn blocks_of_samples_are_as_good_as_samples() {
     let made = motion(24_000, 0.001, 0.1, 0.01, 0.0);
     let (positions, commands, samples) = in_blocks(&made);
-    let record = Record {
-        positions: &positions,
-        commands: &commands,
-        angles: &[],
-        begins: &[0],
-        stride: 2,
-        recorded: &made.commands[..samples],
-    };
+    let record = of_blocks(&positions, &commands, &made.commands[..samples]);
     let (fitted, _) = fitted(&record);
     // A sample of the record is half a block: two samples.
     let gain = fitted.values.get(Effect::B) / 4.0;
@@ -273,14 +278,7 @@ fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain()
         *command = 0.5 * command.signum();
     }
     let (positions, commands, samples) = in_blocks(&made);
-    let record = Record {
-        positions: &positions,
-        commands: &commands,
-        angles: &[],
-        begins: &[0],
-        stride: 2,
-        recorded: &made.commands[..samples],
-    };
+    let record = of_blocks(&positions, &commands, &made.commands[..samples]);
     assert!(commands.iter().any(|command| command.abs() < 0.4));
     let fitter = Fitter::new(&record).expect("a motion");
     let horizon = Horizon {
