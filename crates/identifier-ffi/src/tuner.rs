@@ -37,7 +37,7 @@ pub struct Tuning {
     pub cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub reference_filter: f64,
-    /// ω of the double pole, rad/s.
+    /// ω of the poles, rad/s.
     pub bandwidth: f64,
     /// The step that the promise is for, rad.
     pub step: f64,

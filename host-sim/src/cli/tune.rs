@@ -18,7 +18,7 @@ pub(super) struct Arguments {
     /// Goal: time from 10 to 90 % of a step, s.
     #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]
     response_time: Option<f64>,
-    /// Goal: ω of the loop's double pole, rad/s.
+    /// Goal: ω of the loop's poles, rad/s.
     #[arg(long, value_name = "W", group = "goal", allow_negative_numbers = true)]
     bandwidth: Option<f64>,
     /// Goal: as stiff as the servo allows (the default).

@@ -44,7 +44,7 @@ pub struct CommissioningEnd {
     pub gains_before: Option<Gains>,
     /// The new gains.
     pub gains: Option<Gains>,
-    /// ω of the double pole, rad/s.
+    /// ω of the poles, rad/s.
     pub bandwidth: Option<f64>,
     /// The reason why it is not faster.
     pub cap: Option<&'static str>,

@@ -13,7 +13,7 @@ pub struct TuningResult {
     /// Gains.
     #[serde(flatten)]
     pub gains: Gains,
-    /// ω of the double pole, rad/s.
+    /// ω of the poles, rad/s.
     pub bandwidth: f64,
     /// The reason why it is not faster; none where it is as fast as was asked for.
     pub cap: Option<&'static str>,

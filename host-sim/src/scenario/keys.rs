@@ -325,7 +325,7 @@ keys! {
 "commission.response_time": Number(POSITIVE, |s, v| order(s).response_time = Some(v)), Derived("none"), "s",
     "goal: the time from 10 to 90 % of a step of the reference";
 "commission.bandwidth": Number(POSITIVE, |s, v| order(s).bandwidth = Some(v)), Derived("none"), "rad/s",
-    "goal: the magnitude of the loop's double pole";
+    "goal: the magnitude of the loop's poles";
 "commission.stiffest": Flag(|s, v| order(s).stiffest = Some(v)), Derived("true without response_time and bandwidth"), "",
     "goal: as stiff as this servo bears";
 "commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).max_sensitivity = v), Value(TuningSettings::MAX_SENSITIVITY), "",

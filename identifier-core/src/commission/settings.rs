@@ -163,8 +163,8 @@ impl CommissionSettings {
         const FASTEST: f64 = 0.5;
         /// ω times hold and delay that a servo without friction bears with Mₛ = 1.6, and the Mₛ that is
         /// left with none.
-        const BORNE: f64 = 0.09;
-        const MIN_SENSITIVITY: f64 = 1.19;
+        const BORNE: f64 = 0.085;
+        const MIN_SENSITIVITY: f64 = 1.1;
         if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {
             return Ok(());
         }

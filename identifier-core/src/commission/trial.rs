@@ -11,8 +11,9 @@ pub(super) struct Trial<N> {
     /// The step, counts, with its sign.
     step: N,
     disturbance: N,
-    /// The command that balances the load.
+    /// The command that balances the load, and the largest that friction may hold on top.
     balance: N,
+    friction: N,
     promised: Promised<N>,
     stage: TrialStage,
     /// Samples since the stage began.
@@ -88,9 +89,9 @@ impl<N: Number> Trial<N> {
     const TRANSIENT_SETTLING_TIMES: f64 = 1.5;
     const MAX_SETTLING_TIMES: f64 = 6.0;
 
-    /// The time after which a transient has died down at the latest, 1/ω: that of a pole at −ω/5, to a
+    /// The time after which a transient has died down at the latest, 1/ω: that of the filter of the reference, to a
     /// fiftieth.
-    const DIES_DOWN: f64 = 20.0;
+    const DIES_DOWN: f64 = 12.0;
 
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
@@ -124,6 +125,7 @@ impl<N: Number> Trial<N> {
             step: N::from_f64(counts),
             disturbance: N::from_f64(disturbance),
             balance: N::from_f64(-servo.load / b),
+            friction: N::from_f64(Self::LOW_SPEED * servo.coulomb / b),
             promised: Promised {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,
@@ -186,7 +188,8 @@ impl<N: Number> Trial<N> {
                     return Err(Reason::OvershootExceeded);
                 }
                 if settled {
-                    self.judge_rise()?;
+                    let pushed = holding.resting().command - self.balance;
+                    self.judge_rise(self.direction * pushed)?;
                     holding.disturb(self.disturbance);
                     self.begin_change(TrialStage::Disturbed, position);
                 }
@@ -229,10 +232,13 @@ impl<N: Number> Trial<N> {
         self.begin(stage);
     }
 
-    fn judge_rise(&self) -> Result<(), Reason> {
+    /// Judges the rise of a servo that was pushed by this command beyond its load, on the average.
+    fn judge_rise(&self, pushed: N) -> Result<(), Reason> {
         let [least, most] = self.promised.rise;
+        let [departed, _] = self.measure.since();
         match self.measure.rise() {
             Some(rise) if rise >= least && rise <= most => Ok(()),
+            None if departed.is_none() && pushed > self.friction => Err(Reason::ActuatorDead),
             _ => Err(Reason::ResponseTimeMissed),
         }
     }

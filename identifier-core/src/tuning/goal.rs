@@ -7,7 +7,7 @@ use core::fmt;
 pub enum Goal {
     /// The time from 10 to 90 % of a step of the reference, s.
     ResponseTime(f64),
-    /// The magnitude ω of the double pole, rad/s.
+    /// The magnitude ω of the loop's poles, rad/s.
     Bandwidth(f64),
     /// As stiff as this servo bears.
     Stiffest,

@@ -1,20 +1,25 @@
 //! Gains from a bandwidth, by pole placement, and the conditions that need no frequency response.
 //!
-//! The characteristic polynomial of the loop in continuous time is
-//! s³ + (a + b k_d) s² + b k_p s + b k_i. A double pole at −ω and a real pole at −p ask for
+//! A mass without friction, q̈ = b u, gets the poles of a Butterworth filter: s³ + 2ω s² + 2ω² s + ω³, from
+//! b k_d = 2ω, b k_p = 2ω², b k_i = ω³. Its sensitivity s³/(s³ + 2ω s² + 2ω² s + ω³) is maximally flat: it nowhere exceeds
+//! one, and of all poles of magnitude ω none leaves less of a load at low frequency without a peak.
 //!
-//! b k_d = 2ω + p − a, b k_p = ω² + 2ω p, b k_i = ω² p, with p = ω/5.
+//! The same loop around a servo with friction, b/(s (s + a)), takes that controller times (s + a)/s. Without the second
+//! integral that this asks for,
 //!
-//! Where the servo's own friction damps more than that, k_d is zero and the friction places the third pole,
-//! p = a − 2ω. For a the least is taken that the servo may have: friction that turns out to be more only
-//! damps.
+//! b k_d = 2ω, b k_p = 2ω (ω + a), b k_i = ω² (ω + 2a),
+//!
+//! with the characteristic polynomial s³ + (2ω + a) s² + 2ω (ω + a) s + ω² (ω + 2a): for a far above ω that of a
+//! Butterworth filter of second order, s² + 2ω s + 2ω², and a pole at −a. For a the least is taken that the servo may
+//! have: friction that turns out to be more only damps.
+//!
+//! The zero of the integral would make a step of the reference overshoot. The filter of the reference, 1/(1 + s T_r) with
+//! T_r = 1.5 k_p/k_i, is the second degree of freedom: it takes the zero away and half of its speed, so that no step of
+//! the identified servo overshoots, whatever a is, and those of servos with much friction hardly.
 
 use super::possible_servos::PossibleServos;
 use super::{Cap, Tuning, TuningSettings};
 use crate::control::Gains;
-
-/// The third pole, as a part of the double pole's ω.
-pub(super) const THIRD_POLE: f64 = 0.2;
 
 /// Gains for a bandwidth, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +51,23 @@ impl Design {
             noise: tuning.promise.noise,
         }
     }
+
+    /// ω/(ω + a), which k_d and k_p have in them: one without friction, and zero with much.
+    fn free(&self) -> f64 {
+        self.bandwidth * self.kd / self.kp
+    }
+
+    /// The largest command of a step of the reference, over the step, command units per rad: 0.33 ω² of acceleration without
+    /// friction to 0.65 ω a with much, over b, at the largest delay that the margins allow.
+    pub(super) fn command_of_step(&self) -> f64 {
+        self.kp * (0.325 - 0.16 * self.free())
+    }
+
+    /// The largest speed of a step of the reference, over the step, 1/s: 0.34 ω without friction to 0.65 ω with much, and an
+    /// eighth more for servos at the corners of the uncertainty.
+    pub(super) fn speed_of_step(&self) -> f64 {
+        self.bandwidth * (0.73 - 0.35 * self.free())
+    }
 }
 
 /// The gains for a bandwidth by pole placement.
@@ -53,14 +75,19 @@ impl Design {
 pub(super) struct Placement {
     a: f64,
     b: f64,
-    delay: f64,
     settings: TuningSettings,
 }
 
 impl Placement {
     /// Cut-offs of the velocity estimate that are tried, as multiples of ω. The first takes a tenth of
-    /// a radian of phase at ω; with the last the third's share of the margins is spent.
-    const CUTOFFS: [f64; 3] = [10.0, 7.0, 5.0];
+    /// a radian of phase at the gain crossover; with the last the third's share of the margins is spent.
+    const CUTOFFS: [f64; 3] = [20.0, 14.0, 10.0];
+
+    /// The time constant of the reference's filter, over that of the integral's zero.
+    const REFERENCE_FILTER: f64 = 1.5;
+
+    /// The gain crossover over ω.
+    const CROSSOVER: f64 = 2.0;
 
     /// The highest cut-off that is chosen, per sample: from there on the estimate is hardly more than a
     /// difference of positions.
@@ -78,27 +105,22 @@ impl Placement {
         Self {
             a: servos.least_friction(),
             b: identified.b,
-            delay: identified.delay,
             settings: *settings,
         }
     }
 
     /// The gains for a bandwidth ω, rad/s.
     pub(super) fn design(&self, bandwidth: f64) -> Design {
-        let needed = 2.0 * bandwidth + THIRD_POLE * bandwidth - self.a;
-        let third = if needed > 0.0 {
-            THIRD_POLE * bandwidth
-        } else {
-            self.a - 2.0 * bandwidth
-        };
         let square = bandwidth * bandwidth;
+        let kp = 2.0 * bandwidth * (bandwidth + self.a) / self.b;
+        let ki = square * (bandwidth + 2.0 * self.a) / self.b;
         let mut design = Design {
             bandwidth,
-            kp: (square + 2.0 * bandwidth * third) / self.b,
-            kd: needed.max(0.0) / self.b,
-            ki: square * third / self.b,
+            kp,
+            kd: 2.0 * bandwidth / self.b,
+            ki,
             cutoff: 0.0,
-            reference_filter: 0.0,
+            reference_filter: Self::REFERENCE_FILTER * kp / ki,
             smoothed: false,
             noise: 0.0,
         };
@@ -127,8 +149,7 @@ impl Placement {
             resonance,
             ..
         } = self.settings;
-        // Until the servo answers, the integral takes in the whole step.
-        let largest = step * (design.kp + design.ki * (self.delay + sample_time));
+        let largest = step * design.command_of_step();
         let crossover = Self::crossover(design);
         let resonates =
             resonance.is_some_and(|lowest| Self::RESONANCE_OVER_CROSSOVER * crossover > lowest);
@@ -147,7 +168,7 @@ impl Placement {
 
     /// The gain crossover of a design around one mass, rad/s.
     pub(super) fn crossover(design: &Design) -> f64 {
-        (2.0 + THIRD_POLE) * design.bandwidth
+        Self::CROSSOVER * design.bandwidth
     }
 
     /// Sets a cut-off and the noise that it leaves.

@@ -34,6 +34,8 @@ pub(super) struct PromisePrediction {
 enum PredictedQuantity {
     /// The step of the identified servo.
     Step,
+    /// Its rise where the integral balances friction already.
+    Balanced,
     /// Its rise where the integral pushes the other way.
     Opposed,
     /// Its answer to a step of the load.
@@ -44,6 +46,13 @@ enum PredictedQuantity {
 
 /// Time limit for a peak of the response, 1/ω: twice the peak time of an ideal step.
 const TURN: f64 = 10.0;
+
+/// The time after a step at which friction lets go of the servo with which it overshoots most, 1/ω: the filtered reference has
+/// then made its step, and the servo follows as without the filter.
+const LATE: f64 = 5.0;
+
+/// Time from arrival by which a step has its peak, 1/ω.
+const PEAK: f64 = 5.0;
 
 /// Time within the band after which it has settled, 1/ω.
 const SETTLED: f64 = 6.0;
@@ -66,13 +75,21 @@ impl Scene {
     }
 
     /// A step by a servo whose friction the integral balances from a motion before, in the direction of the
-    /// step for a share of one: friction does not hold the servo back then, which is when it overshoots
-    /// most.
+    /// step for a share of one, against it for −1.
     fn balanced_step(&self, share: f64) -> TestSignal {
         TestSignal {
             balanced: share * self.coulomb,
             ..self.neutral_step()
         }
+    }
+
+    /// A step by a servo that friction holds until [`LATE`], if the integral pushes the other way as far as friction bears.
+    fn late_step(&self, design: &Design) -> TestSignal {
+        let b = self.servos.identified().b;
+        let integrated = LATE / design.bandwidth - design.reference_filter;
+        let gathered = b * self.settings.step * (design.kp + design.ki * integrated.max(0.0));
+        let share = 1.0 - gathered / self.coulomb.max(f64::MIN_POSITIVE);
+        self.balanced_step(share.max(-1.0))
     }
 
     /// One rad/s² of load, which the loop answers without friction, limit or counts.
@@ -183,15 +200,30 @@ impl PromisePrediction {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
-            PredictedQuantity::Opposed => {
+            PredictedQuantity::Balanced | PredictedQuantity::Opposed => {
                 longer_than(Promise::MAX_TIME) || self.measure.rise().is_some()
             }
             PredictedQuantity::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             PredictedQuantity::Corner(_) => {
                 let beyond = self.farthest - self.promise.step;
-                longer_than(TURN) || beyond > 0.0 && self.farthest - position > BACK * beyond
+                let has_turned = beyond > 0.0 && self.farthest - position > BACK * beyond;
+                let [_, arrived] = self.measure.since();
+                let peak = samples(PEAK, &self.design, &self.closed_loop);
+                has_turned || arrived.is_some_and(|since| since > peak) || longer_than(LATE + TURN)
             }
         }
+    }
+
+    /// Takes in the rise of a step that began otherwise: at least what it has taken, if it is not there.
+    fn take_rise(&mut self) {
+        let taken = f64::from(self.measure.samples());
+        let rise = self.measure.rise().unwrap_or(taken);
+        self.promise
+            .take_rise(self.closed_loop.sample_time() * rise);
+    }
+
+    fn take_overshoot(&mut self) {
+        self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
     }
 
     /// Evaluates the finished quantity, and begins the next; false if there is none.
@@ -203,28 +235,29 @@ impl PromisePrediction {
                 let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
                 self.promise.rise_time = rise * sample_time;
                 self.promise.quickest_rise_time = self.promise.rise_time;
-                self.promise.overshoot = self.measure.overshoot();
+                self.promise.slowest_rise_time = self.promise.rise_time;
+                self.take_overshoot();
                 let settled = self.measure.settled();
                 self.promise.settling_time = sample_time * f64::from(settled.unwrap_or(taken));
+                (PredictedQuantity::Balanced, scene.balanced_step(1.0))
+            }
+            PredictedQuantity::Balanced => {
+                self.take_rise();
                 (PredictedQuantity::Opposed, scene.balanced_step(-1.0))
             }
             PredictedQuantity::Opposed => {
-                let rise = self.measure.rise();
-                self.promise.slowest_rise_time = sample_time * rise.unwrap_or(f64::from(taken));
+                self.take_rise();
                 (PredictedQuantity::Load, scene.unit_load())
             }
             PredictedQuantity::Load => {
                 self.promise.compliance = self.farthest;
-                (PredictedQuantity::Corner(0), scene.balanced_step(1.0))
+                (PredictedQuantity::Corner(0), scene.late_step(&self.design))
             }
             PredictedQuantity::Corner(place) => {
-                if let (0, Some(rise)) = (place, self.measure.rise()) {
-                    self.promise.quickest_rise_time = rise * sample_time;
-                }
-                self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
+                self.take_overshoot();
                 (
                     PredictedQuantity::Corner(place + 1),
-                    scene.balanced_step(1.0),
+                    scene.late_step(&self.design),
                 )
             }
         };
@@ -235,7 +268,7 @@ impl PromisePrediction {
                 return Ok(false);
             }
             PredictedQuantity::Corner(place) => place,
-            PredictedQuantity::Step | PredictedQuantity::Opposed | PredictedQuantity::Load => 0,
+            _ => 0,
         };
         self.closed_loop = scene.closed_loop(&self.design, place, &trial)?;
         self.measure = scene.measure();

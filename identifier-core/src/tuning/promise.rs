@@ -1,4 +1,5 @@
 use super::Cap;
+use super::placement::Design;
 
 /// Gains and their predicted performance, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,12 +15,24 @@ pub struct Tuning {
     pub cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub reference_filter: f64,
-    /// ω of the double pole, rad/s.
+    /// ω of the poles, those of the servo without its friction, rad/s.
     pub bandwidth: f64,
     /// The cap that keeps it from being faster; none where it is as fast as was asked for.
     pub cap: Option<Cap>,
     /// Its promise.
     pub promise: Promise,
+}
+
+impl Tuning {
+    /// The largest command of a step of the reference, over the step, command units per rad.
+    pub(crate) fn command_of_step(&self) -> f64 {
+        Design::from_tuning(self).command_of_step()
+    }
+
+    /// The largest speed of a step of the reference, over the step, 1/s.
+    pub(crate) fn speed_of_step(&self) -> f64 {
+        Design::from_tuning(self).speed_of_step()
+    }
 }
 
 /// Predicted behaviour of a loop, for the identified servo and the worst within its uncertainty.
@@ -30,11 +43,10 @@ pub struct Promise {
     pub step: f64,
     /// From 10 to 90 % of the step, s, where the integral holds the load and nothing else.
     pub rise_time: f64,
-    /// The same where the integral balances friction as well, from a motion before in the direction of the
-    /// step: friction does not hold the servo back then.
+    /// The least rise time of three: that, and those after a motion in the direction of the step or against it, which
+    /// leaves the integral with all that friction bears on that side.
     pub quickest_rise_time: f64,
-    /// The same after a motion against the direction of the step: the integral pushes the other way with
-    /// all that friction bears. Where it takes longer, [`Promise::MAX_TIME`].
+    /// The longest of the three. Where it takes longer, [`Promise::MAX_TIME`].
     pub slowest_rise_time: f64,
     /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
     /// the step, and a count more, since where within a count a servo stands is not known.
@@ -56,6 +68,12 @@ pub struct Promise {
 }
 
 impl Promise {
-    /// Time for which a step is simulated, 1/ω: the slow pole's part has then died down to a 200th.
+    /// Time for which a step is simulated, 1/ω: a quarter of it where friction does not hold the servo.
     pub const MAX_TIME: f64 = 25.0;
+
+    /// Takes in the rise time (s) of a step that began otherwise.
+    pub(super) fn take_rise(&mut self, rise_time: f64) {
+        self.quickest_rise_time = self.quickest_rise_time.min(rise_time);
+        self.slowest_rise_time = self.slowest_rise_time.max(rise_time);
+    }
 }

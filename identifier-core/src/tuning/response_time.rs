@@ -26,7 +26,8 @@ struct Rise {
     bandwidth: f64,
     closed_loop: ClosedLoop,
     measure: StepMeasure<f64>,
-    longest: u32,
+    /// Samples until it departs, and from then on.
+    longest: [u32; 2],
 }
 
 impl ByTime {
@@ -48,7 +49,7 @@ impl ByTime {
     ) -> Result<Self, TuningError> {
         Ok(Self {
             asked,
-            rise: Rise::begin(scene, &judge.design(bandwidth))?,
+            rise: Rise::begin(scene, &judge.design(bandwidth), asked)?,
             slow: None,
             fast: None,
             left: Self::MAX_STEPS,
@@ -73,7 +74,7 @@ impl ByTime {
             (Some(slow), Some(fast)) => libm::sqrt(slow * fast),
             _ => bandwidth * ratio.map_or(2.0, |ratio| ratio.limited(0.5, 2.0)),
         };
-        match Rise::begin(scene, &judge.design(next)) {
+        match Rise::begin(scene, &judge.design(next), self.asked) {
             Ok(rise) => {
                 self.rise = rise;
                 None
@@ -84,16 +85,23 @@ impl ByTime {
 }
 
 impl Rise {
-    /// Time limit of a rise, 1/ω: four times that without friction.
-    const MAX_RISE_TIME: f64 = 8.0;
+    /// Time limit of a departure, 1/ω: eight times that without friction.
+    const MAX_DEPARTURE: f64 = 8.0;
 
-    fn begin(scene: &Scene, design: &Design) -> Result<Self, TuningError> {
+    /// Rise times that are asked for after which a rise is too slow to be timed.
+    const SLOW: f64 = 2.0;
+
+    fn begin(scene: &Scene, design: &Design, asked: f64) -> Result<Self, TuningError> {
         let closed_loop = scene.step(design)?;
+        let slow = Self::SLOW * asked * design.bandwidth;
         Ok(Self {
             bandwidth: design.bandwidth,
             closed_loop,
             measure: scene.measure(),
-            longest: samples(Self::MAX_RISE_TIME, design, &closed_loop),
+            longest: [
+                samples(Self::MAX_DEPARTURE, design, &closed_loop),
+                samples(slow, design, &closed_loop),
+            ],
         })
     }
 
@@ -103,10 +111,12 @@ impl Rise {
             return Some(None);
         };
         self.measure.take(seen.position);
-        match self.measure.rise() {
-            Some(samples) => Some(Some(samples * self.closed_loop.sample_time())),
-            None if self.measure.samples() >= self.longest => Some(None),
-            None => None,
+        if let Some(samples) = self.measure.rise() {
+            return Some(Some(samples * self.closed_loop.sample_time()));
         }
+        let [departing, rising] = self.longest;
+        let [departed, _] = self.measure.since();
+        let is_slow = departed.map_or(self.measure.samples() >= departing, |since| since > rising);
+        is_slow.then_some(None)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::margins::{Margins, Progress, Walk};
 use super::measured_line::MeasuredLine;
-use super::placement::{Design, Placement, THIRD_POLE};
+use super::placement::{Design, Placement};
 use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
 use super::sampled_response::{SampledController, SampledResponse, SampledServo, nu_at};
@@ -163,9 +163,9 @@ impl Judge {
     }
 
     fn walk(&self, design: &Design, place: usize) -> Option<Walk> {
-        /// Where a walk begins, as a part of the slowest pole.
-        const FIRST: f64 = 1.0 / 16.0;
-        let first = FIRST * THIRD_POLE * design.bandwidth * self.sample_time;
+        /// Where a walk begins, as a part of the poles' magnitude.
+        const FIRST: f64 = 1.0 / 32.0;
+        let first = FIRST * design.bandwidth * self.sample_time;
         if let Some(servo) = self.servos.get(place) {
             let response = SampledResponse::new(design, servo, self.sample_time);
             return Some(Walk::begin(response, first, self.max_sensitivity));

@@ -87,6 +87,13 @@ impl<N: Number> StepMeasure<N> {
         Some(end?.time(self.end) - begin?.time(self.begin))
     }
 
+    /// The samples taken since it got to each of the levels; none while it is not there.
+    #[must_use]
+    pub fn since(&self) -> [Option<u32>; 2] {
+        let taken = |passing: Passing<N>| self.samples.saturating_sub(passing.sample);
+        self.passed.map(|passed| passed.map(taken))
+    }
+
     /// Beyond the step, a part of it.
     #[must_use]
     pub fn overshoot(&self) -> f64 {

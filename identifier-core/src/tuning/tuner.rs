@@ -52,9 +52,9 @@ struct Found {
 }
 
 impl Tuner {
-    /// The rise time of an ideal loop times its ω: from 10 to 90 % of
-    /// 1 + 0.625 e^(−ωt/5) − (1.625 + 1.5 ωt) e^(−ωt), the step response of the placement without delay.
-    pub const RISE: f64 = 1.913_806_957_6;
+    /// The rise time of an ideal loop times its ω: from 10 to 90 % of the step response of
+    /// (1 + 2s)/((1 + 3s)(1 + s)(1 + s + s²)), s over ω, the placement with its filter of the reference without delay.
+    pub const RISE: f64 = 3.406_5;
 
     /// For an identified servo.
     ///

@@ -9,6 +9,9 @@ use integration_tests::Random;
 pub(super) const RISE: f64 = 0.15;
 pub(super) const OVERSHOOT: f64 = 0.03;
 
+/// Overshoot of a step that counts as none.
+pub(super) const SMALL_OVERSHOOT: f64 = 0.03;
+
 /// A commissioning that has run, with its violations.
 #[derive(Debug, Clone)]
 pub(super) struct Judged {
@@ -24,7 +27,8 @@ pub(super) struct Judged {
 pub(super) struct Kept {
     /// Excess of the rise time beyond the promised range, relative to the nearer end; infinite if it never rose.
     pub(super) rise: f64,
-    /// Overshoot beyond the promised, a part of the step.
+    /// Overshoot, and overshoot beyond the promised, a part of the step.
+    pub(super) whole_overshoot: f64,
     pub(super) overshoot: f64,
     /// Final error of the step, relative to it.
     pub(super) left_over: f64,
@@ -123,6 +127,7 @@ fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
     let off = |rise: f64| (rise / slowest - 1.0).max(0.0) + (rise / quickest - 1.0).min(0.0);
     Some(Kept {
         rise: response.rise_time().map_or(f64::INFINITY, off),
+        whole_overshoot: response.overshoot(),
         overshoot: response.overshoot() - promise.overshoot,
         left_over: response.left_over(),
     })

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use identifier_core::commission::Reason;
 
-use super::judged::{Judged, OVERSHOOT, RISE};
+use super::judged::{Judged, OVERSHOOT, RISE, SMALL_OVERSHOOT};
 
 /// Outcomes of the servos of a class.
 #[derive(Debug, Clone, Default)]
@@ -16,11 +16,13 @@ pub(super) struct Tally {
     pub(super) kept: usize,
     pub(super) rise: usize,
     pub(super) overshoot: usize,
+    /// Those whose step overshoots by little, whatever was promised.
+    pub(super) hardly_over: usize,
     pub(super) broken: usize,
     /// By reason, those that were not applied.
     pub(super) reasons: BTreeMap<u8, usize>,
     /// Durations of those that were applied, s.
-    duration: f64,
+    durations: Vec<f64>,
 }
 
 impl Tally {
@@ -42,8 +44,17 @@ impl Tally {
             self.kept += usize::from(kept.is_kept());
             self.rise += usize::from(kept.rise.abs() <= RISE);
             self.overshoot += usize::from(kept.overshoot <= OVERSHOOT);
-            self.duration += judged.outcome.end.map_or(0.0, |end| end.time);
+            self.hardly_over += usize::from(kept.whole_overshoot <= SMALL_OVERSHOOT);
+            self.durations
+                .push(judged.outcome.end.map_or(0.0, |end| end.time));
         }
+    }
+
+    /// The median duration, s; zero of none.
+    fn median_duration(&self) -> f64 {
+        let mut durations = self.durations.clone();
+        durations.sort_by(f64::total_cmp);
+        durations.get(durations.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// The part of those that could be commissioned.
@@ -55,8 +66,17 @@ impl Tally {
 /// A table by class.
 pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
     let mut text = format!(
-        "{:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}  reasons of the others\n",
-        "class", "servos", "refused", "applied", "kept", "rise", "overshoot", "broken", "s"
+        "{:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}{:>8}  reasons of the others\n",
+        "class",
+        "servos",
+        "refused",
+        "applied",
+        "kept",
+        "rise",
+        "overshoot",
+        "<= 3 %",
+        "broken",
+        "s"
     );
     for (class, tally) in tallies {
         let reasons: Vec<_> = tally
@@ -69,15 +89,16 @@ pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
             .collect();
         writeln!(
             text,
-            "{class:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8.2}  {}",
+            "{class:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}{:>8.2}  {}",
             tally.servos,
             tally.refused,
             tally.applied,
             tally.kept,
             tally.rise,
             tally.overshoot,
+            tally.hardly_over,
             tally.broken,
-            tally.duration / tally.applied.max(1) as f64,
+            tally.median_duration(),
             reasons.join(", "),
         )
         .expect("a string takes any text");

@@ -12,10 +12,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part that it takes where the encoder has few counts in that.
     const MAX_STEP: f64 = Candidate::<N>::MAX_END;
 
-    /// The largest speed of a step of the reference, over the step and ω: e⁻¹ of the double pole, and a
-    /// fifth for the zero of the integral and the corners of the uncertainty.
-    const SPEED_OF_STEP: f64 = 0.45;
-
     /// The part of the largest speed that the trial's step may reach.
     const OF_SPEED: f64 = 0.7;
 
@@ -28,8 +24,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The step of the trial for gains: within speed, command and travel, and seen well by the encoder.
     pub(super) fn step_for(&self, tuning: &Tuning) -> f64 {
         let limits = &self.settings.limits;
-        let speed = Self::OF_SPEED * limits.speed / (Self::SPEED_OF_STEP * tuning.bandwidth);
-        let command = Self::OF_COMMAND * self.command() / tuning.kp;
+        let speed = Self::OF_SPEED * limits.speed / tuning.speed_of_step();
+        let command = Self::OF_COMMAND * self.command() / tuning.command_of_step();
         let wanted = match self.settings.trial_step {
             Some(step) => step.min(speed),
             None => self.room().min(speed).min(command),
