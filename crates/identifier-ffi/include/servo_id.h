@@ -209,7 +209,7 @@ typedef struct servo_id_tuning {
     double ki;
     double cutoff;    /* of the velocity estimate, rad/s */
     double reference_filter; /* time constant, s; 0 for none */
-    double bandwidth; /* of the double pole, rad/s */
+    double bandwidth; /* of the poles, rad/s */
     double step;      /* that the promise is for, rad */
     double rise_time[3]; /* from 10 to 90 %, s: as it is; after a motion with the step; after one against it */
     double overshoot;    /* part of the step */

@@ -157,6 +157,30 @@ fn the_gains_before_resume_with_the_command_that_held_the_load() {
     assert!((first / held - 1.0).abs() < 0.1, "{first} {held}");
 }
 
+/// Wherever in a motion it is stopped: their integral does not take the motion for a load.
+#[test]
+fn the_gains_before_brake_a_servo_that_moves() {
+    let bench = beside_a_controller();
+    let motion = bench.commission(&mut |_| None);
+    let [began, ended] = [Phase::Probing, Phase::Fit].map(|phase| motion.began(phase));
+    let lasting = ended.expect("it moved") - began.expect("it moved");
+    for place in 1..16 {
+        let stop = f64::from(place) / 16.0 * lasting / bench.settings.sample_time;
+        let mut left = stop as i32;
+        let course = bench.commission(&mut |now| {
+            left -= i32::from(now == Phase::Probing);
+            (left == 0).then_some(Reason::ModeChanged)
+        });
+        assert_eq!(course.state.phase(), Phase::Aborted);
+        let [low, high] = bench.settings.limits.travel;
+        let [lowest, highest] = course.travel;
+        assert!(
+            lowest > low && highest < high,
+            "{place}: {lowest} {highest}"
+        );
+    }
+}
+
 #[test]
 fn a_late_decision_changes_nothing() {
     let mut stopped = false;

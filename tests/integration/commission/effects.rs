@@ -21,8 +21,13 @@ const NAMED: f64 = 0.7;
 const APPLIED: f64 = 0.75;
 
 /// Known failures, not mended yet: an overshoot of 4 to 5 points above the promise where a dead band
-/// comes with play, and a motion beyond the largest speed where there is much play.
-const KNOWN_FAULTS: [&str; 2] = ["paper, backlash, dead band", "geared, backlash 50 counts"];
+/// comes with play, a motion beyond the largest speed where there is much play, and an overshoot of 3.2 to 3.7 points above
+/// the promise where friction at rest is four times that in motion: the integral hunts, more slowly than the trial lasts.
+const KNOWN_FAULTS: [&str; 3] = [
+    "paper, backlash, dead band",
+    "geared, backlash 50 counts",
+    "geared, low-speed friction 3 of c",
+];
 
 /// An effect of some size, its lines in [plant], and the reasons that name it.
 struct Effect {

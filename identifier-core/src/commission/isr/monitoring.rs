@@ -78,8 +78,10 @@ impl<N: Number> CommissionIsr<N> {
         }
         state.activity = match self.before {
             Some(before) if !reason.disables_stage() => {
-                let command = state.held;
-                let mut holding = self.held_by(before, state.position, state.velocity_now, command);
+                // Its integral balances the load, and its derivative brakes.
+                let velocity = state.velocity_now;
+                let command = state.held + before.pid.linear(N::ZERO, velocity);
+                let mut holding = self.held_by(before, state.position, velocity, command);
                 holding.send(N::ZERO);
                 Activity::Holding(holding)
             }
