@@ -1,3 +1,4 @@
+use super::colour::coloured;
 use super::fitter::{Fit, Fitter};
 use super::survey::{larger, root};
 use super::{A, B};
@@ -142,23 +143,18 @@ where
         /// Standard errors.
         const MIN_STANDARD_ERRORS: f64 = 3.0;
         let best = fit.best.as_ref()?;
-        let cost = best.pass.equations.cost();
+        let cost = best.equations.cost();
         let freedom = N::from_count(fit.blocks.saturating_sub(Q).max(1) as i32);
         let unexplained = larger(cost * freedom.reciprocal(), self.noise);
-        // Errors correlated from block to block as ρᵏ carry less information than white ones.
-        let correlation = if cost > N::ZERO {
-            (best.pass.lag_one * cost.reciprocal()).limited(N::ZERO, N::from_f64(MAX_CORRELATION))
-        } else {
-            N::ZERO
-        };
-        let coloured = unexplained * (N::ONE + correlation) * (N::ONE - correlation).reciprocal();
-        let covariance = best.pass.equations.covariance();
+        let products = best.sums.colour.products;
+        let coloured = coloured(unexplained, products, cost, MAX_CORRELATION);
+        let covariance = best.equations.covariance();
         let per = &self.per_scale;
         let free = self.free_unknowns(&fit.prior);
         let stopped_at_zero: [bool; P] =
             core::array::from_fn(|i| best.unknowns[i] <= self.low[i] && self.low[i] == N::ZERO);
         let further = if (0..P).any(|i| free[i] && stopped_at_zero[i]) {
-            best.pass.equations.solve(N::ZERO, &free)
+            best.equations.solve(N::ZERO, &free)
         } else {
             [N::ZERO; Q]
         };
@@ -175,9 +171,9 @@ where
             };
             free[i] && (stopped || value >= self.high[i])
         });
-        let speed = best.pass.speed_square;
+        let speed = best.sums.speed_square;
         let bandwidth = if speed > N::ZERO {
-            root(best.pass.acceleration_square * speed.reciprocal()) * per[A]
+            root(best.sums.acceleration_square * speed.reciprocal()) * per[A]
         } else {
             N::ZERO
         };
@@ -200,7 +196,7 @@ where
             at_bound,
             suggests,
             path: fit.survey.path,
-            output_error: best.pass.last_error,
+            output_error: best.sums.colour.last,
             acceleration: fit.survey.usual_command(fit.blocks) * best.unknowns[B] * per[B],
             left: if standing > N::ZERO {
                 cost * standing.reciprocal()

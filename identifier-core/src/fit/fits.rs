@@ -3,9 +3,11 @@ use super::block::NumberedBlock;
 use super::fit_result::FitResult;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
+use super::wait::FirstFitWait;
 use crate::adaptation::IdentifiableSet;
-use crate::model::{AngleSettings, KnownInputs};
+use crate::model::KnownInputs;
 use crate::number::Number;
+use crate::reason::Reason;
 
 /// A record of at most W blocks and the fits to it, one at a time: the background's share.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +18,7 @@ pub(crate) struct Fits<N, const W: usize, I = (), const P: usize = 4, const Q: u
     fit: Option<Fit<N, I, P, Q>>,
     /// The number of the block that follows the last.
     next: u32,
+    wait: FirstFitWait,
 }
 
 /// A fit that has ended.
@@ -41,34 +44,8 @@ where
             fresh: 0,
             fit: None,
             next: 0,
+            wait: FirstFitWait::START,
         }
-    }
-
-    /// Forgets the record, and the fit under way.
-    pub(crate) fn begin_anew(&mut self) {
-        self.begin_anew_at(&AngleSettings::NONE);
-    }
-
-    /// The same for models that depend on the angle.
-    pub(crate) fn begin_anew_at(&mut self, angle: &AngleSettings<N>) {
-        self.record.clear(angle);
-        self.fresh = 0;
-        self.fit = None;
-    }
-
-    /// Takes a block. One that is not the next begins the record anew: no fit spans a gap.
-    pub(crate) fn take(&mut self, numbered: &NumberedBlock<N>) {
-        self.take_at(&AngleSettings::NONE, numbered);
-    }
-
-    /// The same for models that depend on the angle.
-    pub(crate) fn take_at(&mut self, angle: &AngleSettings<N>, numbered: &NumberedBlock<N>) {
-        if numbered.number != self.next {
-            self.begin_anew_at(angle);
-        }
-        self.next = numbered.number.wrapping_add(1);
-        self.record.push(angle, &numbered.block);
-        self.fresh += 1;
     }
 
     /// Blocks in the record.
@@ -86,43 +63,99 @@ where
         self.record.path(self.fresh)
     }
 
-    /// Sets the position of the first block.
-    pub(crate) fn place(&mut self, angle: &AngleSettings<N>, position: N) {
-        self.record.place(angle, position);
-    }
-
     /// True if a fit is under way.
     pub(crate) fn is_under_way(&self) -> bool {
         self.fit.is_some()
     }
 
+    /// A first fit has succeeded.
+    pub(crate) fn end_wait(&mut self) {
+        self.wait.end();
+    }
+}
+
+impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+where
+    N: Number,
+    S: IdentifiableSet<P>,
+{
+    /// Forgets the record, and the fit under way.
+    pub(crate) fn begin_anew<const W: usize>(&self, fits: &mut Fits<N, W, S::Inputs<N>, P, Q>) {
+        fits.record.clear(&self.angle);
+        fits.fresh = 0;
+        fits.fit = None;
+    }
+
+    /// Takes a block. One that is not the next begins the record anew: no fit spans a gap.
+    pub(crate) fn take<const W: usize>(
+        &self,
+        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        numbered: &NumberedBlock<N>,
+    ) {
+        fits.wait.take(self.patience, numbered);
+        if numbered.number != fits.next {
+            self.begin_anew(fits);
+        }
+        fits.next = numbered.number.wrapping_add(1);
+        fits.record.push(&self.angle, &numbered.block);
+        fits.fresh += 1;
+    }
+
+    /// Sets the position of the first block.
+    pub(crate) fn place<const W: usize>(
+        &self,
+        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        position: N,
+    ) {
+        fits.record.place(&self.angle, position);
+    }
+
     /// Begins a fit to the record.
-    pub(crate) fn begin<S>(&mut self, fitter: &Fitter<N, S, P, Q>, prior: Prior<N, P>)
-    where
-        S: IdentifiableSet<P, Inputs<N> = I>,
-    {
-        self.fresh = 0;
-        self.record.hold();
-        self.fit = Some(fitter.begin(self.record.len(), prior, *self.record.before()));
+    pub(crate) fn begin<const W: usize>(
+        &self,
+        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        prior: Prior<N, P>,
+    ) {
+        fits.fresh = 0;
+        fits.record.hold();
+        fits.fit = Some(self.begin_fit(fits.record.len(), prior, *fits.record.before()));
     }
 
     /// Continues the fit under way by at most `budget` blocks.
-    pub(crate) fn advance<S>(
-        &mut self,
-        fitter: &Fitter<N, S, P, Q>,
+    pub(crate) fn advance<const W: usize>(
+        &self,
+        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
         budget: u32,
-    ) -> Option<Ended<N, P>>
-    where
-        S: IdentifiableSet<P, Inputs<N> = I>,
-    {
-        let fit = self.fit.as_mut()?;
-        let result = (0..budget).find_map(|_| fitter.work(fit, &self.record))?;
-        self.fit = None;
-        self.record.release();
+    ) -> Option<Ended<N, P>> {
+        let fit = fits.fit.as_mut()?;
+        let result = (0..budget).find_map(|_| self.work(fit, &fits.record))?;
+        fits.fit = None;
+        fits.record.release();
         Some(Ended {
             result,
-            last: self.next.wrapping_sub(1),
-            full: self.record.is_full(),
+            last: fits.next.wrapping_sub(1),
+            full: fits.record.is_full(),
         })
+    }
+
+    /// Takes in that no servo could be taken from a result. True if the record was full, a first fit is overdue and the
+    /// reason is new.
+    pub(crate) fn object<const W: usize>(
+        &self,
+        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        ended: &Ended<N, P>,
+    ) -> bool {
+        let reason = ended
+            .result
+            .map_or(Reason::TooLittleMotion, |result| result.objection());
+        ended.full && fits.wait.object(self.patience, reason)
+    }
+
+    /// Why there is no first fit, once it is overdue.
+    pub(crate) fn obstacle<const W: usize>(
+        &self,
+        fits: &Fits<N, W, S::Inputs<N>, P, Q>,
+    ) -> Option<Reason> {
+        fits.wait.reason(self.patience)
     }
 }

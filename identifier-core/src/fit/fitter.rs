@@ -1,14 +1,15 @@
 use core::marker::PhantomData;
 
 use super::block::Block;
-use super::pass::{Pass, direction};
+use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
+use super::pass::{Pass, PassSums};
 use super::record::Record;
 use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger};
-use super::trial::BestFit;
 use super::{A, B, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
+use crate::measurement::direction::direction;
 use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknowns_fingerprint};
@@ -22,7 +23,7 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknow
 /// with and without friction. Given initial values are further starts, and if none of these explains
 /// the motion, a geometric series of gains is tried.
 ///
-/// **Passes.** From each start at most [`Fitter::MAX_PASSES`] passes of the
+/// **Passes.** From each start a [descent](Fitter::DESCENT) in passes of the
 /// [`ObserverModel`](crate::model::ObserverModel); the start that explains the motion best wins. The
 /// correction of the model keeps its output error bounded for every trial.
 ///
@@ -36,7 +37,7 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknow
 pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usize = 6> {
     pub(super) step: FrictionStep<N>,
     /// Blocks in motion after which a first fit is overdue.
-    pub(crate) patience: u32,
+    pub(super) patience: u32,
     /// Variance of the position noise, counts².
     pub(super) noise: N,
     pub(super) low: [N; P],
@@ -51,7 +52,8 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
     /// Weights of the initial position and velocity, see [`Fitter::INITIAL`].
     pub(super) initial_weight: [N; 2],
     pub(super) bandwidth: Option<N>,
-    angle: AngleSettings<N>,
+    /// The angle as the models need it.
+    pub(super) angle: AngleSettings<N>,
     per_low_speed_velocity: N,
     pub(super) demanded: Terms,
     set: PhantomData<S>,
@@ -84,10 +86,8 @@ pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
     /// The cost of a model at rest.
     pub(super) standing_cost: N,
     pub(super) trial: [N; Q],
-    pub(super) damping: N,
-    pub(super) passes: u32,
-    pub(super) this: Option<BestFit<N, I, Q>>,
-    pub(super) best: Option<BestFit<N, I, Q>>,
+    pub(super) descent: Descent<N, Q, PassSums<N>>,
+    pub(super) best: Option<Explanation<N, Q, PassSums<N>>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,11 +106,12 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// The most passes from one start.
-    pub(super) const MAX_PASSES: u32 = 12;
-
-    /// Levenberg's and Marquardt's damping at the start.
-    pub(super) const FIRST_DAMPING: f64 = 1e-3;
+    /// The descent from a start.
+    pub(super) const DESCENT: DescentSettings = DescentSettings {
+        damping: 1e-3,
+        max_passes: 12,
+        min_change: 1e-4,
+    };
 
     /// A fit explains the motion if the variance of the errors is below this many times the
     /// encoder's; then no further start is tried.
@@ -154,13 +155,8 @@ where
         }
     }
 
-    /// The angle as the models need it.
-    pub(crate) fn angle(&self) -> &AngleSettings<N> {
-        &self.angle
-    }
-
     /// Begins a fit to the record.
-    pub(super) fn begin(
+    pub(super) fn begin_fit(
         &self,
         blocks: usize,
         prior: Prior<N, P>,
@@ -180,9 +176,7 @@ where
             command_share: N::ZERO,
             standing_cost: N::ZERO,
             trial: [N::ZERO; Q],
-            damping: N::ZERO,
-            passes: 0,
-            this: None,
+            descent: Descent::begin(&Self::DESCENT),
             best: None,
         }
     }
@@ -199,7 +193,8 @@ where
                 match fit.stage {
                     FitStage::Survey => fit.survey.observe(block),
                     FitStage::Linear => {
-                        let direction = direction(record, fit.next);
+                        let travel = |index: usize| Some(record.get(index)?.travel);
+                        let direction = direction(fit.next, travel);
                         self.linear_block(fit, block, direction);
                     }
                     FitStage::From(_) | FitStage::Weigh => self.model_block(fit, block),
@@ -242,25 +237,33 @@ where
                 self.begin_start(fit, 0);
             }
             FitStage::From(start) => {
-                if !self.end_pass(fit) {
+                let pass = Explanation {
+                    unknowns: fit.trial,
+                    equations: fit.pass.equations,
+                    sums: fit.pass.sums,
+                };
+                let free = self.free_unknowns(&fit.prior);
+                let bounds = [&self.low, &self.high];
+                if let Some(trial) = fit.descent.descend(&Self::DESCENT, pass, free, bounds) {
+                    fit.trial = trial;
                     self.begin_pass(fit);
                     return None;
                 }
-                let better = |a: &BestFit<_, _, Q>, b: &BestFit<_, _, Q>| {
-                    a.pass.equations.cost() < b.pass.equations.cost()
-                };
-                if let Some(this) = fit.this.take()
-                    && fit.best.is_none_or(|best| better(&this, &best))
+                if let Some(this) = fit.descent.best()
+                    && this.is_better_than(fit.best.as_ref())
                 {
-                    fit.best = Some(this);
+                    fit.best = Some(*this);
                 }
                 let explained = fit.best.is_some_and(|best| {
                     let explained = N::from_f64(Self::EXPLAINED_VARIANCE) * self.noise;
-                    best.pass.equations.cost() < explained * N::from_count(fit.blocks as i32)
+                    best.equations.cost() < explained * N::from_count(fit.blocks as i32)
                 });
                 let guesses = 3;
                 let last = guesses + Self::GAIN_FACTORS.len() as u32;
-                let next = start + 1;
+                let next = match start + 1 {
+                    Self::FROM_PRIOR if !Self::knows_a_parameter(&fit.prior) => guesses,
+                    next => next,
+                };
                 if next >= last || (explained && next >= guesses) {
                     if !self.has_candidates(&fit.prior) {
                         // Apart from the end of the pass: a slice of its own.

@@ -1,5 +1,5 @@
-//! The decisions of Levenberg's and Marquardt's method between two passes over a record: whether a pass
-//! helped, how much the next is damped, and where it goes.
+//! Levenberg's and Marquardt's method between two passes over a record: whether a pass helped, how much the next step is
+//! damped, and where it leads.
 
 use crate::linalg::NormalEquations;
 use crate::number::Number;
@@ -7,33 +7,99 @@ use crate::number::Number;
 /// The factor by which a better or worse pass changes the damping.
 const DAMPING_FACTOR: f64 = 10.0;
 
-/// The judgement of a pass against the best before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Judged {
-    /// It is the best so far.
-    pub(crate) helped: bool,
-    /// It changed the cost by so little that the next would as well.
-    pub(crate) was_little: bool,
+/// How a descent begins and ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DescentSettings {
+    /// The damping of the first step.
+    pub(crate) damping: f64,
+    /// The most passes.
+    pub(crate) max_passes: u32,
+    /// A pass that changes the cost by less than this fraction is the last.
+    pub(crate) min_change: f64,
 }
 
-/// Judges a pass by its cost and the least before it, and damps the next one accordingly. A change by less
-/// than the fraction `enough` of the least is little.
-pub(crate) fn judge<N: Number>(cost: N, least: Option<N>, enough: f64, damping: &mut N) -> Judged {
-    let helped = cost.is_finite() && least.is_none_or(|least| cost < least);
-    let was_little =
-        least.is_some_and(|least| (least - cost).magnitude() <= N::from_f64(enough) * least);
-    let change = if helped {
-        1.0 / DAMPING_FACTOR
-    } else {
-        DAMPING_FACTOR
-    };
-    *damping = *damping * N::from_f64(change);
-    Judged { helped, was_little }
+/// A pass over a record as a fit keeps it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Explanation<N, const Q: usize, T = ()> {
+    /// Its unknowns.
+    pub(crate) unknowns: [N; Q],
+    /// The normal equations at them.
+    pub(crate) equations: NormalEquations<N, Q>,
+    /// Other sums of the pass.
+    pub(crate) sums: T,
+}
+
+impl<N: Number, const Q: usize, T> Explanation<N, Q, T> {
+    /// True if it explains more than another.
+    pub(crate) fn is_better_than(&self, other: Option<&Self>) -> bool {
+        other.is_none_or(|other| self.equations.cost() < other.equations.cost())
+    }
+}
+
+/// A descent from a start: the best pass so far, and the damping of the next step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Descent<N, const Q: usize, T = ()> {
+    best: Option<Explanation<N, Q, T>>,
+    damping: N,
+    passes: u32,
+}
+
+impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
+    /// Before the first pass.
+    pub(crate) fn begin(settings: &DescentSettings) -> Self {
+        Self {
+            best: None,
+            damping: N::from_f64(settings.damping),
+            passes: 0,
+        }
+    }
+
+    /// The pass that explains most; none before the first, and where none has a finite cost.
+    pub(crate) fn best(&self) -> Option<&Explanation<N, Q, T>> {
+        self.best.as_ref()
+    }
+
+    /// Takes a pass. The unknowns of the next one: those of the best and a damped step of the `free` ones, the first P within
+    /// bounds; none if this was the last.
+    pub(crate) fn descend<const P: usize>(
+        &mut self,
+        settings: &DescentSettings,
+        pass: Explanation<N, Q, T>,
+        free: [bool; Q],
+        [low, high]: [&[N; P]; 2],
+    ) -> Option<[N; Q]> {
+        let cost = pass.equations.cost();
+        let least = self.best().map(|best| best.equations.cost());
+        let helped = cost.is_finite() && pass.is_better_than(self.best());
+        let enough = N::from_f64(settings.min_change);
+        let was_little = least.is_some_and(|least| (least - cost).magnitude() <= enough * least);
+        let change = if helped {
+            1.0 / DAMPING_FACTOR
+        } else {
+            DAMPING_FACTOR
+        };
+        self.damping = self.damping * N::from_f64(change);
+        if helped {
+            self.best = Some(pass);
+        }
+        self.passes += 1;
+        if was_little || self.passes >= settings.max_passes {
+            return None;
+        }
+        let best = self.best()?;
+        let at = &best.unknowns;
+        let step = bounded_step(&best.equations, at, self.damping, free, low, high);
+        let mut next = moved(at, &step);
+        for ((value, &low), &high) in next.iter_mut().zip(low).zip(high) {
+            *value = value.limited(low, high);
+        }
+        Some(next)
+    }
 }
 
 /// The damped step from unknowns of which the first P have bounds. One at a bound that would leave it is
 /// kept there, and the step is taken without it, so that the others do not compensate for it.
-pub(crate) fn bounded_step<N: Number, const P: usize, const Q: usize>(
+fn bounded_step<N: Number, const P: usize, const Q: usize>(
     equations: &NormalEquations<N, Q>,
     unknowns: &[N; Q],
     damping: N,
@@ -62,7 +128,7 @@ pub(crate) fn bounded_step<N: Number, const P: usize, const Q: usize>(
 }
 
 /// Unknowns moved by a step; one that would cease to be finite stays.
-pub(crate) fn moved<N: Number, const Q: usize>(unknowns: &[N; Q], step: &[N; Q]) -> [N; Q] {
+fn moved<N: Number, const Q: usize>(unknowns: &[N; Q], step: &[N; Q]) -> [N; Q] {
     core::array::from_fn(|i| {
         let moved = unknowns[i] + step[i];
         if moved.is_finite() {
@@ -75,51 +141,86 @@ pub(crate) fn moved<N: Number, const Q: usize>(unknowns: &[N; Q], step: &[N; Q])
 
 #[cfg(test)]
 mod tests {
-    use super::{Judged, bounded_step, judge, moved};
+    use super::{Descent, DescentSettings, Explanation, bounded_step, moved};
     use crate::linalg::NormalEquations;
 
-    #[test]
-    fn a_better_pass_is_damped_less_and_a_worse_one_more() {
-        let mut damping = 1.0;
-        let better = judge(2.0, Some(4.0), 1e-3, &mut damping);
-        assert_eq!(
-            better,
-            Judged {
-                helped: true,
-                was_little: false
-            }
-        );
-        assert!((damping - 0.1_f64).abs() < 1e-12);
-        let worse = judge(4.0, Some(2.0), 1e-3, &mut damping);
-        assert_eq!(
-            worse,
-            Judged {
-                helped: false,
-                was_little: false
-            }
-        );
-        assert!((damping - 1.0).abs() < 1e-12);
+    const SETTINGS: DescentSettings = DescentSettings {
+        damping: 1.0,
+        max_passes: 6,
+        min_change: 1e-3,
+    };
+
+    fn pass<const Q: usize>(
+        unknowns: [f64; Q],
+        equations: NormalEquations<f64, Q>,
+    ) -> Explanation<f64, Q> {
+        Explanation {
+            unknowns,
+            equations,
+            sums: (),
+        }
+    }
+
+    /// Descends by passes of these costs, the unknown being the number of the pass. True for one that was the last.
+    fn judged<const C: usize>(costs: [f64; C]) -> (Descent<f64, 1>, [bool; C]) {
+        let mut descent = Descent::begin(&SETTINGS);
+        let mut number = 0.0;
+        let last = costs.map(|cost| {
+            let mut equations = NormalEquations::EMPTY;
+            equations.add(&[0.0], cost.sqrt());
+            number += 1.0;
+            let pass = pass([number], equations);
+            let next = descent.descend(&SETTINGS, pass, [true], [&[], &[]]);
+            next.is_none()
+        });
+        (descent, last)
+    }
+
+    fn best(descent: &Descent<f64, 1>) -> Option<u32> {
+        descent.best().map(|best| best.unknowns[0] as u32)
     }
 
     #[test]
-    fn the_first_pass_helps_unless_it_is_not_finite() {
-        let judged = judge(2.0, None, 1e-3, &mut 1.0);
-        assert_eq!(
-            judged,
-            Judged {
-                helped: true,
-                was_little: false
-            }
-        );
-        assert!(!judge(f64::NAN, None, 1e-3, &mut 1.0).helped);
-        assert!(!judge(f64::NAN, Some(1.0), 1e-3, &mut 1.0).helped);
+    fn a_better_pass_is_kept_and_damped_less_and_a_worse_one_damped_more() {
+        let (better, last) = judged([4.0, 2.0]);
+        assert_eq!((best(&better), last), (Some(2), [false; 2]));
+        assert!((better.damping - 0.01).abs() < 1e-12);
+        let (worse, last) = judged([4.0, 2.0, 3.0]);
+        assert_eq!((best(&worse), last), (Some(2), [false; 3]));
+        assert!((worse.damping - 0.1).abs() < 1e-12);
     }
 
     #[test]
-    fn a_small_change_is_little_in_either_direction() {
-        assert!(judge(0.9999, Some(1.0), 1e-3, &mut 1.0).was_little);
-        assert!(judge(1.0001, Some(1.0), 1e-3, &mut 1.0).was_little);
-        assert!(!judge(0.99, Some(1.0), 1e-3, &mut 1.0).was_little);
+    fn the_first_pass_is_kept_unless_its_cost_is_not_finite() {
+        let (descent, last) = judged([f64::NAN]);
+        assert_eq!((best(&descent), last), (None, [true]));
+        let (descent, last) = judged([1.0, f64::NAN]);
+        assert_eq!((best(&descent), last), (Some(1), [false; 2]));
+    }
+
+    #[test]
+    fn a_small_change_in_either_direction_or_too_many_passes_are_the_end() {
+        assert_eq!(judged([1.0, 0.9999]).1, [false, true]);
+        assert_eq!(judged([1.0, 1.0001]).1, [false, true]);
+        assert_eq!(judged([1.0, 0.99]).1, [false, false]);
+        let many = judged([64.0, 32.0, 16.0, 8.0, 4.0, 2.0]).1;
+        assert_eq!(many, [false, false, false, false, false, true]);
+    }
+
+    #[test]
+    fn the_next_unknowns_are_within_their_bounds() {
+        let mut descent = Descent::begin(&SETTINGS);
+        let mut equations = NormalEquations::<f64, 2>::EMPTY;
+        equations.add(&[1.0, 0.0], 9.0);
+        equations.add(&[0.0, 1.0], 9.0);
+        let next = descent.descend(
+            &SETTINGS,
+            pass([1.0; 2], equations),
+            [true; 2],
+            [&[0.0], &[2.0]],
+        );
+        let next = next.expect("a further pass");
+        assert!((next[0] - 2.0).abs() < 1e-12 && next[1] > 5.0, "{next:?}");
     }
 
     /// Two unknowns with nearly the same effect on the measurement: held at its bound, one leaves the other its

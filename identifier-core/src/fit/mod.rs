@@ -5,6 +5,7 @@
 //! background's [`Fits`] collect them in a record of their own and fit to it.
 
 mod block;
+pub(crate) mod colour;
 mod fit_result;
 mod fits;
 mod fitter;
@@ -16,18 +17,17 @@ mod recorder;
 mod start;
 mod suggestion;
 mod survey;
-mod trial;
 mod wait;
 
 pub(crate) use block::Blocking;
 pub use block::NumberedBlock;
 pub(crate) use fit_result::FitResult;
-pub(crate) use fits::{Ended, Fits};
+pub(crate) use fits::Fits;
 pub(crate) use fitter::Fitter;
 pub(crate) use prior::{FitterConfig, Prior};
 pub(crate) use recorder::Recorder;
 pub(crate) use survey::MIN_TRAVEL_COUNTS;
-pub(crate) use wait::{FirstFitWait, PATIENCE};
+pub(crate) use wait::PATIENCE;
 
 use crate::parameters::Unknown;
 

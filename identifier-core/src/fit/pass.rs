@@ -1,11 +1,10 @@
 use super::B;
 use super::block::Block;
+use super::colour::Colour;
 use super::fitter::{Fit, Fitter};
-use super::record::Record;
 use crate::adaptation::IdentifiableSet;
 use crate::linalg::NormalEquations;
-use crate::measurement::direction::direction as direction_of;
-use crate::model::{KnownInputs, ObserverModel, Tangents};
+use crate::model::{ObserverModel, Tangents};
 use crate::number::Number;
 use crate::parameters::Unknown;
 
@@ -17,8 +16,13 @@ pub(super) struct Pass<N, I, const Q: usize> {
     pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, Q>,
     pub(super) equations: NormalEquations<N, Q>,
-    pub(super) last_error: N,
-    pub(super) lag_one: N,
+    pub(super) sums: PassSums<N>,
+}
+
+/// What a pass sums besides its equations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PassSums<N> {
+    pub(super) colour: Colour<N>,
     pub(super) speed_square: N,
     pub(super) acceleration_square: N,
 }
@@ -37,10 +41,11 @@ impl<N: Number, I, const Q: usize> Pass<N, I, Q> {
             },
             tangents,
             equations: NormalEquations::EMPTY,
-            last_error: N::ZERO,
-            lag_one: N::ZERO,
-            speed_square: N::ZERO,
-            acceleration_square: N::ZERO,
+            sums: PassSums {
+                colour: Colour::NONE,
+                speed_square: N::ZERO,
+                acceleration_square: N::ZERO,
+            },
         }
     }
 
@@ -54,8 +59,7 @@ impl<N: Number, I, const Q: usize> Pass<N, I, Q> {
         }
         let error = self.model.error;
         self.equations.add(&row, error);
-        self.lag_one += error * self.last_error;
-        self.last_error = error;
+        self.sums.colour.add(error);
     }
 }
 
@@ -128,19 +132,9 @@ where
         // The tangents of first order are half a block ahead of the motion.
         pass.tangents.position[B] += block.lead * moving;
         let change = pass.model.velocity - before;
-        pass.speed_square += way * way;
-        pass.acceleration_square += change * change;
+        pass.sums.speed_square += way * way;
+        pass.sums.acceleration_square += change * change;
         pass.model.observe(block.travel);
         pass.measure(&free);
     }
-}
-
-/// The direction in which the servo moved during a block, zero at standstill.
-pub(super) fn direction<N: Number, I: KnownInputs<N>, const W: usize>(
-    record: &Record<N, I, W>,
-    index: usize,
-) -> N {
-    let travel = |index: usize| record.get(index).map_or(N::ZERO, |block| block.travel);
-    let before = index.checked_sub(1).map_or(N::ZERO, travel);
-    direction_of([before, travel(index), travel(index + 1)])
 }

@@ -1,5 +1,6 @@
 use super::B;
 use super::fitter::{Fit, Fitter};
+use super::levenberg_marquardt::Descent;
 use super::pass::Pass;
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
@@ -16,6 +17,9 @@ where
     /// Factors on the gain that the amplitudes suggest: further starts where nothing better is known.
     pub(super) const GAIN_FACTORS: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
 
+    /// The start from the prior, behind the two of the linear pass.
+    pub(super) const FROM_PRIOR: u32 = 2;
+
     /// The unknowns to start from.
     pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
@@ -24,13 +28,7 @@ where
         if trial[B] <= N::ZERO {
             trial[B] = suggested;
         }
-        if start == 2 {
-            if !Self::knows_a_parameter(&fit.prior) {
-                fit.next = fit.blocks;
-                fit.this = None;
-                fit.passes = Self::MAX_PASSES;
-                return;
-            }
+        if start == Self::FROM_PRIOR {
             for (value, initial) in trial.iter_mut().zip(fit.prior.initial) {
                 *value = initial.unwrap_or(*value);
             }
@@ -61,9 +59,7 @@ where
             }
         }
         fit.trial = trial;
-        fit.damping = N::from_f64(Self::FIRST_DAMPING);
-        fit.passes = 0;
-        fit.this = None;
+        fit.descent = Descent::begin(&Self::DESCENT);
         self.begin_pass(fit);
     }
 
@@ -74,21 +70,16 @@ where
         for i in 0..P {
             let weight = fit.prior.weight[i];
             if let Some(initial) = fit.prior.initial[i].filter(|_| weight > N::ZERO) {
-                let mut row = [N::ZERO; Q];
-                row[i] = weight;
-                let error = (initial - fit.trial[i]) * weight;
-                fit.pass.equations.add(&row, error);
+                fit.pass.equations.expect(i, weight, initial - fit.trial[i]);
             }
         }
     }
 
-    /// The prior of the initial state, as two more measurements.
+    /// The prior of the initial state: a count within its rounding, and hardly any velocity.
     pub(super) fn add_initial(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
         for (place, weight) in (P..Q).zip(self.initial_weight) {
-            let mut row = [N::ZERO; Q];
-            if let (Some(own), Some(&value)) = (row.get_mut(place), fit.trial.get(place)) {
-                *own = weight;
-                fit.pass.equations.add(&row, -(value * weight));
+            if let Some(&value) = fit.trial.get(place) {
+                fit.pass.equations.expect(place, weight, -value);
             }
         }
     }

@@ -34,6 +34,21 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         self.cost += error * error;
     }
 
+    /// Takes in that one unknown is expected to be this much larger: a sample that depends on no other. The weight is the
+    /// standard deviation of a sample's error over that of the expectation.
+    pub(crate) fn expect(&mut self, unknown: usize, weight: N, larger: N) {
+        let error = larger * weight;
+        let diagonal = self
+            .matrix
+            .get_mut(unknown)
+            .and_then(|row| row.get_mut(unknown));
+        if let (Some(diagonal), Some(right)) = (diagonal, self.right.get_mut(unknown)) {
+            *diagonal += weight * weight;
+            *right += weight * error;
+            self.cost += error * error;
+        }
+    }
+
     /// The step that Levenberg and Marquardt take, (A + λ diag A) δ = g (Marquardt, "An algorithm
     /// for least-squares estimation of nonlinear parameters", SIAM Journal 11(2), 1963). An unknown
     /// that nothing depends on, or that is not `free`, stays.
@@ -183,6 +198,16 @@ mod tests {
                 prop_assert!(covariance[i][i] > 0.0);
             }
         }
+    }
+
+    #[test]
+    fn an_expectation_is_a_sample_of_one_unknown() {
+        let mut samples = NormalEquations::<f64, 3>::EMPTY;
+        samples.add(&[1.0, -2.0, 0.5], 3.0);
+        let mut expected = samples;
+        samples.add(&[0.0, 4.0, 0.0], 4.0 * -0.7);
+        expected.expect(1, 4.0, -0.7);
+        assert_eq!(samples, expected);
     }
 
     #[test]

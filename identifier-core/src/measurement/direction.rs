@@ -2,12 +2,15 @@
 
 use crate::number::Number;
 
-/// The direction in which a servo moved, zero at standstill: by its own travel, or, if that is within the
-/// encoder's rounding, by that before and after it too. All in counts.
-pub(crate) fn direction<N: Number>([before, own, after]: [N; 3]) -> N {
+/// The direction in which a servo moved over a piece of a record, zero at standstill: by its travel over the piece, or, if
+/// that is within the encoder's rounding, over the pieces before and after it too. `travel` is that over each piece of the
+/// record, counts.
+pub(crate) fn direction<N: Number>(index: usize, travel: impl Fn(usize) -> Option<N>) -> N {
     /// Travel that exceeds crossing one edge of the encoder to and fro.
     const BEYOND: f64 = 1.5;
     let beyond = N::from_f64(BEYOND);
+    let at = |index: Option<usize>| index.and_then(&travel).unwrap_or(N::ZERO);
+    let [before, own, after] = [index.checked_sub(1), Some(index), index.checked_add(1)].map(at);
     for way in [own, before + own + after] {
         if way > beyond {
             return N::ONE;

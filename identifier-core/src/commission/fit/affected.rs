@@ -40,36 +40,31 @@ impl<N: Number> Affected<N> {
         motion: &MotionRecord<N, W>,
         (index, position): (usize, N),
     ) {
-        /// More commands than these cannot act in a piece; a bound in case of NaN.
-        const MAX_COMMANDS: u32 = 64;
         let Some(piece) = motion.get(index) else {
             return;
         };
         let [a, gain] = [unknowns[A], unknowns[B]];
         let load = unknowns[LOAD] + effect.push(position, piece.travel);
-        let mut left = piece.samples;
-        for _ in 0..MAX_COMMANDS {
-            let acting = self.inputs.take(motion, left);
+        let mut inputs = self.inputs;
+        inputs.over(motion, piece.samples, |acting| {
             let time = acting.time;
-            if time > N::ZERO {
-                let square = time * time;
-                let before = self.velocity;
-                let friction = unknowns[COULOMB] + effect.friction(before);
-                let drive = gain * effect.command(acting.command) + load;
-                let (gone, phase) =
-                    step.process(a * time, drive * square, friction * square, before * time);
-                self.velocity = gone.velocity * time.reciprocal();
-                let lead = gain * acting.lead * square * phase.moving_part();
-                let way = gone.increment + lead;
-                let change = self.velocity - before;
-                let hidden = effect.hides(&mut self.memory, time, way, change);
-                self.error = self.error - way + hidden;
-                left = left - time;
+            if time <= N::ZERO {
+                return;
             }
-            if left <= N::ZERO {
-                break;
-            }
-        }
+            let square = time * time;
+            let before = self.velocity;
+            let friction = unknowns[COULOMB] + effect.friction(before);
+            let drive = gain * effect.command(acting.command) + load;
+            let (gone, phase) =
+                step.process(a * time, drive * square, friction * square, before * time);
+            self.velocity = gone.velocity * time.reciprocal();
+            let lead = gain * acting.lead * square * phase.moving_part();
+            let way = gone.increment + lead;
+            let change = self.velocity - before;
+            let hidden = effect.hides(&mut self.memory, time, way, change);
+            self.error = self.error - way + hidden;
+        });
+        self.inputs = inputs;
         self.error += piece.travel;
     }
 }

@@ -6,9 +6,9 @@ use super::pass::next_trial;
 use super::scales::RecordScales;
 use super::servo_fit::ServoFit;
 use super::servo_fitter::ServoFitter;
-use super::{ALL, B, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
-use crate::fit::levenberg_marquardt::judge;
-use crate::linalg::NormalEquations;
+use super::{ALL, B, POSITION, UNKNOWNS, VELOCITY};
+use crate::fit::ROUNDING;
+use crate::fit::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -43,9 +43,7 @@ pub(crate) struct EffectSearch<N> {
     /// The most promising so far, and its remaining cost.
     promising: Option<(u32, f64)>,
     comparison: Option<Comparison<N>>,
-    best: Option<BestEffect<N>>,
-    damping: N,
-    passes: u32,
+    descent: Descent<N, ALL>,
     /// The squared errors that are left without an effect.
     without: f64,
     /// The reason that names the best effect, and its remaining cost; the same of a dead band.
@@ -53,19 +51,13 @@ pub(crate) struct EffectSearch<N> {
     dead_band: (f64, f64),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct BestEffect<N> {
-    unknowns: [N; ALL],
-    equations: NormalEquations<N, ALL>,
-}
-
 impl<N: Number> EffectSearch<N> {
-    /// The most passes of a fit.
-    const PASSES: u32 = 16;
-    /// Levenberg's and Marquardt's damping at the start.
-    const FIRST_DAMPING: f64 = 1e-3;
-    /// A pass that changes the cost by less than this part is the last.
-    const MIN_CHANGE: f64 = 1e-3;
+    /// The fit with an effect.
+    const DESCENT: DescentSettings = DescentSettings {
+        damping: 1e-3,
+        max_passes: 16,
+        min_change: 1e-3,
+    };
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
     /// A dead band that explains this part of the errors, and leaves no more than this many times what the best
@@ -95,9 +87,7 @@ impl<N: Number> EffectSearch<N> {
             start: 0,
             promising: None,
             comparison: None,
-            best: None,
-            damping: N::from_f64(Self::FIRST_DAMPING),
-            passes: 0,
+            descent: Descent::begin(&Self::DESCENT),
             without: 0.0,
             found: None,
             dead_band: (0.0, f64::MAX),
@@ -185,41 +175,29 @@ impl<N: Number> EffectSearch<N> {
             self.start += 1;
             return;
         }
-        if self.is_last(&pass) {
+        let pass = Explanation {
+            unknowns: pass.unknowns,
+            equations: pass.equations,
+            sums: (),
+        };
+        let next = next_trial(&mut self.descent, &Self::DESCENT, pass, &self.bounds);
+        let (Some(mut next), Some(best)) = (next, self.descent.best()) else {
             self.conclude(effect, motion.len());
             return;
+        };
+        let most = effect.most(&sizes_of(&best.unknowns));
+        for i in 0..SIZES {
+            let (at, most) = (best.unknowns[UNKNOWNS + i], N::from_f64(most[i]));
+            let size = &mut next[UNKNOWNS + i];
+            *size = size.limited(at - most, at + most);
         }
-        if let Some(best) = &self.best {
-            let mut next = next_trial(&best.equations, &best.unknowns, self.damping, &self.bounds);
-            let most = effect.most(&sizes_of(&best.unknowns));
-            for i in 0..SIZES {
-                let (at, most) = (best.unknowns[UNKNOWNS + i], N::from_f64(most[i]));
-                let size = &mut next[UNKNOWNS + i];
-                *size = size.limited(at - most, at + most);
-            }
-            self.begin_pass(effect, &next, motion);
-        }
-    }
-
-    /// Judges a pass of a fit; true if it was the last.
-    fn is_last(&mut self, pass: &Comparison<N>) -> bool {
-        let least = self.best.as_ref().map(|best| best.equations.cost());
-        let cost = pass.equations.cost();
-        let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
-        if judged.helped {
-            self.best = Some(BestEffect {
-                unknowns: pass.unknowns,
-                equations: pass.equations,
-            });
-        }
-        self.passes += 1;
-        judged.was_little || self.passes >= Self::PASSES || self.best.is_none()
+        self.begin_pass(effect, &next, motion);
     }
 
     /// Takes the result of a fit with an effect, and continues with the next.
     fn conclude(&mut self, effect: Effect, pieces: usize) {
         let mut explained = false;
-        if let Some(best) = self.best.take() {
+        if let Some(best) = self.descent.best() {
             let left = best.equations.cost().to_f64();
             let sizes = sizes_of(&best.unknowns);
             explained = left < Self::EXPLAINED * ROUNDING * pieces as f64;
@@ -247,8 +225,7 @@ impl<N: Number> EffectSearch<N> {
         };
         self.start = 0;
         self.promising = None;
-        self.passes = 0;
-        self.damping = N::from_f64(Self::FIRST_DAMPING);
+        self.descent = Descent::begin(&Self::DESCENT);
     }
 
     fn diagnosis(&self) -> Option<Diagnosis> {

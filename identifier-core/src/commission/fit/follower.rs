@@ -46,25 +46,19 @@ impl<N: Number> Follower<N> {
         motion: &MotionRecord<N, W>,
         index: usize,
     ) {
-        /// More commands than these cannot act in a piece; a bound in case of NaN.
-        const MAX_COMMANDS: u32 = 64;
         let Some(piece) = motion.get(index) else {
             return;
         };
-        let mut left = piece.samples;
-        for _ in 0..MAX_COMMANDS {
-            let acting = self.inputs.take(motion, left);
+        let mut inputs = self.inputs;
+        inputs.over(motion, piece.samples, |acting| {
             if acting.time > N::ZERO {
-                self.advance_under(step, &acting);
-                left = left - acting.time;
+                self.advance_under(step, acting);
             }
             if self.velocity != N::ZERO {
                 self.velocities[DELAY] += self.unknowns[B] * acting.step;
             }
-            if left <= N::ZERO {
-                break;
-            }
-        }
+        });
+        self.inputs = inputs;
         self.error += piece.travel;
     }
 

@@ -43,12 +43,28 @@ impl<N: Number> Inputs<N> {
         }
     }
 
-    /// The next acting input, for at most a time.
-    pub(super) fn take<const W: usize>(
+    /// Shows every command that acts over the next samples.
+    pub(super) fn over<const W: usize>(
         &mut self,
         motion: &MotionRecord<N, W>,
-        most: N,
-    ) -> HeldCommand<N> {
+        samples: N,
+        mut act: impl FnMut(&HeldCommand<N>),
+    ) {
+        /// More commands than these cannot act in a piece; a bound in case of NaN.
+        const MAX_COMMANDS: u32 = 64;
+        let mut left = samples;
+        for _ in 0..MAX_COMMANDS {
+            let acting = self.take(motion, left);
+            act(&acting);
+            left = left - acting.time;
+            if left <= N::ZERO {
+                break;
+            }
+        }
+    }
+
+    /// The next acting input, for at most a time.
+    fn take<const W: usize>(&mut self, motion: &MotionRecord<N, W>, most: N) -> HeldCommand<N> {
         let (half, twelve) = (N::from_f64(0.5), N::from_f64(12.0));
         let piece = self.piece;
         if self.left <= N::ZERO || piece.samples <= N::ZERO {

@@ -44,6 +44,3 @@ const VELOCITY: usize = 6;
 
 /// The same, then sizes of an effect.
 const ALL: usize = UNKNOWNS + effect::SIZES;
-
-/// Variance of a count's rounding.
-const ROUNDING: f64 = 1.0 / 12.0;

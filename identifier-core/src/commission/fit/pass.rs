@@ -2,7 +2,8 @@ use super::follower::Follower;
 use super::motion::MotionRecord;
 use super::prior::ServoPrior;
 use super::{B, UNKNOWNS};
-use crate::fit::levenberg_marquardt::{bounded_step, moved};
+use crate::fit::colour::Colour;
+use crate::fit::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
@@ -13,17 +14,11 @@ pub(super) struct ServoFitPass<N> {
     pub(super) unknowns: [N; UNKNOWNS],
     follower: Follower<N>,
     pub(super) equations: NormalEquations<N, UNKNOWNS>,
-    last_error: N,
-    pub(super) lag_one: N,
+    pub(super) colour: Colour<N>,
 }
 
-/// The unknowns that explain the motion best so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct BestServoFit<N> {
-    pub(super) unknowns: [N; UNKNOWNS],
-    pub(super) equations: NormalEquations<N, UNKNOWNS>,
-    pub(super) lag_one: N,
-}
+/// The unknowns that explain the motion best.
+pub(super) type BestServoFit<N> = Explanation<N, UNKNOWNS, Colour<N>>;
 
 impl<N: Number> ServoFitPass<N> {
     /// With these unknowns and prior knowledge.
@@ -38,8 +33,7 @@ impl<N: Number> ServoFitPass<N> {
             unknowns: *unknowns,
             follower: Follower::new(unknowns, motion),
             equations,
-            last_error: N::ZERO,
-            lag_one: N::ZERO,
+            colour: Colour::NONE,
         }
     }
 
@@ -53,22 +47,21 @@ impl<N: Number> ServoFitPass<N> {
         self.follower.advance(step, motion, index);
         let error = self.follower.error;
         self.equations.add(&self.follower.positions, error);
-        self.lag_one += error * self.last_error;
-        self.last_error = error;
+        self.colour.add(error);
     }
 }
 
-/// Where a damped step from unknowns within bounds leads.
-pub(super) fn next_trial<N: Number, const Q: usize>(
-    equations: &NormalEquations<N, Q>,
-    unknowns: &[N; Q],
-    damping: N,
+/// The unknowns of the next pass of a descent within bounds; none if this one was the last.
+pub(super) fn next_trial<N: Number, const Q: usize, T: Copy>(
+    descent: &mut Descent<N, Q, T>,
+    settings: &DescentSettings,
+    pass: Explanation<N, Q, T>,
     [low, high]: &[[N; Q]; 2],
-) -> [N; Q] {
-    let mut step = bounded_step(equations, unknowns, damping, [true; Q], low, high);
+) -> Option<[N; Q]> {
+    let mut next = descent.descend(settings, pass, [true; Q], [low, high])?;
     // A gain does not change its sign, nor its size at once.
-    let gain = unknowns[B];
-    let half = N::from_f64(0.5);
-    step[B] = step[B].limited(-(half * gain), gain + gain);
-    moved(unknowns, &step)
+    let gain = descent.best()?.unknowns[B];
+    let [half, three] = [0.5, 3.0].map(N::from_f64);
+    next[B] = next[B].limited(half * gain, three * gain);
+    Some(next)
 }

@@ -1,5 +1,5 @@
-use super::ROUNDING;
 use super::prediction::PredictionPass;
+use crate::fit::ROUNDING;
 use crate::number::Number;
 
 /// Finds position and velocity with which a record begins, for a servo that is known, from pass to pass.

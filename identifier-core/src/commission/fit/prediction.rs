@@ -4,7 +4,8 @@ use super::motion::MotionRecord;
 use super::placing::Placing;
 use super::prior::at_first;
 use super::servo_fitter::ServoFitter;
-use super::{POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use super::{POSITION, UNKNOWNS, VELOCITY};
+use crate::fit::ROUNDING;
 use crate::linalg::NormalEquations;
 use crate::number::Number;
 
@@ -184,11 +185,8 @@ impl<N: Number> ServoFitter<N> {
         // A model that friction holds at first shows nothing of its initial velocity.
         let mut equations = NormalEquations::EMPTY;
         for (place, weight) in at_first(self.speed_at_first(motion, true)) {
-            let weight = N::from_f64(weight);
-            let mut row = [N::ZERO; UNKNOWNS];
-            if let (Some(own), Some(&value)) = (row.get_mut(place), unknowns.get(place)) {
-                *own = weight;
-                equations.add(&row, -(weight * value));
+            if let Some(&value) = unknowns.get(place) {
+                equations.expect(place, N::from_f64(weight), -value);
             }
         }
         PredictionPass {

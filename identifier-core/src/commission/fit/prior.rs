@@ -1,5 +1,6 @@
 use super::super::IdentifiedServo;
-use super::{DELAY, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use super::{DELAY, POSITION, UNKNOWNS, VELOCITY};
+use crate::fit::ROUNDING;
 use crate::linalg::NormalEquations;
 use crate::number::Number;
 

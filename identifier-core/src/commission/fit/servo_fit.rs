@@ -2,9 +2,11 @@ use super::super::regression::{Regression, RegressionState};
 use super::motion::MotionRecord;
 use super::pass::{BestServoFit, ServoFitPass, next_trial};
 use super::prior::ServoPrior;
-use super::{A, B, COULOMB, DELAY, LOAD, ROUNDING, UNKNOWNS};
-use crate::fit::levenberg_marquardt::judge;
-use crate::measurement::direction::direction as direction_of;
+use super::{A, B, COULOMB, DELAY, LOAD, UNKNOWNS};
+use crate::fit::ROUNDING;
+use crate::fit::colour::Colour;
+use crate::fit::levenberg_marquardt::{Descent, DescentSettings, Explanation};
+use crate::measurement::direction::direction;
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -21,13 +23,11 @@ pub(crate) struct ServoFit<N> {
     few: usize,
     taken: usize,
     pass: Option<ServoFitPass<N>>,
+    descent: Descent<N, UNKNOWNS, Colour<N>>,
     best: Option<BestServoFit<N>>,
-    damping: N,
-    passes: u32,
     /// Starts that were tried, and from where the next ones are taken.
     starts: u32,
     first: [N; UNKNOWNS],
-    this: Option<BestServoFit<N>>,
     /// True if the servo has moved in the linear pass.
     moved: bool,
     over: bool,
@@ -42,12 +42,12 @@ enum ServoFitStage<N> {
 }
 
 impl<N: Number> ServoFit<N> {
-    /// The most passes from one start.
-    const PASSES: u32 = 12;
-    /// Levenberg's and Marquardt's damping at the start.
-    const FIRST_DAMPING: f64 = 1e-3;
-    /// A pass that changes the cost by less than this part is the last.
-    const MIN_CHANGE: f64 = 1e-4;
+    /// The descent from a start.
+    const DESCENT: DescentSettings = DescentSettings {
+        damping: 1e-3,
+        max_passes: 12,
+        min_change: 1e-4,
+    };
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
     /// Factors on gain and friction of the linear estimate, and additions to its delay (samples):
@@ -106,12 +106,10 @@ impl<N: Number> ServoFit<N> {
             few: usize::MAX,
             taken: usize::MAX,
             pass: None,
+            descent: Descent::begin(&Self::DESCENT),
             best: None,
-            damping: N::from_f64(Self::FIRST_DAMPING),
-            passes: 0,
             starts: 0,
             first,
-            this: None,
             moved: false,
             over: false,
         }
@@ -158,7 +156,7 @@ impl<N: Number> ServoFit<N> {
         {
             match (&mut self.stage, &mut self.pass) {
                 (ServoFitStage::Linear(regression, gathered, _), _) => {
-                    let direction = direction(motion, self.next);
+                    let direction = direction(self.next, |index| Some(motion.get(index)?.travel));
                     if direction != N::ZERO && !self.moved {
                         self.moved = true;
                         if self.next > 2
@@ -198,27 +196,21 @@ impl<N: Number> ServoFit<N> {
             self.begin_start(motion);
             return false;
         }
-        if !self.end_pass() {
-            let Some(best) = self.this else {
-                return true;
-            };
-            let trial = next_trial(&best.equations, &best.unknowns, self.damping, &self.bounds);
+        if let Some(trial) = self.end_pass() {
             self.begin_pass(motion, trial);
             return false;
         }
+        let this = self.descent.best().copied();
         if self.taken < motion.len()
-            && let Some(this) = self.this.take()
+            && let Some(this) = this
         {
             self.taken = self.taken.saturating_mul(2);
-            self.damping = N::from_f64(Self::FIRST_DAMPING);
-            self.passes = 0;
+            self.descent = Descent::begin(&Self::DESCENT);
             self.begin_pass(motion, this.unknowns);
             return false;
         }
-        if let Some(this) = self.this.take()
-            && self
-                .best
-                .is_none_or(|best| this.equations.cost() < best.equations.cost())
+        if let Some(this) = this
+            && this.is_better_than(self.best.as_ref())
         {
             self.best = Some(this);
         }
@@ -241,9 +233,7 @@ impl<N: Number> ServoFit<N> {
         trial[B] = trial[B] * gain;
         trial[COULOMB] = trial[COULOMB] * friction;
         trial[DELAY] += delay;
-        self.damping = N::from_f64(Self::FIRST_DAMPING);
-        self.passes = 0;
-        self.this = None;
+        self.descent = Descent::begin(&Self::DESCENT);
         self.taken = self.few;
         self.begin_pass(motion, trial);
     }
@@ -255,29 +245,14 @@ impl<N: Number> ServoFit<N> {
         self.next = 0;
     }
 
-    /// Judges the pass; true if it was the last from this start.
-    fn end_pass(&mut self) -> bool {
-        let Some(pass) = self.pass.take() else {
-            return true;
+    /// The unknowns of the next pass; none if this one was the last from this start.
+    fn end_pass(&mut self) -> Option<[N; UNKNOWNS]> {
+        let pass = self.pass.take()?;
+        let pass = Explanation {
+            unknowns: pass.unknowns,
+            equations: pass.equations,
+            sums: pass.colour,
         };
-        let least = self.this.as_ref().map(|best| best.equations.cost());
-        let cost = pass.equations.cost();
-        let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
-        if judged.helped {
-            self.this = Some(BestServoFit {
-                unknowns: pass.unknowns,
-                equations: pass.equations,
-                lag_one: pass.lag_one,
-            });
-        }
-        self.passes += 1;
-        judged.was_little || self.passes >= Self::PASSES
+        next_trial(&mut self.descent, &Self::DESCENT, pass, &self.bounds)
     }
-}
-
-/// The direction in which the servo moved during a piece, zero at standstill.
-fn direction<N: Number, const W: usize>(motion: &MotionRecord<N, W>, index: usize) -> N {
-    let travel = |index: usize| motion.get(index).map_or(N::ZERO, |piece| piece.travel);
-    let before = index.checked_sub(1).map_or(N::ZERO, travel);
-    direction_of([before, travel(index), travel(index + 1)])
 }

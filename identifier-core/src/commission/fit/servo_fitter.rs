@@ -3,7 +3,9 @@ use super::super::{IdentifiedServo, Reason};
 use super::motion::MotionRecord;
 use super::prior::ServoPrior;
 use super::servo_fit::ServoFit;
-use super::{A, B, COULOMB, DELAY, LOAD, POSITION, ROUNDING, UNKNOWNS, VELOCITY};
+use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
+use crate::fit::ROUNDING;
+use crate::fit::colour::coloured;
 use crate::model::{FrictionStep, ZeroOrderHoldStep};
 use crate::number::Number;
 use crate::parameters::ServoParameters;
@@ -184,9 +186,8 @@ impl<N: Number> ServoFitter<N> {
         let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
         let cost = best.equations.cost().to_f64();
         let variance = (cost / pieces).max(ROUNDING);
-        let correlation =
-            (best.lag_one.to_f64() / cost.max(f64::MIN_POSITIVE)).clamp(0.0, MAX_CORRELATION);
-        let coloured = variance * (1.0 + correlation) / (1.0 - correlation);
+        let products = best.sums.products.to_f64();
+        let coloured = coloured(variance, products, cost, MAX_CORRELATION);
         let inverse = best.equations.covariance();
         let per_scale = scale.map(|scale| 1.0 / scale);
         let value = |i: usize| best.unknowns[i].to_f64() * per_scale[i];

@@ -53,17 +53,10 @@ impl ResponsePass {
         let free = Self::free(two_masses, uncertain > 0.0);
         let viscous = [(FRICTION, friction, uncertain)];
         for (expected, mean, deviation) in Self::EXPECTED.into_iter().chain(viscous) {
-            if free.get(expected) == Some(&true) {
-                let weight = |place| {
-                    if place == expected {
-                        1.0 / deviation
-                    } else {
-                        0.0
-                    }
-                };
-                let row = core::array::from_fn(weight);
-                let value = unknowns.get(expected).copied().unwrap_or(mean);
-                equations.add(&row, (mean - value) / deviation);
+            if free.get(expected) == Some(&true)
+                && let Some(value) = unknowns.get(expected)
+            {
+                equations.expect(expected, 1.0 / deviation, mean - value);
             }
         }
         let own = model(unknowns);

@@ -1,8 +1,7 @@
 use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
 use super::pass::ResponsePass;
 use super::scan::{Scan, Starts};
-use crate::fit::levenberg_marquardt::{bounded_step, judge, moved};
-use crate::linalg::NormalEquations;
+use crate::fit::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use crate::parameters::IdentifiedServo;
 use crate::tuning::{MeasuredLine, Resonance};
 
@@ -24,27 +23,21 @@ pub(in crate::commission) struct ResponseFit {
     reason = "there is no heap here, and a program holds one fit"
 )]
 enum Stage {
-    OneMass(Descent),
+    OneMass(ResponseDescent),
     Scan(Scan),
-    TwoMasses(Descent, Starts),
+    TwoMasses(ResponseDescent, Starts),
 }
 
 /// A descent from a start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Descent {
+struct ResponseDescent {
     pass: ResponsePass,
     two_masses: bool,
-    damping: f64,
-    passes: u32,
-    best: Option<Best>,
+    descent: Descent<f64, UNKNOWNS>,
 }
 
 /// The unknowns that explain the lines best.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Best {
-    unknowns: Unknowns,
-    equations: NormalEquations<f64, UNKNOWNS>,
-}
+type Best = Explanation<f64, UNKNOWNS>;
 
 /// The masses that a measured response shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,7 +138,7 @@ impl ResponseFit {
             sample_time,
             friction,
             delay,
-            stage: Stage::OneMass(Descent::from(&start, friction, false, sample_time)),
+            stage: Stage::OneMass(ResponseDescent::from(&start, friction, false, sample_time)),
             one_mass: None,
             two_masses: None,
         })
@@ -159,7 +152,7 @@ impl ResponseFit {
         match &mut self.stage {
             Stage::OneMass(descent) => {
                 if descent.work(lines, self.friction, self.sample_time) {
-                    self.one_mass = descent.best;
+                    self.one_mass = descent.best();
                     if Self::is_explained(&self.one_mass, lines) {
                         return self.estimate(lines);
                     }
@@ -178,11 +171,11 @@ impl ResponseFit {
                 if !descent.work(lines, self.friction, self.sample_time) {
                     return None;
                 }
-                let (found, starts) = (descent.best, *starts);
-                let cost =
-                    |best: &Option<Best>| best.map_or(f64::INFINITY, |best| best.equations.cost());
-                if cost(&found) < cost(&self.two_masses) {
-                    self.two_masses = found;
+                let (found, starts) = (descent.best(), *starts);
+                if let Some(found) = found
+                    && found.is_better_than(self.two_masses.as_ref())
+                {
+                    self.two_masses = Some(found);
                 }
                 if Self::is_explained(&self.two_masses, lines) {
                     return self.estimate(lines);
@@ -205,7 +198,7 @@ impl ResponseFit {
         let Some(start) = starts.next() else {
             return self.estimate(lines);
         };
-        let descent = Descent::from(&start, self.friction, true, self.sample_time);
+        let descent = ResponseDescent::from(&start, self.friction, true, self.sample_time);
         self.stage = Stage::TwoMasses(descent, starts);
         None
     }
@@ -250,14 +243,12 @@ impl ResponseFit {
     }
 }
 
-impl Descent {
-    /// The most passes from a start.
-    const PASSES: u32 = 20;
-
-    const FIRST_DAMPING: f64 = 1e-2;
-
-    /// A pass that changes the cost by less than this part is the last.
-    const MIN_CHANGE: f64 = 1e-4;
+impl ResponseDescent {
+    const SETTINGS: DescentSettings = DescentSettings {
+        damping: 1e-2,
+        max_passes: 20,
+        min_change: 1e-4,
+    };
 
     /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
     const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
@@ -267,10 +258,12 @@ impl Descent {
         Self {
             pass: ResponsePass::at(start, friction, two_masses, sample_time),
             two_masses,
-            damping: Self::FIRST_DAMPING,
-            passes: 0,
-            best: None,
+            descent: Descent::begin(&Self::SETTINGS),
         }
+    }
+
+    fn best(&self) -> Option<Best> {
+        self.descent.best().copied()
     }
 
     /// A slice; true at the end.
@@ -278,34 +271,16 @@ impl Descent {
         if !self.pass.work(lines, sample_time) {
             return false;
         }
-        let least = self.best.as_ref().map(|best| best.equations.cost());
-        let cost = self.pass.equations.cost();
-        let judged = judge(cost, least, Self::MIN_CHANGE, &mut self.damping);
-        if judged.helped {
-            self.best = Some(Best {
-                unknowns: self.pass.unknowns,
-                equations: self.pass.equations,
-            });
-        }
-        self.passes += 1;
-        let Some(best) = &self.best else {
+        let pass = Best {
+            unknowns: self.pass.unknowns,
+            equations: self.pass.equations,
+            sums: (),
+        };
+        let (free, bounds) = (self.pass.free, [&Self::LOW, &Self::HIGH]);
+        let next = (self.descent).descend(&Self::SETTINGS, pass, free, bounds);
+        let Some(next) = next else {
             return true;
         };
-        if judged.was_little || self.passes >= Self::PASSES {
-            return true;
-        }
-        let step = bounded_step(
-            &best.equations,
-            &best.unknowns,
-            self.damping,
-            self.pass.free,
-            &Self::LOW,
-            &Self::HIGH,
-        );
-        let mut next = moved(&best.unknowns, &step);
-        for ((value, &low), &high) in next.iter_mut().zip(&Self::LOW).zip(&Self::HIGH) {
-            *value = value.max(low).min(high);
-        }
         self.pass = ResponsePass::at(&next, friction, self.two_masses, sample_time);
         false
     }

@@ -4,7 +4,7 @@ use super::super::halves::FitBlocks;
 use super::beginning::{FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
-use crate::fit::{Ended, FirstFitWait, FitResult, Fits, Fitter, NumberedBlock};
+use crate::fit::{FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
 use crate::number::Number;
 use crate::parameters::{Parameter, unknowns_fingerprint};
@@ -34,7 +34,6 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
-    wait: FirstFitWait,
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
@@ -110,48 +109,46 @@ where
     type Fitted = GaussNewtonFitted<N>;
 
     fn start(&self) -> Self::State {
-        GaussNewtonFitterState {
-            fits: Fits::none(),
-            wait: FirstFitWait::START,
-        }
+        GaussNewtonFitterState { fits: Fits::none() }
     }
 
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
-        state.wait.take(self.fitter.patience, block);
-        state.fits.take(block);
+        self.fitter.take(&mut state.fits, block);
     }
 
     fn begin_anew(&self, state: &mut Self::State) {
-        state.fits.begin_anew();
+        self.fitter.begin_anew(&mut state.fits);
     }
 
     /// Begins a fit when half of the record is there, and again whenever a quarter is new. A result
     /// that the recursion can start from ends the record; of the others those are passed on that give a
     /// new reason to be reported.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
-        if !state.fits.is_under_way() {
-            if state.fits.blocks() < W / 2 || state.fits.fresh() < W / 4 {
+        let (fitter, fits) = (&self.fitter, &mut state.fits);
+        if !fits.is_under_way() {
+            if fits.blocks() < W / 2 || fits.fresh() < W / 4 {
                 return None;
             }
-            state.fits.begin(&self.fitter, self.fitter.given());
+            fitter.begin(fits, fitter.given());
         }
-        let Ended { result, last, full } = state.fits.advance(&self.fitter, budget)?;
-        let good = result.filter(|result| Self::is_good(result, full));
+        let ended = fitter.advance(fits, budget)?;
+        let good = ended
+            .result
+            .filter(|result| Self::is_good(result, ended.full));
         let explained = good.map(|result| self.explained(&result));
         if explained.is_some() {
-            self.begin_anew(state);
-            state.wait.end();
-        } else {
-            let objection = result.map_or(Reason::TooLittleMotion, |result| result.objection());
-            let is_new = full && state.wait.object(self.fitter.patience, objection);
-            if !is_new {
-                return None;
-            }
+            fitter.begin_anew(fits);
+            fits.end_wait();
+        } else if !fitter.object(fits, &ended) {
+            return None;
         }
-        Some(GaussNewtonFitted { last, explained })
+        Some(GaussNewtonFitted {
+            last: ended.last,
+            explained,
+        })
     }
 
     fn obstacle(&self, state: &Self::State) -> Option<Reason> {
-        state.wait.reason(self.fitter.patience)
+        self.fitter.obstacle(&state.fits)
     }
 }

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::super::halves::FitBlocks;
 use super::recorder::{WindowFitted, WindowSolution};
 use crate::adaptation::IdentifiableSet;
-use crate::fit::{FirstFitWait, FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
+use crate::fit::{FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, Term, Terms};
 use crate::reason::Reason;
@@ -38,7 +38,6 @@ pub struct WindowFitterState<
     const Q: usize = 6,
 > {
     fits: Fits<N, W, I, U, Q>,
-    wait: FirstFitWait,
     result: Option<FitResult<N, U>>,
 }
 
@@ -85,7 +84,7 @@ where
                 None => self.fitter.known_from(result),
             },
         };
-        state.fits.begin(&self.fitter, prior);
+        self.fitter.begin(&mut state.fits, prior);
     }
 
     /// Replaces the last result by a good one that is as certain; true if it did.
@@ -163,22 +162,20 @@ where
     fn start(&self) -> Self::State {
         WindowFitterState {
             fits: Fits::none(),
-            wait: FirstFitWait::START,
             result: None,
         }
     }
 
     fn place(&self, state: &mut Self::State, position: N) {
-        state.fits.place(self.fitter.angle(), position);
+        self.fitter.place(&mut state.fits, position);
     }
 
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
-        state.wait.take(self.fitter.patience, block);
-        state.fits.take_at(self.fitter.angle(), block);
+        self.fitter.take(&mut state.fits, block);
     }
 
     fn begin_anew(&self, state: &mut Self::State) {
-        state.fits.begin_anew_at(self.fitter.angle());
+        self.fitter.begin_anew(&mut state.fits);
     }
 
     /// Begins a fit as soon as a thirty-second of the window, at least two blocks, is new and has
@@ -190,7 +187,7 @@ where
             }
             self.begin(state);
         }
-        let ended = state.fits.advance(&self.fitter, budget)?;
+        let ended = self.fitter.advance(&mut state.fits, budget)?;
         let result = ended.result?;
         let explained = result.is_good(Self::UNCERTAIN);
         // A motion both ways separates friction from load. Estimates from an earlier one last.
@@ -203,20 +200,17 @@ where
         {
             // A result that is rejected without a term may be good with it.
             let prior = self.fitter.admitting(self.fitter.given(), &result, term);
-            state.fits.begin(&self.fitter, prior);
+            self.fitter.begin(&mut state.fits, prior);
             return None;
         }
-        if !good && state.result.is_none() {
-            let is_new = ended.full && state.wait.object(self.fitter.patience, result.objection());
-            if !is_new {
-                return None;
-            }
+        if !good && state.result.is_none() && !self.fitter.object(&mut state.fits, &ended) {
+            return None;
         }
         if good {
             if !self.takes(&mut state.result, &result) {
                 return None;
             }
-            state.wait.end();
+            state.fits.end_wait();
         }
         (explained && separated || ended.full).then(|| WindowFitted {
             last: ended.last,
@@ -226,6 +220,6 @@ where
     }
 
     fn obstacle(&self, state: &Self::State) -> Option<Reason> {
-        state.wait.reason(self.fitter.patience)
+        self.fitter.obstacle(&state.fits)
     }
 }

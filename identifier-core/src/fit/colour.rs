@@ -1,0 +1,60 @@
+use crate::number::Number;
+
+/// The colour of errors: how much each has of the one before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Colour<N> {
+    /// The last error.
+    pub(crate) last: N,
+    /// Sum of the products of successive errors.
+    pub(crate) products: N,
+}
+
+impl<N: Number> Colour<N> {
+    /// No error yet.
+    pub(crate) const NONE: Self = Self {
+        last: N::ZERO,
+        products: N::ZERO,
+    };
+
+    /// Takes in an error.
+    #[inline]
+    pub(crate) fn add(&mut self, error: N) {
+        self.products += error * self.last;
+        self.last = error;
+    }
+}
+
+/// The variance of white errors that say as little as errors of a variance with a sum of products of successive ones and a
+/// sum of squares: errors that are correlated as ρᵏ carry less information, by (1 + ρ)/(1 − ρ). A correlation beyond the
+/// largest cannot be told from one.
+pub(crate) fn coloured<N: Number>(variance: N, products: N, squares: N, largest: f64) -> N {
+    let correlation = if squares > N::ZERO {
+        (products * squares.reciprocal()).limited(N::ZERO, N::from_f64(largest))
+    } else {
+        N::ZERO
+    };
+    variance * (N::ONE + correlation) * (N::ONE - correlation).reciprocal()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Colour, coloured};
+
+    #[test]
+    fn correlated_errors_say_less_and_no_more_than_white_ones() {
+        let of = |errors: &[f64]| {
+            let mut colour = Colour::NONE;
+            let mut squares = 0.0;
+            for &error in errors {
+                colour.add(error);
+                squares += error * error;
+            }
+            coloured(2.0, colour.products, squares, 0.9)
+        };
+        let half = [1.0, 0.5, 0.25, 0.125, 0.0625];
+        assert!((of(&half) / 6.0 - 1.0).abs() < 0.01, "{}", of(&half));
+        assert!((of(&[1.0, -1.0, 1.0]) - 2.0).abs() < 1e-9);
+        assert!((of(&[1.0; 100]) / 38.0 - 1.0).abs() < 1e-9);
+        assert!((of(&[0.0; 3]) - 2.0).abs() < 1e-9);
+    }
+}
