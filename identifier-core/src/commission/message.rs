@@ -1,8 +1,9 @@
 use super::gains::{HoldingGains, Loop};
 use super::sliding::{LineSums, SlideBalance, SlidePlan};
 use super::trial::Trial;
-use super::{CommissionSettings, IdentifiedServo, MotionBlock, Phase, Reason, RoughModel};
+use super::{CommissionSettings, IdentifiedServo, Phase, Reason, RoughModel};
 use crate::error::OutOfRange;
+use crate::fit::NumberedBlock;
 use crate::number::Number;
 use crate::tuning::{Tuning, TuningError};
 use crate::units::Units;
@@ -34,7 +35,7 @@ pub(super) enum EventKind<N> {
     /// A motion of this phase begins: [`Phase::Probing`], [`Phase::Refine`] or [`Phase::Verify`].
     Begins(Phase),
     /// A piece of its record.
-    Block(MotionBlock<N>),
+    Block(NumberedBlock<N>),
     /// The motion beneath the lines of a slide that is over, after the sums of its lines.
     Balance(SlideBalance<N>),
     /// The sums of a line over a slide that is over, line after line and slide after slide.

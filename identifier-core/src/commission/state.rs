@@ -3,9 +3,7 @@ use super::message::{Candidate, EventKind, Identified};
 use super::noise::{Held, Hysteresis, RestNoise};
 use super::sliding::Slide;
 use super::trial::{Trial, TrialResult};
-use super::{
-    IdentifiedServo, MotionBlock, MotionRecorder, Phase, ProbingState, Reason, RecordEvent,
-};
+use super::{IdentifiedServo, MotionRecorder, Phase, ProbingState, Reason, RecordEvent};
 use crate::control::ControlSample;
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
@@ -36,7 +34,6 @@ pub struct CommissionState<N: Number> {
     pub(super) was_end: bool,
     pub(super) watch: ServoWatchState<N>,
     recorder: MotionRecorder<N>,
-    block: Option<MotionBlock<N>>,
     recording: Recording<N>,
     /// The event of a slide, for the solver.
     pub(super) slid: Option<EventKind<N>>,
@@ -155,7 +152,6 @@ impl<N: Number> CommissionState<N> {
             was_end: false,
             watch,
             recorder,
-            block: None,
             recording: match activity {
                 Activity::Free => Recording::Begins,
                 _ => Recording::None,
@@ -296,7 +292,7 @@ impl<N: Number> CommissionState<N> {
     /// Takes a sample into the record, with the command that acts from now on.
     pub(super) fn record(&mut self, increment: N) {
         if matches!(self.recording, Recording::Begins | Recording::Going) {
-            self.block = self.recorder.push(increment, self.command);
+            self.recorder.push(increment, self.command);
         }
     }
 
@@ -308,7 +304,7 @@ impl<N: Number> CommissionState<N> {
                 self.recording = Recording::Going;
                 EventKind::Begins(self.phase)
             }
-            Recording::Going => EventKind::Block(self.block.take()?),
+            Recording::Going => EventKind::Block(self.recorder.take()?),
             Recording::Lines => self.slid.take()?,
             Recording::Ends(event) => {
                 self.recording = Recording::None;

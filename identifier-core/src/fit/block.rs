@@ -14,14 +14,15 @@ pub(crate) struct Block<N> {
 }
 
 /// A few successive samples condensed, on their way from the interrupt that recorded them to the
-/// background that fits to them: four words in `f32`.
+/// background that fits to them: five words in `f32`.
 ///
 /// Blocks between which nothing is missing have successive numbers. Where one was lost, or recording
 /// began anew, a number is left out, by which a fitter notices it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberedBlock<N> {
-    pub(super) number: u32,
-    pub(super) block: Block<N>,
+    pub(crate) number: u32,
+    pub(crate) samples: N,
+    pub(crate) block: Block<N>,
 }
 
 /// The samples of a block.

@@ -19,8 +19,8 @@ mod suggestion;
 mod survey;
 mod wait;
 
-pub(crate) use block::Blocking;
 pub use block::NumberedBlock;
+pub(crate) use block::{Block, Blocking};
 pub(crate) use fit_result::FitResult;
 pub(crate) use fits::Fits;
 pub(crate) use fitter::Fitter;

@@ -70,19 +70,33 @@ impl<N: Number> Recorder<N> {
         open.weighted += open.sum;
         open.samples += 1;
         if open.samples >= blocking.samples {
-            self.close(blocking);
+            self.close(blocking.per_sample);
         }
     }
 
-    fn close(&mut self, blocking: &Blocking<N>) {
+    /// Ends the block before it is full; one without a sample stays open.
+    #[cold]
+    pub(crate) fn end_block(&mut self) {
+        if self.open.samples > 0 {
+            self.close(self.samples().reciprocal());
+        }
+    }
+
+    /// Samples in the open block.
+    fn samples(&self) -> N {
+        N::from_count(self.open.samples as i32)
+    }
+
+    fn close(&mut self, per_sample: N) {
         let half = N::from_f64(0.5);
-        let per_sample = blocking.per_sample;
+        let samples = self.samples();
         let open = &self.open;
         let command = open.sum * per_sample;
         let moment = (open.weighted - half * open.sum) * per_sample * per_sample;
         self.velocity = open.travel * per_sample;
         self.complete = Some(NumberedBlock {
             number: self.next,
+            samples,
             block: Block {
                 travel: open.travel,
                 command,
@@ -100,6 +114,11 @@ impl<N: Number> Recorder<N> {
     #[inline]
     pub(crate) fn take(&mut self) -> Option<NumberedBlock<N>> {
         self.complete.take()
+    }
+
+    /// The command of the first sample of the block that begins with the next sample; none within a block.
+    pub(crate) fn first_command(&self) -> Option<N> {
+        self.open.acting.filter(|_| self.open.samples == 0)
     }
 
     /// Velocity over the last block, counts per sample; zero before the first.

@@ -1,15 +1,5 @@
+use crate::fit::{Block, NumberedBlock};
 use crate::number::Number;
-
-/// Successive samples condensed to the inputs of one model step over all of them, on their way from the
-/// interrupt that recorded them to the background that fits to them.
-///
-/// A block ends where the command changes by much, so that within it the command is nearly constant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct MotionBlock<N> {
-    /// Blocks between which nothing is missing have successive numbers.
-    pub(crate) number: u32,
-    pub(crate) piece: Piece<N>,
-}
 
 /// A piece of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,21 +23,23 @@ impl<N: Number> Piece<N> {
         lead: N::ZERO,
     };
 
-    /// A sample.
-    pub(crate) fn of_sample(travel: N, command: N) -> Self {
-        Self {
-            samples: N::ONE,
+    /// A recorded block.
+    pub(crate) fn from_block(numbered: &NumberedBlock<N>) -> Self {
+        let Block {
             travel,
             command,
-            lead: N::ZERO,
+            lead,
+        } = numbered.block;
+        Self {
+            samples: numbered.samples,
+            travel,
+            command,
+            lead,
         }
     }
 
     /// This piece and the next as one.
     pub(crate) fn followed_by(&self, next: &Self) -> Self {
-        if self.samples == N::ZERO {
-            return *next;
-        }
         let samples = self.samples + next.samples;
         let part = self.samples * samples.reciprocal();
         let rest = N::ONE - part;
@@ -67,6 +59,8 @@ impl<N: Number> Piece<N> {
 mod tests {
     use super::Piece;
 
+    use crate::fit::{Blocking, Recorder};
+
     #[test]
     fn pieces_of_pieces_move_a_mass_as_their_samples_do() {
         let commands = [3.0, -1.0, 4.0, 1.0, -5.0, 9.0, 2.0, -6.0];
@@ -76,10 +70,12 @@ mod tests {
             velocity += command;
         }
         let joined = |commands: &[f64]| {
-            let pieces = commands
-                .iter()
-                .map(|&command| Piece::of_sample(1.0, command));
-            pieces.fold(Piece::NONE, |sum, piece| sum.followed_by(&piece))
+            let mut recorder = Recorder::EMPTY;
+            for command in commands.iter().chain(&[0.0]) {
+                recorder.push(&Blocking::new(99), 1.0, *command);
+            }
+            recorder.end_block();
+            Piece::from_block(&recorder.take().expect("a block"))
         };
         let whole = joined(&commands[..3]).followed_by(&joined(&commands[3..]));
         let time = whole.samples;

@@ -1,6 +1,6 @@
 //! The servo from the record of a motion, in slices of background work.
 //!
-//! The interrupt's [`MotionRecorder`] condenses samples to [`MotionBlock`]s, which end where the command
+//! The interrupt's [`MotionRecorder`] condenses samples to [blocks](crate::fit::NumberedBlock), which end where the command
 //! changes, so that a short record drives a model as exactly as the samples would, delayed by any part of
 //! a sample; the background collects them in a [`MotionRecord`]. A [`ServoFitter`] fits a, b, c, d and the delay
 //! to it, measures how well a known servo predicts it, and looks for the effect that a failing model lacks.
@@ -23,7 +23,6 @@ mod scales;
 mod servo_fit;
 mod servo_fitter;
 
-pub(crate) use block::MotionBlock;
 pub(crate) use effect_search::{Diagnosis, EffectSearch};
 pub(crate) use motion::MotionRecord;
 pub(crate) use prediction::{PredictionErrors, PredictionRun};

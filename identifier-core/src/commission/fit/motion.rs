@@ -1,4 +1,5 @@
-use super::block::{MotionBlock, Piece};
+use super::block::Piece;
+use crate::fit::NumberedBlock;
 use crate::number::Number;
 
 /// Of the largest command: a difference that does not matter.
@@ -31,7 +32,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
     };
 
     /// Takes a block. False, and nothing is taken, if one is missing before it.
-    pub(crate) fn take(&mut self, block: &MotionBlock<N>) -> bool {
+    pub(crate) fn take(&mut self, block: &NumberedBlock<N>) -> bool {
         let missing = self.next.is_some_and(|next| next != block.number);
         if missing || !self.complete {
             self.complete = false;
@@ -41,18 +42,19 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         if self.count == 0 {
             (self.joined, self.longest) = (N::ZERO, N::ONE);
         }
-        let alike = N::from_f64(ALIKE) * block.piece.command.magnitude();
+        let piece = Piece::from_block(block);
+        let alike = N::from_f64(ALIKE) * piece.command.magnitude();
         if alike > self.joined {
             self.joined = alike;
         }
-        if block.piece.samples > self.longest {
-            self.longest = block.piece.samples;
+        if piece.samples > self.longest {
+            self.longest = piece.samples;
         }
         while self.count == W {
             self.join();
         }
         if let Some(place) = self.pieces.get_mut(self.count) {
-            *place = block.piece;
+            *place = piece;
             self.count += 1;
         }
         true

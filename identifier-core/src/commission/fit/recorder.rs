@@ -1,19 +1,16 @@
 use super::FitSettings;
-use super::block::{MotionBlock, Piece};
+use crate::fit::{Blocking, NumberedBlock, Recorder};
 use crate::number::Number;
 
-/// Condenses a motion to blocks: the interrupt's share of a record.
+/// Condenses a motion to blocks that also end where the command changes by much, so that within them it is nearly constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MotionRecorder<N> {
-    longest: N,
+    longest: Blocking<N>,
     /// A change of the command that ends a block.
     much: N,
-    open: Piece<N>,
-    /// The command with which the open block began, and the one that acts now; its effect comes with the
-    /// next increment.
+    /// The command with which the open block began.
     began: N,
-    acting: Option<N>,
-    next: u32,
+    recorder: Recorder<N>,
 }
 
 impl<N: Number> MotionRecorder<N> {
@@ -26,40 +23,35 @@ impl<N: Number> MotionRecorder<N> {
     /// For fits with these settings.
     #[must_use]
     pub(crate) fn new(settings: &FitSettings) -> Self {
-        let longest = libm::floor(Self::MAX_BLOCK_TIME / settings.sample_time).max(1.0);
         Self {
-            longest: N::from_f64(longest),
+            // Casts saturate.
+            longest: Blocking::new((Self::MAX_BLOCK_TIME / settings.sample_time) as u32),
             much: N::from_f64(Self::MAX_COMMAND_CHANGE * settings.max_command),
-            open: Piece::NONE,
             began: N::ZERO,
-            acting: None,
-            next: 0,
+            recorder: Recorder::EMPTY,
         }
     }
 
     /// Begins anew with the next sample, which is then the first of a motion: a number is left out.
     pub(crate) fn begin_anew(&mut self) {
-        self.open = Piece::NONE;
-        self.acting = None;
-        self.next = self.next.wrapping_add(1);
+        self.recorder.begin_anew();
     }
 
-    /// Takes a sample: the counts moved since the last, and the command from this sample on. Returns a
-    /// block that has ended.
+    /// Takes a sample: the counts moved since the last, and the command from this sample on.
     #[inline]
-    pub(crate) fn push(&mut self, increment: N, command: N) -> Option<MotionBlock<N>> {
-        let acted = self.acting.replace(command)?;
-        if self.open.samples == N::ZERO {
-            self.began = acted;
+    pub(crate) fn push(&mut self, increment: N, command: N) {
+        if let Some(first) = self.recorder.first_command() {
+            self.began = first;
         }
-        self.open = self.open.followed_by(&Piece::of_sample(increment, acted));
-        let changes = (command - self.began).magnitude() > self.much;
-        if !changes && self.open.samples < self.longest {
-            return None;
+        self.recorder.push(&self.longest, increment, command);
+        if (command - self.began).magnitude() > self.much {
+            self.recorder.end_block();
         }
-        let number = self.next;
-        self.next = self.next.wrapping_add(1);
-        let piece = core::mem::replace(&mut self.open, Piece::NONE);
-        Some(MotionBlock { number, piece })
+    }
+
+    /// The block that has ended with the last sample.
+    #[inline]
+    pub(crate) fn take(&mut self) -> Option<NumberedBlock<N>> {
+        self.recorder.take()
     }
 }

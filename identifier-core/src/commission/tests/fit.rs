@@ -21,7 +21,8 @@ fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> MotionRe
     let mut recorder = MotionRecorder::new(&settings(unknown));
     let mut motion = MotionRecord::EMPTY;
     for &[increment, command] in samples {
-        if let Some(block) = recorder.push(increment, command) {
+        recorder.push(increment, command);
+        if let Some(block) = recorder.take() {
             assert!(motion.take(&block));
         }
     }
@@ -261,7 +262,10 @@ fn a_missing_block_is_noticed() {
         .probe()
         .samples
         .into_iter()
-        .filter_map(|[increment, command]| recorder.push(increment, command))
+        .filter_map(|[increment, command]| {
+            recorder.push(increment, command);
+            recorder.take()
+        })
         .collect::<Vec<_>>();
     blocks.remove(7);
     let taken = blocks.iter().filter(|block| motion.take(block)).count();
