@@ -153,6 +153,7 @@ fn order() -> CommissionSettings {
         goal: Goal::ResponseTime(0.02),
         max_sensitivity: 1.6,
         trial_step: Some(0.5),
+        slide_rounds: CommissionSettings::MAX_SLIDE_ROUNDS,
     }
 }
 

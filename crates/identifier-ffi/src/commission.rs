@@ -139,16 +139,14 @@ impl Given {
                 ..Error::of(status::NOT_GIVEN)
             })
         };
+        let limits = Limits {
+            travel: range(p::TRAVEL)?,
+            speed: needed(p::SPEED)?,
+            command: range(p::LIMIT)?,
+            duration: needed(p::DURATION)?,
+            one_way: self.value(p::ONE_WAY).is_some_and(|one_way| one_way != 0.0),
+        };
         Ok(CommissionSettings {
-            sample_time: needed(p::SAMPLE_TIME)?,
-            resolution: needed(p::RESOLUTION)?,
-            limits: Limits {
-                travel: range(p::TRAVEL)?,
-                speed: needed(p::SPEED)?,
-                command: range(p::LIMIT)?,
-                duration: needed(p::DURATION)?,
-                one_way: self.value(p::ONE_WAY).is_some_and(|one_way| one_way != 0.0),
-            },
             command_delay: self.value(p::COMMAND_DELAY).unwrap_or(0.0),
             max_gain: self.value(p::MAX_GAIN),
             noise: self.value(p::NOISE).unwrap_or(0.0),
@@ -157,6 +155,7 @@ impl Given {
                 .value(p::MAX_SENSITIVITY)
                 .unwrap_or(TuningSettings::MAX_SENSITIVITY),
             trial_step: self.value(p::TRIAL_STEP),
+            ..CommissionSettings::new(needed(p::SAMPLE_TIME)?, needed(p::RESOLUTION)?, limits)
         })
     }
 

@@ -22,6 +22,7 @@ pub struct CommissionOrder {
     pub stiffest: Option<bool>,
     pub max_sensitivity: f64,
     pub trial_step: Option<f64>,
+    pub slide_rounds: u8,
     pub most_gain: Option<f64>,
     pub command_delay: Option<f64>,
     pub sample_time: Option<f64>,
@@ -130,6 +131,7 @@ impl Scenario {
             goal: order.goal()?,
             max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,
+            slide_rounds: order.slide_rounds,
         })
     }
 

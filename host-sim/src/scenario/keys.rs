@@ -4,7 +4,7 @@
 //! and the meaning. Reading, messages, help and schema all follow from it.
 
 use identifier_core::ControllerSettings;
-use identifier_core::commission::Limits;
+use identifier_core::commission::{CommissionSettings, Limits};
 use identifier_core::control::Gains;
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
@@ -332,6 +332,8 @@ keys! {
     "the largest sensitivity that the loop may have, its smallest distance from instability being 1/max_sensitivity";
 "commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel that there is"), "rad",
     "the step of the reference in the trial";
+"commission.slide_rounds": Whole([0, CommissionSettings::MAX_SLIDE_ROUNDS as u32], |s, v| order(s).slide_rounds = v as u8), Value(1.0), "",
+    "rounds of four slides in which the frequency response is measured: 0 for an axis that is known to be stiff, which takes less than half of the time; 2 and more know a compliant one better";
 "commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Derived("the highest b of identifier.plant_box; without it nothing is known"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
 "commission.command_delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| order(s).command_delay = Some(v)), Derived("amplifier.delay"), "s",

@@ -45,6 +45,10 @@ pub struct CommissionSettings {
     pub max_sensitivity: f64,
     /// The step of the trial, rad; none: the largest within a quarter of the travel, the speed and half of the command.
     pub trial_step: Option<f64>,
+    /// Rounds of slides, each of both ways and of both ways again with the excitation inverted, 0 to
+    /// [`CommissionSettings::MAX_SLIDE_ROUNDS`]. None where the axis is known to be stiff, unless its motions are not
+    /// explained: a resonance that friction hides is then not seen. More know a compliant axis better.
+    pub slide_rounds: u8,
 }
 
 impl CommissionSettings {
@@ -61,8 +65,12 @@ impl CommissionSettings {
             goal: Goal::Stiffest,
             max_sensitivity: TuningSettings::MAX_SENSITIVITY,
             trial_step: None,
+            slide_rounds: 1,
         }
     }
+
+    /// The most rounds of slides.
+    pub const MAX_SLIDE_ROUNDS: u8 = 4;
 
     /// The sensitivities that can be asked for: below the first no delay would do, above the second a loop
     /// is hardly stable.
@@ -136,6 +144,8 @@ impl CommissionSettings {
         let longest = longest.min(samples * self.sample_time);
         Allowed::Within(0.0, longest).check("command_delay", self.command_delay)?;
         Allowed::AtLeast(0.0).check("noise", self.noise)?;
+        let rounds = Allowed::Within(0.0, f64::from(Self::MAX_SLIDE_ROUNDS));
+        rounds.check("slide_rounds", f64::from(self.slide_rounds))?;
         if let Some(gain) = self.max_gain {
             Allowed::Above(0.0).check("max_gain", gain)?;
         }

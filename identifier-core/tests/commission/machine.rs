@@ -1,4 +1,6 @@
-use identifier_core::commission::{CommissionError, CommissionIsr, HoldingGains, Phase, Reason};
+use identifier_core::commission::{
+    CommissionError, CommissionIsr, CommissionSettings, HoldingGains, Phase, Reason,
+};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
@@ -155,6 +157,36 @@ fn the_gains_before_resume_with_the_command_that_held_the_load() {
     };
     let held = -bench.servo.load / bench.servo.b;
     assert!((first / held - 1.0).abs() < 0.1, "{first} {held}");
+}
+
+/// None where the axis is known to be stiff, and twice as long where two rounds are asked for.
+#[test]
+fn the_rounds_of_slides_are_those_that_are_asked_for() {
+    let lasting = |slide_rounds| {
+        let mut bench = ordinary();
+        bench.settings.slide_rounds = slide_rounds;
+        let course = bench.commission(&mut |_| None);
+        assert_eq!(course.state.phase(), Phase::Applied, "{slide_rounds}");
+        let tune = course.began(Phase::Tune).expect("it tunes");
+        course.began(Phase::Slide).map(|began| tune - began)
+    };
+    assert_eq!(lasting(0), None);
+    let once = lasting(1).expect("a round");
+    let twice = lasting(2).expect("two rounds");
+    assert!((1.7..2.1).contains(&(twice / once)), "{twice} {once}");
+    let mut bench = ordinary();
+    bench.settings.slide_rounds = 1 + CommissionSettings::MAX_SLIDE_ROUNDS;
+    let refused = CommissionIsr::<f32>::new(&bench.settings, None).expect_err("too many");
+    assert!(
+        matches!(
+            refused,
+            CommissionError::OutOfRange {
+                setting: "slide_rounds",
+                ..
+            }
+        ),
+        "{refused:?}"
+    );
 }
 
 /// Wherever in a motion it is stopped: their integral does not take the motion for a load.

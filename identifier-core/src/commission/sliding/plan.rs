@@ -25,6 +25,8 @@ pub(super) struct Motion<N> {
     pub(super) acceleration: N,
     /// Where the first slide begins.
     pub(super) start: N,
+    /// Slides that are measured.
+    pub(super) slides: u8,
     /// Samples from constant speed to the window, and of the window.
     pub(super) settling: u32,
     pub(super) window: u32,
@@ -59,6 +61,7 @@ impl<N: Number> Motion<N> {
         speed: N::ZERO,
         acceleration: N::ZERO,
         start: N::ZERO,
+        slides: 0,
         settling: 0,
         window: 0,
         window_rotation: [N::ONE, N::ZERO],
@@ -81,6 +84,9 @@ impl<N: Number> SlidePlan<N> {
     /// Time from constant speed to the window, s: the transient of the turn has died down to a part that the inverted
     /// slides cancel.
     const SETTLING: f64 = 0.2;
+
+    /// Slides of a round: both ways, and both ways again with the injection inverted.
+    const ROUND: u8 = 4;
 
     /// Time in which the injection grows, s.
     const FADE: f64 = 0.03;
@@ -197,6 +203,7 @@ impl<N: Number> SlidePlan<N> {
                 speed: number(speed * time * counts),
                 acceleration: number(acceleration * time * time * counts),
                 start: number((middle - slide) * counts),
+                slides: Self::ROUND * settings.slide_rounds.max(1),
                 settling: libm::ceil(Self::SETTLING / time) as u32,
                 window: lines.window(),
                 window_rotation: rotation(lines.window_rotation()),

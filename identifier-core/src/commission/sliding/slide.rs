@@ -76,10 +76,7 @@ pub(in crate::commission) enum SlideProgress<N> {
 }
 
 impl<N: Number> Slide<N> {
-    /// Slides that are measured: both ways, and both ways again with the injection inverted.
-    const SLIDES: u8 = 4;
-
-    /// Speeds of the first two and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
+    /// Speeds of the first half of the slides and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
     /// other lines.
     const SPEEDS: [f64; 2] = [1.0, 0.8];
 
@@ -146,7 +143,7 @@ impl<N: Number> Slide<N> {
             self.left.saturating_add(1)
         };
         if self.left > self.motion.patience && self.stage != Stage::Stopping {
-            self.measured = Self::SLIDES;
+            self.measured = self.motion.slides;
             self.enter(Stage::Stopping);
         }
         self.passed = self.passed.saturating_add(1);
@@ -235,7 +232,7 @@ impl<N: Number> Slide<N> {
             self.is_balanced = true;
             self.measured += 1;
         }
-        if self.measured >= Self::SLIDES {
+        if self.measured >= self.motion.slides {
             self.enter(Stage::Stopping);
             return;
         }
@@ -250,9 +247,9 @@ impl<N: Number> Slide<N> {
         self.enter(Stage::Turn);
     }
 
-    /// True if the next slide is one of the last two, whose injection is inverted.
+    /// True if the next slide is one of the last half, whose injection is inverted.
     fn is_half_done(&self) -> bool {
-        self.measured >= Self::SLIDES / 2
+        self.measured >= self.motion.slides / 2
     }
 
     /// Takes a sample into the sums of every line.

@@ -120,6 +120,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Then::Slide(doubt) => {
                 self.doubt = doubt;
+                if doubt.is_none() && self.settings.slide_rounds == 0 {
+                    return self.then(Then::Settle);
+                }
                 let lines = self.response.begin();
                 let servo = self.servo.as_ref();
                 let plan = servo.and_then(|servo| {
