@@ -51,8 +51,9 @@ const TURN: f64 = 10.0;
 /// then made its step, and the servo follows as without the filter.
 const LATE: f64 = 5.0;
 
-/// Time from arrival by which a step has its peak, 1/ω.
+/// Times by which a step has its peak, from its arrival and from the moment when friction lets go, 1/ω.
 const PEAK: f64 = 5.0;
+const LATE_PEAK: f64 = 7.0;
 
 /// Time within the band after which it has settled, 1/ω.
 const SETTLED: f64 = 6.0;
@@ -209,7 +210,7 @@ impl PromisePrediction {
                 let has_turned = beyond > 0.0 && self.farthest - position > BACK * beyond;
                 let [_, arrived] = self.measure.since();
                 let peak = samples(PEAK, &self.design, &self.closed_loop);
-                has_turned || arrived.is_some_and(|since| since > peak) || longer_than(LATE + TURN)
+                has_turned || arrived.is_some_and(|since| since > peak) || longer_than(LATE + LATE_PEAK)
             }
         }
     }
