@@ -11,6 +11,7 @@ mod projection;
 pub use evidence::OnDemand;
 pub(crate) use evidence::{Evidence, ScoreTest};
 pub(crate) use gain::{DiagonalGain, FullGain, Gain};
+pub(crate) use gauss_newton::EstimateUncertainty;
 pub(crate) use gauss_newton::{FirstOrder, Whitening};
 pub(crate) use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
 pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep, GradientWith};

@@ -26,6 +26,7 @@ pub use combined::Combined;
 pub(crate) use gauss_newton::LoadStepTest;
 pub use gauss_newton::{
     ExpectedMotion, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, PreparedServo,
+    SettledEstimates,
 };
 pub(crate) use gradient::GradientIdentifierWith;
 pub use gradient::{DiagonalGradientIdentifier, GradientIdentifier};

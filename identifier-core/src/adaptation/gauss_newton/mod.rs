@@ -1,5 +1,8 @@
+mod uncertainty;
 mod whitening;
 
+pub(crate) use uncertainty::EstimateUncertainty;
+use uncertainty::WeighedErrors;
 pub(crate) use whitening::{FirstOrder, Whitening};
 
 use crate::adaptation::IdentifiableSet;
@@ -123,42 +126,6 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     learning: bool,
 }
 
-/// The output error over the noise that it was weighed with, for standard errors: sums over blocks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct WeighedErrors<N> {
-    square: N,
-    lag_one: N,
-    last: N,
-}
-
-impl<N: Number> WeighedErrors<N> {
-    /// The number of blocks at which the sums are halved: the past fades, and no sum grows so large that
-    /// a block is lost in rounding.
-    const FADING: u16 = 4000;
-
-    const NONE: Self = Self {
-        square: N::ZERO,
-        lag_one: N::ZERO,
-        last: N::ZERO,
-    };
-
-    /// Takes in a block's mean error; `precision` is the reciprocal of its noise variance.
-    #[inline]
-    fn observe(&mut self, error: N, precision: N) {
-        let weighted = error * precision;
-        self.square += error * weighted;
-        self.lag_one += self.last * weighted;
-        self.last = error;
-    }
-
-    #[cold]
-    fn fade(&mut self) {
-        let half = N::from_f64(0.5);
-        self.square = self.square * half;
-        self.lag_one = self.lag_one * half;
-    }
-}
-
 /// The progress of the law with a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum GaussNewtonStep<N, const P: usize> {
@@ -218,6 +185,11 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.factors.grow(factor, most);
     }
 
+    /// The variance of estimate i by P.
+    pub(crate) fn variance(&self, i: usize) -> N {
+        self.factors.variance(i)
+    }
+
     /// Begins to learn estimate i, which was known until now, from a value with a variance.
     pub(crate) fn release(&mut self, i: usize, variance: N) {
         self.factors.release(i, variance);
@@ -255,22 +227,6 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.whitening.interrupt();
         self.phase = 0;
         self.learning = false;
-    }
-
-    /// The factor on the variances of P: the mean square of the error over its noise, times
-    /// (1 + ρ)/(1 − ρ) for errors whose correlation over k blocks is ρᵏ.
-    fn covariance_scale(&self) -> f64 {
-        /// The range of correlations that is used. The errors of a corrected model alternate: at the
-        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
-        const CORRELATED: (f64, f64) = (-0.5, 0.98);
-        let square = self.weighed.square.to_f64();
-        if square > 0.0 {
-            let correlation =
-                (self.weighed.lag_one.to_f64() / square).clamp(CORRELATED.0, CORRELATED.1);
-            square / f64::from(self.blocks) * (1.0 + correlation) / (1.0 - correlation)
-        } else {
-            1.0
-        }
     }
 
     /// Lets the peak of the noise level go towards the level of the moment, by a part of their
@@ -631,14 +587,27 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.forgetting = self.initial_forgetting;
     }
 
+    /// What is known of the estimates' errors.
+    #[inline]
+    #[must_use]
+    pub(crate) fn uncertainty<S: IdentifiableSet<P>>(
+        &self,
+        state: &GaussNewtonState<N, S, P>,
+    ) -> EstimateUncertainty<N, P> {
+        EstimateUncertainty {
+            variances: from_fn(N::ZERO, |i| state.factors.variance(i)),
+            weighed: state.weighed,
+            blocks: state.blocks,
+        }
+    }
+
     /// The standard errors of the estimates, machine units, for a report.
     #[must_use]
     pub(crate) fn standard_errors<S: IdentifiableSet<P>>(
         &self,
         state: &GaussNewtonState<N, S, P>,
     ) -> [f64; P] {
-        let factor = state.covariance_scale();
-        core::array::from_fn(|i| libm::sqrt(factor * state.factors.variance(i).to_f64()))
+        self.uncertainty(state).standard_errors()
     }
 }
 

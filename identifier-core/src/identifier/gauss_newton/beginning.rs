@@ -8,7 +8,7 @@ use crate::fit::place_of;
 use crate::linalg::Factors;
 use crate::model::{Acting, ModelValues, ObserverModel};
 use crate::number::Number;
-use crate::parameters::Parameter;
+use crate::parameters::{Parameter, Unknown};
 
 /// A fit result prepared for a recursion over any unknowns: 19 words in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,6 +124,7 @@ where
                         event: Event::Started,
                     };
                 }
+                _ if !state.in_doubt => state.recording = false,
                 Some(_) => {
                     // So far blocks were weighted as if the model were complete.
                     state.recursion.lacking = true;
@@ -145,7 +146,12 @@ where
         Update {
             output_error: seen.output_error,
             event: match seen.event {
-                Event::Restarted => Event::None,
+                Event::Restarted if state.in_doubt => Event::None,
+                Event::Restarted => {
+                    state.record_anew();
+                    state.in_doubt = true;
+                    Event::Restarted
+                }
                 event => event,
             },
         }
@@ -154,27 +160,64 @@ where
     /// True if the recursion is to start from a fit result: it does not run yet, or it has diverged.
     fn is_due(
         &self,
-        state: &GaussNewtonRecursionState<N, S, P>,
+        state: &mut GaussNewtonRecursionState<N, S, P>,
         result: &FirstFitSolution<N>,
     ) -> bool {
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
-    /// True if a new fit shows that the estimates have diverged: it explains the servo, or at least
-    /// twice as much as the fit before. A fit to motion in one direction covers half of the friction,
+    /// True if the recursion is to continue from a new fit: its b contradicts theirs, or it knows the servo better than they
+    /// do, or, where they are in doubt, it explains the servo, or at least twice as much as the fit before. A fit to motion in one direction covers half of the friction,
     /// and always explains that better than the estimates explain all data: its b must differ too.
     fn corrects(
         &self,
-        state: &GaussNewtonRecursionState<N, S, P>,
+        state: &mut GaussNewtonRecursionState<N, S, P>,
         result: &FirstFitSolution<N>,
     ) -> bool {
         /// The relative difference from which b counts as different.
         const MIN_GAIN_DIFFERENCE: f64 = 0.2;
+        /// The standard errors of the fit from which that is certain.
+        const CERTAIN: f64 = 5.0;
+        /// The relative difference up to which two fits agree.
+        const AGREEMENT: f64 = 0.1;
         let better = result.unexplained < self.unexplained_variance
             || result.unexplained + result.unexplained < state.usual;
+        let b = Parameter::B as usize;
         let gain = self.values(&state.recursion).parameters.gain;
-        let apart = (result.estimates[Parameter::B as usize] - gain).magnitude()
-            > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
-        better && (apart || !result.one_way)
+        let difference = (result.estimates[b] - gain).magnitude();
+        let apart = difference > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
+        let certain = difference * difference
+            > N::from_f64(CERTAIN * CERTAIN) * result.covariance.variance(b);
+        let contradicts = apart && certain && !result.one_way;
+        let explains = better && (apart || !result.one_way);
+        let found = result.estimates[b];
+        let before = state.contradiction;
+        state.contradiction = if contradicts { found } else { N::ZERO };
+        if state.in_doubt {
+            contradicts || explains
+        } else {
+            // A fit that ends in a wrong minimum is certain too: it takes two from different motions that agree.
+            let agrees = (found - before).magnitude() < N::from_f64(AGREEMENT) * found;
+            (contradicts && agrees) || self.knows_better(state, result)
+        }
+    }
+
+    /// True if a fit that checks the estimates has a quarter of their standard errors of b and friction: after a change that
+    /// it has followed, the recursion does not know how well.
+    fn knows_better(
+        &self,
+        state: &GaussNewtonRecursionState<N, S, P>,
+        result: &FirstFitSolution<N>,
+    ) -> bool {
+        /// The ratio of the variances.
+        const RATIO: f64 = 16.0;
+        let own = &state.recursion.law;
+        let knows = |(i, unknown): (usize, &Unknown)| match place_of(*unknown) {
+            Some(place) if place == Parameter::B as usize || i == self.friction => {
+                N::from_f64(RATIO) * result.covariance.variance(place) < own.variance(i)
+            }
+            _ => true,
+        };
+        !result.one_way && S::UNKNOWNS.iter().enumerate().all(knows)
     }
 }

@@ -4,12 +4,20 @@ use super::super::identify::{Event, Identify, Update, check};
 use super::GaussNewtonRecursion;
 use super::beginning::GaussNewtonFitted;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::{Evidence, IdentifiableSet};
+use crate::adaptation::{EstimateUncertainty, Evidence, IdentifiableSet};
 use crate::error::StepError;
 use crate::fit::{NumberedBlock, Recorder};
 use crate::model::{KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
+
+/// Estimates of a recursion that has settled, with what is known of their errors, machine units: see
+/// [`GaussNewtonRecursion::settled`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SettledEstimates<N, const P: usize> {
+    values: [N; P],
+    uncertainty: EstimateUncertainty<N, P>,
+}
 
 /// The state of the interrupt's half between samples; the fields that every sample needs come first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +26,10 @@ pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: 
     pub(super) recursion: Recursion<N, S, P>,
     /// Samples are recorded for a fit.
     pub(super) recording: bool,
+    /// The fit is to replace the estimates, and not only to check them.
+    pub(super) in_doubt: bool,
+    /// b of the last fit, if that contradicted the estimates; zero for none.
+    pub(super) contradiction: N,
     pub(super) recorder: Recorder<N>,
     /// The fit result from which the next sample continues.
     pub(super) fitted: Option<GaussNewtonFitted<N>>,
@@ -27,7 +39,7 @@ pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: 
 
 impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonRecursionState<N, S, P> {
     /// Begins a new recording.
-    fn record_anew(&mut self) {
+    pub(super) fn record_anew(&mut self) {
         self.recorder.begin_anew();
         self.fitted = None;
         self.recording = true;
@@ -43,6 +55,38 @@ where
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonRecursionState<N, S, P>) -> bool {
         !matches!(state.recursion.mode, Mode::Recording)
+    }
+
+    /// Has a fit to the motion from here on check the estimates, if they have [settled](Self::settled) and none is checking
+    /// them: where a second one confirms that they are wrong, the recursion continues from it. A recursion that knows a servo
+    /// well hardly follows a change of it that its correction hides.
+    pub fn check_estimates(&self, state: &mut GaussNewtonRecursionState<N, S, P>) {
+        if state.recursion.mode == Mode::Learning && !state.recording {
+            state.record_anew();
+            state.in_doubt = false;
+        }
+    }
+
+    /// What the estimates are known to, where it runs, learns everything, and does not doubt them. A copy without a root or
+    /// a division, for the background to convert.
+    #[must_use]
+    pub fn settled(
+        &self,
+        state: &GaussNewtonRecursionState<N, S, P>,
+    ) -> Option<SettledEstimates<N, P>> {
+        let is_settled =
+            state.recursion.mode == Mode::Learning && !(state.recording && state.in_doubt);
+        is_settled.then(|| SettledEstimates {
+            values: state.recursion.law.estimates(),
+            uncertainty: self.law.uncertainty(&state.recursion.law),
+        })
+    }
+
+    /// Settled estimates and their standard errors, SI.
+    #[must_use]
+    pub fn settled_in(&self, settled: &SettledEstimates<N, P>) -> [ServoParameters; 2] {
+        let errors = settled.uncertainty.standard_errors().map(N::from_f64);
+        [settled.values, errors].map(|values| self.estimates_in(&values))
     }
 }
 
@@ -68,6 +112,8 @@ where
             fitted: None,
             usual: N::ZERO,
             recording: true,
+            in_doubt: true,
+            contradiction: N::ZERO,
         }
     }
 
@@ -90,6 +136,7 @@ where
         let seen = self.run(&mut state.recursion, increment, &acting);
         if seen.event == Event::Restarted {
             state.record_anew();
+            state.in_doubt = true;
         }
         seen
     }

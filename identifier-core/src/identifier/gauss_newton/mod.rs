@@ -12,6 +12,7 @@ mod terms;
 pub use first_fit::GaussNewtonFitter;
 pub(crate) use first_fit::GaussNewtonFitterState;
 pub(super) use interrupt::GaussNewtonRecursionState;
+pub use interrupt::SettledEstimates;
 pub use known::{ExpectedMotion, PreparedServo};
 
 use core::marker::PhantomData;
@@ -204,5 +205,19 @@ where
     #[must_use]
     pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, S, P, W>) -> bool {
         self.recorder().is_running(&state.recorder)
+    }
+
+    /// See [`GaussNewtonRecursion::check_estimates`].
+    pub fn check_estimates(&self, state: &mut GaussNewtonIdentifierState<N, S, P, W>) {
+        self.recorder().check_estimates(&mut state.recorder);
+    }
+
+    /// See [`GaussNewtonRecursion::settled`].
+    #[must_use]
+    pub fn settled(
+        &self,
+        state: &GaussNewtonIdentifierState<N, S, P, W>,
+    ) -> Option<SettledEstimates<N, P>> {
+        self.recorder().settled(&state.recorder)
     }
 }
