@@ -1,16 +1,17 @@
-//! The one catalogue of reasons why a drive or a commissioning stops and a first fit does not succeed: number, name,
-//! cause and remedy of each reason, the same in core, drive, results and documentation.
+//! The one catalogue of reasons why a drive or a commissioning stops, a first fit does not succeed, and gains no longer promise
+//! anything: number, name, cause and remedy of each reason, the same in core, drive, results and documentation.
 
 use core::fmt;
 
 /// Defines [`Reason`] and its rows from one table: variant, number and name, cause, remedy.
 macro_rules! catalogue {
     ($($reason:ident = $number:literal, $name:literal: $cause:literal, $remedy:literal;)+) => {
-        /// Why a drive disabled its stage, a commissioning ended without new gains, or a first fit did not succeed.
+        /// Why a drive disabled its stage, a commissioning ended without new gains, a first fit did not succeed, or gains no
+        /// longer promise anything.
         ///
         /// Numbers below 100 are faults of the drive and its axis: a drive that finds one disables its stage
         /// until the fault is cleared. From 100 on they are outcomes of a commissioning,
-        /// from 180 on of a first fit.
+        /// from 180 on of a first fit, from 190 on changes of a commissioned servo, which end nothing.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -206,6 +207,18 @@ catalogue! {
     PartlyExplained = 184, "partly-explained":
         "the model explains only a part of the motion, and the rest is more than noise",
         "record a log and identify it with the law fit";
+    InertiaChanged = 190, "inertia-changed":
+        "the inertia is not the one that the gains promise for, or the command acts more or less than it did",
+        "commission it again with this inertia";
+    ViscousFrictionChanged = 191, "viscous-friction-changed":
+        "friction grows with speed more or less than that of the servo that the gains promise for",
+        "check bearings and lubrication, and commission it again";
+    CoulombFrictionChanged = 192, "coulomb-friction-changed":
+        "Coulomb friction is not the one that the gains promise for",
+        "check bearings, brake and lubrication, and commission it again";
+    LoadChanged = 193, "load-changed":
+        "the load leaves less of the command than the promised step takes",
+        "take off load, allow a larger command, or commission it again with this load";
 }
 
 impl Reason {

@@ -987,6 +987,10 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         }
         R::DoesNotStand => "a brake holds the servo",
         R::DoesNotFollow => "amplifier or log are those of another axis",
+        R::InertiaChanged
+        | R::ViscousFrictionChanged
+        | R::CoulombFrictionChanged
+        | R::LoadChanged => "the axis is changed back or commissioned again",
         R::Stopped | R::ModeChanged | R::PowerLost => "it is ordered again",
         _ => return None,
     })

@@ -1,5 +1,7 @@
 //! Gains from identified servos, and their promise.
 
 mod closed_forms;
+mod moving_axis;
 mod properties;
+mod servo_changes;
 mod support;
