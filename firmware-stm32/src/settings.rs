@@ -1,7 +1,9 @@
 //! Example settings of a drive without a record: the paper's loop, with protections for a bare motor. It does
 //! not start with them: they are not those of its servo.
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
+use drive_link::{
+    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use identifier_core::settings::diagonal;
 
 use crate::paper;
@@ -33,5 +35,6 @@ pub fn built_in() -> Settings {
         protection: Protection::OF_A_BARE_MOTOR,
         homing: None,
         source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
     }
 }

@@ -26,6 +26,18 @@ pub struct Settings {
     pub homing: Option<Homing>,
     /// Where the targets of a run come from.
     pub source: TargetSource,
+    /// Whether changes of a commissioned servo are looked for in a run.
+    pub servo_changes: ServoChanges,
+}
+
+/// Whether a run looks for changes of the servo for which a commissioning found the gains in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum ServoChanges {
+    /// It does not.
+    #[default]
+    Ignored,
+    /// The status has the change, once it is certain; for Gauss–Newton without terms. It changes nothing else.
+    Reported,
 }
 
 /// Settings of a loop.
@@ -235,6 +247,7 @@ impl fmt::Display for Settings {
             protection,
             homing,
             source,
+            servo_changes,
         } = self;
         writeln!(f, "{closed_loop}")?;
         writeln!(
@@ -245,6 +258,9 @@ impl fmt::Display for Settings {
         writeln!(f, "{protection}")?;
         if let Some(homing) = homing {
             writeln!(f, "{homing}")?;
+        }
+        if *servo_changes == ServoChanges::Reported {
+            writeln!(f, "changes of the commissioned servo are reported")?;
         }
         source.fmt(f)
     }

@@ -2,8 +2,8 @@
 
 use drive_link::{
     Command, Commissioning, Dither, Estimates, Format, FrameError, Homing, Law, LoopSettings,
-    MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, Settings, Snapshot,
-    StopListener, TargetSource, TermSizes, frame,
+    MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, ServoChanges,
+    Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
@@ -115,6 +115,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             offset: next(),
         }),
         source: TargetSource::Steps { step: next() },
+        servo_changes: ServoChanges::Reported,
     }
 }
 

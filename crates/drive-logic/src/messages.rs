@@ -1,8 +1,9 @@
 //! Orders of the background and events of the interrupt.
 
-use drive_link::{Ended, Fault};
+use drive_link::{Ended, Fault, Noticed};
 use identifier_core::commission::Phase;
 
+use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;
 use crate::guide::Origin;
 use crate::run::Run;
@@ -45,6 +46,17 @@ pub(crate) enum Event {
     Run(RunSample),
     /// A sample of a commissioning.
     Commissioning(CommissionSample),
+    /// An examination of a run's estimates.
+    Examined(Examination),
+}
+
+/// An examination of a run's estimates.
+#[derive(Debug)]
+pub(crate) struct Examination {
+    /// The estimates; none if they have not settled.
+    pub(crate) settled: Option<Settled>,
+    /// Events of the identifier since the start.
+    pub(crate) noticed: Noticed,
 }
 
 /// The state of the interrupt.

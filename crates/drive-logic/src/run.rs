@@ -1,19 +1,21 @@
 //! One run of a loop: its samples from start to end.
 
-use drive_link::{Ended, Fault, LoopSettings, NotAllowed, Settings};
+use drive_link::{Ended, Fault, Law, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
 use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
+use identifier_core::tuning::ServoChangeState;
+use identifier_core::units::Units;
 use identifier_core::watch::{
     KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
 };
 
 use crate::background_watch::DRIVEN_PATIENCE;
 use crate::chip::{Chip, Lines, OutputStage};
-use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, StepMonitor, StepResult};
+use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult};
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin};
@@ -45,6 +47,8 @@ pub(crate) struct Run {
     axis: WatchSettings,
     ending: Ending,
     background_patience: u32,
+    /// Samples from one examination of the estimates to the next; 0 for none.
+    examination_interval: u16,
     sample: u32,
     guide: Guide,
     /// The last sample, its count, and that from which targets and travel count.
@@ -95,6 +99,7 @@ impl Run {
             guide: Guide::new(settings, &units)?,
             ending: Ending::new(&settings.protection, &units),
             background_patience: samples(DRIVEN_PATIENCE, &units),
+            examination_interval: examination_interval(settings, &units)?,
             closed_loop: ClosedLoop::new(&loop_settings(settings))?,
             sample: 0,
             last: AT_REST,
@@ -118,6 +123,7 @@ impl Run {
         closed_loop::check(&settings.closed_loop)?;
         let range = |error: OutOfRange| conversion::not_allowed(error.into());
         let units = core.units().map_err(range)?;
+        examination_interval(settings, &units)?;
         Reference::new(settings, &units).map_err(range)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
         Protection::new(settings, &none, &units)?;
@@ -239,6 +245,16 @@ impl Run {
         self.closed_loop.exchange(hand_on)
     }
 
+    /// Samples from one examination of the estimates to the next; 0 for none.
+    pub(crate) fn examination_interval(&self) -> u16 {
+        self.examination_interval
+    }
+
+    /// Examines the estimates.
+    pub(crate) fn examine(&mut self) -> Option<Settled> {
+        self.closed_loop.examine()
+    }
+
     /// Counts a sample that ended before the next was due, or late.
     ///
     /// # Errors
@@ -326,6 +342,23 @@ fn loop_settings(settings: &Settings) -> LoopSettings {
         controller.reference_filter = 0.0;
     }
     own
+}
+
+/// Samples from one examination of the estimates to the next; 0 for none.
+///
+/// # Errors
+/// The settings ask for one of a law that has no standard errors, or of a model with terms.
+fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAllowed> {
+    let LoopSettings { core, law, .. } = &settings.closed_loop;
+    let is_examined = *law == Law::GaussNewton && core.identifier.terms.demanded.is_empty();
+    match settings.servo_changes {
+        ServoChanges::Ignored => Ok(0),
+        ServoChanges::Reported if is_examined => {
+            let interval = samples(ServoChangeState::INTERVAL, units);
+            Ok(u16::try_from(interval).unwrap_or(u16::MAX))
+        }
+        ServoChanges::Reported => Err(conversion::refusal("servo_changes", Why::NotHere)),
+    }
 }
 
 fn check_sample_time(

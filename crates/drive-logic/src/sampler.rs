@@ -10,7 +10,7 @@ use crate::background_watch::BackgroundWatch;
 use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
-use crate::messages::{Event, InterruptState, Mode, Order};
+use crate::messages::{Event, Examination, InterruptState, Mode, Order};
 use crate::run::Run;
 use crate::telemetry::{Counts, ReportTimer};
 
@@ -34,6 +34,7 @@ pub struct Sampler<'a> {
     /// The state has changed and its report has found no room yet.
     report_pending: bool,
     report_timer: ReportTimer,
+    examination_timer: ReportTimer,
     counts: Counts,
     background: BackgroundWatch,
 }
@@ -54,6 +55,7 @@ impl<'a> Sampler<'a> {
             returned: None,
             report_pending: found_at_boot.is_err(),
             report_timer: ReportTimer::NEVER,
+            examination_timer: ReportTimer::NEVER,
             counts: Counts::default(),
             background: BackgroundWatch::new(),
         }
@@ -89,6 +91,14 @@ impl<'a> Sampler<'a> {
                 if self.report_timer.is_due() {
                     let send = |sample| channel.report(sample);
                     report(run, &mut self.counts, &control, &update, send);
+                }
+                if self.examination_timer.is_due() {
+                    let examined = Event::Examined(Examination {
+                        settled: run.examine(),
+                        noticed: self.counts.noticed,
+                    });
+                    // One that finds no room is made again.
+                    let _ = channel.report(examined);
                 }
             }
             Err(ended) => return self.end_run(ended, output),
@@ -312,10 +322,11 @@ impl<'a> Sampler<'a> {
     fn drive_by(&mut self, mode: Mode) {
         // Solutions for a mode before it.
         while self.channel.drop_solution() {}
-        let patience = match &mode {
-            Mode::Run(run) => run.background_patience(),
-            Mode::Commissioning(commissioning) => commissioning.background_patience(),
+        let (patience, interval) = match &mode {
+            Mode::Run(run) => (run.background_patience(), run.examination_interval()),
+            Mode::Commissioning(commissioning) => (commissioning.background_patience(), 0),
         };
+        self.examination_timer = ReportTimer::every(interval);
         let turns = self.channel.background_turns();
         self.background.begin(patience, turns);
         self.mode = Some(mode);
@@ -408,7 +419,7 @@ impl<'a> Sampler<'a> {
                 // The next sample tries again.
                 self.requests = self.channel.requests().wrapping_sub(1);
             }
-            Err(Event::Run(_) | Event::Commissioning(_)) => {}
+            Err(Event::Run(_) | Event::Commissioning(_) | Event::Examined(_)) => {}
         }
     }
 }

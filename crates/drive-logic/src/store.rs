@@ -294,8 +294,8 @@ fn check(before: &[u8; 12], contents: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use drive_link::{
-        Commissioned, Dither, Estimates, Homing, Law, LoopSettings, Protection, Record, Settings,
-        TargetSource, TermSizes,
+        Commissioned, Dither, Estimates, Homing, Law, LoopSettings, Protection, Record,
+        ServoChanges, Settings, TargetSource, TermSizes,
     };
     use identifier_core::ControllerSettings;
     use identifier_core::commission::TrialResult;
@@ -374,6 +374,7 @@ mod tests {
                 offset: ANY,
             }),
             source: TargetSource::Steps { step: ANY },
+            servo_changes: ServoChanges::Reported,
         }
     }
 

@@ -12,7 +12,9 @@ use std::net::{SocketAddr, TcpListener};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Command, Dither, Protection, Refusal, Report, Request, Settings, TargetSource};
+use drive_link::{
+    Command, Dither, Protection, Refusal, Report, Request, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{
     Channel, Chip, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
 };
@@ -250,5 +252,6 @@ fn example(core: identifier_core::Settings) -> Settings {
         protection: Protection::OF_A_BARE_MOTOR,
         homing: None,
         source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
     }
 }

@@ -6,8 +6,8 @@ use std::time::Instant;
 use crate::support::simulated_drive::SERVO;
 use drive_link::{
     BootChecks, Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed,
-    PROTOCOL, Progress, Protection, Report, Settings, Snapshot, State as Does, Status,
-    TargetSource,
+    PROTOCOL, Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does,
+    Status, TargetSource,
 };
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
@@ -38,6 +38,7 @@ fn settings() -> Settings {
         protection: Protection::OF_A_BARE_MOTOR,
         homing: None,
         source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
     }
 }
 
@@ -54,6 +55,7 @@ fn status(state: Does) -> Status {
         home: Home::Unknown,
         estimates: None,
         obstacle: None,
+        servo_change: None,
         noticed: Noticed::default(),
         overruns: 0,
         dropped: 0,

@@ -3,7 +3,9 @@
 use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
+use drive_link::{
+    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{Chip, Lines, OutputStage};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits};
@@ -58,6 +60,7 @@ pub(super) fn settings(rate: u32) -> Settings {
         },
         homing: None,
         source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
     }
 }
 

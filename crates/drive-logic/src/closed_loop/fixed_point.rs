@@ -9,7 +9,7 @@ use identifier_core::fixed_point::{
 };
 use identifier_core::identifier::{Event, ExpectedMotion, Identify, NumberedBlock, Update};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, IdentifiedServo};
+use identifier_core::parameters::{Ab, IdentifiedServo, ServoParameters};
 
 use super::{Fitted, Handover, StepMonitor, check};
 use crate::conversion;
@@ -17,6 +17,9 @@ use crate::conversion;
 /// State of the identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
 pub(crate) type Learnt =
     <FixedGradientIdentifier<LowPass<Word>, Ab, 2> as Identify<Word>>::Snapshot;
+
+/// No estimates: the gradient has no standard errors.
+pub(crate) type Settled = core::convert::Infallible;
 
 type State = FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>;
 
@@ -145,6 +148,16 @@ impl ClosedLoop {
 
     /// The gradient starts as always, from its initial estimates.
     pub(crate) fn know(&mut self, _: &IdentifiedServo, _: &ExpectedMotion) {}
+
+    /// The gradient has no standard errors.
+    pub(crate) fn examine(&mut self) -> Option<Settled> {
+        None
+    }
+
+    /// Of another law.
+    pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
+        match *settled {}
+    }
 
     /// The gradient has no record to fit.
     pub(crate) fn exchange<'a>(

@@ -7,10 +7,13 @@ use identifier_core::control::Setpoint;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
     BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion,
-    IdentifiableSet, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, Update,
+    IdentifiableSet, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
+    SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, Unknown};
+use identifier_core::parameters::{
+    Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters, Unknown,
+};
 use identifier_core::settings::{FromSettings, Settings};
 
 use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
@@ -55,6 +58,9 @@ pub(crate) enum Learnt {
     GaussNewton(<Recursion as Identify<f32>>::Snapshot),
     WithTerms(<Termed as Identify<f32>>::Snapshot),
 }
+
+/// Estimates that have settled, with their errors, machine units; [`ClosedLoop::settled_in`] converts them to SI.
+pub(crate) type Settled = SettledEstimates<f32, 4>;
 
 /// A loop with one identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -255,6 +261,31 @@ impl ClosedLoop {
             Laws::GaussNewton(own) => own.know(servo, motion),
             Laws::WithTerms(own) => own.know(servo, motion),
             _ => {}
+        }
+    }
+
+    /// The estimates of Gauss–Newton without terms, if they have settled, and begins a check of them.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn examine(&mut self) -> Option<Settled> {
+        let Laws::GaussNewton(own) = &mut self.0 else {
+            return None;
+        };
+        let identifier = own.servo_loop.identifier().identifier();
+        let state = own.state.identification_mut().identification_mut();
+        let settled = identifier.settled(state);
+        identifier.check_estimates(state);
+        settled
+    }
+
+    /// Settled estimates and their standard errors, SI; none of a loop of another law.
+    pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
+        match &self.0 {
+            Laws::GaussNewton(own) => {
+                let identifier = own.servo_loop.identifier().identifier();
+                Some(identifier.settled_in(settled))
+            }
+            _ => None,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The background's half: everything that may take its time.
 
+mod changes;
 mod commission;
 mod memory;
 mod reports;
@@ -9,11 +10,12 @@ mod solver;
 use core::fmt;
 
 use drive_link::{
-    BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Outcome, Record, Refusal,
-    Report, Request, Settings, State, TargetSource,
+    BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Noticed, Outcome, Record,
+    Refusal, Report, Request, Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase, Reason};
+use identifier_core::tuning::ServoChangeState;
 
 pub use self::memory::Memory;
 use self::memory::Slot;
@@ -51,6 +53,10 @@ pub struct Supervisor<'a, F> {
     solver: Solver,
     /// Why there is no first fit, as it was reported last.
     obstacle: Option<Reason>,
+    /// Changes of the servo in the last run.
+    changes: ServoChangeState,
+    /// Events of the identifier at the last examination.
+    examined_at: Noticed,
     /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
     requested: Option<CommissionSettings>,
     phase: Phase,
@@ -137,6 +143,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
             solver: Solver::in_memory(&mut memory.solver),
             obstacle: None,
+            changes: ServoChangeState::START,
+            examined_at: Noticed::default(),
             requested: None,
             phase: Phase::Idle,
             outcome: record.and_then(Self::outcome_in),

@@ -24,23 +24,29 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// The next event of the interrupt or of the first fit, as a report.
     pub fn next_report(&mut self) -> Option<Report> {
-        let Some(event) = self.channel.event() else {
-            let obstacle = self.solver.obstacle();
-            let before = core::mem::replace(&mut self.obstacle, obstacle);
-            return (obstacle != before).then(|| self.status(None));
-        };
-        Some(match event {
-            Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
-            Event::Commissioning(sample) => Report::Progress(self.progress(&sample)),
-            Event::State(state) => {
-                let fault = state.fault;
-                self.take_in_state(state);
-                match fault {
-                    Some(fault) => Report::Fault(fault),
-                    None => self.status(None),
+        loop {
+            let Some(event) = self.channel.event() else {
+                let obstacle = self.solver.obstacle();
+                let before = core::mem::replace(&mut self.obstacle, obstacle);
+                return (obstacle != before).then(|| self.status(None));
+            };
+            return Some(match event {
+                Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
+                Event::Commissioning(sample) => Report::Progress(self.progress(&sample)),
+                Event::Examined(examination) if self.take_in_examination(&examination) => {
+                    self.status(None)
                 }
-            }
-        })
+                Event::Examined(_) => continue,
+                Event::State(state) => {
+                    let fault = state.fault;
+                    self.take_in_state(state);
+                    match fault {
+                        Some(fault) => Report::Fault(fault),
+                        None => self.status(None),
+                    }
+                }
+            });
+        }
     }
 
     fn take_in_state(&mut self, state: InterruptState) {
@@ -82,6 +88,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             home: self.origin.home(),
             estimates: self.estimates,
             obstacle: self.solver.obstacle(),
+            servo_change: self.changes.reported().copied(),
             noticed: self.counts.noticed,
             overruns: self.counts.overruns,
             dropped: self.counts.dropped.saturating_add(self.reports_dropped),

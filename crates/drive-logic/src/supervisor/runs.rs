@@ -3,6 +3,7 @@
 use drive_link::{Commissioned, Estimates, LoopSettings, NotAllowed, Refusal, Settings};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::Phase;
+use identifier_core::tuning::ServoChangeState;
 
 use super::Supervisor;
 use super::memory::Slot;
@@ -87,6 +88,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
         self.closed_loop = Some(closed_loop);
+        self.changes = ServoChangeState::START;
         self.solver.begin_run(begun_from);
         Ok(())
     }

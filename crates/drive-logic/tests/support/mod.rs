@@ -10,7 +10,9 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
+use drive_link::{
+    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -68,6 +70,7 @@ pub(crate) fn settings() -> Settings {
         },
         homing: None,
         source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
     }
 }
 

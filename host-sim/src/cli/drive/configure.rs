@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use drive_link::{Command, Homing, Refusal, Settings, TargetSource};
+use drive_link::{Command, Homing, Refusal, ServoChanges, Settings, TargetSource};
 
 use super::fault;
 use crate::cli::fault::Fault;
@@ -60,6 +60,18 @@ pub(super) struct Arguments {
     /// Where targets come from: line, steps:RAD (a step moves the target by that) or voltage:RAD (the target at 10 V).
     #[arg(long, value_name = "SOURCE", value_parser = source)]
     source: Option<TargetSource>,
+    /// Changes of a servo after its commissioning, as Gauss-Newton finds them in a run.
+    #[arg(long, value_name = "WHAT")]
+    servo_changes: Option<Changes>,
+}
+
+/// What becomes of a change of the servo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Changes {
+    /// They are not looked for.
+    Ignore,
+    /// The status has them.
+    Report,
 }
 
 /// The home position of an axis.
@@ -97,6 +109,11 @@ impl Arguments {
         }
         settings.homing = self.homing(settings.homing)?;
         settings.source = self.source.unwrap_or(settings.source);
+        settings.servo_changes = match self.servo_changes {
+            None => settings.servo_changes,
+            Some(Changes::Ignore) => ServoChanges::Ignored,
+            Some(Changes::Report) => ServoChanges::Reported,
+        };
         Ok(settings)
     }
 
@@ -158,7 +175,7 @@ fn refused(error: DriveError) -> Fault {
 /// The option or the key that states a setting, by its name on the line.
 fn place_of(setting: &str) -> Option<String> {
     /// The options, as [`Arguments`] has them.
-    const OPTIONS: [&str; 9] = [
+    const OPTIONS: [&str; 10] = [
         "following_error",
         "travel",
         "pace",
@@ -168,6 +185,7 @@ fn place_of(setting: &str) -> Option<String> {
         "duration",
         "link_timeout",
         "stop_time",
+        "servo_changes",
     ];
     if OPTIONS.contains(&setting) {
         return Some(format!("--{}", setting.replace('_', "-")));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, Status};
+use drive_link::{Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, Status};
 use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 
 use crate::cli::fault::Fault;
@@ -138,6 +138,7 @@ fn unconfigured(
             pace: 0.2 * order.limits.speed,
             ..example.protection
         },
+        servo_changes: ServoChanges::Ignored,
         homing: example.homing,
         source: example.source,
     }

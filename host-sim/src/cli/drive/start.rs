@@ -67,6 +67,14 @@ impl Arguments {
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);
                 Ok(None)
             }
+            Some(Event::Status(Status {
+                servo_change: Some(change),
+                ..
+            })) => {
+                let line = show!("{change}");
+                printed = std::mem::replace(&mut printed, Ok(())).and(line);
+                Ok(None)
+            }
             Some(Event::Snapshot(snapshot)) => {
                 let line = show!("{}", snapshot_line(&snapshot));
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);

@@ -71,6 +71,9 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     if let Some(obstacle) = &status.obstacle {
         show!("{}", no_first_fit(*obstacle))?;
     }
+    if let Some(change) = &status.servo_change {
+        show!("{change}")?;
+    }
     show!("{}", status.home)?;
     if !status.configured {
         show!("not configured: it does not start; what follows is an example")?;

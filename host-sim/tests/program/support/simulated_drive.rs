@@ -7,7 +7,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, Settings, TargetSource};
+use drive_link::{
+    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{Chip, Lines, OutputStage};
 use host_sim::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
 use identifier_core::ControllerSettings;
@@ -56,6 +58,7 @@ pub(crate) fn built_in(law: Law) -> Settings {
         protection: Protection::OF_A_BARE_MOTOR,
         homing: None,
         source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
     }
 }
 

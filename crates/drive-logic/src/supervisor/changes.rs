@@ -1,0 +1,43 @@
+//! Changes of a commissioned servo in a run.
+
+use embedded_storage::nor_flash::NorFlash;
+use identifier_core::commission::Reason;
+use identifier_core::tuning::{PromisedServo, ServoChange};
+
+use super::Supervisor;
+use crate::messages::Examination;
+
+impl<F: NorFlash> Supervisor<'_, F> {
+    /// Takes in an examination of a run's estimates; true if another change is certain since, or none any longer.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn take_in_examination(&mut self, examination: &Examination) -> bool {
+        let before = self.changed();
+        if core::mem::replace(&mut self.examined_at, examination.noticed) != examination.noticed {
+            self.changes.interrupt();
+        }
+        let closed_loop = self.closed_loop.as_ref();
+        let settled = examination.settled.as_ref();
+        let found = settled.and_then(|settled| closed_loop?.settled_in(settled));
+        match (found, self.promised()) {
+            (Some([found, errors]), Some(promised)) => {
+                self.changes.take(promised.change(&found, &errors));
+            }
+            _ => self.changes.interrupt(),
+        }
+        self.changed() != before
+    }
+
+    fn changed(&self) -> Option<Reason> {
+        self.changes
+            .reported()
+            .map(|ServoChange { reason, .. }| *reason)
+    }
+
+    /// The servo for which the gains in force were commissioned.
+    fn promised(&self) -> Option<PromisedServo> {
+        let found = self.commissioned?;
+        let [low, high] = self.settings.closed_loop.core.controller?.limit;
+        PromisedServo::new(&found.servo(), &found.tuning, high.min(-low))
+    }
+}

@@ -1,0 +1,126 @@
+//! Changes of a servo after its commissioning, as the status has them.
+#![cfg(not(feature = "fixed-point"))]
+
+#[macro_use]
+mod support;
+
+use drive_link::{Command, Law, Report, ServoChanges, Settings, State, Why};
+use identifier_core::commission::{Phase, Reason};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::IdentifierSettings;
+use support::commission::{ORDER, SERVO, outcome, over};
+use support::drive::Drive;
+use support::{Bench, Flash, settings};
+
+/// Settings under which a servo is examined.
+fn examined(servo_changes: ServoChanges) -> Settings {
+    let mut wanted = settings();
+    wanted.dither.amplitude = 0.0;
+    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    wanted.servo_changes = servo_changes;
+    wanted
+}
+
+/// Commissions the servo, and closes the loop with its gains.
+fn commissioned(drive: &mut Drive<'_>, servo_changes: ServoChanges) {
+    drive.done(Command::Configure(examined(servo_changes)));
+    drive.done(Command::Commission(ORDER));
+    over(drive);
+    assert_eq!(outcome(drive).commissioning.phase, Phase::Applied);
+    drive.done(Command::Start);
+    drive.pass(10);
+}
+
+/// Moves to and fro; the changes of the statuses that no request asked for.
+fn moves(drive: &mut Drive<'_>, seconds: u32) -> Vec<Option<Reason>> {
+    let mut found = Vec::new();
+    for k in 0..2 * seconds {
+        drive.done(Command::Target(if k % 2 == 0 { 0.8 } else { -0.6 }));
+        found.extend(drive.pass(500).iter().filter_map(|report| match report {
+            Report::Status { id: None, status } => {
+                Some(status.servo_change.map(|change| change.reason))
+            }
+            _ => None,
+        }));
+    }
+    assert_eq!(drive.supervisor.state(), State::Running);
+    found
+}
+
+/// The servo with its inertia and its friction times these factors.
+fn changed(inertia: f64, friction: f64) -> ServoParameters {
+    ServoParameters {
+        a: SERVO.a / inertia,
+        b: SERVO.b / inertia,
+        coulomb: friction * SERVO.coulomb / inertia,
+        load: SERVO.load / inertia,
+    }
+}
+
+#[test]
+fn another_inertia_or_friction_is_reported_once_with_its_value() {
+    for (inertia, friction, reason) in [
+        (0.5, 1.0, Reason::InertiaChanged),
+        (2.0, 1.0, Reason::InertiaChanged),
+        (1.0, 2.0, Reason::CoulombFrictionChanged),
+    ] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        commissioned(&mut drive, ServoChanges::Reported);
+        assert_eq!(moves(&mut drive, 10), [], "the servo as it was");
+        bench.change(&changed(inertia, friction));
+        assert_eq!(moves(&mut drive, 15), [Some(reason)]);
+        let change = drive.status().servo_change.expect("it was reported");
+        let ratio = change.found / change.promised;
+        assert!(
+            (ratio / (inertia * friction) - 1.0).abs() < 0.1,
+            "{change:?}"
+        );
+
+        // It is the servo's that was commissioned again.
+        bench.change(&SERVO);
+        assert_eq!(moves(&mut drive, 20), [None]);
+        assert_eq!(drive.status().servo_change, None);
+    }
+}
+
+#[test]
+fn nothing_is_looked_for_unless_it_is_asked_for() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    commissioned(&mut drive, ServoChanges::Ignored);
+    bench.change(&changed(2.0, 1.0));
+    moves(&mut drive, 15);
+    assert_eq!(drive.status().servo_change, None);
+}
+
+#[test]
+fn gains_that_were_given_promise_nothing() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(examined(ServoChanges::Reported)));
+    drive.done(Command::Start);
+    moves(&mut drive, 5);
+    bench.change(&changed(2.0, 1.0));
+    moves(&mut drive, 15);
+    assert_eq!(drive.status().servo_change, None);
+}
+
+#[test]
+fn a_law_without_standard_errors_is_refused() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = examined(ServoChanges::Reported);
+    wanted.closed_loop.law = settings().closed_loop.law;
+    wanted.closed_loop.core.identifier = settings().closed_loop.core.identifier;
+    match drive.refusal(Command::Configure(wanted)) {
+        drive_link::Refusal::Setting(refused) => {
+            assert_eq!(
+                (refused.name.as_str(), refused.why),
+                ("servo_changes", Why::NotHere)
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+}
