@@ -22,6 +22,9 @@ pub struct GaussNewtonFitted<N> {
 /// The parameters that a fit without terms finds: a, b, Coulomb friction, load.
 pub(super) const FITTED: usize = Parameter::ALL.len();
 
+/// The place of b among them.
+const B: usize = Parameter::B as usize;
+
 /// The result of a fit that explains the motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FirstFitSolution<N> {
@@ -166,9 +169,10 @@ where
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
-    /// True if the recursion is to continue from a new fit: its b contradicts theirs, or it knows the servo better than they
-    /// do, or, where they are in doubt, it explains the servo, or at least twice as much as the fit before. A fit to motion in one direction covers half of the friction,
-    /// and always explains that better than the estimates explain all data: its b must differ too.
+    /// True if the recursion is to continue from a new fit: where the estimates are in doubt, one that explains the servo, or
+    /// at least twice as much as the fit before; where it only checks them, one that confirms another b, or knows the servo
+    /// better than they do. A fit to motion in one direction covers half of the friction, and always explains that better than
+    /// the estimates explain all data: its b must differ too.
     fn corrects(
         &self,
         state: &mut GaussNewtonRecursionState<N, S, P>,
@@ -176,30 +180,36 @@ where
     ) -> bool {
         /// The relative difference from which b counts as different.
         const MIN_GAIN_DIFFERENCE: f64 = 0.2;
-        /// The standard errors of the fit from which that is certain.
+        let better = result.unexplained < self.unexplained_variance
+            || result.unexplained + result.unexplained < state.usual;
+        let gain = self.values(&state.recursion).parameters.gain;
+        let difference = (result.estimates[B] - gain).magnitude();
+        let apart = difference > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
+        let confirms = Self::confirms(state, result, apart.then_some(difference));
+        if state.in_doubt {
+            better && (apart || !result.one_way)
+        } else {
+            confirms || self.knows_better(state, result)
+        }
+    }
+
+    /// True if a fit whose b is apart from the estimate by this contradicts it for certain, and the one before it did so with
+    /// the same b: a fit that ends in a wrong minimum is certain too.
+    fn confirms(
+        state: &mut GaussNewtonRecursionState<N, S, P>,
+        result: &FirstFitSolution<N>,
+        apart: Option<N>,
+    ) -> bool {
+        /// The standard errors of the fit from which b is another for certain.
         const CERTAIN: f64 = 5.0;
         /// The relative difference up to which two fits agree.
         const AGREEMENT: f64 = 0.1;
-        let better = result.unexplained < self.unexplained_variance
-            || result.unexplained + result.unexplained < state.usual;
-        let b = Parameter::B as usize;
-        let gain = self.values(&state.recursion).parameters.gain;
-        let difference = (result.estimates[b] - gain).magnitude();
-        let apart = difference > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
-        let certain = difference * difference
-            > N::from_f64(CERTAIN * CERTAIN) * result.covariance.variance(b);
-        let contradicts = apart && certain && !result.one_way;
-        let explains = better && (apart || !result.one_way);
-        let found = result.estimates[b];
-        let before = state.contradiction;
-        state.contradiction = if contradicts { found } else { N::ZERO };
-        if state.in_doubt {
-            contradicts || explains
-        } else {
-            // A fit that ends in a wrong minimum is certain too: it takes two from different motions that agree.
-            let agrees = (found - before).magnitude() < N::from_f64(AGREEMENT) * found;
-            (contradicts && agrees) || self.knows_better(state, result)
-        }
+        let least = N::from_f64(CERTAIN * CERTAIN) * result.covariance.variance(B);
+        let contradicts = !result.one_way && apart.is_some_and(|by| by * by > least);
+        let found = result.estimates[B];
+        let now = if contradicts { found } else { N::ZERO };
+        let before = core::mem::replace(&mut state.contradiction, now);
+        contradicts && (found - before).magnitude() < N::from_f64(AGREEMENT) * found
     }
 
     /// True if a fit that checks the estimates has a quarter of their standard errors of b and friction: after a change that
@@ -213,7 +223,7 @@ where
         const RATIO: f64 = 16.0;
         let own = &state.recursion.law;
         let knows = |(i, unknown): (usize, &Unknown)| match place_of(*unknown) {
-            Some(place) if place == Parameter::B as usize || i == self.friction => {
+            Some(place) if place == B || i == self.friction => {
                 N::from_f64(RATIO) * result.covariance.variance(place) < own.variance(i)
             }
             _ => true,
