@@ -155,7 +155,7 @@ catalogue! {
         "check for stiction, a changed load, or a gain of the amplifier that changes";
     DisturbanceExceeded = 142, "disturbance-exceeded":
         "a disturbance moved the servo further than promised",
-        "check for stiction or a changed load, or ask for a slower response";
+        "check for stiction or a changed load";
     NeverAtRest = 143, "never-at-rest":
         "the servo did not come to rest",
         "check for noise of the position and a compliant coupling";

@@ -184,14 +184,8 @@ fn promise(tuning: &Tuning) -> Table {
     let promise = &tuning.promise;
     let [least, most] = promise.gain_margins;
     let percent = |part: f64| figure(100.0 * part);
-    let rise = figure(1e3 * promise.rise_time);
-    let rise = if depends_on_friction(tuning, 1.02) {
-        let [quickest, slowest] =
-            [promise.quickest_rise_time, promise.slowest_rise_time].map(|time| figure(1e3 * time));
-        format!("{rise} ({quickest} to {slowest})")
-    } else {
-        rise
-    };
+    let rises = [promise.quickest_rise_time, promise.slowest_rise_time];
+    let [quickest, slowest] = rises.map(|time| figure(1e3 * time));
     let longest = Promise::MAX_TIME / tuning.bandwidth;
     let settling = if promise.settling_time < longest {
         figure(1e3 * promise.settling_time)
@@ -201,7 +195,12 @@ fn promise(tuning: &Tuning) -> Table {
     let rows = [
         ("bandwidth", figure(tuning.bandwidth), "rad/s"),
         ("step", figure(promise.step), "rad"),
-        ("rise time, 10 to 90 %", rise, "ms"),
+        (
+            "rise time, 10 to 90 %",
+            figure(1e3 * promise.rise_time),
+            "ms",
+        ),
+        ("by friction", format!("{quickest} to {slowest}"), "ms"),
         ("overshoot, at most", percent(promise.overshoot), "%"),
         ("settling time, 2 %", settling, "ms"),
         ("largest sensitivity Ms", figure(promise.sensitivity), ""),
@@ -210,7 +209,7 @@ fn promise(tuning: &Tuning) -> Table {
         (
             "command of the step",
             percent(promise.command_share),
-            "% of what there is",
+            "% of the limit",
         ),
         (
             "noise of the command",
@@ -242,7 +241,7 @@ fn remarks(tuned: &Tuned) -> Vec<String> {
     }];
     if depends_on_friction(&tuned.tuning, TOLERANCE) {
         remarks.push(
-            "friction makes the rise time depend on the motion before, within the range in brackets: a larger step or \
+            "friction makes the rise time depend on the motion before, within the range that is shown: a larger step or \
              a faster response depends less on it"
                 .to_owned(),
         );

@@ -538,7 +538,7 @@ const VERDICTS: [(u8, Row); 17] = [
 ];
 
 /// The remedies of the core's reasons: those that a commissioning can follow.
-const COMMISSIONED: [(Reason, Row); 28] = [
+const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::TravelLeft,
         Row {
@@ -621,12 +621,12 @@ const COMMISSIONED: [(Reason, Row); 28] = [
     (
         Reason::LacksGravity,
         Row {
-            case: &[("plant", "gravity = [500.0, 150.0]")],
+            case: &[("plant", "gravity = [400.0, 120.0]")],
             remedies: &[Followed(
                 "commission it within less travel",
                 &[(
                     "=commission",
-                    "travel = 0.1\nspeed = 30.0\nsample_time = 0.001",
+                    "travel = 0.05\nspeed = 30.0\nsample_time = 0.001",
                 )],
             )],
         },
@@ -634,10 +634,10 @@ const COMMISSIONED: [(Reason, Row); 28] = [
     (
         Reason::NoGains,
         Row {
-            case: &[("commission", "response_time = 0.006")],
+            case: &[("commission", "response_time = 0.012")],
             remedies: &[Followed(
                 "ask for a slower response",
-                &[("commission", "response_time = 0.016")],
+                &[("commission", "response_time = 0.03")],
             )],
         },
     ),
@@ -695,7 +695,7 @@ const COMMISSIONED: [(Reason, Row); 28] = [
                 ),
                 (
                     "=commission",
-                    "travel = 2.0\nspeed = 100.0\nsample_time = 0.001\nresponse_time = 0.05",
+                    "travel = 2.0\nspeed = 100.0\nsample_time = 0.001\nresponse_time = 0.1",
                 ),
             ],
             remedies: &[
@@ -720,28 +720,26 @@ const COMMISSIONED: [(Reason, Row); 28] = [
     (
         Reason::ResponseTimeMissed,
         Row {
-            case: &[(
-                "=plant",
-                "a = 2.79\nb = 23.0\ncoulomb = 23.0\nlow_speed_friction = 23.0\nlow_speed_velocity = 0.3",
-            )],
-            remedies: &[Followed(
-                "check for stiction",
-                &[("=plant", "a = 2.79\nb = 23.0\ncoulomb = 23.0")],
-            )],
-        },
-    ),
-    (
-        Reason::ResponseTimeMissed,
-        Row {
             case: &[
-                ("=plant", "a = 4.591\nb = 22.0\nbacklash = 0.00149"),
-                ("=amplifier", "limit = 5.0"),
+                (
+                    "=plant",
+                    "a = 0.663\nb = 58.4\ncoulomb = 29.9\nlow_speed_friction = 85.3\nlow_speed_velocity = 0.17",
+                ),
+                ("=encoder", "counts_per_rev = 2000"),
                 (
                     "=commission",
-                    "travel = 2.068\nspeed = 11.39\nsample_time = 0.001\ntrial_step = 0.6786",
+                    "travel = 0.606\nspeed = 23.2\nsample_time = 0.001",
                 ),
             ],
-            remedies: &[Followed("play", &[("plant", "backlash = 0.0")])],
+            remedies: &[
+                Followed(
+                    "check for stiction",
+                    &[("=plant", "a = 0.663\nb = 58.4\ncoulomb = 29.9")],
+                ),
+                NotHere(
+                    "play: 250 drawn axes with play ended with reason 122 or kept their promise",
+                ),
+            ],
         },
     ),
     (
@@ -749,7 +747,7 @@ const COMMISSIONED: [(Reason, Row); 28] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"friction-rise\"\ntime = 5.0\nsize = 200.0",
+                "kind = \"load-step\"\ntime = 4.92\nsize = 1000.0",
             )],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
@@ -760,24 +758,24 @@ const COMMISSIONED: [(Reason, Row); 28] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.92\nb = 39.0\ncoulomb = 39.0\nlow_speed_friction = 50.0\nlow_speed_velocity = 0.3",
+                    "a = 0.405\nb = 29.7\ncoulomb = 25.1\nlow_speed_friction = 28.7\nlow_speed_velocity = 0.265",
                 ),
-                ("=encoder", "counts_per_rev = 2000"),
+                ("=encoder", "counts_per_rev = 4096"),
                 (
                     "=commission",
-                    "travel = 0.3\nspeed = 100.0\nsample_time = 0.001",
+                    "travel = 0.218\nspeed = 26.5\nsample_time = 0.001",
                 ),
             ],
             remedies: &[Followed(
                 "check for stiction",
-                &[("=plant", "a = 0.92\nb = 39.0\ncoulomb = 39.0")],
+                &[("=plant", "a = 0.405\nb = 29.7\ncoulomb = 25.1")],
             )],
         },
     ),
     (
         Reason::OvershootExceeded,
         Row {
-            case: &[("[fault]", "kind = \"load-step\"\ntime = 5.0\nsize = 100.0")],
+            case: &[("[fault]", "kind = \"load-step\"\ntime = 5.0\nsize = 300.0")],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
     ),
@@ -786,7 +784,7 @@ const COMMISSIONED: [(Reason, Row); 28] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"actuator-weak\"\ntime = 5.0\nsize = 0.5",
+                "kind = \"actuator-weak\"\ntime = 4.8\nsize = 0.5",
             )],
             remedies: &[Followed(
                 "a gain of the amplifier that changes",
@@ -800,32 +798,24 @@ const COMMISSIONED: [(Reason, Row); 28] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.96\nb = 10.0\ncoulomb = 10.0\nlow_speed_friction = 20.0\nlow_speed_velocity = 0.05",
+                    "a = 1.773\nb = 210.1\ncoulomb = 204.7\nlow_speed_friction = 379.5\nlow_speed_velocity = 0.059",
                 ),
+                ("=encoder", "counts_per_rev = 2000"),
                 (
                     "=commission",
-                    "travel = 0.5\nspeed = 10.0\nsample_time = 0.001",
+                    "travel = 1.044\nspeed = 49.7\nsample_time = 0.001",
                 ),
             ],
-            remedies: &[
-                Followed(
-                    "check for stiction",
-                    &[("=plant", "a = 0.96\nb = 10.0\ncoulomb = 10.0")],
-                ),
-                Followed(
-                    "ask for a slower response",
-                    &[("commission", "response_time = 0.3")],
-                ),
-            ],
+            remedies: &[Followed(
+                "check for stiction",
+                &[("=plant", "a = 1.773\nb = 210.1\ncoulomb = 204.7")],
+            )],
         },
     ),
     (
         Reason::DisturbanceExceeded,
         Row {
-            case: &[(
-                "[fault]",
-                "kind = \"load-step\"\ntime = 5.45\nsize = 1000.0",
-            )],
+            case: &[("[fault]", "kind = \"load-step\"\ntime = 5.2\nsize = 1000.0")],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
     ),
@@ -1141,18 +1131,22 @@ fn commissioned(folder: &Path, text: &str) -> Output {
 #[test]
 fn a_commissioning_succeeds_once_the_remedy_of_its_reason_is_followed() {
     let folder = folder("advice-reasons");
+    let mut wrong = Vec::new();
     for (reason, row) in &COMMISSIONED {
         let output = commissioned(&folder, &scenario(&AXIS, [row.case, &[]]));
         let said = standard_error(&output);
-        assert!(!output.status.success(), "{reason:?}");
-        assert!(said.contains(&reason.to_string()), "{reason:?}: {said}");
+        if output.status.success() || !said.contains(&reason.to_string()) {
+            wrong.push(format!("{reason:?}: {said}"));
+        }
         for remedy in row.remedies {
             match remedy {
                 Followed(says, lines) => {
                     assert!(reason.remedy().contains(says), "{reason:?}: {says}");
                     let output = commissioned(&folder, &scenario(&AXIS, [row.case, lines]));
                     let said = standard_error(&output);
-                    assert!(output.status.success(), "{reason:?}: {says}: {said}");
+                    if !output.status.success() {
+                        wrong.push(format!("{reason:?}: {says}: {said}"));
+                    }
                 }
                 Logged => {
                     let says = "record a log and identify it with the law fit";
@@ -1163,6 +1157,7 @@ fn a_commissioning_succeeds_once_the_remedy_of_its_reason_is_followed() {
             }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 /// Asserts that the servo of a commissioning's case is identified from a log of it.

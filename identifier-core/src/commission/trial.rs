@@ -82,6 +82,9 @@ impl<N: Number> Trial<N> {
     /// Friction at low speed over Coulomb friction, which may act to either side at first.
     const LOW_SPEED: f64 = 1.5;
 
+    /// Friction at rest over Coulomb friction that no axis has: a command that is larger moves it, or nothing does.
+    const STICTION: f64 = 5.0;
+
     /// Counts by which a measured position is uncertain.
     const ROUNDING: f64 = 1.5;
 
@@ -125,7 +128,7 @@ impl<N: Number> Trial<N> {
             step: N::from_f64(counts),
             disturbance: N::from_f64(disturbance),
             balance: N::from_f64(-servo.load / b),
-            friction: N::from_f64(Self::LOW_SPEED * servo.coulomb / b),
+            friction: N::from_f64(Self::STICTION * servo.coulomb / b),
             promised: Promised {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,

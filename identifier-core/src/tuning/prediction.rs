@@ -210,7 +210,9 @@ impl PromisePrediction {
                 let has_turned = beyond > 0.0 && self.farthest - position > BACK * beyond;
                 let [_, arrived] = self.measure.since();
                 let peak = samples(PEAK, &self.design, &self.closed_loop);
-                has_turned || arrived.is_some_and(|since| since > peak) || longer_than(LATE + LATE_PEAK)
+                has_turned
+                    || arrived.is_some_and(|since| since > peak)
+                    || longer_than(LATE + LATE_PEAK)
             }
         }
     }
