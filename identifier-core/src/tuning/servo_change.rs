@@ -15,7 +15,7 @@ use crate::reason::Reason;
 ///
 /// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
 /// - in size that the promise suffers: inertia by [`PromisedServo::MAX_INERTIA_RATIO`]; viscous friction by a quarter of the
-///   loop's damping k_d + a/b; Coulomb friction by half, and by a hundredth of the promised step's first command k_p r, which
+///   loop's damping k_d + a/b; Coulomb friction by half, and by a twenty-fifth of the promised step's largest command, which
 ///   is half of the band in which a step counts as settled, while the load changes by less than half of that; the load by a
 ///   tenth of the largest command, and where it leaves less of it than the promised step takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,8 +92,8 @@ impl PromisedServo {
     pub fn new(servo: &IdentifiedServo, tuning: &Tuning, limit: f64) -> Option<Self> {
         /// The change of viscous friction, as a part of the loop's damping.
         const DAMPING: f64 = 0.25;
-        /// The change of Coulomb friction, as a part of itself and of the step's first command.
-        const FRICTION: (f64, f64) = (0.5, 0.01);
+        /// The change of Coulomb friction, as a part of itself and of the step's largest command.
+        const FRICTION: (f64, f64) = (0.5, 0.04);
         /// The change of the load, as a part of the largest command.
         const LOAD_SHARE: f64 = 0.1;
         let errors = ServoParameters {
@@ -104,14 +104,14 @@ impl PromisedServo {
         };
         let servo = per_gain(&servo.parameters, &errors)?;
         let [inertia, viscous, coulomb, load] = servo.map(|known| known.value);
-        let first_command = tuning.kp * tuning.promise.step;
+        let largest_command = tuning.command_of_step() * tuning.promise.step;
         let step = tuning.promise.command_share * (limit - load.abs());
         Some(Self {
             servo,
             least: [
                 inertia * (1.0 - 1.0 / Self::MAX_INERTIA_RATIO),
                 DAMPING * (tuning.kd + viscous),
-                (FRICTION.0 * coulomb).max(FRICTION.1 * first_command),
+                (FRICTION.0 * coulomb).max(FRICTION.1 * largest_command),
                 // Of the load's size: it may change its sign.
                 (limit - step - load.abs()).max(LOAD_SHARE * limit),
             ],
