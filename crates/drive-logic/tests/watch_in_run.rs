@@ -4,19 +4,26 @@
 mod support;
 
 use drive_link::{Command, Fault, State};
-use identifier_core::commission::Phase;
+use identifier_core::commission::{CommissionSettings, Phase};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::Goal;
 
 use support::commission::{ORDER, SERVO, outcome, over};
 use support::drive::Drive;
 use support::{Bench, Flash, SAMPLE_TIME, settings};
+
+/// Gains of an ordinary response. Slower ones push less, and what does not move shows later.
+const QUICK: CommissionSettings = CommissionSettings {
+    goal: Goal::ResponseTime(0.048),
+    ..ORDER
+};
 
 /// A drive that was commissioned and runs with the new gains, without a dither.
 fn running(drive: &mut Drive<'_>) {
     let mut settings = settings();
     settings.dither.amplitude = 0.0;
     drive.done(Command::Configure(settings));
-    drive.done(Command::Commission(ORDER));
+    drive.done(Command::Commission(QUICK));
     over(drive);
     assert_eq!(outcome(drive).commissioning.phase, Phase::Applied);
     drive.done(Command::Start);

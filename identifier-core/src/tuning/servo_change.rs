@@ -15,9 +15,9 @@ use crate::reason::Reason;
 ///
 /// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
 /// - in size that the promise suffers: inertia by [`PromisedServo::MAX_INERTIA_RATIO`]; viscous friction by a quarter of the
-///   loop's damping k_d + a/b; Coulomb friction by half, and by a twenty-fifth of the promised step's largest command, which
-///   is half of the band in which a step counts as settled, while the load changes by less than half of that; the load by a
-///   tenth of the largest command, and where it leaves less of it than the promised step takes.
+///   loop's damping k_d + a/b; Coulomb friction by half, and by a twenty-fifth of the promised step's largest command, while the
+///   load changes by less than half of that; the load by a tenth of the largest command, and where it leaves less of it than
+///   the promised step takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PromisedServo {
     servo: [Known; 4],
