@@ -73,12 +73,8 @@ where
         }
         for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
             if *unknown == Unknown::Coulomb {
-                let before = state.law.estimates()[i];
-                let lowered = before * N::from_f64(FRICTION_FACTOR);
+                let lowered = state.law.estimates()[i] * N::from_f64(FRICTION_FACTOR);
                 state.law.replace(i, lowered);
-                // No measurement of it: as uncertain as it is far.
-                let moved = before - lowered;
-                state.law.raise(i, moved * moved);
             }
         }
         let most = self.most(state.measured, state.scale, &state.law.estimates());
