@@ -192,6 +192,8 @@ impl Session {
                     format!("started; it comes to rest when the line is silent for {timeout} s")
                 }
             },
+            // The report came first, and said so; a recording that it has ended is named.
+            Command::Stop if !self.state.is_driven() => return,
             Command::Stop => "stopped: the servo is released".to_owned(),
             Command::Target(radians) => format!("on its way to {radians} rad"),
             Command::Home => "on its way home".to_owned(),
