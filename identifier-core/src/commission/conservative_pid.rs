@@ -50,13 +50,14 @@ impl<N: Number> ConservativePid<N> {
         }
     }
 
-    /// The loop for a servo whose commands act after a delay, samples; none where no loop holds it.
-    pub(super) fn around(&self, servo: &RoughModel<N>, delay: N) -> Option<Loop<N>> {
-        self.around_within(servo, delay, self.max_bandwidth)
+    /// The largest ω T of all.
+    pub(super) fn max_bandwidth(&self) -> N {
+        self.max_bandwidth
     }
 
-    /// The same with an ω T of at most `bandwidth`.
-    pub(super) fn around_within(
+    /// The loop, with an ω T of at most `bandwidth`, for a servo whose commands act after a delay, samples; none where no
+    /// loop holds it.
+    pub(super) fn around(
         &self,
         servo: &RoughModel<N>,
         delay: N,
@@ -77,14 +78,31 @@ impl<N: Number> ConservativePid<N> {
             integral * omega * omega * omega * servo.per_gain,
         ];
         let cutoff = N::from_f64(Self::CUTOFF) * omega;
-        // The pole of the backward difference: an exponential is dear where there is no other.
-        let passed = cutoff * (N::ONE + cutoff).reciprocal();
         let usable = gains.iter().all(|gain| gain.is_finite()) && gains[0] > N::ZERO;
         usable.then(|| {
             let pid = Pid::in_machine_units(gains, self.limit);
-            Loop::with_pid(pid, LowPass::passing(passed))
+            Loop::with_pid(pid, low_pass(cutoff))
         })
     }
+
+    /// The ω T of a loop of these.
+    pub(super) fn bandwidth(controller: &Loop<N>) -> N {
+        let passed = controller.velocity.passed();
+        let cutoff = passed * (N::ONE - passed).reciprocal();
+        N::from_f64(1.0 / Self::CUTOFF) * cutoff
+    }
+
+    /// A loop of these with a part of its bandwidth.
+    pub(super) fn slower(controller: &Loop<N>, part: N) -> Loop<N> {
+        let pid = controller.pid.scaled([part * part, part, part * part * part]);
+        let cutoff = N::from_f64(Self::CUTOFF) * part * Self::bandwidth(controller);
+        Loop::with_pid(pid, low_pass(cutoff))
+    }
+}
+
+/// With a cut-off ω_c T and the pole of the backward difference: an exponential is dear where there is no other.
+fn low_pass<N: Number>(cutoff: N) -> LowPass<N> {
+    LowPass::passing(cutoff * (N::ONE + cutoff).reciprocal())
 }
 
 fn smaller<N: Number>(one: N, other: N) -> N {
@@ -118,7 +136,8 @@ mod tests {
         };
         let servo = RoughModel::from_si(&parameters, time, resolution);
         let conservative = ConservativePid::new(&units, &LIMITS);
-        conservative.around(&servo, delay).expect("it can be held")
+        let most = conservative.max_bandwidth();
+        conservative.around(&servo, delay, most).expect("it can be held")
     }
 
     #[test]
@@ -171,9 +190,29 @@ mod tests {
     }
 
     #[test]
+    fn a_slower_loop_is_the_one_that_is_placed_with_less_bandwidth() {
+        let (time, resolution) = (1e-4, core::f64::consts::TAU / 1e6);
+        let units = Units::new(time, resolution).expect("valid");
+        let parameters = ServoParameters { a: 0.0, b: 200.0, coulomb: 10.0, load: 3.0 };
+        let servo = RoughModel::from_si(&parameters, time, resolution);
+        let conservative = ConservativePid::new(&units, &LIMITS);
+        let within = |bandwidth| conservative.around(&servo, 2.0, bandwidth).expect("it can be held");
+        let most = conservative.max_bandwidth();
+        let (slower, placed) = (ConservativePid::slower(&within(most), 0.3), within(0.3 * most));
+        for (error, velocity, integral) in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] {
+            let [own, other] = [slower, placed]
+                .map(|one| one.pid.command(error, velocity, integral).value);
+            assert!((own / other - 1.0).abs() < 1e-9, "{own} {other}");
+        }
+        let [own, other] = [slower, placed].map(|one| ConservativePid::bandwidth(&one) / most);
+        assert!((own - 0.3).abs() < 1e-9 && (other - 0.3).abs() < 1e-9, "{own} {other}");
+    }
+
+    #[test]
     fn a_servo_that_no_loop_holds_gets_no_gains() {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let conservative = ConservativePid::<f32>::new(&units, &LIMITS);
-        assert_eq!(conservative.around(&RoughModel::UNKNOWN, 2.0), None);
+        let most = conservative.max_bandwidth();
+        assert_eq!(conservative.around(&RoughModel::UNKNOWN, 2.0, most), None);
     }
 }

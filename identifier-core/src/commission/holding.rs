@@ -1,3 +1,4 @@
+use super::conservative_pid::ConservativePid;
 use super::gains::Loop;
 use crate::control::{ControlSample, ControlState};
 use crate::measurement::velocity::LowPassState;
@@ -64,6 +65,18 @@ impl<N: Number> Holding<N> {
                 commanded: 0,
             },
         }
+    }
+
+    /// The loop that holds it.
+    pub(super) fn controller(&self) -> &Loop<N> {
+        &self.controller
+    }
+
+    /// Goes on with a part of the loop's bandwidth. The integral's command stays: it balances the load.
+    pub(super) fn give_way(&mut self, part: N) {
+        self.controller = ConservativePid::slower(&self.controller, part);
+        self.state = self.state.with_integral_for(part * part * part);
+        self.rest.begin();
     }
 
     /// Sets the samples after which it counts as at rest.

@@ -26,6 +26,8 @@ pub struct CommissionState<N: Number> {
     /// The command that acts, and the one that held the servo before anything was done.
     pub(super) command: N,
     pub(super) held: N,
+    /// The largest ω T of the loops that hold the servo while it is studied.
+    pub(super) bandwidth: N,
     /// The same as the caller gets it: none where the stage is disabled.
     pub(super) acting: Option<N>,
     /// The sample, for the watch, whether it is watched, and whether all was over before it.
@@ -125,6 +127,7 @@ impl<N: Number> CommissionState<N> {
         watch: ServoWatchState<N>,
         recorder: MotionRecorder<N>,
         hysteresis: Hysteresis<N>,
+        bandwidth: N,
     ) -> Self {
         Self {
             phase: Phase::ReleasedCheck,
@@ -138,6 +141,7 @@ impl<N: Number> CommissionState<N> {
             velocity_now: N::ZERO,
             command,
             held: command,
+            bandwidth,
             acting: None,
             observation: Observation {
                 increment: None,

@@ -116,6 +116,12 @@ impl<N: Number, S> ControlState<N, S> {
             ..self
         }
     }
+
+    /// For a controller with this part of k_i, above zero: the integral's command stays.
+    pub(crate) fn with_integral_for(self, part: N) -> Self {
+        let integral = self.integral.value() * part.reciprocal();
+        self.with_integral(integral)
+    }
 }
 
 /// One sample of the loop, machine units.

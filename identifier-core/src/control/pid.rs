@@ -71,6 +71,17 @@ impl<N: Number> Pid<N> {
         }
     }
 
+    /// The same with k_p, k_d and k_i multiplied by these factors, above zero.
+    pub(crate) fn scaled(self, [proportional, derivative, integral]: [N; 3]) -> Self {
+        Self {
+            proportional: proportional * self.proportional,
+            derivative: derivative * self.derivative,
+            integral: integral * self.integral,
+            per_integral: self.per_integral * integral.reciprocal(),
+            ..self
+        }
+    }
+
     /// u = k_p e − k_d v + k_i ∑e, limited; the integral is ∑e of the samples before this one.
     #[inline]
     pub(crate) fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {

@@ -77,6 +77,11 @@ impl<N: Number> LowPass<N> {
             gain,
         }
     }
+
+    /// The part of a step of the velocity that it shows after a sample.
+    pub(crate) fn passed(&self) -> N {
+        self.gain
+    }
 }
 
 /// The state of a [`LowPass`] estimate: the velocity, per sample.

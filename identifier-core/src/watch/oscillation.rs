@@ -38,6 +38,17 @@ pub(super) struct OscillationState<N> {
     swings: u32,
 }
 
+impl<N: Number> OscillationState<N> {
+    /// Swings running that have not decayed.
+    pub(super) fn swings(&self) -> u32 {
+        self.swings
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.swings = 0;
+    }
+}
+
 impl<N: Number> Oscillation<N> {
     /// Swings running that are an oscillation.
     pub(super) const SWINGS: u32 = 6;

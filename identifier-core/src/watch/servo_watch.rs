@@ -251,6 +251,16 @@ impl<N: Number> ServoWatch<N> {
 }
 
 impl<N: Number> ServoWatchState<N> {
+    /// Swings about the setpoint running that have not decayed.
+    pub(crate) fn swings(&self) -> u32 {
+        self.oscillation.swings()
+    }
+
+    /// Begins to count them anew: the loop is another one.
+    pub(crate) fn forget_swings(&mut self) {
+        self.oscillation.forget();
+    }
+
     fn restart_comparison(&mut self) {
         self.parts = PartsState::START;
         self.part = None;

@@ -164,7 +164,16 @@ impl<N: Number> CommissionIsr<N> {
         let watch = self
             .watch
             .start_delayed(self.settings.command_delay / self.settings.sample_time);
-        CommissionState::begun(count, command, activity, watch, recorder, self.hysteresis)
+        let bandwidth = self.conservative.max_bandwidth();
+        CommissionState::begun(
+            count,
+            command,
+            activity,
+            watch,
+            recorder,
+            self.hysteresis,
+            bandwidth,
+        )
     }
 
     /// Begins beside a controller that has run until a count, with the gains before: `last` is that

@@ -1,5 +1,6 @@
 //! Every sample: its command, its checks, and the end where they fail.
 
+use super::super::conservative_pid::ConservativePid;
 use super::super::noise::Rest;
 use super::super::state::{Activity, CommissionState};
 use super::super::{Phase, Reason};
@@ -7,6 +8,15 @@ use super::CommissionIsr;
 use crate::number::Number;
 
 impl<N: Number> CommissionIsr<N> {
+    /// Swings running after which a loop gives way, fewer than make an oscillation.
+    const SWINGS: u32 = 3;
+
+    /// The part of its bandwidth that it keeps.
+    const GIVEN_WAY: f64 = 0.4;
+
+    /// The part of the largest bandwidth below which it gives no more way.
+    const LEAST: f64 = 0.02;
+
     /// The command of the activity; it ends the commissioning where there is none any more.
     pub(super) fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
         let position = state.position;
@@ -36,6 +46,7 @@ impl<N: Number> CommissionIsr<N> {
             return Ok(());
         }
         let checked = self.watch.process(&mut state.watch, &state.observation);
+        self.give_way(state);
         if checked == Err(Reason::EncoderJumped) && self.rest(state) != Some(Rest::Quiet) {
             // Noise jumps too: which of the two it is shows soon.
             return Ok(());
@@ -45,6 +56,25 @@ impl<N: Number> CommissionIsr<N> {
             limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
             fault => Err(fault),
         })
+    }
+
+    /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
+    /// nothing has shown yet makes it many times as strong at high frequency.
+    fn give_way(&self, state: &mut CommissionState<N>) {
+        let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial);
+        let (true, Activity::Holding(holding)) = (is_studied, &mut state.activity) else {
+            return;
+        };
+        if state.phase.is_end() || state.watch.swings() < Self::SWINGS {
+            return;
+        }
+        let part = N::from_f64(Self::GIVEN_WAY);
+        let bandwidth = part * ConservativePid::bandwidth(holding.controller());
+        if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
+            state.bandwidth = bandwidth;
+            holding.give_way(part);
+            state.watch.forget_swings();
+        }
     }
 
     /// True once the gains before hold the servo again.

@@ -208,7 +208,8 @@ impl<N: Number> CommissionIsr<N> {
     /// Begins the slides of a servo at rest, under the loop that they plan.
     fn begin_slide(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let (servo, delay, bandwidth) = state.slide.loop_plan();
-        let controller = self.conservative.around_within(servo, delay, bandwidth);
+        let bandwidth = bandwidth.limited(N::ZERO, state.bandwidth);
+        let controller = self.conservative.around(servo, delay, bandwidth);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
         state.slide.begin(&mut holding);
@@ -246,7 +247,7 @@ impl<N: Number> CommissionIsr<N> {
         if state.phase == Phase::Probing {
             state.phase = Phase::Fit;
         }
-        let controller = self.conservative.around(servo, delay);
+        let controller = self.conservative.around(servo, delay, state.bandwidth);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let (velocity, command) = (state.velocity_now, state.command);
         let mut holding = self.held_by(controller, state.position, velocity, command);

@@ -182,7 +182,7 @@ impl Axis {
         slide.plan(&plan);
         let (rough, delay, bandwidth) = slide.loop_plan();
         let conservative = ConservativePid::new(&units, &self.limits);
-        let controller = conservative.around_within(rough, delay, bandwidth);
+        let controller = conservative.around(rough, delay, bandwidth);
         let last = ControlSample {
             error: 0.0,
             increment: 0.0,
