@@ -152,6 +152,7 @@ mod tests {
                 ki: 0.2 * omega * omega * omega / b,
                 limit: LIMITS.command,
                 reference_filter: 0.0,
+                notch: 0.0,
             },
             cutoff: 6.0 * omega,
         };
@@ -160,7 +161,7 @@ mod tests {
         let placed = loop_for(b, time, counts, 2.0);
         for (error, velocity, integral) in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] {
             let [own, other] = [placed, expected]
-                .map(|controller| controller.pid.command(error, velocity, integral).value);
+                .map(|controller| controller.pid.wanted(error, velocity, integral));
             assert!((own / other - 1.0).abs() < 1e-6, "{own} {other}");
         }
         let [own, other] = [placed, expected].map(|one| one.velocity.transfer().pole);
@@ -195,13 +196,13 @@ mod tests {
         let units = Units::new(time, resolution).expect("valid");
         let parameters = ServoParameters { a: 0.0, b: 200.0, coulomb: 10.0, load: 3.0 };
         let servo = RoughModel::from_si(&parameters, time, resolution);
-        let conservative = ConservativePid::new(&units, &LIMITS);
+        let conservative = ConservativePid::<f64>::new(&units, &LIMITS);
         let within = |bandwidth| conservative.around(&servo, 2.0, bandwidth).expect("it can be held");
         let most = conservative.max_bandwidth();
         let (slower, placed) = (ConservativePid::slower(&within(most), 0.3), within(0.3 * most));
         for (error, velocity, integral) in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] {
             let [own, other] = [slower, placed]
-                .map(|one| one.pid.command(error, velocity, integral).value);
+                .map(|one| one.pid.wanted(error, velocity, integral));
             assert!((own / other - 1.0).abs() < 1e-9, "{own} {other}");
         }
         let [own, other] = [slower, placed].map(|one| ConservativePid::bandwidth(&one) / most);

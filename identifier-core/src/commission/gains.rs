@@ -38,6 +38,8 @@ impl HoldingGains {
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         let velocity = LowPass::new(units, self.cutoff)?;
         let reference = given.reference_filter(units)?;
-        Ok(Controller::new(units, &gains, &limit, velocity).with_reference_filter(reference))
+        Ok(Controller::new(units, &gains, &limit, velocity)
+            .with_reference_filter(reference)
+            .with_notch(given.notch(units)?))
     }
 }

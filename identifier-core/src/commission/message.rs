@@ -199,6 +199,7 @@ mod tests {
             ki: 1.0,
             cutoff: 500.0,
             reference_filter: 0.0,
+            notch: 0.0,
             bandwidth: 50.0,
             cap: None,
             promise: Promise {

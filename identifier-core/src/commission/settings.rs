@@ -49,6 +49,8 @@ pub struct CommissionSettings {
     /// [`CommissionSettings::MAX_SLIDE_ROUNDS`]. None where the axis is known to be stiff, unless its motions are not
     /// explained: a resonance that friction hides is then not seen. More know a compliant axis better.
     pub slide_rounds: u8,
+    /// True if the gains may have a notch filter, which a controller in fixed point has not.
+    pub notch: bool,
 }
 
 impl CommissionSettings {
@@ -66,6 +68,7 @@ impl CommissionSettings {
             max_sensitivity: TuningSettings::MAX_SENSITIVITY,
             trial_step: None,
             slide_rounds: 1,
+            notch: true,
         }
     }
 

@@ -280,6 +280,7 @@ mod tests {
             ki: 1.0,
             cutoff: 500.0,
             reference_filter: 0.0,
+            notch: 0.0,
             bandwidth: 1.0 / TIME_CONSTANT,
             cap: None,
             promise: Promise {

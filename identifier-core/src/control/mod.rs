@@ -21,11 +21,15 @@
 
 mod gains;
 mod limit;
+mod notch;
 mod pid;
 mod reference_filter;
 
 pub use gains::Gains;
 pub use limit::CommandLimit;
+pub use notch::Notch;
+use notch::NotchState;
+pub(crate) use notch::notch_at;
 pub(crate) use pid::Pid;
 use reference_filter::FilteredError;
 pub use reference_filter::ReferenceFilter;
@@ -46,6 +50,8 @@ pub struct Controller<N, V> {
     pub(crate) pid: Pid<N>,
     /// The filter before it.
     pub(crate) reference: ReferenceFilter<N>,
+    /// The filter behind it.
+    pub(crate) notch: Notch<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// Weight of an increment against an error in the check of the inputs: an increment of
@@ -54,7 +60,7 @@ pub struct Controller<N, V> {
 }
 
 encode! {
-    [N: Encode, V: Encode] Controller<N, V> as "Controller" { pid, reference, velocity, jump }
+    [N: Encode, V: Encode] Controller<N, V> as "Controller" { pid, reference, notch, velocity, jump }
 }
 
 impl<N: Number, V> Controller<N, V> {
@@ -69,6 +75,7 @@ impl<N: Number, V> Controller<N, V> {
         Self {
             pid,
             reference: ReferenceFilter::NONE,
+            notch: Notch::NONE,
             velocity,
             jump: N::ONE,
         }
@@ -80,7 +87,13 @@ impl<N: Number, V> Controller<N, V> {
         Self { reference, ..self }
     }
 
-    /// The command without integral and limit, command units, for a position error and a velocity in
+    /// The same with a notch filter of the command.
+    #[must_use]
+    pub fn with_notch(self, notch: Notch<N>) -> Self {
+        Self { notch, ..self }
+    }
+
+    /// The command without integral, notch and limit, command units, for a position error and a velocity in
     /// machine units.
     #[inline]
     pub fn linear(&self, error: N, velocity: N) -> N {
@@ -94,6 +107,7 @@ pub struct ControlState<N: Number, S> {
     integral: N::Sum,
     reference: FilteredError<N>,
     filter: S,
+    notch: NotchState<N>,
 }
 
 impl<N: Number, S: Default> Default for ControlState<N, S> {
@@ -103,6 +117,7 @@ impl<N: Number, S: Default> Default for ControlState<N, S> {
             integral: N::Sum::new(N::ZERO),
             reference: FilteredError::default(),
             filter: S::default(),
+            notch: NotchState::at(N::ZERO),
         }
     }
 }
@@ -163,6 +178,7 @@ impl<N: Number> Controller<N, LowPass<N>> {
             integral: N::Sum::new(integral),
             reference: FilteredError(last.error),
             filter: LowPassState::moving(last.velocity),
+            notch: NotchState::at(last.command),
         }
     }
 }
@@ -189,7 +205,9 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
             .reference
             .process(&mut state.reference, error, increment);
         let velocity = self.velocity.process(&mut state.filter, increment);
-        let command = self.pid.command(error, velocity, state.integral.value());
+        let wanted = self.pid.wanted(error, velocity, state.integral.value());
+        let wanted = self.notch.process(&mut state.notch, wanted);
+        let command = self.pid.limited(wanted, error);
         if command.integrates {
             state.integral.add(error);
         }

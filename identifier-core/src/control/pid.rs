@@ -82,10 +82,15 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// u = k_p e − k_d v + k_i ∑e, limited; the integral is ∑e of the samples before this one.
+    /// u = k_p e − k_d v + k_i ∑e; the integral is ∑e of the samples before this one.
     #[inline]
-    pub(crate) fn command(&self, error: N, velocity: N, integral: N) -> Command<N> {
-        let wanted = self.linear(error, velocity) + self.integral * integral;
+    pub(crate) fn wanted(&self, error: N, velocity: N, integral: N) -> N {
+        self.linear(error, velocity) + self.integral * integral
+    }
+
+    /// A command that is wanted, at this error, limited.
+    #[inline]
+    pub(crate) fn limited(&self, wanted: N, error: N) -> Command<N> {
         if wanted > self.high {
             Command {
                 value: self.high,
@@ -123,6 +128,12 @@ impl<N: Number> Pid<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Pid<f64> {
+        fn command(&self, error: f64, velocity: f64, integral: f64) -> Command<f64> {
+            self.limited(self.wanted(error, velocity, integral), error)
+        }
+    }
 
     fn pid(limit: CommandLimit) -> Pid<f64> {
         let units = Units::new(1e-3, 0.5).expect("valid");

@@ -12,6 +12,7 @@ impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
         Ok(Self {
             pid: Pid::new(&units, &gains, &limit),
             reference: given.reference_filter(&units)?,
+            notch: given.notch(&units)?,
             velocity: settings.velocity::<N, V>()?,
             jump: N::from_f64(N::REACH.to_f64() / most),
         })

@@ -22,7 +22,7 @@ pub use error::SettingsError;
 pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};
 pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 
-use crate::control::{CommandLimit, Gains, ReferenceFilter};
+use crate::control::{CommandLimit, Gains, Notch, ReferenceFilter};
 use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
@@ -64,6 +64,8 @@ pub struct ControllerSettings {
     pub limit: [f64; 2],
     /// Time constant of the [`ReferenceFilter`], s; zero for none.
     pub reference_filter: f64,
+    /// Frequency of the [`Notch`], rad/s; zero for none.
+    pub notch: f64,
 }
 
 /// A diagonal Γ over a, b, Coulomb friction and load.
@@ -91,6 +93,7 @@ impl ControllerSettings {
             ki,
             limit: [f64::NEG_INFINITY, f64::INFINITY],
             reference_filter: 0.0,
+            notch: 0.0,
         }
     }
 
@@ -103,6 +106,7 @@ impl ControllerSettings {
             ki: tuning.ki,
             limit,
             reference_filter: tuning.reference_filter,
+            notch: tuning.notch,
         }
     }
 
@@ -132,6 +136,14 @@ impl ControllerSettings {
         units: &Units,
     ) -> Result<ReferenceFilter<N>, OutOfRange> {
         ReferenceFilter::new(units, self.reference_filter)
+    }
+
+    /// The notch filter of the command.
+    ///
+    /// # Errors
+    /// See [`Notch::new`].
+    pub fn notch<N: Number>(&self, units: &Units) -> Result<Notch<N>, OutOfRange> {
+        Notch::new(units, self.notch)
     }
 
     /// The limit.

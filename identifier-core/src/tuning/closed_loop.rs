@@ -6,7 +6,7 @@
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
 use super::sampled_response::split;
-use crate::control::{CommandLimit, ControlState, Controller, Gains, ReferenceFilter};
+use crate::control::{CommandLimit, ControlState, Controller, Gains, Notch, ReferenceFilter};
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{LowPass, LowPassState};
 use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
@@ -100,7 +100,9 @@ impl ClosedLoop {
         let controller = Controller::new(&units, &gains, &limit, LowPass::new(&units, cutoff)?);
         let reference = ReferenceFilter::new(&units, design.reference_filter)?;
         Ok(Self {
-            controller: controller.with_reference_filter(reference),
+            controller: controller
+                .with_reference_filter(reference)
+                .with_notch(Self::notch(design, &units)),
             state,
             sample_time,
             signal: *signal,
@@ -118,6 +120,11 @@ impl ClosedLoop {
             velocity: 0.0,
             measured: 0.0,
         })
+    }
+
+    /// The notch of a design; at a multiple of the sample time none where it is too high to make a difference.
+    fn notch(design: &Design, units: &Units) -> Notch<f64> {
+        Notch::new(units, design.notch).unwrap_or(Notch::NONE)
     }
 
     /// The highest cut-off of a loop at a multiple of the sample time: where the loop is that slow, one

@@ -261,6 +261,7 @@ mod tests {
         ki: 128.0,
         cutoff: 400.0,
         reference_filter: 0.0,
+        notch: 0.0,
         smoothed: false,
         noise: 0.0,
     };

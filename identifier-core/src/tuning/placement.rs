@@ -31,6 +31,8 @@ pub(super) struct Design {
     pub(super) cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub(super) reference_filter: f64,
+    /// Frequency of the notch filter of the command, rad/s; zero for none.
+    pub(super) notch: f64,
     /// True if the cut-off is lower than it would be without the encoder's noise.
     pub(super) smoothed: bool,
     /// Standard deviation of the command from the encoder's rounding, command units.
@@ -47,6 +49,7 @@ impl Design {
             ki: tuning.ki,
             cutoff: tuning.cutoff,
             reference_filter: tuning.reference_filter,
+            notch: tuning.notch,
             smoothed: false,
             noise: tuning.promise.noise,
         }
@@ -121,6 +124,7 @@ impl Placement {
             ki,
             cutoff: 0.0,
             reference_filter: Self::REFERENCE_FILTER * kp / ki,
+            notch: 0.0,
             smoothed: false,
             noise: 0.0,
         };

@@ -15,6 +15,8 @@ pub struct Tuning {
     pub cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub reference_filter: f64,
+    /// Frequency of the notch filter of the command, rad/s; zero for none.
+    pub notch: f64,
     /// ω of the poles, those of the servo without its friction, rad/s.
     pub bandwidth: f64,
     /// The cap that keeps it from being faster; none where it is as fast as was asked for.

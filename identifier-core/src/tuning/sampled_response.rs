@@ -18,6 +18,7 @@ use super::placement::Design;
 use super::possible_servos::PossibleServo;
 use super::resonance::Mode;
 use super::sampled_mode::SampledMode;
+use crate::control::notch_at;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Complex;
 
@@ -43,6 +44,8 @@ pub(super) struct SampledController {
     filter: f64,
     /// k_p, k_d/T g and k_i T, times a factor.
     gains: [f64; 3],
+    /// ν of the notch, if there is one.
+    notch: Option<f64>,
 }
 
 /// The loop of a design around a servo, opened at the command.
@@ -129,23 +132,28 @@ impl SampledController {
                 factor * design.kd / sample_time * filter,
                 factor * design.ki * sample_time,
             ],
+            notch: nu_at(design.notch, sample_time),
         }
     }
 
-    /// The response times δ (δ + g).
-    fn numerator(&self, delta: Complex) -> Complex {
+    /// The response times δ (δ + g), at ν.
+    fn numerator(&self, nu: f64, delta: Complex) -> Complex {
         let [proportional, derivative, integral] = self.gains;
         let filtered = delta + self.filter;
-        (delta * filtered).scaled(proportional)
+        let pid = (delta * filtered).scaled(proportional)
             + (delta * delta).scaled(derivative)
-            + filtered.scaled(integral)
+            + filtered.scaled(integral);
+        match self.notch {
+            Some(notch) => pid * notch_at(notch, nu),
+            None => pid,
+        }
     }
 
     /// The command per error at ν, command units per rad.
     pub(super) fn of(design: &Design, sample_time: f64, nu: f64) -> Complex {
         let controller = Self::new(design, sample_time, 1.0);
         let delta = delta_at(nu);
-        controller.numerator(delta) / (delta * (delta + controller.filter))
+        controller.numerator(nu, delta) / (delta * (delta + controller.filter))
     }
 }
 
@@ -173,7 +181,7 @@ impl SampledResponse {
         let filtered = delta + self.controller.filter;
         Point {
             open: delta * delta * slowing * filtered,
-            forward: self.servo.numerator(delta) * self.controller.numerator(delta),
+            forward: self.servo.numerator(delta) * self.controller.numerator(nu, delta),
         }
     }
 

@@ -7,6 +7,7 @@ use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
 use super::sampled_response::{SampledController, SampledResponse, SampledServo, nu_at};
 use super::{Cap, TuningSettings};
+use crate::control::Notch;
 
 /// Criteria of a bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,8 @@ pub(super) struct Judge {
     servos: PossibleServos,
     /// Of two masses, where a measured response shows them.
     resonance: Option<Resonance>,
+    /// The frequency at which gains may have a notch, rad/s.
+    notch: Option<f64>,
     sample_time: f64,
     max_sensitivity: f64,
 }
@@ -43,7 +46,11 @@ pub(super) enum Verdict {
 /// A search under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Search {
+    first: f64,
     bandwidth: f64,
+    notched: bool,
+    /// The largest bandwidth without the notch, once that is looked for.
+    without: Option<Largest>,
     /// Its judgement; none before that is begun.
     case: Option<Case>,
     low: Option<(Design, Margins)>,
@@ -65,13 +72,21 @@ impl Judge {
         resonance: Option<&Resonance>,
         settings: &TuningSettings,
     ) -> Self {
+        let highest = Notch::<f64>::HIGHEST / settings.sample_time;
+        let notch = resonance.map(|resonance| resonance.mode.frequency);
         Self {
+            notch: notch.filter(|frequency| settings.notch && *frequency <= highest),
             placement: Placement::new(servos, settings),
             servos: *servos,
             resonance: resonance.copied(),
             sample_time: settings.sample_time,
             max_sensitivity: settings.max_sensitivity,
         }
+    }
+
+    /// True if gains may have a notch.
+    pub(super) fn has_notch(&self) -> bool {
+        self.notch.is_some()
     }
 
     /// The gains for a bandwidth, rad/s, whatever they keep.
@@ -104,10 +119,14 @@ impl Judge {
         Placement::LARGEST_BANDWIDTH / self.sample_time
     }
 
-    /// Begins to judge a bandwidth.
-    pub(super) fn open(&self, bandwidth: f64) -> Case {
+    /// Begins to judge a bandwidth, rad/s, with or without the notch.
+    pub(super) fn open(&self, bandwidth: f64, notched: bool) -> Case {
+        let notch = self.notch.filter(|_| notched);
         Case {
-            design: self.design(bandwidth),
+            design: Design {
+                notch: notch.unwrap_or(0.0),
+                ..self.design(bandwidth)
+            },
             place: 0,
             walk: None,
             margins: Margins::AMPLE,
@@ -192,6 +211,11 @@ impl Case {
     pub(super) fn bandwidth(&self) -> f64 {
         self.design.bandwidth
     }
+
+    /// True if its gains have the notch.
+    pub(super) fn is_notched(&self) -> bool {
+        self.design.notch > 0.0
+    }
 }
 
 impl Search {
@@ -201,15 +225,39 @@ impl Search {
     /// Bandwidths that are tried at most; a range of 10¹⁵ from the first.
     const MAX_BANDWIDTHS: u32 = 50;
 
-    /// Begins at a bandwidth.
+    /// The part by which a notch must make the bandwidth larger for gains to have one.
+    const WORTH: f64 = 1.1;
+
+    /// Begins at a bandwidth, without the notch.
     pub(super) fn from(bandwidth: f64) -> Self {
         Self {
+            first: bandwidth,
             bandwidth,
+            notched: false,
+            without: None,
             case: None,
             low: None,
             high: None,
             tried: 0,
         }
+    }
+
+    /// Takes the largest bandwidth without the notch, and begins with it, or ends with the better of both.
+    fn end(&mut self, judge: &Judge, found: Option<Largest>) -> Option<Option<Largest>> {
+        if !self.notched && judge.has_notch() {
+            *self = Self {
+                notched: true,
+                without: found,
+                ..Self::from(self.first)
+            };
+            return None;
+        }
+        let Some(without) = self.without else {
+            return Some(found);
+        };
+        let is_worth =
+            |with: &Largest| with.design.bandwidth > Self::WORTH * without.design.bandwidth;
+        Some(Some(found.filter(is_worth).unwrap_or(without)))
     }
 
     /// The gains for a bandwidth, or one frequency of one servo; at the end the largest bandwidth, or none if there is no such.
@@ -220,7 +268,7 @@ impl Search {
     ) -> Option<Option<Largest>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
-            self.case = Some(judge.open(bandwidth));
+            self.case = Some(judge.open(bandwidth, self.notched));
             return None;
         };
         match judge.work(case, lines)? {
@@ -231,11 +279,12 @@ impl Search {
         let next = match (self.low, self.high) {
             (Some((design, margins)), Some((high, cap))) => {
                 if high < Self::FINE * design.bandwidth {
-                    return Some(Some(Largest {
+                    let found = Largest {
                         design,
                         margins,
                         cap,
-                    }));
+                    };
+                    return self.end(judge, Some(found));
                 }
                 libm::sqrt(design.bandwidth * high)
             }
@@ -243,7 +292,7 @@ impl Search {
             (None, _) => 0.5 * bandwidth,
         };
         if self.tried >= Self::MAX_BANDWIDTHS {
-            return Some(None);
+            return self.end(judge, None);
         }
         self.bandwidth = next;
         self.case = None;

@@ -29,6 +29,8 @@ pub struct TuningSettings {
     pub step: f64,
     /// The lowest resonance that is known, rad/s.
     pub resonance: Option<f64>,
+    /// True if gains for two masses may have a notch filter at their resonance.
+    pub notch: bool,
 }
 
 impl TuningSettings {
@@ -59,6 +61,7 @@ impl TuningSettings {
             max_noise: Self::MAX_NOISE,
             step,
             resonance: None,
+            notch: true,
         }
     }
 

@@ -102,10 +102,10 @@ impl Tuner {
                 let bandwidth = Self::RISE / time;
                 match ByTime::begin(&self.scene, &self.judge, bandwidth, time) {
                     Ok(by_time) => Task::Time(by_time),
-                    Err(_) => Task::Ask(self.judge.open(bandwidth)),
+                    Err(_) => Task::Ask(self.judge.open(bandwidth, false)),
                 }
             }
-            Goal::Bandwidth(bandwidth) => Task::Ask(self.judge.open(bandwidth)),
+            Goal::Bandwidth(bandwidth) => Task::Ask(self.judge.open(bandwidth, false)),
             Goal::Stiffest => Task::Search(Search::from(self.first_guess()), None),
         }
     }
@@ -125,7 +125,7 @@ impl Tuner {
             Task::Begin => self.first_task(),
             Task::Time(by_time) => {
                 let bandwidth = by_time.work(&self.scene, &self.judge)?;
-                Task::Ask(self.judge.open(bandwidth))
+                Task::Ask(self.judge.open(bandwidth, false))
             }
             Task::Ask(case) => match self.judge.work(case, lines)? {
                 Verdict::Keeps(design, margins) => Task::Found(Found {
@@ -133,6 +133,9 @@ impl Tuner {
                     margins,
                     cap: None,
                 }),
+                Verdict::Breaks(_) if self.judge.has_notch() && !case.is_notched() => {
+                    Task::Ask(self.judge.open(case.bandwidth(), true))
+                }
                 Verdict::Breaks(_) => {
                     let asked = case.bandwidth();
                     Task::Search(Search::from(0.5 * asked), Some(asked))
@@ -231,6 +234,7 @@ impl Found {
             ki,
             cutoff,
             reference_filter,
+            notch,
             ..
         } = self.design;
         Tuning {
@@ -239,6 +243,7 @@ impl Found {
             ki,
             cutoff,
             reference_filter,
+            notch,
             bandwidth,
             cap: self.cap,
             promise,

@@ -94,7 +94,20 @@ impl TwoMassLoop {
         let g = -(-self.tuning.cutoff * time).exp_m1();
         let derivative = delta.scaled(self.tuning.kd * g / time) / (delta + g);
         let integral = Complex::ONE.scaled(self.tuning.ki * time) / delta;
-        derivative + integral + self.tuning.kp
+        (derivative + integral + self.tuning.kp) * self.notch(frequency)
+    }
+
+    /// The notch filter of the command under Tustin's transform, s = 2 (z − 1)/(T (z + 1)).
+    fn notch(&self, frequency: f64) -> Complex {
+        let (time, notch) = (self.sample_time, self.tuning.notch);
+        if notch == 0.0 {
+            return Complex::ONE;
+        }
+        let z = exponential(frequency * time);
+        let s = (z - Complex::ONE).scaled(2.0 / time) / (z + 1.0);
+        let warped = 2.0 / time * (0.5 * notch * time).tan();
+        let of = |damping: f64| s * s + s.scaled(2.0 * damping * warped) + warped * warped;
+        of(0.05) / of(0.5)
     }
 
     /// Close together about resonance and antiresonance, with the distances of the damping.

@@ -1,7 +1,7 @@
 //! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
-use identifier_core::control::{CommandLimit, Controller, Gains, ReferenceFilter};
+use identifier_core::control::{CommandLimit, Controller, Gains, Notch, ReferenceFilter};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
@@ -201,7 +201,8 @@ impl Bench {
             )
             .with_reference_filter(
                 ReferenceFilter::new(&units, tuning.reference_filter).expect("valid"),
-            ),
+            )
+            .with_notch(Notch::new(&units, tuning.notch).expect("valid")),
             state: state.with_integral(held / (tuning.ki * sample_time)),
             servo: Servo::at_rest(parameters, &effects, sample_time, 1).expect("valid"),
             encoder: (resolution > 0.0)

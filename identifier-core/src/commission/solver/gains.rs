@@ -34,6 +34,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 max_noise: Self::NOISE,
                 step,
                 resonance: None,
+                notch: self.settings.notch,
             };
             let resonance = self.masses.and_then(|masses| masses.resonance);
             Tuner::for_response(&settings, &servo, resonance.as_ref())

@@ -1,0 +1,204 @@
+use crate::constants::{Encode, encode};
+use crate::error::{Allowed, OutOfRange};
+use crate::number::{Complex, Number};
+use crate::units::Units;
+
+/// Notch filter of the command, for the resonance of a servo of two masses:
+///
+/// N(s) = (s² + 2 ζ_z ω s + ω²)/(s² + 2 ζ_p ω s + ω²), ζ_z = [`Notch::DEPTH`], ζ_p = [`Notch::WIDTH`],
+///
+/// under Tustin's transform with ω mapped exactly. At rest it passes a command as it is.
+///
+/// It is computed as u − 2 (ζ_p − ζ_z) v with the band-pass v of a state-variable filter in trapezoidal integration
+/// (V. Zavalishin, The Art of VA Filter Design, 2018, chapter 4), whose states are of the size of the command at any ω T:
+/// single precision keeps a notch of a ten-thousandth of the sampling frequency. Without a notch the command keeps its bits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Notch<N> {
+    /// tan(ωT/2).
+    rate: N,
+    /// 1/(1 + g (g + 2 ζ_p)).
+    feedback: N,
+    /// 2 (ζ_p − ζ_z); zero for no notch.
+    taken: N,
+}
+
+encode! {
+    [N: Encode] Notch<N> as "Notch" { rate, feedback, taken }
+}
+
+/// State of a [`Notch`], command units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NotchState<N> {
+    band: N,
+    low: N,
+}
+
+impl<N: Number> NotchState<N> {
+    /// At rest with a command.
+    pub(crate) fn at(command: N) -> Self {
+        Self {
+            band: N::ZERO,
+            low: command,
+        }
+    }
+}
+
+impl<N: Number> Notch<N> {
+    /// No notch.
+    pub const NONE: Self = Self {
+        rate: N::ZERO,
+        feedback: N::ONE,
+        taken: N::ZERO,
+    };
+
+    /// Damping ratio of the zeros: less would leave nothing of a command at ω, and more of a resonance that is beside it.
+    pub const DEPTH: f64 = 0.05;
+
+    /// Damping ratio of the poles: it reaches as far as resonances move by wear and load, and takes 23° of phase at a third of ω.
+    pub const WIDTH: f64 = 0.5;
+
+    /// The highest ω, rad per sample.
+    pub const HIGHEST: f64 = 2.5;
+
+    /// At a frequency ω, rad/s: zero for none.
+    ///
+    /// # Errors
+    /// `notch` must be from 0 to [`Notch::HIGHEST`] per sample time.
+    pub fn new(units: &Units, frequency: f64) -> Result<Self, OutOfRange> {
+        let highest = Self::HIGHEST / units.sample_time();
+        Allowed::Within(0.0, highest).check("notch", frequency)?;
+        if frequency == 0.0 {
+            return Ok(Self::NONE);
+        }
+        let rate = libm::tan(0.5 * frequency * units.sample_time());
+        Ok(Self {
+            rate: N::from_f64(rate),
+            feedback: N::from_f64(1.0 / (1.0 + rate * (rate + 2.0 * Self::WIDTH))),
+            taken: N::from_f64(2.0 * (Self::WIDTH - Self::DEPTH)),
+        })
+    }
+
+    /// A command behind it, command units.
+    #[inline]
+    pub(crate) fn process(&self, state: &mut NotchState<N>, command: N) -> N {
+        let band = self.feedback * (state.band + self.rate * (command - state.low));
+        let risen = self.rate * band;
+        let low = state.low + risen;
+        state.band = band + band - state.band;
+        state.low = low + risen;
+        command - self.taken * band
+    }
+}
+
+/// N of a notch at ω (rad/s) at a frequency, both as ν = tan(ωT/2).
+pub(crate) fn notch_at(notch: f64, nu: f64) -> Complex {
+    let ratio = nu / notch;
+    let of = |damping: f64| Complex {
+        re: 1.0 - ratio * ratio,
+        im: 2.0 * damping * ratio,
+    };
+    of(Notch::<f64>::DEPTH) / of(Notch::<f64>::WIDTH)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SAMPLE_TIMES: [f64; 4] = [4e-3, 1e-3, 250e-6, 50e-6];
+
+    fn notch<N: Number>(sample_time: f64, frequency: f64) -> Notch<N> {
+        let units = Units::new(sample_time, 1e-3).expect("valid");
+        Notch::new(&units, frequency).expect("valid")
+    }
+
+    /// What is left of a sine after many periods, in and against its phase.
+    fn response<N: Number>(notch: &Notch<N>, angle: f64) -> [f64; 2] {
+        let mut state = NotchState::at(N::ZERO);
+        let settling = (60.0 / angle) as u32;
+        // Whole periods, nearly: a Hann window has no use for the rest.
+        let samples = (400.0 / angle) as u32;
+        let mut sums = [0.0; 3];
+        for k in 0..settling + samples {
+            let phase = angle * f64::from(k);
+            let passed = notch.process(&mut state, N::from_f64(phase.sin())).to_f64();
+            if k >= settling {
+                let place = f64::from(k - settling) / f64::from(samples);
+                let weight = 1.0 - (core::f64::consts::TAU * place).cos();
+                sums[0] += weight * passed * phase.sin();
+                sums[1] += weight * passed * phase.cos();
+                sums[2] += weight * 0.5;
+            }
+        }
+        [sums[0] / sums[2], sums[1] / sums[2]]
+    }
+
+    #[test]
+    fn a_sine_passes_as_the_formula_has_it_at_any_sample_rate() {
+        for sample_time in SAMPLE_TIMES {
+            let omega = 100.0;
+            let (exact, single) = (notch::<f64>(sample_time, omega), notch::<f32>(sample_time, omega));
+            for ratio in [0.2, 0.8, 1.0, 1.3, 3.0] {
+                let angle = ratio * omega * sample_time;
+                let nu = (0.5 * angle).tan();
+                let expected = notch_at((0.5 * omega * sample_time).tan(), nu);
+                let found = response(&exact, angle);
+                let shown = response(&single, angle);
+                for (found, close) in [(found, 1e-3), (shown, 2e-3)] {
+                    assert!(
+                        (found[0] - expected.re).abs() < close
+                            && (found[1] - expected.im).abs() < close,
+                        "{sample_time} {ratio}: {found:?} {expected:?}"
+                    );
+                }
+            }
+            let [left, _] = response(&exact, omega * sample_time);
+            let part = Notch::<f64>::DEPTH / Notch::<f64>::WIDTH;
+            assert!((left - part).abs() < 1e-3, "{left}");
+        }
+    }
+
+    #[test]
+    fn a_frequency_out_of_range_is_refused_by_name() {
+        let units = Units::new(1e-3, 1e-3).expect("valid");
+        for refused in [-1.0, f64::NAN, f64::INFINITY, 2501.0] {
+            let error = Notch::<f32>::new(&units, refused).expect_err("refused");
+            assert_eq!(error.parameter, "notch");
+        }
+        assert_eq!(Notch::<f32>::new(&units, 0.0), Ok(Notch::NONE));
+        assert!(Notch::<f32>::new(&units, 2500.0).is_ok());
+    }
+
+    proptest! {
+        #[test]
+        fn without_a_notch_a_command_keeps_its_bits(commands in prop::collection::vec(-100.0_f32..100.0, 1..200)) {
+            let mut state = NotchState::at(0.0);
+            for command in commands {
+                let passed = Notch::NONE.process(&mut state, command);
+                prop_assert_eq!(passed.to_bits(), command.to_bits());
+            }
+        }
+
+        /// However it was driven, it comes to rest with the command, and is then as if it had always been there.
+        #[test]
+        fn a_command_that_stands_passes_as_it_is(
+            commands in prop::collection::vec(-100.0_f32..100.0, 1..200),
+            held in -100.0_f32..100.0,
+            rate in 0_usize..4,
+            frequency in 30.0_f64..600.0,
+        ) {
+            let notch = notch::<f32>(SAMPLE_TIMES[rate], frequency);
+            let mut state = NotchState::at(0.0);
+            for command in commands {
+                notch.process(&mut state, command);
+            }
+            let mut passed = 0.0;
+            for _ in 0..(40.0 / (frequency * SAMPLE_TIMES[rate])) as u32 {
+                passed = notch.process(&mut state, held);
+            }
+            prop_assert!((passed - held).abs() < 1e-3, "{} {}", passed, held);
+            let mut begun = NotchState::at(held);
+            prop_assert_eq!(notch.process(&mut begun, held).to_bits(), held.to_bits());
+        }
+    }
+}
