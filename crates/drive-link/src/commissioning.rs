@@ -93,6 +93,7 @@ impl fmt::Display for Gains {
                     kd,
                     ki,
                     reference_filter,
+                    feed_forward,
                     ..
                 },
             cutoff,
@@ -104,6 +105,9 @@ impl fmt::Display for Gains {
         )?;
         if *reference_filter > 0.0 {
             write!(f, "reference filter {reference_filter:.5} s, ")?;
+        }
+        if let Some(led) = feed_forward {
+            write!(f, "feed-forward at {:.1} rad/s, ", led.bandwidth)?;
         }
         write!(f, "{origin}")
     }

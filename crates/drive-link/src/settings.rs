@@ -161,10 +161,14 @@ impl fmt::Display for LoopSettings {
                 ki,
                 limit: [low, high],
                 reference_filter,
+                feed_forward,
             } = controller;
             write!(f, "kp {kp}, kd {kd}, ki {ki}, command {low} to {high}")?;
             if reference_filter > 0.0 {
                 write!(f, ", reference filter {reference_filter} s")?;
+            }
+            if let Some(led) = feed_forward {
+                write!(f, ", feed-forward at {} rad/s", led.bandwidth)?;
             }
             writeln!(f)?;
         }

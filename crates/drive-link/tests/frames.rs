@@ -7,6 +7,7 @@ use drive_link::{
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
+use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
@@ -78,6 +79,13 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             ki: next(),
             limit: [next(), next()],
             reference_filter: next(),
+            feed_forward: perhaps(next).map(|bandwidth| FeedForwardSettings {
+                bandwidth,
+                acceleration: next(),
+                velocity: next(),
+                coulomb: next(),
+                coulomb_speed: next(),
+            }),
         }),
         identifier,
     };
@@ -179,6 +187,13 @@ fn every_report_of_a_commissioning_fits_a_message() {
             ki: f64::MIN,
             cutoff: f64::MIN,
             reference_filter: f64::MIN,
+            feed_forward: Some(FeedForwardSettings {
+                bandwidth: f64::MIN,
+                acceleration: f64::MIN,
+                velocity: f64::MIN,
+                coulomb: f64::MIN,
+                coulomb_speed: f64::MIN,
+            }),
             bandwidth: f64::MIN,
             cap: Some(Cap::Delay),
             promise: Promise {

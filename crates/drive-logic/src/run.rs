@@ -332,14 +332,16 @@ impl Run {
     }
 }
 
-/// The settings of its loop: those that were given, and under a dither no filter of the reference. The filter would take most
-/// of the acceleration out of the dither, and with it the evidence of b; targets are approached at a bounded speed as it is.
+/// The settings of its loop: those that were given, and under a dither neither filter of the reference nor reference model. They
+/// would take most of the acceleration out of the dither, and with it the evidence of b; targets are approached at a bounded speed
+/// as it is.
 fn loop_settings(settings: &Settings) -> LoopSettings {
     let mut own = settings.closed_loop;
     if settings.dither.amplitude != 0.0
         && let Some(controller) = &mut own.core.controller
     {
         controller.reference_filter = 0.0;
+        controller.feed_forward = None;
     }
     own
 }

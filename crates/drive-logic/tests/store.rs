@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use support::{Flash, SECTOR};
 
 /// Bytes of a slot.
-const SLOT: usize = 1256;
+const SLOT: usize = 1336;
 
 /// Some contents of the size of a drive's.
 fn contents(k: u32) -> [u32; 32] {

@@ -153,6 +153,7 @@ mod tests {
                 limit: LIMITS.command,
                 reference_filter: 0.0,
                 notch: 0.0,
+                feed_forward: None,
             },
             cutoff: 6.0 * omega,
         };

@@ -1,7 +1,7 @@
 use super::Limits;
 use crate::control::Controller;
 use crate::error::OutOfRange;
-use crate::measurement::velocity::LowPass;
+use crate::measurement::velocity::{LowPass, VelocityEstimate};
 use crate::number::Number;
 use crate::settings::ControllerSettings;
 use crate::tuning::Tuning;
@@ -38,8 +38,10 @@ impl HoldingGains {
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         let velocity = LowPass::new(units, self.cutoff)?;
         let reference = given.reference_filter(units)?;
+        let feed_forward = given.feed_forward(units, &velocity.transfer())?;
         Ok(Controller::new(units, &gains, &limit, velocity)
             .with_reference_filter(reference)
+            .with_feed_forward(feed_forward)
             .with_notch(given.notch(units)?))
     }
 }

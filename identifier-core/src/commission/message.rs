@@ -200,6 +200,7 @@ mod tests {
             cutoff: 500.0,
             reference_filter: 0.0,
             notch: 0.0,
+            feed_forward: None,
             bandwidth: 50.0,
             cap: None,
             promise: Promise {

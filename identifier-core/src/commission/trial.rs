@@ -281,6 +281,7 @@ mod tests {
             cutoff: 500.0,
             reference_filter: 0.0,
             notch: 0.0,
+            feed_forward: None,
             bandwidth: 1.0 / TIME_CONSTANT,
             cap: None,
             promise: Promise {

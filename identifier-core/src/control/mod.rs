@@ -2,10 +2,10 @@
 //!
 //! In sample k, with the sample time T:
 //!
-//! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j, j < k )
+//! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j + f_k, j < k )
 //!
 //! - e_k is the position error of this sample ([`Setpoint::error`]), that of the filtered reference where there is a
-//!   [`ReferenceFilter`]; v_k is the estimate of the *measured* velocity, this sample's increment included
+//!   [`ReferenceFilter`], and of the reference model behind it where there is a [`FeedForward`], whose command is f_k; v_k is the estimate of the *measured* velocity, this sample's increment included
 //!   ([`VelocityEstimate`]). The reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
 //!   computed. In single precision the sum is compensated, so that a small error is not lost in a large
@@ -19,12 +19,15 @@
 //! unless others are stated, and the same filter, sum and hold, but neither limit nor anti-windup: it is
 //! added to the command that acted, which is limited already.
 
+mod feed_forward;
 mod gains;
 mod limit;
 mod notch;
 mod pid;
 mod reference_filter;
 
+use feed_forward::ReferenceMotion;
+pub use feed_forward::{FeedForward, FeedForwardSettings};
 pub use gains::Gains;
 pub use limit::CommandLimit;
 pub use notch::Notch;
@@ -42,7 +45,7 @@ use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
 use crate::units::Units;
 
-/// The sampled controller: filter of the reference, velocity estimate and PID. The law it computes is in the documentation of this
+/// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The law it computes is in the documentation of this
 /// [module](self).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller<N, V> {
@@ -52,6 +55,8 @@ pub struct Controller<N, V> {
     pub(crate) reference: ReferenceFilter<N>,
     /// The filter behind it.
     pub(crate) notch: Notch<N>,
+    /// The feed-forward behind the filter.
+    pub(crate) feed_forward: FeedForward<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// Weight of an increment against an error in the check of the inputs: an increment of
@@ -60,11 +65,13 @@ pub struct Controller<N, V> {
 }
 
 encode! {
-    [N: Encode, V: Encode] Controller<N, V> as "Controller" { pid, reference, notch, velocity, jump }
+    [N: Encode, V: Encode] Controller<N, V> as "Controller" {
+        pid, reference, feed_forward, notch, velocity, jump,
+    }
 }
 
 impl<N: Number, V> Controller<N, V> {
-    /// A controller of these parts without a filter of the reference, for increments as large as the number format counts exactly.
+    /// A controller of these parts without a filter of the reference and without feed-forward, for increments as large as the number format counts exactly.
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit, velocity: V) -> Self {
         Self::with_pid(Pid::new(units, gains, limit), velocity)
@@ -76,6 +83,7 @@ impl<N: Number, V> Controller<N, V> {
             pid,
             reference: ReferenceFilter::NONE,
             notch: Notch::NONE,
+            feed_forward: FeedForward::NONE,
             velocity,
             jump: N::ONE,
         }
@@ -85,6 +93,15 @@ impl<N: Number, V> Controller<N, V> {
     #[must_use]
     pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
         Self { reference, ..self }
+    }
+
+    /// The same with a feed-forward, for these gains and this velocity estimate.
+    #[must_use]
+    pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
+        Self {
+            feed_forward,
+            ..self
+        }
     }
 
     /// The same with a notch filter of the command.
@@ -106,6 +123,7 @@ impl<N: Number, V> Controller<N, V> {
 pub struct ControlState<N: Number, S> {
     integral: N::Sum,
     reference: FilteredError<N>,
+    motion: ReferenceMotion<N>,
     filter: S,
     notch: NotchState<N>,
 }
@@ -116,6 +134,7 @@ impl<N: Number, S: Default> Default for ControlState<N, S> {
         Self {
             integral: N::Sum::new(N::ZERO),
             reference: FilteredError::default(),
+            motion: ReferenceMotion::at(N::ZERO),
             filter: S::default(),
             notch: NotchState::at(N::ZERO),
         }
@@ -143,7 +162,7 @@ impl<N: Number, S> ControlState<N, S> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ControlSample<N> {
-    /// Position error e = q_d − q, q_d behind the filter of the reference.
+    /// Position error e = q_d − q, q_d behind the filter of the reference and the reference model.
     pub error: N,
     /// Increment of the measured position since the last sample.
     pub increment: N,
@@ -168,7 +187,7 @@ impl<N: Number> ControlSample<N> {
 
 impl<N: Number> Controller<N, LowPass<N>> {
     /// The state for a bumpless transfer from another controller, whose last sample is `last`: the command
-    /// continues, and so does the filtered reference.
+    /// continues, and so does the filtered reference, that of a reference model from rest.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>> {
         let integral = self
@@ -177,6 +196,7 @@ impl<N: Number> Controller<N, LowPass<N>> {
         ControlState {
             integral: N::Sum::new(integral),
             reference: FilteredError(last.error),
+            motion: ReferenceMotion::at(last.error),
             filter: LowPassState::moving(last.velocity),
             notch: NotchState::at(last.command),
         }
@@ -204,8 +224,11 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
         let error = self
             .reference
             .process(&mut state.reference, error, increment);
+        let (error, feed_forward) = self
+            .feed_forward
+            .process(&mut state.motion, error, increment);
         let velocity = self.velocity.process(&mut state.filter, increment);
-        let wanted = self.pid.wanted(error, velocity, state.integral.value());
+        let wanted = self.pid.wanted(error, velocity, state.integral.value()) + feed_forward;
         let wanted = self.notch.process(&mut state.notch, wanted);
         let command = self.pid.limited(wanted, error);
         if command.integrates {

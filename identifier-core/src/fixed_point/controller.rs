@@ -6,7 +6,7 @@ use super::ranges::FullScales;
 use super::reference_filter::FixedReferenceFilter;
 use crate::constants::{Encode, encode};
 use crate::control::{ControlSample, Pid, Setpoint};
-use crate::error::StepError;
+use crate::error::{Allowed, StepError};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::settings::{FromSettings, Settings, SettingsError};
 
@@ -73,10 +73,13 @@ impl Setpoint<I16F16> {
 impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     /// # Errors
     /// As for [`Controller`](crate::control::Controller); and a range, bound or sample time that does
-    /// not fit the fixed-point format, with the value that would.
+    /// not fit the fixed-point format, with the value that would. Or a feed-forward: there is none in fixed point.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
+        if let Some(feed_forward) = &given.feed_forward {
+            Allowed::Within(0.0, 0.0).check("feed_forward_bandwidth", feed_forward.bandwidth)?;
+        }
         let (scales, units) = (FullScales::from_settings(settings)?, settings.units()?);
         Ok(Self {
             pid: FixedPid::new(&units, &gains, &limit, &scales),

@@ -40,6 +40,14 @@ pub struct Transfer {
     pub pole: f64,
 }
 
+impl Transfer {
+    /// The delay of a velocity that changes slowly, samples, behind the increments.
+    pub(crate) fn lag(&self) -> f64 {
+        let [before, now] = self.numerator;
+        1.0 / (1.0 - self.pole) - now / (now + before)
+    }
+}
+
 /// Low-pass derivative ω s/(s + ω), its pole mapped exactly: p = e^(−ωT).
 ///
 /// v ← p v + (1 − p) Δq. A ramp is followed without error.

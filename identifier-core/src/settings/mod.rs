@@ -22,9 +22,11 @@ pub use error::SettingsError;
 pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};
 pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 
-use crate::control::{CommandLimit, Gains, Notch, ReferenceFilter};
+use crate::control::{
+    CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter,
+};
 use crate::error::{Allowed, OutOfRange};
-use crate::measurement::velocity::VelocityEstimate;
+use crate::measurement::velocity::{Transfer, VelocityEstimate};
 use crate::number::Number;
 use crate::tuning::Tuning;
 use crate::units::Units;
@@ -66,6 +68,8 @@ pub struct ControllerSettings {
     pub reference_filter: f64,
     /// Frequency of the [`Notch`], rad/s; zero for none.
     pub notch: f64,
+    /// The [`FeedForward`] behind that filter; none where the reference goes to the PID as it is.
+    pub feed_forward: Option<FeedForwardSettings>,
 }
 
 /// A diagonal Γ over a, b, Coulomb friction and load.
@@ -84,7 +88,7 @@ pub trait FromSettings: Sized {
 }
 
 impl ControllerSettings {
-    /// A PID without a limit and without a filter of the reference.
+    /// A PID without a limit, without a filter of the reference and without feed-forward.
     #[must_use]
     pub fn pid(kp: f64, kd: f64, ki: f64) -> Self {
         Self {
@@ -94,6 +98,7 @@ impl ControllerSettings {
             limit: [f64::NEG_INFINITY, f64::INFINITY],
             reference_filter: 0.0,
             notch: 0.0,
+            feed_forward: None,
         }
     }
 
@@ -107,6 +112,7 @@ impl ControllerSettings {
             limit,
             reference_filter: tuning.reference_filter,
             notch: tuning.notch,
+            feed_forward: tuning.feed_forward,
         }
     }
 
@@ -144,6 +150,21 @@ impl ControllerSettings {
     /// See [`Notch::new`].
     pub fn notch<N: Number>(&self, units: &Units) -> Result<Notch<N>, OutOfRange> {
         Notch::new(units, self.notch)
+    }
+
+    /// The feed-forward, for the controller's estimate of the velocity.
+    ///
+    /// # Errors
+    /// See [`FeedForward::new`], and a gain out of its range.
+    pub fn feed_forward<N: Number>(
+        &self,
+        units: &Units,
+        velocity: &Transfer,
+    ) -> Result<FeedForward<N>, OutOfRange> {
+        match &self.feed_forward {
+            Some(given) => FeedForward::new(units, given, &self.gains()?, velocity),
+            None => Ok(FeedForward::NONE),
+        }
     }
 
     /// The limit.

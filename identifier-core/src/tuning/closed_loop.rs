@@ -6,9 +6,11 @@
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
 use super::sampled_response::split;
-use crate::control::{CommandLimit, ControlState, Controller, Gains, Notch, ReferenceFilter};
+use crate::control::{
+    CommandLimit, ControlState, Controller, FeedForward, Gains, Notch, ReferenceFilter,
+};
 use crate::error::OutOfRange;
-use crate::measurement::velocity::{LowPass, LowPassState};
+use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
 use crate::units::Units;
 
@@ -97,12 +99,18 @@ impl ClosedLoop {
             0.0
         };
         let state = ControlState::default().with_integral(integral);
-        let controller = Controller::new(&units, &gains, &limit, LowPass::new(&units, cutoff)?);
+        let velocity = LowPass::new(&units, cutoff)?;
         let reference = ReferenceFilter::new(&units, design.reference_filter)?;
+        let feed_forward = match &design.feed_forward {
+            Some(given) => FeedForward::new(&units, given, &gains, &velocity.transfer())?,
+            None => FeedForward::NONE,
+        };
+        let controller = Controller::new(&units, &gains, &limit, velocity)
+            .with_reference_filter(reference)
+            .with_feed_forward(feed_forward)
+            .with_notch(Self::notch(design, &units));
         Ok(Self {
-            controller: controller
-                .with_reference_filter(reference)
-                .with_notch(Self::notch(design, &units)),
+            controller,
             state,
             sample_time,
             signal: *signal,

@@ -262,6 +262,7 @@ mod tests {
         cutoff: 400.0,
         reference_filter: 0.0,
         notch: 0.0,
+        feed_forward: None,
         smoothed: false,
         noise: 0.0,
     };

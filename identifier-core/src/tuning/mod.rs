@@ -14,6 +14,7 @@
 
 mod closed_loop;
 mod goal;
+mod lead;
 mod margins;
 mod measured_line;
 mod placement;

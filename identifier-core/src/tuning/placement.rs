@@ -17,9 +17,10 @@
 //! T_r = 1.5 k_p/k_i, is the second degree of freedom: it takes the zero away and half of its speed, so that no step of
 //! the identified servo overshoots, whatever a is, and those of servos with much friction hardly.
 
+use super::lead::Lead;
 use super::possible_servos::PossibleServos;
 use super::{Cap, Tuning, TuningSettings};
-use crate::control::Gains;
+use crate::control::{FeedForwardSettings, Gains};
 
 /// Gains for a bandwidth, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +34,8 @@ pub(super) struct Design {
     pub(super) reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
     pub(super) notch: f64,
+    /// None where the filter alone shapes a step.
+    pub(super) feed_forward: Option<FeedForwardSettings>,
     /// True if the cut-off is lower than it would be without the encoder's noise.
     pub(super) smoothed: bool,
     /// Standard deviation of the command from the encoder's rounding, command units.
@@ -50,6 +53,7 @@ impl Design {
             cutoff: tuning.cutoff,
             reference_filter: tuning.reference_filter,
             notch: tuning.notch,
+            feed_forward: tuning.feed_forward,
             smoothed: false,
             noise: tuning.promise.noise,
         }
@@ -60,16 +64,27 @@ impl Design {
         self.bandwidth * self.kd / self.kp
     }
 
+    /// The rise time of a step that the filter of the reference alone shapes, s: 3.4/ω without friction to 2.2/ω with much.
+    fn rise(&self) -> f64 {
+        (2.2 + 1.2 * self.free()) / self.bandwidth
+    }
+
     /// The largest command of a step of the reference, over the step, command units per rad: 0.33 ω² of acceleration without
     /// friction to 0.65 ω a with much, over b, at the largest delay that the margins allow.
     pub(super) fn command_of_step(&self) -> f64 {
-        self.kp * (0.325 - 0.16 * self.free())
+        match &self.feed_forward {
+            Some(led) => led.command_of_step(),
+            None => self.kp * (0.325 - 0.16 * self.free()),
+        }
     }
 
     /// The largest speed of a step of the reference, over the step, 1/s: 0.34 ω without friction to 0.65 ω with much, and an
     /// eighth more for servos at the corners of the uncertainty.
     pub(super) fn speed_of_step(&self) -> f64 {
-        self.bandwidth * (0.73 - 0.35 * self.free())
+        match &self.feed_forward {
+            Some(led) => led.speed_of_step(),
+            None => self.bandwidth * (0.73 - 0.35 * self.free()),
+        }
     }
 }
 
@@ -78,6 +93,7 @@ impl Design {
 pub(super) struct Placement {
     a: f64,
     b: f64,
+    lead: Lead,
     settings: TuningSettings,
 }
 
@@ -103,11 +119,12 @@ impl Placement {
     /// rigid servo is then a quarter.
     const RESONANCE_OVER_CROSSOVER: f64 = 4.0;
 
-    pub(super) fn new(servos: &PossibleServos, settings: &TuningSettings) -> Self {
+    pub(super) fn new(servos: &PossibleServos, coulomb: f64, settings: &TuningSettings) -> Self {
         let identified = servos.identified();
         Self {
             a: servos.least_friction(),
             b: identified.b,
+            lead: Lead::new(&identified, coulomb, settings),
             settings: *settings,
         }
     }
@@ -125,6 +142,7 @@ impl Placement {
             cutoff: 0.0,
             reference_filter: Self::REFERENCE_FILTER * kp / ki,
             notch: 0.0,
+            feed_forward: None,
             smoothed: false,
             noise: 0.0,
         };
@@ -140,6 +158,12 @@ impl Placement {
                     }
                 }
             }
+        }
+        if self.settings.feed_forward {
+            design.feed_forward = self.lead.along(bandwidth, design.rise());
+        }
+        if design.feed_forward.is_some() {
+            design.reference_filter = 0.0;
         }
         design
     }

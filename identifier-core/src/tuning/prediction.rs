@@ -84,8 +84,12 @@ impl Scene {
         }
     }
 
-    /// A step by a servo that friction holds until [`LATE`], if the integral pushes the other way as far as friction bears.
-    fn late_step(&self, design: &Design) -> TestSignal {
+    /// The step that overshoots most: by a servo that friction holds until [`LATE`], if the integral pushes the other way as far
+    /// as friction bears. With a feed-forward, where friction is compensated twice, by that and the integral.
+    fn worst_step(&self, design: &Design) -> TestSignal {
+        if design.feed_forward.is_some() {
+            return self.balanced_step(1.0);
+        }
         let b = self.servos.identified().b;
         let integrated = LATE / design.bandwidth - design.reference_filter;
         let gathered = b * self.settings.step * (design.kp + design.ki * integrated.max(0.0));
@@ -254,13 +258,13 @@ impl PromisePrediction {
             }
             PredictedQuantity::Load => {
                 self.promise.compliance = self.farthest;
-                (PredictedQuantity::Corner(0), scene.late_step(&self.design))
+                (PredictedQuantity::Corner(0), scene.worst_step(&self.design))
             }
             PredictedQuantity::Corner(place) => {
                 self.take_overshoot();
                 (
                     PredictedQuantity::Corner(place + 1),
-                    scene.late_step(&self.design),
+                    scene.worst_step(&self.design),
                 )
             }
         };

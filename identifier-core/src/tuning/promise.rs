@@ -1,5 +1,6 @@
 use super::Cap;
 use super::placement::Design;
+use crate::control::FeedForwardSettings;
 
 /// Gains and their predicted performance, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Tuning {
     pub reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
     pub notch: f64,
+    /// The feed-forward; none where the filter alone shapes a step.
+    pub feed_forward: Option<FeedForwardSettings>,
     /// ω of the poles, those of the servo without its friction, rad/s.
     pub bandwidth: f64,
     /// The cap that keeps it from being faster; none where it is as fast as was asked for.

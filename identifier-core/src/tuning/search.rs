@@ -69,6 +69,7 @@ pub(super) struct Largest {
 impl Judge {
     pub(super) fn new(
         servos: &PossibleServos,
+        coulomb: f64,
         resonance: Option<&Resonance>,
         settings: &TuningSettings,
     ) -> Self {
@@ -76,7 +77,7 @@ impl Judge {
         let notch = resonance.map(|resonance| resonance.mode.frequency);
         Self {
             notch: notch.filter(|frequency| settings.notch && *frequency <= highest),
-            placement: Placement::new(servos, settings),
+            placement: Placement::new(servos, coulomb, settings),
             servos: *servos,
             resonance: resonance.copied(),
             sample_time: settings.sample_time,

@@ -31,6 +31,9 @@ pub struct TuningSettings {
     pub resonance: Option<f64>,
     /// True if gains for two masses may have a notch filter at their resonance.
     pub notch: bool,
+    /// True to lead the servo along a reference model where that makes the promised step rise faster than the filter of the
+    /// reference does.
+    pub feed_forward: bool,
 }
 
 impl TuningSettings {
@@ -45,7 +48,7 @@ impl TuningSettings {
     /// The fewest counts that a step may have for its rise to be timed.
     pub const MIN_STEP_COUNTS: f64 = 10.0;
 
-    /// As stiff as the servo bears, with the usual margins, for a sample time (s), a position of a count
+    /// As stiff as the servo bears, with the usual margins and without feed-forward, for a sample time (s), a position of a count
     /// (rad), a largest command and a step of the reference (rad).
     #[must_use]
     pub fn new(sample_time: f64, resolution: f64, command: f64, step: f64) -> Self {
@@ -62,6 +65,7 @@ impl TuningSettings {
             step,
             resonance: None,
             notch: true,
+            feed_forward: false,
         }
     }
 

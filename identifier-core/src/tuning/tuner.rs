@@ -81,7 +81,7 @@ impl Tuner {
         }
         let servos = PossibleServos::new(servo, settings.command_delay, settings.sample_time)?;
         Ok(Self {
-            judge: Judge::new(&servos, resonance, settings),
+            judge: Judge::new(&servos, coulomb, resonance, settings),
             scene: Scene {
                 servos,
                 coulomb,
@@ -235,6 +235,7 @@ impl Found {
             cutoff,
             reference_filter,
             notch,
+            feed_forward,
             ..
         } = self.design;
         Tuning {
@@ -244,6 +245,7 @@ impl Found {
             cutoff,
             reference_filter,
             notch,
+            feed_forward,
             bandwidth,
             cap: self.cap,
             promise,

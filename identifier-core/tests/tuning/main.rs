@@ -1,6 +1,7 @@
 //! Gains from identified servos, and their promise.
 
 mod closed_forms;
+mod feed_forward;
 mod moving_axis;
 mod properties;
 mod servo_changes;

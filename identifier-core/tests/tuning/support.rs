@@ -1,10 +1,11 @@
 //! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
-use identifier_core::control::{CommandLimit, Controller, Gains, Notch, ReferenceFilter};
+use identifier_core::control::{CommandLimit, Controller, Gains};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{StepMeasure, Tuner, Tuning, TuningError, TuningSettings};
 use identifier_core::units::Units;
 use virtual_servo::{Effects, Encoder, Servo};
@@ -184,7 +185,8 @@ impl Bench {
             command,
             ..
         } = *settings;
-        let limit = CommandLimit::from_range([-command, command]).expect("valid");
+        let range = [-command, command];
+        let limit = CommandLimit::from_range(range).expect("valid");
         let units = Units::new(sample_time, 1.0).expect("valid");
         let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
         let effects = Effects {
@@ -192,17 +194,14 @@ impl Bench {
             ..Effects::NONE
         };
         let state = identifier_core::control::ControlState::default();
+        let velocity = LowPass::new(&units, tuning.cutoff).expect("valid");
+        let pid = ControllerSettings::tuned(tuning, range);
+        let feed_forward = pid.feed_forward(&units, &velocity.transfer());
         Self {
-            controller: Controller::new(
-                &units,
-                &gains,
-                &limit,
-                LowPass::new(&units, tuning.cutoff).expect("valid"),
-            )
-            .with_reference_filter(
-                ReferenceFilter::new(&units, tuning.reference_filter).expect("valid"),
-            )
-            .with_notch(Notch::new(&units, tuning.notch).expect("valid")),
+            controller: Controller::new(&units, &gains, &limit, velocity)
+                .with_reference_filter(pid.reference_filter(&units).expect("valid"))
+                .with_feed_forward(feed_forward.expect("valid"))
+                .with_notch(pid.notch(&units).expect("valid")),
             state: state.with_integral(held / (tuning.ki * sample_time)),
             servo: Servo::at_rest(parameters, &effects, sample_time, 1).expect("valid"),
             encoder: (resolution > 0.0)

@@ -35,6 +35,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 step,
                 resonance: None,
                 notch: self.settings.notch,
+                feed_forward: false,
             };
             let resonance = self.masses.and_then(|masses| masses.resonance);
             Tuner::for_response(&settings, &servo, resonance.as_ref())

@@ -1,0 +1,112 @@
+//! The reference model along which a feed-forward leads a servo.
+//!
+//! With all three poles at −ω_m its step of one is 1 − e^(−x) (1 + x + x²/2), x = ω_m t, with the velocity
+//! ω_m e^(−x) x²/2 and the acceleration ω_m² e^(−x) (x − x²/2): both begin at zero, so that a delay in the loop makes little of the step
+//! an error.
+
+use super::TuningSettings;
+use super::possible_servos::PossibleServo;
+use crate::control::FeedForwardSettings;
+
+/// What a feed-forward may do for a servo, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lead {
+    a: f64,
+    b: f64,
+    coulomb: f64,
+    /// The acceleration that a step may ask for, over the step, 1/s².
+    acceleration: f64,
+    step: f64,
+}
+
+impl Lead {
+    /// The largest ω_m over ω. Faster, a servo with the delay that its margins allow overshoots by more than 3 %, since the PID
+    /// takes the delay for an error.
+    const MAX_BANDWIDTHS: f64 = 3.0;
+
+    /// The part of the command that the feed-forward may take. The rest is for what the PID has to correct.
+    const COMMAND: f64 = 0.9;
+
+    /// The largest Coulomb friction over ω² times the step. Where the integral holds it from a motion before, the feed-forward
+    /// pushes for a second time, and the servo yields to that by 0.4/ω²: by 2 % of the step.
+    const COULOMB: f64 = 0.05;
+
+    /// The part of the filter's rise time that the model may take at most; above it nothing is gained.
+    const WORTHWHILE: f64 = 0.9;
+
+    /// The time from 10 to 90 % of the model's step, times ω_m.
+    const RISE: f64 = 4.22;
+
+    /// The part of the step that is left where friction is no longer compensated in full, as within this it has settled.
+    const SETTLED: f64 = 0.02;
+
+    /// Halvings of the range of ω_m, in which the largest is found to 0.02 %.
+    const HALVINGS: u32 = 12;
+
+    pub(super) fn new(servo: &PossibleServo, coulomb: f64, settings: &TuningSettings) -> Self {
+        let free = Self::COMMAND * settings.command * servo.b - coulomb;
+        Self {
+            a: servo.a,
+            b: servo.b,
+            coulomb,
+            acceleration: free / settings.step,
+            step: settings.step,
+        }
+    }
+
+    /// The feed-forward beside a loop of a bandwidth ω (rad/s) whose step rises in a time (s) without; none where that would
+    /// not rise faster, or friction is too large to be compensated whatever the integral holds.
+    pub(super) fn along(&self, bandwidth: f64, rise: f64) -> Option<FeedForwardSettings> {
+        let slowest = Self::RISE / (Self::WORTHWHILE * rise);
+        let fastest = Self::MAX_BANDWIDTHS * bandwidth;
+        let is_rough = self.coulomb > Self::COULOMB * bandwidth * bandwidth * self.step;
+        let allowed = |own: f64| peak_acceleration(own, self.a) <= self.acceleration;
+        if is_rough || !allowed(slowest) {
+            return None;
+        }
+        let mut range = [slowest, fastest.max(slowest)];
+        if allowed(range[1]) {
+            range[0] = range[1];
+        }
+        for _ in 0..Self::HALVINGS {
+            let [low, high] = range;
+            let middle = libm::sqrt(low * high);
+            range = if allowed(middle) {
+                [middle, high]
+            } else {
+                [low, middle]
+            };
+        }
+        let [own, _] = range;
+        Some(FeedForwardSettings {
+            bandwidth: own,
+            acceleration: 1.0 / self.b,
+            velocity: self.a / self.b,
+            coulomb: self.coulomb / self.b,
+            coulomb_speed: Self::SETTLED * own * self.step,
+        })
+    }
+}
+
+/// The largest ÿ + a ẏ of a step of one, 1/s².
+///
+/// Its derivative is zero where (κ − 1) x²/2 − (κ − 2) x − 1 = 0, κ = a/ω_m.
+fn peak_acceleration(bandwidth: f64, a: f64) -> f64 {
+    let ratio = a / bandwidth;
+    let root = libm::sqrt((ratio - 2.0) * ratio + 2.0);
+    let x = 2.0 / (2.0 - ratio + root);
+    bandwidth * bandwidth * libm::exp(-x) * x * (1.0 + 0.5 * (ratio - 1.0) * x)
+}
+
+impl FeedForwardSettings {
+    /// The largest command of a step of the reference, over the step, command units per rad, but for Coulomb friction.
+    pub(super) fn command_of_step(&self) -> f64 {
+        self.acceleration * peak_acceleration(self.bandwidth, self.velocity / self.acceleration)
+    }
+
+    /// The largest speed of a step of the reference, over the step, 1/s: 2 e⁻² ω_m, and an eighth more for servos at the corners
+    /// of the uncertainty.
+    pub(super) fn speed_of_step(&self) -> f64 {
+        0.305 * self.bandwidth
+    }
+}
