@@ -472,8 +472,11 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
             none if none <= 0.0 => String::new(),
             time_constant => format!(", filter of the reference {time_constant} s"),
         };
+        let led = pid.feed_forward.map_or_else(String::new, |led| {
+            format!(", feed-forward at {} rad/s", led.bandwidth)
+        });
         lines.push(format!(
-            "PID: kp = {}, kd = {}, ki = {}, command {low} to {high}{filter}.",
+            "PID: kp = {}, kd = {}, ki = {}, command {low} to {high}{filter}{led}.",
             pid.kp, pid.kd, pid.ki
         ));
     }

@@ -7,6 +7,7 @@ use std::io::{self, Write};
 use drive_link::Settings;
 
 use super::frame::{Frame, Kind};
+use crate::present::declared_feed_forward;
 use crate::scenario::LogSettings;
 
 /// A log that is being written: the frames of one motion.
@@ -130,7 +131,7 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
             text,
             "\n[amplifier]\nlimit = [{:?}, {:?}]\n\n\
              [controller]\nkp = {:?}\nkd = {:?}\nki = {:?}\nreference_filter = {:?}\nsample_time = {:?}\n\
-             velocity_filter = {{ kind = \"low-pass\", cutoff = {:?} }}\n",
+             velocity_filter = {{ kind = \"low-pass\", cutoff = {:?} }}\n{}",
             controller.limit[0],
             controller.limit[1],
             controller.kp,
@@ -138,7 +139,11 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
             controller.ki,
             controller.reference_filter,
             core.sample_time,
-            core.cutoff
+            core.cutoff,
+            controller
+                .feed_forward
+                .as_ref()
+                .map_or_else(String::new, declared_feed_forward)
         ),
         _ => Ok(()),
     };

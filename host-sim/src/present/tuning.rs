@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use identifier_core::control::FeedForwardSettings;
 use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
@@ -164,12 +165,33 @@ pub fn controller(tuning: &Tuning, sample_time: f64) -> String {
          ki = {}\n\
          reference_filter = {}\n\
          sample_time = {sample_time:?}\n\
-         velocity_filter = {{ kind = \"low-pass\", cutoff = {} }}\n",
+         velocity_filter = {{ kind = \"low-pass\", cutoff = {} }}\n{}",
         seven_digits(tuning.kp),
         seven_digits(tuning.kd),
         seven_digits(tuning.ki),
         seven_digits(tuning.reference_filter),
-        seven_digits(tuning.cutoff)
+        seven_digits(tuning.cutoff),
+        tuning
+            .feed_forward
+            .as_ref()
+            .map_or_else(String::new, declared_feed_forward)
+    )
+}
+
+/// A feed-forward as the controller of a scenario has it.
+#[must_use]
+pub fn declared_feed_forward(led: &FeedForwardSettings) -> String {
+    let [bandwidth, acceleration, velocity, coulomb, speed] = [
+        led.bandwidth,
+        led.acceleration,
+        led.velocity,
+        led.coulomb,
+        led.coulomb_speed,
+    ]
+    .map(seven_digits);
+    format!(
+        "feed_forward = {{ bandwidth = {bandwidth}, acceleration = {acceleration}, velocity = {velocity}, coulomb = {coulomb}, \
+         coulomb_speed = {speed} }}\n"
     )
 }
 

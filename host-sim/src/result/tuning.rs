@@ -1,5 +1,6 @@
 //! The result of a tuning.
 
+use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Promise, Tuning};
@@ -40,6 +41,9 @@ pub struct Gains {
     pub cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub reference_filter: f64,
+    /// The feed-forward of the drive's own loop with its reference model; none where the filter alone shapes a step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference_model: Option<FeedForwardSettings>,
 }
 
 impl Gains {
@@ -52,6 +56,7 @@ impl Gains {
             ki: tuning.ki,
             cutoff: tuning.cutoff,
             reference_filter: tuning.reference_filter,
+            reference_model: tuning.feed_forward,
         }
     }
 }
@@ -66,7 +71,7 @@ pub struct StiffPromise {
     pub stiffness: f64,
 }
 
-/// Coefficients of the reference's motion in the command, command units per SI unit.
+/// Coefficients of the reference's motion in the command, command units per SI unit, for a controller with such an input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FeedForward {
     /// Of the acceleration.

@@ -213,7 +213,13 @@ impl Scenario {
                     "kd" => "controller.kd",
                     "ki" => "controller.ki",
                     "reference_filter" => "controller.reference_filter",
-                    setting => return Fault::new(format!("commission.{setting}"), error),
+                    setting => {
+                        let key = match setting.strip_prefix("feed_forward_") {
+                            Some(own) => format!("controller.feed_forward.{own}"),
+                            None => format!("commission.{setting}"),
+                        };
+                        return Fault::new(key, error);
+                    }
                 };
                 Fault::new(key, error)
             }

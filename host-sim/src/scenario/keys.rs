@@ -5,7 +5,7 @@
 
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits};
-use identifier_core::control::Gains;
+use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
@@ -160,6 +160,18 @@ keys! {
     "integral gain";
 "controller.reference_filter": Number(NOT_NEGATIVE, |s, v| pid(s).reference_filter = v), Value(0.0), "s",
     "time constant of a first-order filter of the reference before the PID, 0 for none";
+"controller.feed_forward": Table(Stated), Derived("none, and the reference goes to the PID as it is"), "",
+    "a reference model behind that filter, y = r/(1 + s/bandwidth)³, and the command that moves the servo along y; not in fixed point";
+"controller.feed_forward.bandwidth": Number(POSITIVE, |s, v| lead(s).bandwidth = v), Required("60.0"), "rad/s",
+    "magnitude of the model's three poles, from 1e-5 to 1 per sample";
+"controller.feed_forward.acceleration": Number(GAIN, |s, v| lead(s).acceleration = v), Required("0.005"), "command units per rad/s²",
+    "command for its acceleration, 1/b";
+"controller.feed_forward.velocity": Number(GAIN, |s, v| lead(s).velocity = v), Value(0.0), "command units per rad/s",
+    "command for its velocity, a/b; that for kd is added to it";
+"controller.feed_forward.coulomb": Number(GAIN, |s, v| lead(s).coulomb = v), Value(0.0), "command units",
+    "command for Coulomb friction, with the sign of its velocity";
+"controller.feed_forward.coulomb_speed": Number(POSITIVE, |s, v| lead(s).coulomb_speed = v), Value(LEAST_LEAD.coulomb_speed), "rad/s",
+    "speed below which that command goes linearly through zero";
 "controller.sample_time": Number(SAMPLE_TIME, |s, v| s.stated.sample_time = v), Value(1e-3), "s",
     "time from one control sample to the next; in a replay without a controller, the log's own";
 "controller.velocity_filter": Table(Always), Derived("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",
@@ -503,6 +515,19 @@ fn fault(s: &mut Scenario) -> &mut InjectedFault {
 fn pid(s: &mut Scenario) -> &mut ControllerSettings {
     let none = ControllerSettings::pid(0.0, 0.0, 0.0);
     s.stated.controller.get_or_insert(none)
+}
+
+/// Before its keys are read.
+const LEAST_LEAD: FeedForwardSettings = FeedForwardSettings {
+    bandwidth: 0.0,
+    acceleration: 0.0,
+    velocity: 0.0,
+    coulomb: 0.0,
+    coulomb_speed: 0.1,
+};
+
+fn lead(s: &mut Scenario) -> &mut FeedForwardSettings {
+    pid(s).feed_forward.get_or_insert(LEAST_LEAD)
 }
 
 fn given(s: &mut Scenario) -> &mut IdentifierSettings {

@@ -167,7 +167,10 @@ impl Scenario {
                 "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
                 "a_min" => "identifier.plant_box.a".to_owned(),
                 "b_min" => "identifier.plant_box.b".to_owned(),
-                parameter => format!("identifier.{parameter}"),
+                parameter => match parameter.strip_prefix("feed_forward_") {
+                    Some(own) => format!("controller.feed_forward.{own}"),
+                    None => format!("identifier.{parameter}"),
+                },
             },
             SettingsError::NotGiven {
                 setting: "controller",

@@ -84,6 +84,9 @@ pub struct Conditions {
         arg(long, value_name = "RAD", allow_negative_numbers = true)
     )]
     pub step: Option<f64>,
+    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
+    #[cfg_attr(feature = "program", arg(long))]
+    pub feed_forward: bool,
 }
 
 /// A condition that is not known and must be stated.
@@ -153,6 +156,7 @@ impl Conditions {
             max_noise: self.max_noise.unwrap_or(TuningSettings::MAX_NOISE),
             step: self.step.unwrap_or(step),
             resonance: self.resonance,
+            feed_forward: self.feed_forward,
         })
     }
 }

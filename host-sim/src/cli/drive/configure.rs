@@ -195,6 +195,11 @@ fn place_of(setting: &str) -> Option<String> {
         "kp" | "kd" | "ki" | "reference_filter" | "sample_time" => {
             return Some(format!("controller.{setting}"));
         }
+        "feed_forward_bandwidth" => "controller.feed_forward.bandwidth",
+        "feed_forward_acceleration" => "controller.feed_forward.acceleration",
+        "feed_forward_velocity" => "controller.feed_forward.velocity",
+        "feed_forward_coulomb" => "controller.feed_forward.coulomb",
+        "feed_forward_coulomb_speed" => "controller.feed_forward.coulomb_speed",
         "cutoff" => "controller.velocity_filter.cutoff",
         "resolution" => "encoder.counts_per_rev",
         _ => return None,
