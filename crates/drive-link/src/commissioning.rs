@@ -93,6 +93,7 @@ impl fmt::Display for Gains {
                     kd,
                     ki,
                     reference_filter,
+                    notch,
                     feed_forward,
                     ..
                 },
@@ -105,6 +106,9 @@ impl fmt::Display for Gains {
         )?;
         if *reference_filter > 0.0 {
             write!(f, "reference filter {reference_filter:.5} s, ")?;
+        }
+        if *notch > 0.0 {
+            write!(f, "notch {notch:.1} rad/s, ")?;
         }
         if let Some(led) = feed_forward {
             write!(f, "feed-forward at {:.1} rad/s, ", led.bandwidth)?;

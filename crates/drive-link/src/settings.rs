@@ -161,11 +161,15 @@ impl fmt::Display for LoopSettings {
                 ki,
                 limit: [low, high],
                 reference_filter,
+                notch,
                 feed_forward,
             } = controller;
             write!(f, "kp {kp}, kd {kd}, ki {ki}, command {low} to {high}")?;
             if reference_filter > 0.0 {
                 write!(f, ", reference filter {reference_filter} s")?;
+            }
+            if notch > 0.0 {
+                write!(f, ", notch {notch} rad/s")?;
             }
             if let Some(led) = feed_forward {
                 write!(f, ", feed-forward at {} rad/s", led.bandwidth)?;

@@ -79,6 +79,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             ki: next(),
             limit: [next(), next()],
             reference_filter: next(),
+            notch: next(),
             feed_forward: perhaps(next).map(|bandwidth| FeedForwardSettings {
                 bandwidth,
                 acceleration: next(),
@@ -163,6 +164,7 @@ fn order() -> CommissionSettings {
         max_sensitivity: 1.6,
         trial_step: Some(0.5),
         slide_rounds: CommissionSettings::MAX_SLIDE_ROUNDS,
+        notch: true,
     }
 }
 
@@ -187,6 +189,7 @@ fn every_report_of_a_commissioning_fits_a_message() {
             ki: f64::MIN,
             cutoff: f64::MIN,
             reference_filter: f64::MIN,
+            notch: f64::MIN,
             feed_forward: Some(FeedForwardSettings {
                 bandwidth: f64::MIN,
                 acceleration: f64::MIN,

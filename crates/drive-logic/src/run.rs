@@ -78,6 +78,7 @@ impl Run {
         conversion::check_stage_limits(controller.limit, stage)?;
         let units = core.units().map_err(range)?;
         controller.reference_filter::<f32>(&units).map_err(range)?;
+        controller.notch::<f32>(&units).map_err(range)?;
         let axis = WatchSettings {
             sample_time: core.sample_time,
             resolution: core.resolution,

@@ -403,6 +403,7 @@ mod tests {
         ki: ANY,
         cutoff: ANY,
         reference_filter: ANY,
+        notch: ANY,
         feed_forward: FEED_FORWARD,
         bandwidth: ANY,
         cap: Some(Cap::Delay),

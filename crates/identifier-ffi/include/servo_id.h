@@ -120,6 +120,7 @@
 #define SERVO_ID_MAX_GAIN             54  /* largest b that it may have, if that is known */
 #define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
 #define SERVO_ID_REFERENCE_FILTER     56  /* of the controller: time constant, s; default none */
+#define SERVO_ID_NOTCH                57  /* of the controller's command, rad/s; default none */
 
 /* Ranges that are allowed, with low and high of servo_id_error. */
 #define SERVO_ID_ALLOWED_UNKNOWN          0
@@ -209,6 +210,7 @@ typedef struct servo_id_tuning {
     double ki;
     double cutoff;    /* of the velocity estimate, rad/s */
     double reference_filter; /* time constant, s; 0 for none */
+    double notch;     /* filter of the command, rad/s; 0 for none */
     double bandwidth; /* of the poles, rad/s */
     double step;      /* that the promise is for, rad */
     double rise_time[3]; /* from 10 to 90 %, s: as it is; after a motion with the step; after one against it */

@@ -98,10 +98,11 @@ parameters! {
     54 MAX_GAIN c"max_gain" Value
     55 TRIAL_STEP c"trial_step" Value
     56 REFERENCE_FILTER c"reference_filter" Value
+    57 NOTCH c"notch" Value
 }
 
 /// The places of all parameters, with room.
-pub(crate) const PLACES: usize = 57;
+pub(crate) const PLACES: usize = 58;
 
 /// The parameter of a number.
 pub(crate) fn row(number: i32) -> Option<&'static Row> {

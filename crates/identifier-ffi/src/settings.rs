@@ -72,6 +72,7 @@ impl Given {
             settings.controller = Some(ControllerSettings {
                 limit: self.range(p::LIMIT).unwrap_or(pid.limit),
                 reference_filter: or_zero(p::REFERENCE_FILTER),
+                notch: or_zero(p::NOTCH),
                 ..pid
             });
         }

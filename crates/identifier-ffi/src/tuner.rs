@@ -37,6 +37,8 @@ pub struct Tuning {
     pub cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub reference_filter: f64,
+    /// Frequency of the notch filter of the command, rad/s; zero for none.
+    pub notch: f64,
     /// ω of the poles, rad/s.
     pub bandwidth: f64,
     /// The step that the promise is for, rad.
@@ -116,6 +118,7 @@ impl Given {
                 .unwrap_or(usual.max_sensitivity),
             max_noise: self.value(p::MAX_NOISE).unwrap_or(usual.max_noise),
             resonance: self.value(p::RESONANCE),
+            notch: true,
             ..usual
         }
     }
@@ -139,6 +142,7 @@ impl Tuning {
         ki: 0.0,
         cutoff: 0.0,
         reference_filter: 0.0,
+        notch: 0.0,
         bandwidth: 0.0,
         step: 0.0,
         rise_time: [0.0; 3],
@@ -197,6 +201,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             ki: found.ki,
             cutoff: found.cutoff,
             reference_filter: found.reference_filter,
+            notch: found.notch,
             bandwidth: found.bandwidth,
             step: promise.step,
             rise_time: [

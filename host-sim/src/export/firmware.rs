@@ -472,11 +472,15 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
             none if none <= 0.0 => String::new(),
             time_constant => format!(", filter of the reference {time_constant} s"),
         };
+        let notch = match pid.notch {
+            none if none <= 0.0 => String::new(),
+            frequency => format!(", notch of the command at {frequency} rad/s"),
+        };
         let led = pid.feed_forward.map_or_else(String::new, |led| {
             format!(", feed-forward at {} rad/s", led.bandwidth)
         });
         lines.push(format!(
-            "PID: kp = {}, kd = {}, ki = {}, command {low} to {high}{filter}{led}.",
+            "PID: kp = {}, kd = {}, ki = {}, command {low} to {high}{filter}{notch}{led}.",
             pid.kp, pid.kd, pid.ki
         ));
     }

@@ -130,7 +130,7 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
         Some(controller) if kind == Kind::Running && every == 1 => write!(
             text,
             "\n[amplifier]\nlimit = [{:?}, {:?}]\n\n\
-             [controller]\nkp = {:?}\nkd = {:?}\nki = {:?}\nreference_filter = {:?}\nsample_time = {:?}\n\
+             [controller]\nkp = {:?}\nkd = {:?}\nki = {:?}\nreference_filter = {:?}\nnotch = {:?}\nsample_time = {:?}\n\
              velocity_filter = {{ kind = \"low-pass\", cutoff = {:?} }}\n{}",
             controller.limit[0],
             controller.limit[1],
@@ -138,6 +138,7 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
             controller.kd,
             controller.ki,
             controller.reference_filter,
+            controller.notch,
             core.sample_time,
             core.cutoff,
             controller

@@ -164,12 +164,14 @@ pub fn controller(tuning: &Tuning, sample_time: f64) -> String {
          kd = {}\n\
          ki = {}\n\
          reference_filter = {}\n\
+         notch = {}\n\
          sample_time = {sample_time:?}\n\
          velocity_filter = {{ kind = \"low-pass\", cutoff = {} }}\n{}",
         seven_digits(tuning.kp),
         seven_digits(tuning.kd),
         seven_digits(tuning.ki),
         seven_digits(tuning.reference_filter),
+        seven_digits(tuning.notch),
         seven_digits(tuning.cutoff),
         tuning
             .feed_forward

@@ -212,6 +212,7 @@ impl Gains {
             ki: gains.controller.ki,
             cutoff: gains.cutoff,
             reference_filter: gains.controller.reference_filter,
+            notch: gains.controller.notch,
             reference_model: gains.controller.feed_forward,
         }
     }

@@ -41,6 +41,8 @@ pub struct Gains {
     pub cutoff: f64,
     /// Time constant of the filter of the reference, s; zero for none.
     pub reference_filter: f64,
+    /// Frequency of the notch filter of the command, rad/s; zero for none.
+    pub notch: f64,
     /// The feed-forward of the drive's own loop with its reference model; none where the filter alone shapes a step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference_model: Option<FeedForwardSettings>,
@@ -56,6 +58,7 @@ impl Gains {
             ki: tuning.ki,
             cutoff: tuning.cutoff,
             reference_filter: tuning.reference_filter,
+            notch: tuning.notch,
             reference_model: tuning.feed_forward,
         }
     }

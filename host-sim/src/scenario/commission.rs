@@ -23,6 +23,8 @@ pub struct CommissionOrder {
     pub max_sensitivity: f64,
     pub trial_step: Option<f64>,
     pub slide_rounds: u8,
+    /// Whether the gains may have a notch filter.
+    pub notch: Option<bool>,
     pub most_gain: Option<f64>,
     pub command_delay: Option<f64>,
     pub sample_time: Option<f64>,
@@ -132,6 +134,7 @@ impl Scenario {
             max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,
             slide_rounds: order.slide_rounds,
+            notch: order.notch.unwrap_or(true),
         })
     }
 
@@ -213,6 +216,7 @@ impl Scenario {
                     "kd" => "controller.kd",
                     "ki" => "controller.ki",
                     "reference_filter" => "controller.reference_filter",
+                    "notch" => "controller.notch",
                     setting => {
                         let key = match setting.strip_prefix("feed_forward_") {
                             Some(own) => format!("controller.feed_forward.{own}"),

@@ -159,6 +159,7 @@ impl Scenario {
                 parameter @ ("kp" | "kd" | "ki") => format!("{gains}.{parameter}"),
                 "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
                 "reference_filter" => "controller.reference_filter".to_owned(),
+                "notch" => "controller.notch".to_owned(),
                 "sample_time" => "controller.sample_time".to_owned(),
                 "resolution" => "encoder.counts_per_rev".to_owned(),
                 "delay" => "amplifier.delay".to_owned(),

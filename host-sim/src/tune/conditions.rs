@@ -156,6 +156,7 @@ impl Conditions {
             max_noise: self.max_noise.unwrap_or(TuningSettings::MAX_NOISE),
             step: self.step.unwrap_or(step),
             resonance: self.resonance,
+            notch: true,
             feed_forward: self.feed_forward,
         })
     }

@@ -73,13 +73,15 @@ impl Setpoint<I16F16> {
 impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     /// # Errors
     /// As for [`Controller`](crate::control::Controller); and a range, bound or sample time that does
-    /// not fit the fixed-point format, with the value that would. Or a feed-forward: there is none in fixed point.
+    /// not fit the fixed-point format, with the value that would. Or a notch or a feed-forward: there are
+    /// none in fixed point.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         if let Some(feed_forward) = &given.feed_forward {
             Allowed::Within(0.0, 0.0).check("feed_forward_bandwidth", feed_forward.bandwidth)?;
         }
+        Allowed::Within(0.0, 0.0).check("notch", given.notch)?;
         let (scales, units) = (FullScales::from_settings(settings)?, settings.units()?);
         Ok(Self {
             pid: FixedPid::new(&units, &gains, &limit, &scales),

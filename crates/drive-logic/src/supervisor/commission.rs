@@ -239,6 +239,7 @@ fn prepare(
     conversion::check_stage_limits(given.limits.command, stage)?;
     let settings = CommissionSettings {
         command_delay: given.command_delay + stage.command_delay,
+        notch: given.notch && !cfg!(feature = "fixed-point"),
         ..*given
     };
     let before = core.controller.map(|controller| HoldingGains {

@@ -153,9 +153,10 @@ class Gains:
 
     @property
     def gains(self) -> dict[str, float]:
-        """kp (command units per rad), kd (per rad/s), ki (per rad s), the cutoff of the velocity estimate, rad/s, and
-        the time constant of the filter of the reference, s."""
-        return {name: self.json[name] for name in ("kp", "kd", "ki", "cutoff", "reference_filter")}
+        """kp (command units per rad), kd (per rad/s), ki (per rad s), the cutoff of the velocity estimate, rad/s, the
+        time constant of the filter of the reference, s, and the notch filter of the command, rad/s, 0 for none."""
+        names = ("kp", "kd", "ki", "cutoff", "reference_filter", "notch")
+        return {name: self.json[name] for name in names}
 
     @property
     def bandwidth(self) -> float:

@@ -192,7 +192,7 @@ fn place_of(setting: &str) -> Option<String> {
     }
     let key = match setting {
         "limit" | "limit_low" | "limit_high" => "amplifier.limit",
-        "kp" | "kd" | "ki" | "reference_filter" | "sample_time" => {
+        "kp" | "kd" | "ki" | "reference_filter" | "notch" | "sample_time" => {
             return Some(format!("controller.{setting}"));
         }
         "feed_forward_bandwidth" => "controller.feed_forward.bandwidth",

@@ -280,6 +280,7 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
             row("ki", |gains| gains.ki, "command units per rad s"),
             row("cutoff", |gains| gains.cutoff, "rad/s"),
             row("reference filter", |gains| gains.reference_filter, "s"),
+            row("notch", |gains| gains.notch, "rad/s"),
         ],
     )
 }
