@@ -120,7 +120,13 @@
 #define SERVO_ID_MAX_GAIN             54  /* largest b that it may have, if that is known */
 #define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
 #define SERVO_ID_REFERENCE_FILTER     56  /* of the controller: time constant, s; default none */
-#define SERVO_ID_NOTCH                57  /* of the controller's command, rad/s; default none */
+#define SERVO_ID_FEED_FORWARD_BANDWIDTH     57 /* of the controller: of its reference model, rad/s; default none */
+#define SERVO_ID_FEED_FORWARD_ACCELERATION  58 /* 1/b, command units per rad/s^2 */
+#define SERVO_ID_FEED_FORWARD_VELOCITY      59 /* a/b, command units per rad/s */
+#define SERVO_ID_FEED_FORWARD_COULOMB       60 /* command units */
+#define SERVO_ID_FEED_FORWARD_COULOMB_SPEED 61 /* below it linear through zero, rad/s */
+#define SERVO_ID_FEED_FORWARD         62  /* of a tuning, not zero: look for a feed-forward too */
+#define SERVO_ID_NOTCH                63  /* of the controller's command, rad/s; default none */
 
 /* Ranges that are allowed, with low and high of servo_id_error. */
 #define SERVO_ID_ALLOWED_UNKNOWN          0
@@ -211,6 +217,7 @@ typedef struct servo_id_tuning {
     double cutoff;    /* of the velocity estimate, rad/s */
     double reference_filter; /* time constant, s; 0 for none */
     double notch;     /* filter of the command, rad/s; 0 for none */
+    double feed_forward[5];  /* SERVO_ID_FEED_FORWARD_BANDWIDTH and the four after it; 0 for none */
     double bandwidth; /* of the poles, rad/s */
     double step;      /* that the promise is for, rad */
     double rise_time[3]; /* from 10 to 90 %, s: as it is; after a motion with the step; after one against it */
@@ -238,7 +245,7 @@ typedef struct servo_id_tuning {
 
 /* Parameters that were given */
 typedef struct servo_id_settings {
-    SERVO_ID_ALIGNED uint64_t words[116];
+    SERVO_ID_ALIGNED uint64_t words[128];
 } servo_id_settings;
 
 /* The paper's law for a and b; the load is carried by its correction */
@@ -268,12 +275,12 @@ typedef struct servo_id_fixed_coulomb {
 
 /* PID with the law of servo_id_gradient */
 typedef struct servo_id_gradient_loop {
-    SERVO_ID_ALIGNED uint64_t words[64];
+    SERVO_ID_ALIGNED uint64_t words[72];
 } servo_id_gradient_loop;
 
 /* PID with the law of servo_id_gradient_coulomb */
 typedef struct servo_id_gradient_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[76];
+    SERVO_ID_ALIGNED uint64_t words[84];
 } servo_id_gradient_coulomb_loop;
 
 /* PID with Gauss-Newton */
@@ -293,7 +300,7 @@ typedef struct servo_id_fixed_coulomb_loop {
 
 /* A search for gains */
 typedef struct servo_id_tuner {
-    SERVO_ID_ALIGNED uint64_t words[256];
+    SERVO_ID_ALIGNED uint64_t words[300];
 } servo_id_tuner;
 
 /* The interrupt's half of a commissioning. */
@@ -338,18 +345,18 @@ typedef struct servo_id_commission_result {
 } servo_id_commission_result;
 
 /* The library has the same sizes and places; objects have room for its next versions. */
-SERVO_ID_ASSERT(sizeof(servo_id_settings) == 928, "size of servo_id_settings");
+SERVO_ID_ASSERT(sizeof(servo_id_settings) == 1024, "size of servo_id_settings");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 416, "size of servo_id_gradient");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 528, "size of servo_id_gradient_coulomb");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5440, "size of servo_id_gauss_newton");
 SERVO_ID_ASSERT(sizeof(servo_id_fixed) == 512, "size of servo_id_fixed");
 SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb) == 576, "size of servo_id_fixed_coulomb");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_loop) == 512, "size of servo_id_gradient_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb_loop) == 608, "size of servo_id_gradient_coulomb_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_loop) == 576, "size of servo_id_gradient_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb_loop) == 672, "size of servo_id_gradient_coulomb_loop");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton_loop) == 5520, "size of servo_id_gauss_newton_loop");
 SERVO_ID_ASSERT(sizeof(servo_id_fixed_loop) == 672, "size of servo_id_fixed_loop");
 SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb_loop) == 736, "size of servo_id_fixed_coulomb_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 2048, "size of servo_id_tuner");
+SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 2400, "size of servo_id_tuner");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_settings) == 8, "alignment of servo_id_settings");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient) == 8, "alignment of servo_id_gradient");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient_coulomb) == 8, "alignment of servo_id_gradient_coulomb");
@@ -372,9 +379,9 @@ SERVO_ID_ASSERT(sizeof(servo_id_decision) == 576, "size of servo_id_decision");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_decision) == 8, "alignment of servo_id_decision");
 SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_step, record) == 16, "place of record");
-SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 432, "size of servo_id_commission_result");
+SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 472, "size of servo_id_commission_result");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_result, tuning) == 264, "place of tuning");
-SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 416, "place of measured_rise_time");
+SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 456, "place of measured_rise_time");
 SERVO_ID_ASSERT(sizeof(servo_id_error) == 40, "size of servo_id_error");
 SERVO_ID_ASSERT(offsetof(servo_id_error, value) == 16, "place of value");
 SERVO_ID_ASSERT(offsetof(servo_id_error, low) == 24, "place of low");
@@ -388,13 +395,13 @@ SERVO_ID_ASSERT(sizeof(servo_id_servo) == 248, "size of servo_id_servo");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, delay) == 32, "place of delay");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, covariance) == 40, "place of covariance");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, unexplained) == 240, "place of unexplained");
-SERVO_ID_ASSERT(sizeof(servo_id_tuning) == 152, "size of servo_id_tuning");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, step) == 48, "place of step");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, rise_time) == 56, "place of rise_time");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, overshoot) == 80, "place of overshoot");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, gain_margin) == 104, "place of gain_margin");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, compliance) == 136, "place of compliance");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 144, "place of cap");
+SERVO_ID_ASSERT(sizeof(servo_id_tuning) == 192, "size of servo_id_tuning");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, step) == 88, "place of step");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, rise_time) == 96, "place of rise_time");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, overshoot) == 120, "place of overshoot");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, gain_margin) == 144, "place of gain_margin");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, compliance) == 176, "place of compliance");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 184, "place of cap");
 
 #ifdef __cplusplus
 extern "C" {

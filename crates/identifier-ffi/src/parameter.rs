@@ -98,11 +98,17 @@ parameters! {
     54 MAX_GAIN c"max_gain" Value
     55 TRIAL_STEP c"trial_step" Value
     56 REFERENCE_FILTER c"reference_filter" Value
-    57 NOTCH c"notch" Value
+    57 FEED_FORWARD_BANDWIDTH c"feed_forward_bandwidth" Value
+    58 FEED_FORWARD_ACCELERATION c"feed_forward_acceleration" Value
+    59 FEED_FORWARD_VELOCITY c"feed_forward_velocity" Value
+    60 FEED_FORWARD_COULOMB c"feed_forward_coulomb" Value
+    61 FEED_FORWARD_COULOMB_SPEED c"feed_forward_coulomb_speed" Value
+    62 FEED_FORWARD c"feed_forward" Value
+    63 NOTCH c"notch" Value
 }
 
 /// The places of all parameters, with room.
-pub(crate) const PLACES: usize = 58;
+pub(crate) const PLACES: usize = 64;
 
 /// The parameter of a number.
 pub(crate) fn row(number: i32) -> Option<&'static Row> {

@@ -258,7 +258,7 @@ pub mod gradient {
     use identifier_core::parameters::Ab;
 
     closed_on_numbers! {
-        GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 64 words;
+        GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 72 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
         servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
         servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
@@ -271,7 +271,7 @@ pub mod gradient_coulomb {
     use identifier_core::parameters::AbCoulomb;
 
     closed_on_numbers! {
-        GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 76 words;
+        GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 84 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
         servo_id_gradient_coulomb_loop_estimates

@@ -1,5 +1,6 @@
 //! Settings: parameters by number.
 
+use identifier_core::control::FeedForwardSettings;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Prbs;
 use identifier_core::measurement::LowPass;
@@ -25,7 +26,7 @@ pub type Settings = Object<Given>;
 
 impl Content for Given {
     const MARK: u32 = 0x5e1d_0001;
-    const WORDS: usize = 116;
+    const WORDS: usize = 128;
 }
 
 impl Given {
@@ -73,6 +74,15 @@ impl Given {
                 limit: self.range(p::LIMIT).unwrap_or(pid.limit),
                 reference_filter: or_zero(p::REFERENCE_FILTER),
                 notch: or_zero(p::NOTCH),
+                feed_forward: self.value(p::FEED_FORWARD_BANDWIDTH).map(|bandwidth| {
+                    FeedForwardSettings {
+                        bandwidth,
+                        acceleration: or_zero(p::FEED_FORWARD_ACCELERATION),
+                        velocity: or_zero(p::FEED_FORWARD_VELOCITY),
+                        coulomb: or_zero(p::FEED_FORWARD_COULOMB),
+                        coulomb_speed: or_zero(p::FEED_FORWARD_COULOMB_SPEED),
+                    }
+                }),
                 ..pid
             });
         }

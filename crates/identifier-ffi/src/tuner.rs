@@ -39,6 +39,8 @@ pub struct Tuning {
     pub reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
     pub notch: f64,
+    /// The feed-forward: `bandwidth`, `acceleration`, `velocity`, `coulomb`, `coulomb_speed`; zero for none.
+    pub feed_forward: [f64; 5],
     /// ω of the poles, rad/s.
     pub bandwidth: f64,
     /// The step that the promise is for, rad.
@@ -86,7 +88,7 @@ pub type Tuner = Object<Working>;
 
 impl Content for Working {
     const MARK: u32 = 0x5e1d_0021;
-    const WORDS: usize = 256;
+    const WORDS: usize = 300;
 }
 
 impl Given {
@@ -119,6 +121,7 @@ impl Given {
             max_noise: self.value(p::MAX_NOISE).unwrap_or(usual.max_noise),
             resonance: self.value(p::RESONANCE),
             notch: true,
+            feed_forward: or_zero(p::FEED_FORWARD) != 0.0,
             ..usual
         }
     }
@@ -143,6 +146,7 @@ impl Tuning {
         cutoff: 0.0,
         reference_filter: 0.0,
         notch: 0.0,
+        feed_forward: [0.0; 5],
         bandwidth: 0.0,
         step: 0.0,
         rise_time: [0.0; 3],
@@ -202,6 +206,15 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             cutoff: found.cutoff,
             reference_filter: found.reference_filter,
             notch: found.notch,
+            feed_forward: found.feed_forward.map_or([0.0; 5], |led| {
+                [
+                    led.bandwidth,
+                    led.acceleration,
+                    led.velocity,
+                    led.coulomb,
+                    led.coulomb_speed,
+                ]
+            }),
             bandwidth: found.bandwidth,
             step: promise.step,
             rise_time: [

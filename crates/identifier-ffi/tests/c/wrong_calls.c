@@ -115,7 +115,7 @@ int main(void) {
     for (int32_t status = -50; status < 50; status++) {
         EXPECT(servo_id_status_text(status, &text) <= 0 && strlen(text) > 3, 1);
     }
-    for (int32_t parameter = 1; parameter <= SERVO_ID_REFERENCE_FILTER; parameter++) {
+    for (int32_t parameter = 1; parameter <= SERVO_ID_FEED_FORWARD; parameter++) {
         EXPECT(servo_id_parameter_name(parameter, &text), SERVO_ID_OK);
         snprintf(bytes, sizeof bytes, "%s", text);
         EXPECT(strlen(bytes) > 1, 1);
