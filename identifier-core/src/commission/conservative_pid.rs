@@ -57,12 +57,7 @@ impl<N: Number> ConservativePid<N> {
 
     /// The loop, with an ω T of at most `bandwidth`, for a servo whose commands act after a delay, samples; none where no
     /// loop holds it.
-    pub(super) fn around(
-        &self,
-        servo: &RoughModel<N>,
-        delay: N,
-        bandwidth: N,
-    ) -> Option<Loop<N>> {
+    pub(super) fn around(&self, servo: &RoughModel<N>, delay: N, bandwidth: N) -> Option<Loop<N>> {
         let bandwidth = smaller(bandwidth, self.max_bandwidth);
         let quarter = N::from_f64(0.25);
         let sampled =
@@ -94,7 +89,9 @@ impl<N: Number> ConservativePid<N> {
 
     /// A loop of these with a part of its bandwidth.
     pub(super) fn slower(controller: &Loop<N>, part: N) -> Loop<N> {
-        let pid = controller.pid.scaled([part * part, part, part * part * part]);
+        let pid = controller
+            .pid
+            .scaled([part * part, part, part * part * part]);
         let cutoff = N::from_f64(Self::CUTOFF) * part * Self::bandwidth(controller);
         Loop::with_pid(pid, low_pass(cutoff))
     }
@@ -137,7 +134,9 @@ mod tests {
         let servo = RoughModel::from_si(&parameters, time, resolution);
         let conservative = ConservativePid::new(&units, &LIMITS);
         let most = conservative.max_bandwidth();
-        conservative.around(&servo, delay, most).expect("it can be held")
+        conservative
+            .around(&servo, delay, most)
+            .expect("it can be held")
     }
 
     #[test]
@@ -195,19 +194,34 @@ mod tests {
     fn a_slower_loop_is_the_one_that_is_placed_with_less_bandwidth() {
         let (time, resolution) = (1e-4, core::f64::consts::TAU / 1e6);
         let units = Units::new(time, resolution).expect("valid");
-        let parameters = ServoParameters { a: 0.0, b: 200.0, coulomb: 10.0, load: 3.0 };
+        let parameters = ServoParameters {
+            a: 0.0,
+            b: 200.0,
+            coulomb: 10.0,
+            load: 3.0,
+        };
         let servo = RoughModel::from_si(&parameters, time, resolution);
         let conservative = ConservativePid::<f64>::new(&units, &LIMITS);
-        let within = |bandwidth| conservative.around(&servo, 2.0, bandwidth).expect("it can be held");
+        let within = |bandwidth| {
+            conservative
+                .around(&servo, 2.0, bandwidth)
+                .expect("it can be held")
+        };
         let most = conservative.max_bandwidth();
-        let (slower, placed) = (ConservativePid::slower(&within(most), 0.3), within(0.3 * most));
+        let (slower, placed) = (
+            ConservativePid::slower(&within(most), 0.3),
+            within(0.3 * most),
+        );
         for (error, velocity, integral) in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] {
-            let [own, other] = [slower, placed]
-                .map(|one| one.pid.wanted(error, velocity, integral));
+            let [own, other] =
+                [slower, placed].map(|one| one.pid.wanted(error, velocity, integral));
             assert!((own / other - 1.0).abs() < 1e-9, "{own} {other}");
         }
         let [own, other] = [slower, placed].map(|one| ConservativePid::bandwidth(&one) / most);
-        assert!((own - 0.3).abs() < 1e-9 && (other - 0.3).abs() < 1e-9, "{own} {other}");
+        assert!(
+            (own - 0.3).abs() < 1e-9 && (other - 0.3).abs() < 1e-9,
+            "{own} {other}"
+        );
     }
 
     #[test]

@@ -24,6 +24,7 @@ impl<N> RecordEvent<N> {
             EventKind::Balance(_)
             | EventKind::Line(_)
             | EventKind::Ended(_)
+            | EventKind::Tried
             | EventKind::Inconclusive(_) => blocks,
         }
     }
@@ -42,6 +43,8 @@ pub(super) enum EventKind<N> {
     Line(LineSums<N>),
     /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
     Ended(RoughModel<N>),
+    /// The trial has kept the promise, and the gains are to be proved by slides.
+    Tried,
     /// The motion was over before there was enough evidence: the servo as it moved by then.
     Inconclusive(RoughModel<N>),
 }
@@ -59,7 +62,8 @@ pub(super) enum DecisionKind<N: Number> {
     Identified(Identified<N>),
     /// The servo as it is known after a motion, not well enough: the second is done again.
     Uncertain(Identified<N>),
-    /// The response is to be measured: the servo slides as planned. [`Verified`] follows, or other slides.
+    /// The response is to be measured: the servo slides as planned, after the trial under the gains that were tried.
+    /// [`Verified`] follows, or other slides.
     ///
     /// [`Verified`]: Self::Verified
     Slide(SlidePlan<N>),
@@ -67,6 +71,8 @@ pub(super) enum DecisionKind<N: Number> {
     Verified(Identified<N>),
     /// Gains and their predicted performance.
     Tuned(Candidate<N>),
+    /// The response under the gains that were tried bears them.
+    Proved,
     /// No gains meet the goal; the error names a goal that some would.
     NoGains(TuningError),
     /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
@@ -137,6 +143,8 @@ pub(super) struct Candidate<N: Number> {
     pub(super) trial: Trial<N>,
     /// Samples for which the servo must be still to have come to rest under them.
     pub(super) rest: u32,
+    /// True if slides are to prove them after the trial, which moves a compliant axis too briefly.
+    pub(super) is_to_be_proved: bool,
 }
 
 impl<N: Number> Candidate<N> {
@@ -178,6 +186,7 @@ impl<N: Number> Candidate<N> {
             start: N::from_f64(direction * (end - promise.step) * units.position()),
             trial: Trial::new(tuning, &units, step, disturbance, &servo.parameters),
             rest: (0.5 * settling / settings.sample_time) as u32,
+            is_to_be_proved: false,
         })
     }
 }

@@ -47,7 +47,9 @@ pub struct CommissionSettings {
     pub trial_step: Option<f64>,
     /// Rounds of slides, each of both ways and of both ways again with the excitation inverted, 0 to
     /// [`CommissionSettings::MAX_SLIDE_ROUNDS`]. None where the axis is known to be stiff, unless its motions are not
-    /// explained: a resonance that friction hides is then not seen. More know a compliant axis better.
+    /// explained: a resonance that friction hides is then not seen. Two and more know a compliant axis better, and prove its
+    /// gains by as many rounds under them: they are applied if no line certainly shows a larger sensitivity than
+    /// 1 + 4/3 (`max_sensitivity` − 1), or looked for anew with all lines, at most twice.
     pub slide_rounds: u8,
     /// True if the gains may have a notch filter, which a controller in fixed point has not.
     pub notch: bool,

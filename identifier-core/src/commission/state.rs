@@ -102,6 +102,8 @@ pub(super) enum Next {
     Tune,
     /// The trial once it is at rest.
     Trial,
+    /// The gains that were tried, for good, once it is at rest.
+    Apply,
     /// The end.
     End(Reason),
 }
@@ -264,6 +266,11 @@ impl<N: Number> CommissionState<N> {
     pub(super) fn begin(&mut self, activity: Activity<N>) {
         self.activity = activity;
         self.passed = 0;
+    }
+
+    /// True if the gains on trial are to be proved by slides.
+    pub(super) fn is_to_be_proved(&self) -> bool {
+        (self.candidate.as_ref()).is_some_and(|candidate| candidate.is_to_be_proved)
     }
 
     /// Has the servo stay where it is, under the command that balances its load.

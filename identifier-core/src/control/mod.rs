@@ -110,6 +110,16 @@ impl<N: Number, V> Controller<N, V> {
         Self { notch, ..self }
     }
 
+    /// The same without filter of the reference and feed-forward.
+    #[must_use]
+    pub(crate) fn without_lead(self) -> Self {
+        Self {
+            reference: ReferenceFilter::NONE,
+            feed_forward: FeedForward::NONE,
+            ..self
+        }
+    }
+
     /// The command without integral, notch and limit, command units, for a position error and a velocity in
     /// machine units.
     #[inline]

@@ -47,6 +47,15 @@ impl MeasuredLine {
         Some([sensitivity, sensitivity * sensitivity * deviation])
     }
 
+    /// True if gains certainly have a larger sensitivity than this on the line.
+    pub(crate) fn disproves(&self, tuning: &Tuning, sample_time: f64, most: f64) -> bool {
+        /// Standard deviations of the line.
+        const CERTAIN: f64 = 2.0;
+        let [sensitivity, deviation] = self.sensitivity(tuning, sample_time).unwrap_or_default();
+        let is_sure = self.deviation * self.deviation < Self::SURE * Self::SURE * self.gain.power();
+        is_sure && sensitivity - CERTAIN * deviation > most
+    }
+
     /// True if a controller with a gain crossover (rad/s) keeps |1 + C G| from −1 on this line for a largest sensitivity, as far as the line is
     /// known.
     pub(super) fn allows(&self, controller: Complex, crossover: f64, max_sensitivity: f64) -> bool {
@@ -71,6 +80,58 @@ mod tests {
     use crate::tuning::{Mode, Resonance, Tuner, TuningSettings};
 
     const SAMPLE_TIME: f64 = 1e-4;
+
+    #[test]
+    fn gains_are_disproved_by_a_line_that_is_sure_alone() {
+        let settings = TuningSettings::new(SAMPLE_TIME, 0.0, 10.0, 0.1);
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: 0.2,
+                b: 200.0,
+                coulomb: 0.0,
+                load: 0.0,
+            },
+            delay: SAMPLE_TIME,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        let tuning = settings.tune(&servo).expect("gains");
+        let at = |factor: f64, part: f64| {
+            let frequency = 2.0 * tuning.bandwidth;
+            let gain = Complex {
+                re: -factor * 200.0 / (frequency * frequency),
+                im: 0.0,
+            };
+            let deviation = part * libm::sqrt(gain.power());
+            MeasuredLine {
+                frequency,
+                gain,
+                deviation,
+            }
+            .disproves(&tuning, SAMPLE_TIME, 1.8)
+        };
+        // The response of the servo, and the gain that brings the loop next to −1: the margin's, with the phase of a delay.
+        assert!(!at(1.0, 0.001));
+        let worst = |part| {
+            (1..40).any(|turn| {
+                let angle = f64::from(turn) * 0.05;
+                let frequency = 2.0 * tuning.bandwidth;
+                let size = 200.0 / (frequency * frequency);
+                let gain = Complex {
+                    re: -size * angle.cos(),
+                    im: size * angle.sin(),
+                };
+                MeasuredLine {
+                    frequency,
+                    gain,
+                    deviation: part * size,
+                }
+                .disproves(&tuning, SAMPLE_TIME, 1.8)
+            })
+        };
+        assert!(worst(0.001));
+        assert!(!worst(0.5));
+    }
 
     /// b (1/s² + β/(s² + 2ζω₂s + ω₂²)) e^(−1.5 sT) at s = jω: the hold is half of a sample late, and the reading one.
     fn two_masses(b: f64, mode: &Mode, omega: f64) -> Complex {

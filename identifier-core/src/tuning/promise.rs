@@ -1,5 +1,5 @@
 use super::Cap;
-use super::placement::Design;
+use super::placement::{Design, Placement};
 use crate::control::FeedForwardSettings;
 
 /// Gains and their predicted performance, SI.
@@ -32,6 +32,11 @@ impl Tuning {
     /// The largest command of a step of the reference, over the step, command units per rad.
     pub(crate) fn command_of_step(&self) -> f64 {
         Design::from_tuning(self).command_of_step()
+    }
+
+    /// The gain crossover around one mass, rad/s.
+    pub(crate) fn crossover(&self) -> f64 {
+        Placement::crossover(&Design::from_tuning(self))
     }
 
     /// The largest speed of a step of the reference, over the step, 1/s.

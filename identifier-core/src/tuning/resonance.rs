@@ -1,6 +1,7 @@
 //! The resonance of two masses, as a frequency response shows it, and the servos that resonate alike.
 
 use super::possible_servos::PossibleServo;
+use crate::number::Complex;
 
 /// The mode of a servo of two masses, beside the motion of both as one: from a command to the motor's position the servo
 /// is b (1/(s (s + a)) + β/(s² + 2 ζ ω s + ω²)) e^(−sτ). The antiresonance lies at ω/√(1 + β).
@@ -28,6 +29,18 @@ impl Mode {
     #[must_use]
     pub fn antiresonance(&self) -> f64 {
         self.frequency / libm::sqrt(1.0 + self.ratio)
+    }
+
+    /// The motion of the motor at a frequency (rad/s) over that of both masses as one, without friction:
+    /// |1 + β ω²/(ω² − ω₂² − 2jζω₂ω)|.
+    pub(crate) fn over_one_mass(&self, frequency: f64) -> f64 {
+        let square = frequency * frequency;
+        let mode = Complex {
+            re: square - self.frequency * self.frequency,
+            im: -2.0 * self.damping * self.frequency * frequency,
+        };
+        let moved = Complex::ONE.scaled(self.ratio * square) / mode + 1.0;
+        libm::sqrt(moved.power())
     }
 }
 

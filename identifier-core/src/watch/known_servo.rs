@@ -40,6 +40,15 @@ impl<N: Number> KnownServo<N> {
             part: N::from_f64(model.part),
         })
     }
+
+    /// The same as the motor of two masses, whose load has β of its inertia: before the spring has turned the load, the motor
+    /// is stronger by 1 + β.
+    pub(crate) fn with_load_on_a_spring(self, ratio: f64) -> Self {
+        Self {
+            change: N::from_f64(1.0 + ratio) * self.change,
+            ..self
+        }
+    }
 }
 
 /// Largest ratio of a servo's parameter to its model's.

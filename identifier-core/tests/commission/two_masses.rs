@@ -164,6 +164,26 @@ fn a_resonance_that_friction_hides_is_found_and_borne() {
     assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
 }
 
+/// With two rounds of slides the gains are proved by slides under them.
+#[test]
+fn gains_for_two_masses_are_proved_on_request() {
+    let mut bench = hidden();
+    bench.settings.slide_rounds = 2;
+    let course = bench.commission(&mut |_| None);
+    assert_eq!(course.state.phase(), Phase::Applied);
+    let tried = course
+        .phases
+        .iter()
+        .position(|&(phase, _)| phase == Phase::Trial);
+    let tuned = course.state.tuning().expect("applied");
+    let sensitivity = TwoMassLoop::new(&bench, tuned).sensitivity();
+    assert!(sensitivity.is_some_and(|seen| seen < MAX_SENSITIVITY));
+    // Two rounds of four slides, of 0.7 s and more each.
+    let began = tried.map(|tried| course.phases[tried].1).expect("tried");
+    let taken = course.ended().expect("it ends") - began;
+    assert!(taken > 5.6, "{taken}");
+}
+
 /// Gravity bends the slow lines of an axis of little travel, as a second mass would whose antiresonance is below them.
 #[test]
 fn gravity_within_little_travel_is_shown_as_no_resonance() {

@@ -296,6 +296,7 @@ impl<N: Number> CommissionIsr<N> {
                 state.candidate = Some(*candidate);
                 Next::Trial
             }
+            DecisionKind::Proved => Next::Apply,
             DecisionKind::NoGains(error) => {
                 state.tuning_error = Some(*error);
                 Next::End(Reason::NoGains)

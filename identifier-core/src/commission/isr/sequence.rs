@@ -87,9 +87,15 @@ impl<N: Number> CommissionIsr<N> {
             }
             Activity::OnTrial(holding, trial) => {
                 if trial.process(holding, position)? {
-                    state.phase = Phase::Applied;
+                    let held = Activity::Holding(*holding);
                     state.measured = Some(*trial);
-                    state.activity = Activity::Holding(*holding);
+                    if state.is_to_be_proved() {
+                        state.end_record(EventKind::Tried);
+                        state.begin(held);
+                    } else {
+                        state.phase = Phase::Applied;
+                        state.activity = held;
+                    }
                 }
                 Ok(())
             }
@@ -152,6 +158,12 @@ impl<N: Number> CommissionIsr<N> {
                     self.begin_trial(state)?;
                 }
             }
+            Next::Apply => {
+                if is_at_rest {
+                    state.next = Next::Decision;
+                    self.apply(state)?;
+                }
+            }
         }
         Ok(())
     }
@@ -205,15 +217,20 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    /// Begins the slides of a servo at rest, under the loop that they plan.
+    /// Begins the slides of a servo at rest, under the loop that they plan, or under the gains that were tried.
     fn begin_slide(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let (servo, delay, bandwidth) = state.slide.loop_plan();
         let bandwidth = bandwidth.limited(N::ZERO, state.bandwidth);
         let controller = self.conservative.around(servo, delay, bandwidth);
-        let controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        let mut controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        match &state.candidate {
+            Some(candidate) if state.phase == Phase::Trial => {
+                controller = candidate.controller.without_lead();
+            }
+            _ => state.phase = Phase::Slide,
+        }
         let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
         state.slide.begin(&mut holding);
-        state.phase = Phase::Slide;
         state.begin_lines();
         state.begin(Activity::Sliding(holding));
         Ok(())
@@ -254,6 +271,17 @@ impl<N: Number> CommissionIsr<N> {
         if !self.settings.limits.one_way {
             holding.send(N::ZERO);
         }
+        state.begin(Activity::Holding(holding));
+        Ok(())
+    }
+
+    /// Holds the servo by the gains that were tried, for good.
+    fn apply(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (Some(candidate), Activity::Holding(held)) = (&state.candidate, &state.activity) else {
+            return Err(Reason::NoGains);
+        };
+        let holding = self.held_after(candidate.controller, state.position, &held.resting());
+        state.phase = Phase::Applied;
         state.begin(Activity::Holding(holding));
         Ok(())
     }

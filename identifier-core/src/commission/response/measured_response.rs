@@ -10,8 +10,10 @@ use crate::tuning::MeasuredLine;
 pub(in crate::commission) struct MeasuredResponse<N> {
     sample_time: f64,
     resolution: f64,
+    /// The lines of the slides under way or last, and their sums.
+    survey: Lines,
     sums: [SlideSums<N>; Lines::MAX],
-    lines: [MeasuredLine; Lines::MAX],
+    lines: [MeasuredLine; MOST],
     count: usize,
     /// The motions beneath them, backwards and forwards.
     balances: [BalanceSums<N>; 2],
@@ -25,6 +27,9 @@ struct BalanceSums<N> {
     acceleration: N,
     command: N,
 }
+
+/// The most lines: those of a survey and of three proofs.
+const MOST: usize = 4 * Lines::MAX;
 
 /// Lines on either side of one that its deviation is taken with: a deviation of four slides is itself uncertain.
 const NEIGHBOURS: usize = 2;
@@ -45,8 +50,9 @@ struct SlideSums<N> {
 /// The measurement of the lines after the slides, a line in a slice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct LineMeasurement {
-    survey: Lines,
     rotations: LineRotations,
+    /// Lines of earlier slides.
+    earlier: usize,
     /// Lines whose sums were taken.
     sums: usize,
     /// The deviations that they have by themselves, and those that were smoothed.
@@ -63,19 +69,25 @@ impl<N: Number> MeasuredResponse<N> {
         Self {
             sample_time: settings.sample_time,
             resolution: settings.resolution,
+            survey: Lines::survey(settings.sample_time),
             sums: [SlideSums::EMPTY; Lines::MAX],
-            lines: [MeasuredLine::NONE; Lines::MAX],
+            lines: [MeasuredLine::NONE; MOST],
             count: 0,
             balances: [BalanceSums::EMPTY; 2],
         }
     }
 
-    /// Begins a measurement; the lines that the slides are to have.
-    pub(in crate::commission) fn begin(&mut self) -> Lines {
-        self.sums = [SlideSums::EMPTY; Lines::MAX];
+    /// Begins a measurement with these lines.
+    pub(in crate::commission) fn begin(&mut self, lines: &Lines) {
         self.balances = [BalanceSums::EMPTY; 2];
         self.count = 0;
-        Lines::survey(self.sample_time)
+        self.begin_more(lines);
+    }
+
+    /// Begins to measure further lines.
+    pub(in crate::commission) fn begin_more(&mut self, lines: &Lines) {
+        self.survey = *lines;
+        self.sums = [SlideSums::EMPTY; Lines::MAX];
     }
 
     /// Takes the sums of a line over the window of a slide.
@@ -127,11 +139,10 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Begins to measure the lines, of which the sums of all slides were taken.
     pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
-        self.count = 0;
-        let survey = Lines::survey(self.sample_time);
+        self.count = self.count.min(MOST - Lines::MAX);
         LineMeasurement {
-            rotations: survey.rotations(),
-            survey,
+            rotations: self.survey.rotations(),
+            earlier: self.count,
             sums: 0,
             deviations: [0.0; Lines::MAX],
             smoothed: 0,
@@ -140,44 +151,51 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Measures the next line, or smooths the deviation of the next; true once all are measured.
     pub(in crate::commission) fn measure(&mut self, measuring: &mut LineMeasurement) -> bool {
-        let next = (measuring.survey.frequency(measuring.sums)).zip(measuring.rotations.next());
+        let next = (self.survey.frequency(measuring.sums)).zip(measuring.rotations.next());
+        let measured = self.count - measuring.earlier;
         if let (Some((frequency, turn)), Some(sums)) = (next, self.sums.get(measuring.sums)) {
             measuring.sums += 1;
             let line = sums.line(frequency, turn, self.resolution);
             let places =
-                (self.lines.get_mut(self.count)).zip(measuring.deviations.get_mut(self.count));
+                (self.lines.get_mut(self.count)).zip(measuring.deviations.get_mut(measured));
             if let (Some(line), Some((place, deviation))) = (line, places) {
                 (*place, *deviation) = (line, line.deviation);
                 self.count += 1;
             }
             return false;
         }
-        if measuring.smoothed >= self.count {
+        if measuring.smoothed >= measured {
+            let lines = self.lines.get_mut(..self.count).unwrap_or_default();
+            lines.sort_unstable_by(|one, other| one.frequency.total_cmp(&other.frequency));
             return true;
         }
-        self.smooth(measuring.smoothed, &measuring.deviations);
+        self.smooth(measuring);
         measuring.smoothed += 1;
         false
     }
 
     /// The deviation of a line by its own and those of its neighbours.
-    fn smooth(&mut self, i: usize, own: &[f64; Lines::MAX]) {
+    fn smooth(&mut self, measuring: &LineMeasurement) {
+        let i = measuring.smoothed;
+        let own = &measuring.deviations;
+        let measured = self.lines.get_mut(measuring.earlier..self.count);
+        let measured = measured.unwrap_or_default();
         let first = i.saturating_sub(NEIGHBOURS);
-        let near = first..self.count.min(i + 1 + NEIGHBOURS);
-        let Some(&MeasuredLine { frequency, .. }) = self.lines.get(i) else {
+        let near = first..measured.len().min(i + 1 + NEIGHBOURS);
+        let Some(&MeasuredLine { frequency, .. }) = measured.get(i) else {
             return;
         };
         // Noise of the increments that is white is one of 1/ω in the position.
         let mut deviations = [0.0; 2 * NEIGHBOURS + 1];
         let mut found = 0;
-        let lines = self.lines.get(near.clone()).unwrap_or_default();
+        let lines = measured.get(near.clone()).unwrap_or_default();
         let near = lines.iter().zip(own.get(near).unwrap_or_default());
         for (place, (other, deviation)) in deviations.iter_mut().zip(near) {
             *place = deviation * other.frequency / frequency;
             found += 1;
         }
         let median = median(deviations.get_mut(..found).unwrap_or_default());
-        if let Some(line) = self.lines.get_mut(i) {
+        if let Some(line) = measured.get_mut(i) {
             line.deviation = median.max(Self::OWN * line.deviation);
         }
     }

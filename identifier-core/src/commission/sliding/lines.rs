@@ -1,6 +1,7 @@
 use core::f64::consts::TAU;
 
 use crate::number::Complex;
+use crate::tuning::Mode;
 
 /// The frequencies of a multisine: bins of the window over which it is measured, two apart at least, so that with a Hann
 /// window no line leaks into another.
@@ -33,18 +34,60 @@ impl Lines {
     /// Logarithmic, from the lowest frequency to the highest.
     #[must_use]
     pub(crate) fn survey(sample_time: f64) -> Self {
-        let mut lines = Self {
-            sample_time,
-            // A cast saturates; a window of a few samples has no line.
-            window: libm::round(Self::WINDOW / sample_time) as u32,
-            bins: [0; Self::MAX],
-            count: 0,
-        };
+        let mut lines = Self::none(sample_time);
         let mut bin = libm::ceil(Self::LOWEST * lines.window_time()).max(1.0);
         while lines.push(bin) {
             bin = libm::round(bin * Self::RATIO).max(bin + 2.0);
         }
         lines
+    }
+
+    /// For the proof of gains: about their crossover (rad/s), where the loop gain is about 5 to 0.1, and close together about a
+    /// resonance.
+    pub(crate) fn proof(sample_time: f64, crossover: f64, mode: &Mode) -> Self {
+        /// Lines about the resonance, and the least distance between them, a part of its frequency.
+        const CLOSE: i32 = 9;
+        const APART: f64 = 0.01;
+        let mut lines = Self::none(sample_time);
+        let per_bin = TAU / lines.window_time();
+        let lowest = (crossover / 4.0).max(TAU * Self::LOWEST);
+        // Above the resonance the motor is alone.
+        let highest = (8.0 * crossover * (1.0 + mode.ratio)).max(4.0 * lowest);
+        let ratio = libm::pow(
+            highest / lowest,
+            1.0 / f64::from(Self::MAX as i32 - CLOSE - 1),
+        );
+        let apart = (APART * mode.frequency / per_bin).max(2.0);
+        let mut bins = [0.0; Self::MAX];
+        let mut frequency = lowest;
+        for (place, bin) in (-CLOSE / 2..).zip(&mut bins) {
+            if place <= CLOSE / 2 {
+                *bin = mode.frequency / per_bin + f64::from(place) * apart;
+            } else {
+                *bin = frequency / per_bin;
+                frequency *= ratio;
+            }
+        }
+        bins.sort_unstable_by(f64::total_cmp);
+        let mut next = 1.0;
+        for bin in bins {
+            let bin = libm::round(bin).max(next);
+            if !lines.push(bin) {
+                break;
+            }
+            next = bin + 2.0;
+        }
+        lines
+    }
+
+    fn none(sample_time: f64) -> Self {
+        Self {
+            sample_time,
+            // A cast saturates; a window of a few samples has no line.
+            window: libm::round(Self::WINDOW / sample_time) as u32,
+            bins: [0; Self::MAX],
+            count: 0,
+        }
     }
 
     /// Adds a bin above the others; false if it is too high or there is no room.
@@ -160,6 +203,32 @@ mod tests {
         }
         assert_eq!(Lines::survey(0.1).count(), 0);
         assert_eq!(Lines::survey(10.0).count(), 0);
+    }
+
+    #[test]
+    fn lines_of_a_proof_stand_about_the_crossover_and_close_to_the_resonance() {
+        let mode = Mode {
+            frequency: TAU * 90.0,
+            damping: 0.01,
+            ratio: 1.0,
+        };
+        for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
+            let lines = Lines::proof(sample_time, TAU * 30.0, &mode);
+            let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
+            assert!(
+                hertz.windows(2).all(|pair| pair[1] - pair[0] > 3.9),
+                "{hertz:?}"
+            );
+            assert!((7.0..9.0).contains(&hertz[0]), "{hertz:?}");
+            let close = hertz
+                .iter()
+                .filter(|&&line| (line / 90.0 - 1.0).abs() < 0.2)
+                .count();
+            assert!(close >= 8, "{hertz:?}");
+            let last = hertz[hertz.len() - 1];
+            assert!(last > (0.35 / sample_time).min(300.0), "{last}");
+        }
+        assert_eq!(Lines::proof(0.1, 10.0, &mode).count(), 0);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 use super::Lines;
 use crate::commission::{CommissionSettings, IdentifiedServo, RoughModel};
 use crate::number::{Complex, Number};
+use crate::tuning::Mode;
 
 /// The plan of slides over a servo that is known as one mass, machine units: made by the solver, carried out by the
 /// interrupt.
@@ -136,15 +137,18 @@ impl<N: Number> SlidePlan<N> {
     /// The least bandwidth, rad/s, of a settling that is over by the window.
     const MIN_BANDWIDTH: f64 = 12.0;
 
-    /// With these lines, for a servo that may not be as it is known (`is_doubted`); none if the axis has too little travel,
+    /// With these lines, for a servo that may not be as it is known (`is_doubted`), of two masses where their mode is known; none if the axis has too little travel,
     /// speed, resolution or command for slides, or may only move one way.
     #[must_use]
     pub(crate) fn new(
         settings: &CommissionSettings,
         servo: &IdentifiedServo,
         is_doubted: bool,
+        mode: Option<&Mode>,
         lines: &Lines,
     ) -> Option<Self> {
+        /// The part of the motion of one mass with which a line is excited at least: at the antiresonance the load would stick.
+        const LEAST: f64 = 0.67;
         let limits = &settings.limits;
         let (time, counts) = (settings.sample_time, 1.0 / settings.resolution);
         let parameters = &servo.parameters;
@@ -189,7 +193,8 @@ impl<N: Number> SlidePlan<N> {
         let survey = lines.frequencies().zip(lines.rotations());
         for (line, (omega, turn)) in planned.iter_mut().zip(survey) {
             // One mass: its velocity is b/ω of the command.
-            let amplitude = (line_speed * omega / b).min(max_injection);
+            let moved = mode.map_or(1.0, |mode| mode.over_one_mass(omega).max(LEAST));
+            let amplitude = (line_speed * omega / (b * moved)).min(max_injection);
             *line = PlannedLine {
                 rotation: rotation(turn),
                 amplitude: number(Self::CAUTION * amplitude),

@@ -177,7 +177,8 @@ impl Axis {
             covariance: [[0.0; 5]; 5],
             unexplained: resolution,
         };
-        let plan = SlidePlan::new(&settings, &known, false, &Lines::survey(time)).expect("room");
+        let plan =
+            SlidePlan::new(&settings, &known, false, None, &Lines::survey(time)).expect("room");
         let mut slide = Slide::<f32>::NONE;
         slide.plan(&plan);
         let (rough, delay, bandwidth) = slide.loop_plan();
@@ -333,6 +334,7 @@ fn an_axis_with_too_little_for_slides_gets_no_plan() {
             &settings,
             &known,
             false,
+            None,
             &Lines::survey(settings.sample_time),
         )
     };

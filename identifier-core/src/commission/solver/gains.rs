@@ -37,7 +37,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 notch: self.settings.notch,
                 feed_forward: false,
             };
-            let resonance = self.masses.and_then(|masses| masses.resonance);
+            let resonance = self.designed_resonance();
             Tuner::for_response(&settings, &servo, resonance.as_ref())
         });
         self.work = match begun {
@@ -85,7 +85,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
         let servo = self.servo?;
         Some(match Candidate::new(&tuning, &servo, &self.settings) {
-            Ok(candidate) => DecisionKind::Tuned(candidate),
+            Ok(candidate) => {
+                self.tried = Some(tuning);
+                DecisionKind::Tuned(Candidate {
+                    is_to_be_proved: self.is_thorough() && self.designed_resonance().is_some(),
+                    ..candidate
+                })
+            }
             Err(_) => DecisionKind::Failed(Reason::NoGains),
         })
     }

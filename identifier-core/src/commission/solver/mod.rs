@@ -1,6 +1,7 @@
 mod gains;
 mod masses;
 mod motions;
+mod proof;
 mod trial_step;
 
 use super::message::{DecisionKind, EventKind};
@@ -10,7 +11,7 @@ use super::{
     MotionRecord, Phase, PredictionRun, Reason, RecordEvent, ServoFit, ServoFitter,
 };
 use crate::number::Number;
-use crate::tuning::{MeasuredLine, Resonance, Tuner, TunerState, TuningError};
+use crate::tuning::{MeasuredLine, Resonance, Tuner, TunerState, Tuning, TuningError};
 
 /// The background's half of a commissioning: it fits, verifies and tunes, a slice at a time. W is the
 /// number of blocks of its record.
@@ -35,6 +36,9 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     masses: Option<ResponseEstimate>,
     /// Why it fails if the response does not show two masses.
     doubt: Option<Reason>,
+    /// The gains whose proof is under way, and how many were disproved.
+    tried: Option<Tuning>,
+    disproved: u32,
     work: Work<N>,
 }
 
@@ -79,6 +83,8 @@ enum Then {
     Settle,
     /// Gains are looked for.
     Tune,
+    /// The gains that were tried are proved by slides.
+    Prove,
     /// It has failed for this.
     Fail(Reason),
 }
@@ -104,6 +110,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             response: MeasuredResponse::new(&settings),
             masses: None,
             doubt: None,
+            tried: None,
+            disproved: 0,
             work: Work::Nothing,
         })
     }
@@ -117,6 +125,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     self.suspect = None;
                     self.refined = 0;
                     self.masses = None;
+                    self.tried = None;
+                    self.disproved = 0;
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;
@@ -131,6 +141,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             EventKind::Ended(_) if self.motion == Phase::Slide => {
                 self.work = Work::Measuring(self.response.begin_lines());
             }
+            EventKind::Tried => self.work = Work::Then(Then::Prove),
             EventKind::Inconclusive(moved) => {
                 self.servo = self.servo.or_else(|| self.roughly(moved));
                 self.work = Work::Then(Then::Slide(Some(Reason::TooLittleEvidence)));
@@ -206,10 +217,16 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.judge(&prediction)
             }
             Work::Measuring(measuring) => {
-                if self.response.measure(measuring) {
-                    self.work = self.respond();
+                if !self.response.measure(measuring) {
+                    return None;
                 }
-                None
+                match self.tried {
+                    Some(tuning) => self.judge_proof(&tuning),
+                    None => {
+                        self.work = self.respond();
+                        None
+                    }
+                }
             }
             Work::Responding(fit) => {
                 let masses = fit.work(self.response.lines())?;
@@ -221,7 +238,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 fitted,
             } => {
                 let unexplained = self.masses.is_some_and(|masses| !masses.is_one_mass());
-                let lines = if unexplained {
+                let lines = if unexplained || self.disproved > 0 {
                     self.response.lines()
                 } else {
                     &[]

@@ -1,13 +1,14 @@
 //! The motions before the slides: fitted, predicted, and searched for what the model lacks.
 
 use super::super::message::{DecisionKind, Identified};
-use super::super::sliding::SlidePlan;
+use super::super::sliding::{Lines, SlidePlan};
 use super::super::{
     CommissionSettings, Diagnosis, EffectSearch, IdentifiedServo, Phase, PredictionErrors, Reason,
     RoughModel,
 };
 use super::{CommissionSolver, Then, Work};
 use crate::number::Number;
+use crate::tuning::Resonance;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Unexplained position where the model lacks something, counts.
@@ -123,10 +124,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 if doubt.is_none() && self.settings.slide_rounds == 0 {
                     return self.then(Then::Settle);
                 }
-                let lines = self.response.begin();
+                let lines = Lines::survey(self.settings.sample_time);
+                self.response.begin(&lines);
                 let servo = self.servo.as_ref();
                 let plan = servo.and_then(|servo| {
-                    SlidePlan::new(&self.settings, servo, doubt.is_some(), &lines)
+                    SlidePlan::new(&self.settings, servo, doubt.is_some(), None, &lines)
                 });
                 let Some(plan) = plan else {
                     return self.then(Then::Settle);
@@ -142,6 +144,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.tune(self.settings.goal, self.first_step(), false);
                 self.publish(DecisionKind::Verified)
             }
+            Then::Prove => self.prove(),
             Then::Fail(reason) => self.fail(reason),
         }
     }
@@ -156,8 +159,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         &self,
         answer: impl Fn(Identified<N>) -> DecisionKind<N>,
     ) -> Option<DecisionKind<N>> {
-        let servo = self.servo.as_ref()?;
-        Some(answer(Identified::new(servo, &self.settings)))
+        let mut identified = Identified::new(self.servo.as_ref()?, &self.settings);
+        if let Some(Resonance { mode, .. }) = self.designed_resonance() {
+            let known = identified.known;
+            identified.known = known.map(|known| known.with_load_on_a_spring(mode.ratio));
+        }
+        Some(answer(identified))
     }
 
     /// True if two motions determine a servo well enough to tune for it.
