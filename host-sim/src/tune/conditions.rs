@@ -85,7 +85,7 @@ pub struct Conditions {
     )]
     pub step: Option<f64>,
     /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
-    #[cfg_attr(feature = "program", arg(long))]
+    #[cfg_attr(feature = "program", arg(long, conflicts_with = "response_time"))]
     pub feed_forward: bool,
 }
 

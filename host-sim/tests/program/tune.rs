@@ -71,8 +71,38 @@ fn noise_of_counts_in_a_result_makes_the_gains_slower_and_that_of_rounding_does_
 
 #[test]
 fn it_prints_a_controller_that_a_scenario_takes() {
-    let folder = folder("tune-prints");
-    let output = tune(&folder, &result(), &with(&["--response-time", "0.04"]));
+    let printed = printed_controller("tune-prints", &["--response-time", "0.04"]);
+    assert!(!printed.contains("feed_forward"), "{printed}");
+}
+
+/// In less than half of the time with the filter.
+#[test]
+fn it_prints_a_feed_forward_that_a_scenario_takes() {
+    let printed = printed_controller(
+        "tune-leads",
+        &["--bandwidth", "80", "--step", "0.05", "--feed-forward"],
+    );
+    assert!(
+        printed.contains("feed_forward = { bandwidth = 240.0, acceleration = 0.003880481,"),
+        "{printed}"
+    );
+    let folder = folder("tune-led");
+    let [led, filtered] = [&["--feed-forward"][..], &[]].map(|further| {
+        let mut arguments = with(&["--bandwidth", "80", "--step", "0.05", "--json", "-"]);
+        arguments.extend(further);
+        printed_json(&tune(&folder, &result(), &arguments))
+    });
+    assert_eq!(led["kp"], filtered["kp"]);
+    assert_eq!(led["reference_model"]["bandwidth"], json!(240.0));
+    assert!(filtered.get("reference_model").is_none());
+    let rise = |of: &Value| of["promise"]["rise_time"].as_f64().expect("a number");
+    assert!(rise(&led) < 0.4 * rise(&filtered), "{led}");
+}
+
+/// The controller that is printed for a goal, which a run takes.
+fn printed_controller(test: &str, goal: &[&'static str]) -> String {
+    let folder = folder(test);
+    let output = tune(&folder, &result(), &with(goal));
     assert_done(&output);
     let message = String::from_utf8(output.stdout).expect("text");
     for part in [
@@ -95,6 +125,7 @@ fn it_prints_a_controller_that_a_scenario_takes() {
     std::fs::write(&path, scenario).expect("the scenario is written");
     let run = servo_id(&["run", &path.display().to_string()]);
     assert_done(&run);
+    message[begin..end].to_owned()
 }
 
 #[test]

@@ -159,7 +159,7 @@ impl Placement {
                 }
             }
         }
-        if self.settings.feed_forward {
+        if self.settings.leads() {
             design.feed_forward = self.lead.along(bandwidth, design.rise());
         }
         if design.feed_forward.is_some() {

@@ -32,7 +32,7 @@ pub struct TuningSettings {
     /// True if gains for two masses may have a notch filter at their resonance.
     pub notch: bool,
     /// True to lead the servo along a reference model where that makes the promised step rise faster than the filter of the
-    /// reference does.
+    /// reference does. Not for [`Goal::ResponseTime`], which a bandwidth meets: with a model a softer loop would meet it.
     pub feed_forward: bool,
 }
 
@@ -103,6 +103,11 @@ impl TuningSettings {
             Allowed::Above(0.0).check("resonance", resonance)?;
         }
         Ok(())
+    }
+
+    /// True if a servo may be led along a reference model.
+    pub(super) fn leads(&self) -> bool {
+        self.feed_forward && !matches!(self.goal, Goal::ResponseTime(_))
     }
 
     /// The largest standard deviation of the command from the encoder's rounding and noise, command units.
