@@ -108,7 +108,7 @@ fn a_step_along_the_model_rises_faster_and_overshoots_as_little() {
         let count = settings.resolution / settings.step;
         let overshoot = most(&led);
         assert!(
-            overshoot < led.promise.overshoot + 0.03,
+            overshoot < led.promise.overshoot + 0.005,
             "{overshoot} {led:?}"
         );
         overshoots.push(overshoot - count);
