@@ -1,0 +1,158 @@
+#[cfg(test)]
+mod tests;
+
+use super::Gains;
+use crate::constants::{Encode, encode};
+use crate::error::{Allowed, OutOfRange};
+use crate::measurement::velocity::Transfer;
+use crate::number::Number;
+use crate::units::Units;
+
+/// Feed-forward of a reference model's motion, SI: u = (ÿ + a ẏ + c s(ẏ))/b, y = r/(1 + s/ω_m)³.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FeedForwardSettings {
+    /// ω_m of the reference model's three poles, rad/s: from 10⁻⁵ to 1 per sample.
+    pub bandwidth: f64,
+    /// 1/b, command units per rad/s², at least 0.
+    pub acceleration: f64,
+    /// a/b, command units per rad/s, at least 0.
+    pub velocity: f64,
+    /// c/b, command units, at least 0.
+    pub coulomb: f64,
+    /// The speed below which s goes linearly through zero, rad/s, at least 10⁻⁶ position units per sample.
+    pub coulomb_speed: f64,
+}
+
+/// A reference model of third order, y = r/(1 + s/ω_m)³, and the command that moves a servo along it.
+///
+/// The reference r is held over a sample. Of the model's three stages in a row the lags x₁ = r − y₁, x₂ = y₁ − y₂ and
+/// x₃ = y₂ − y are kept, whose motion over a sample is exact, with h = ω_m T and E = e^(−h):
+///
+/// x₁ ← E x₁, x₂ ← E (x₂ + h x₁), x₃ ← E (x₃ + h x₂ + h²/2 x₁)
+///
+/// and y = r − x₁ − x₂ − x₃, ẏ = ω_m x₃. The lags die away and r is known by its distance from the position alone, so no rounding
+/// adds up, counts may wrap, and y ends at r.
+///
+/// A command is held until the next sample, so the feed-forward is that of the mean acceleration and velocity until
+/// then: q̇ + a q of the servo follows ẏ + a y exactly, and q follows y to (ω_m T)²/12 of its acceleration over ω_m².
+/// Its last part, k_d ẏ as the controller's estimate of the velocity will show it, is the derivative's, which acts on the measured
+/// velocity alone and would brake.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedForward<N> {
+    /// E; zero for none.
+    pole: N,
+    /// h.
+    rate: N,
+    /// h²/2.
+    half_square: N,
+    acceleration: N,
+    velocity: N,
+    coulomb: N,
+    /// One over the speed from which friction is compensated in full.
+    per_coulomb_speed: N,
+}
+
+encode! {
+    [N: Encode] FeedForward<N> as "FeedForward" {
+        pole, rate, half_square, acceleration, velocity, coulomb, per_coulomb_speed,
+    }
+}
+
+/// State of a [`FeedForward`], machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ReferenceMotion<N> {
+    /// The error r − q of the last sample.
+    error: N,
+    lags: [N; 3],
+}
+
+impl<N: Number> ReferenceMotion<N> {
+    /// At rest, at this distance from where the servo is.
+    pub(crate) fn at(error: N) -> Self {
+        Self {
+            error,
+            lags: [N::ZERO; 3],
+        }
+    }
+}
+
+impl<N: Number> FeedForward<N> {
+    /// No feed-forward, and no reference model.
+    pub const NONE: Self = Self {
+        pole: N::ZERO,
+        rate: N::ZERO,
+        half_square: N::ZERO,
+        acceleration: N::ZERO,
+        velocity: N::ZERO,
+        coulomb: N::ZERO,
+        per_coulomb_speed: N::ZERO,
+    };
+
+    /// The range of ω_m T: below, single precision does not keep E; above, nothing is left to lead.
+    const RATES: [f64; 2] = [1e-5, 1.0];
+
+    /// The least `coulomb_speed`, position units per sample.
+    const MIN_COULOMB_SPEED: f64 = 1e-6;
+
+    /// The feed-forward of a controller with these gains and this estimate of the velocity.
+    ///
+    /// # Errors
+    /// The setting that is out of its range, by name: `feed_forward_bandwidth`, `feed_forward_acceleration`,
+    /// `feed_forward_velocity`, `feed_forward_coulomb` or `feed_forward_coulomb_speed`.
+    pub fn new(
+        units: &Units,
+        settings: &FeedForwardSettings,
+        gains: &Gains,
+        velocity: &Transfer,
+    ) -> Result<Self, OutOfRange> {
+        const GAIN: Allowed = Allowed::Within(0.0, Gains::LARGEST);
+        let [low, high] = Self::RATES.map(|rate| rate / units.rate());
+        Allowed::Within(low, high).check("feed_forward_bandwidth", settings.bandwidth)?;
+        GAIN.check("feed_forward_acceleration", settings.acceleration)?;
+        GAIN.check("feed_forward_velocity", settings.velocity)?;
+        GAIN.check("feed_forward_coulomb", settings.coulomb)?;
+        let slowest = Self::MIN_COULOMB_SPEED / units.velocity();
+        Allowed::AtLeast(slowest).check("feed_forward_coulomb_speed", settings.coulomb_speed)?;
+        let rate = settings.bandwidth * units.rate();
+        // From the middle of a hold back to where the estimate of the velocity lies.
+        let lag = (1.0 + velocity.lag()) * units.sample_time();
+        let acceleration = settings.acceleration - gains.kd() * lag;
+        let velocity = settings.velocity + gains.kd();
+        Ok(Self {
+            pole: N::from_f64(libm::exp(-rate)),
+            rate: N::from_f64(rate),
+            half_square: N::from_f64(0.5 * rate * rate),
+            acceleration: N::from_f64(acceleration / units.acceleration()),
+            velocity: N::from_f64(velocity / units.velocity()),
+            coulomb: N::from_f64(settings.coulomb),
+            per_coulomb_speed: N::from_f64(1.0 / (settings.coulomb_speed * units.velocity())),
+        })
+    }
+
+    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units, and the command
+    /// that is added to the PID's.
+    #[inline]
+    pub(crate) fn process(&self, state: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
+        if self.pole <= N::ZERO {
+            // What is added changes no bit of a command.
+            return (error, -N::ZERO);
+        }
+        let [first, second, third] = state.lags;
+        let first = first + (error - (state.error - increment));
+        let lag = first + second + third;
+        let next = [
+            self.pole * first,
+            self.pole * (second + self.rate * first),
+            self.pole * (third + self.rate * second + self.half_square * first),
+        ];
+        let [next_first, next_second, next_third] = next;
+        let velocity = (first - next_first) + (second - next_second) + (third - next_third);
+        let acceleration = self.rate * (next_third - third);
+        let sign = (self.per_coulomb_speed * velocity).limited(-N::ONE, N::ONE);
+        *state = ReferenceMotion { error, lags: next };
+        let command =
+            self.acceleration * acceleration + self.velocity * velocity + self.coulomb * sign;
+        (error - lag, command)
+    }
+}
