@@ -123,11 +123,16 @@ impl Judge {
     /// Begins to judge a bandwidth, rad/s, with or without the notch.
     pub(super) fn open(&self, bandwidth: f64, notched: bool) -> Case {
         let notch = self.notch.filter(|_| notched);
+        self.open_design(Design {
+            notch: notch.unwrap_or(0.0),
+            ..self.design(bandwidth)
+        })
+    }
+
+    /// Begins to judge gains.
+    pub(super) fn open_design(&self, design: Design) -> Case {
         Case {
-            design: Design {
-                notch: notch.unwrap_or(0.0),
-                ..self.design(bandwidth)
-            },
+            design,
             place: 0,
             walk: None,
             margins: Margins::AMPLE,

@@ -2,6 +2,7 @@
 
 mod closed_forms;
 mod feed_forward;
+mod gain_following;
 mod moving_axis;
 mod properties;
 mod servo_changes;
