@@ -66,13 +66,18 @@ pub struct Gains {
 }
 
 /// Where gains come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Origin {
     /// They were configured.
     Given,
     /// A commissioning found and validated them.
     Commissioned,
+    /// They are those of a commissioning, and have followed the inertia of the servo in this run.
+    Followed {
+        /// The gains over those of the commissioning.
+        factor: f32,
+    },
 }
 
 impl fmt::Display for Commissioning {
@@ -122,6 +127,12 @@ impl fmt::Display for Origin {
         f.write_str(match self {
             Self::Given => "as given",
             Self::Commissioned => "as commissioned",
+            Self::Followed { factor } => {
+                return write!(
+                    f,
+                    "{factor:.3} times as commissioned: they follow the inertia"
+                );
+            }
         })
     }
 }

@@ -2,7 +2,7 @@ use core::fmt;
 
 use identifier_core::commission::{CommissionSettings, Reason};
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::tuning::ServoChange;
+use identifier_core::tuning::{NotFollowed, ServoChange};
 use serde::{Deserialize, Serialize};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
@@ -137,6 +137,8 @@ pub struct Status {
     /// How the servo of this run, or of the last, differs from that for which its gains were commissioned, where
     /// [`Settings::servo_changes`] asks for it.
     pub servo_change: Option<ServoChange>,
+    /// Why the gains do not follow that change, where [`Settings::servo_changes`] asks for it and its inertia changed.
+    pub not_followed: Option<NotFollowed>,
     /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,
     /// Samples that ended too late since the start, as last reported.

@@ -2,8 +2,9 @@
 
 use drive_link::{Ended, Fault, Noticed};
 use identifier_core::commission::Phase;
+use identifier_core::watch::KnownServo;
 
-use crate::closed_loop::Settled;
+use crate::closed_loop::{LoopController, Settled};
 use crate::commissioning::Commissioning;
 use crate::guide::Origin;
 use crate::run::Run;
@@ -31,10 +32,20 @@ pub(crate) enum Order {
     Target(i32),
     /// Drive the axis home.
     Home,
+    /// Exchange the gains of the run.
+    ExchangeGains(NewGains),
     /// Clear a fault, if its cause is gone.
     Clear,
     /// Report samples at this interval; 0 for none.
     Watch(u16),
+}
+
+/// The gains of a run for another servo.
+#[derive(Debug)]
+pub(crate) struct NewGains {
+    pub(crate) controller: LoopController,
+    /// The servo as the watches know it.
+    pub(crate) known: Option<KnownServo<f32>>,
 }
 
 /// An event of the interrupt.

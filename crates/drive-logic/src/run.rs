@@ -19,6 +19,7 @@ use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonito
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin};
+use crate::messages::NewGains;
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
@@ -79,15 +80,7 @@ impl Run {
         let units = core.units().map_err(range)?;
         controller.reference_filter::<f32>(&units).map_err(range)?;
         controller.notch::<f32>(&units).map_err(range)?;
-        let axis = WatchSettings {
-            sample_time: core.sample_time,
-            resolution: core.resolution,
-            // These two are the protection's, by the settings of the run.
-            travel: [f64::NEG_INFINITY, f64::INFINITY],
-            speed: f64::INFINITY,
-            command: controller.limit,
-            used_for: Use::Operation,
-        };
+        let axis = axis(core, controller);
         let watch = ServoWatch::new(&axis).map_err(range)?;
         Ok(Self {
             watched: watch.start(),
@@ -137,6 +130,29 @@ impl Run {
         self.closed_loop.know(servo, motion);
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
+        }
+    }
+
+    /// The gains of a run with these settings, for this servo.
+    #[inline(never)]
+    pub(crate) fn gains_for(settings: &Settings, servo: &IdentifiedServo) -> Option<NewGains> {
+        let core = &settings.closed_loop.core;
+        let axis = axis(core, &core.controller?);
+        Some(NewGains {
+            controller: ClosedLoop::controller(&loop_settings(settings))?,
+            known: KnownServo::from_identified(&axis, servo),
+        })
+    }
+
+    /// Goes on with other gains.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn exchange_gains(&mut self, gains: &NewGains) {
+        let last = self.last;
+        self.closed_loop
+            .exchange_controller(&gains.controller, &last);
+        if let Some(known) = &gains.known {
+            self.watch.know(&mut self.watched, known);
         }
     }
 
@@ -333,6 +349,19 @@ impl Run {
     }
 }
 
+/// The settings of the watches over an axis.
+fn axis(core: &identifier_core::Settings, controller: &ControllerSettings) -> WatchSettings {
+    WatchSettings {
+        sample_time: core.sample_time,
+        resolution: core.resolution,
+        // These two are the protection's, by the settings of the run.
+        travel: [f64::NEG_INFINITY, f64::INFINITY],
+        speed: f64::INFINITY,
+        command: controller.limit,
+        used_for: Use::Operation,
+    }
+}
+
 /// The settings of its loop: those that were given, and under a dither neither filter of the reference nor reference model. They
 /// would take most of the acceleration out of the dither, and with it the evidence of b; targets are approached at a bounded speed
 /// as it is.
@@ -356,11 +385,13 @@ fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAl
     let is_examined = *law == Law::GaussNewton && core.identifier.terms.demanded.is_empty();
     match settings.servo_changes {
         ServoChanges::Ignored => Ok(0),
-        ServoChanges::Reported if is_examined => {
+        ServoChanges::Reported | ServoChanges::Followed if is_examined => {
             let interval = samples(ServoChangeState::INTERVAL, units);
             Ok(u16::try_from(interval).unwrap_or(u16::MAX))
         }
-        ServoChanges::Reported => Err(conversion::refusal("servo_changes", Why::NotHere)),
+        ServoChanges::Reported | ServoChanges::Followed => {
+            Err(conversion::refusal("servo_changes", Why::NotHere))
+        }
     }
 }
 

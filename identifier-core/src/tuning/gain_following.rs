@@ -97,6 +97,10 @@ impl GainFollowing {
     /// The largest ratio of the gains to those of the promise, either way.
     pub const MAX_FACTOR: f64 = 5.0;
 
+    /// The least time from one change of the gains to the next, s, if the promised step has settled by then: a few examinations
+    /// ([`ServoChangeState::INTERVAL`](super::ServoChangeState::INTERVAL)) of the new loop.
+    pub const SETTLING: f64 = 2.0;
+
     /// For the promised servo and its gains, the servo that was found with its standard errors, the loop's units, and the largest
     /// command either way, command units; infinite for none.
     ///

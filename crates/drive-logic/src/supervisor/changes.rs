@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::Reason;
-use identifier_core::tuning::{PromisedServo, ServoChange};
+use identifier_core::tuning::{FollowedGains, PromisedServo, ServoChange};
 
 use super::Supervisor;
 use crate::messages::Examination;
@@ -20,24 +20,39 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let settled = examination.settled.as_ref();
         let found = settled.and_then(|settled| closed_loop?.settled_in(settled));
         match (found, self.promised()) {
-            (Some([found, errors]), Some(promised)) => {
-                self.changes.take(promised.change(&found, &errors));
+            (Some(found), Some(promised)) => {
+                let [servo, errors] = &found;
+                let change = promised.change(servo, errors);
+                self.changes.take(change);
+                self.follow(change.as_ref(), &found);
             }
             _ => self.changes.interrupt(),
         }
         self.changed() != before
     }
 
-    fn changed(&self) -> Option<Reason> {
+    /// The reason of the change that is certain.
+    pub(super) fn changed(&self) -> Option<Reason> {
         self.changes
             .reported()
             .map(|ServoChange { reason, .. }| *reason)
     }
 
-    /// The servo for which the gains in force were commissioned.
+    /// The servo for which the gains in force promise.
     fn promised(&self) -> Option<PromisedServo> {
-        let found = self.commissioned?;
+        let limit = self.command_limit()?;
+        match self.following.followed() {
+            Some(FollowedGains { servo, tuning, .. }) => PromisedServo::new(servo, tuning, limit),
+            None => {
+                let found = self.commissioned?;
+                PromisedServo::new(&found.servo(), &found.tuning, limit)
+            }
+        }
+    }
+
+    /// The largest command either way, command units.
+    pub(super) fn command_limit(&self) -> Option<f64> {
         let [low, high] = self.settings.closed_loop.core.controller?.limit;
-        PromisedServo::new(&found.servo(), &found.tuning, high.min(-low))
+        Some(high.min(-low))
     }
 }

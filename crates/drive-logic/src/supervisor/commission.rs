@@ -10,6 +10,7 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, Reason};
 use identifier_core::settings::IdentifierSettings;
+use identifier_core::tuning::FollowedGains;
 
 use super::Supervisor;
 use super::memory::Slot;
@@ -59,8 +60,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Fills the slot with a commissioning, and begins its solver.
     fn prepare_commissioning(&mut self, given: &CommissionSettings) -> Result<(), Refusal> {
+        let in_force = self.settings_in_force();
         let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
-        let begun = prepare(slot, &mut self.solver, given, &self.settings, &self.stage);
+        let begun = prepare(slot, &mut self.solver, given, &in_force, &self.stage);
         begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
         Ok(())
@@ -100,6 +102,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.solver.end_commissioning();
         let mut outcome = over.outcome();
         self.free(Mode::Commissioning(over));
+        if !self.is_driven() {
+            self.following.reset();
+        }
         let is_applied = outcome.commissioning.phase == Phase::Applied;
         if is_applied && self.apply(&outcome).is_err() {
             outcome.commissioning = LastCommissioning {
@@ -172,15 +177,17 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// The gains that hold.
     pub(super) fn gains(&self) -> Option<Gains> {
-        let core = &self.settings.closed_loop.core;
+        let core = &self.settings_in_force().closed_loop.core;
         let controller = core.controller.filter(|_| self.configured)?;
         Some(Gains {
             controller,
             cutoff: core.cutoff,
-            origin: if self.commissioned.is_some() {
-                Origin::Commissioned
-            } else {
-                Origin::Given
+            origin: match self.following.followed() {
+                Some(FollowedGains { factor, .. }) => Origin::Followed {
+                    factor: *factor as f32,
+                },
+                None if self.commissioned.is_some() => Origin::Commissioned,
+                None => Origin::Given,
             },
         })
     }

@@ -1,3 +1,4 @@
+use super::following::Certificate;
 use super::solver::CommissioningSolver;
 use crate::commissioning::Commissioning;
 use crate::run::Run;
@@ -8,6 +9,7 @@ pub struct Memory {
     pub(super) run: Option<Run>,
     pub(super) commissioning: Option<Commissioning>,
     pub(super) solver: Option<CommissioningSolver>,
+    pub(super) certificate: Option<Certificate>,
 }
 
 impl Memory {
@@ -18,6 +20,7 @@ impl Memory {
             run: None,
             commissioning: None,
             solver: None,
+            certificate: None,
         }
     }
 }

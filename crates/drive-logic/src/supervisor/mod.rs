@@ -2,6 +2,7 @@
 
 mod changes;
 mod commission;
+mod following;
 mod memory;
 mod reports;
 mod runs;
@@ -17,6 +18,7 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase, Reason};
 use identifier_core::tuning::ServoChangeState;
 
+use self::following::Following;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::solver::Solver;
@@ -55,6 +57,7 @@ pub struct Supervisor<'a, F> {
     obstacle: Option<Reason>,
     /// Changes of the servo in the last run.
     changes: ServoChangeState,
+    following: Following,
     /// Events of the identifier at the last examination.
     examined_at: Noticed,
     /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
@@ -144,6 +147,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             solver: Solver::in_memory(&mut memory.solver),
             obstacle: None,
             changes: ServoChangeState::START,
+            following: Following::in_memory(&mut memory.certificate),
             examined_at: Noticed::default(),
             requested: None,
             phase: Phase::Idle,
@@ -228,7 +232,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if self.awaits_resume {
             self.resume();
         }
-        self.solver.work(&mut self.channel)
+        let certifies = self.certify();
+        self.solver.work(&mut self.channel) || certifies
     }
 
     /// All that was heard on the line so far.
@@ -407,7 +412,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn take_back(&mut self, order: Order) {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.free(mode),
-            Order::Target(_) | Order::Home | Order::Clear | Order::Watch(_) => {}
+            Order::Target(_)
+            | Order::Home
+            | Order::ExchangeGains(_)
+            | Order::Clear
+            | Order::Watch(_) => {}
         }
     }
 
