@@ -45,6 +45,12 @@ fn moves(drive: &mut Drive<'_>, seconds: u32) -> Vec<Status> {
     while left > 0 {
         let pause = (random.uniform(100.0, 600.0) as u32).min(left);
         left -= pause;
+        assert_eq!(
+            drive.supervisor.state(),
+            State::Running,
+            "{left} {:?}",
+            drive.status().servo_change
+        );
         drive.done(Command::Target(random.uniform(-0.5, 0.5)));
         statuses.extend(
             drive
@@ -131,7 +137,7 @@ fn gains_follow_the_inertia_in_motion_and_the_loop_keeps_its_promise() {
         assert_eq!(moves(&mut drive, 10), [], "the servo as it was");
         keeps_promise(&mut drive, &tuning);
         bench.change(&changed(inertia, 1.0));
-        let [reported, followed] = moves(&mut drive, 20)[..] else {
+        let [reported, followed] = moves(&mut drive, 30)[..] else {
             panic!("{inertia}: a report and what became of it");
         };
         let change = reported.servo_change.expect("it is reported first");
@@ -143,8 +149,13 @@ fn gains_follow_the_inertia_in_motion_and_the_loop_keeps_its_promise() {
 
         // The found servo is the promised one from now on, and the commissioned one is another.
         assert_eq!(moves(&mut drive, 10), []);
+        // From a fifth in two steps: its loop does not bear five times the inertia until the estimate is steady.
+        if inertia < 0.4 {
+            bench.change(&changed(0.4, 1.0));
+            assert_eq!(moves(&mut drive, 30).len(), 2);
+        }
         bench.change(&SERVO);
-        assert_eq!(moves(&mut drive, 25).len(), 2);
+        assert_eq!(moves(&mut drive, 30).len(), 2);
         assert!((factor(&mut drive, &tuning) - 1.0).abs() < 0.02);
         keeps_promise(&mut drive, &tuning);
     }
@@ -158,7 +169,7 @@ fn gains_stay_unless_they_are_to_follow() {
         commissioned(&mut drive, servo_changes);
         let before = gains(&mut drive);
         bench.change(&changed(2.0, 1.0));
-        moves(&mut drive, 20);
+        moves(&mut drive, 30);
         assert_eq!(gains(&mut drive), before);
         assert_eq!(drive.status().not_followed, None);
         keeps_no_promise(&mut drive);
@@ -188,7 +199,7 @@ fn a_change_of_friction_changes_no_gains() {
     moves(&mut drive, 10);
     let before = gains(&mut drive);
     bench.change(&changed(1.0, 2.0));
-    let reasons: Vec<_> = moves(&mut drive, 20)
+    let reasons: Vec<_> = moves(&mut drive, 30)
         .iter()
         .map(|status| status.servo_change.map(|change| change.reason))
         .collect();
@@ -218,7 +229,7 @@ fn a_change_beyond_the_bounds_is_reported_with_the_reason() {
     moves(&mut drive, 10);
     let before = gains(&mut drive);
     bench.change(&changed(5.5, 1.0));
-    moves(&mut drive, 20);
+    moves(&mut drive, 30);
     assert_eq!(gains(&mut drive), before);
     let status = drive.status();
     assert_eq!(status.not_followed, Some(NotFollowed::TooFar));
@@ -226,7 +237,7 @@ fn a_change_beyond_the_bounds_is_reported_with_the_reason() {
     assert_eq!(change.reason, Reason::InertiaChanged);
     // Within them again, it follows.
     bench.change(&changed(3.0, 1.0));
-    moves(&mut drive, 20);
+    moves(&mut drive, 30);
     assert_eq!(drive.status().not_followed, None);
     assert!((gains(&mut drive).controller.kp / before.controller.kp / 3.0 - 1.0).abs() < 0.05);
 }
@@ -238,7 +249,7 @@ fn the_next_run_begins_with_the_gains_that_were_commissioned() {
     let tuning = commissioned(&mut drive, ServoChanges::Followed);
     let shown = drive.shown();
     bench.change(&changed(2.0, 1.0));
-    moves(&mut drive, 20);
+    moves(&mut drive, 30);
     assert!(factor(&mut drive, &tuning) > 1.9);
     assert_eq!(drive.shown(), shown, "the settings are as commissioned");
     drive.done(Command::Stop);
@@ -248,6 +259,6 @@ fn the_next_run_begins_with_the_gains_that_were_commissioned() {
     drive.done(Command::Start);
     drive.pass(10);
     assert!((factor(&mut drive, &tuning) - 1.0).abs() < 1e-12);
-    moves(&mut drive, 20);
+    moves(&mut drive, 30);
     assert!(factor(&mut drive, &tuning) > 1.9, "found again");
 }

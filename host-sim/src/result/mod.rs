@@ -6,6 +6,8 @@ mod check;
 pub mod commissioning;
 mod comparison;
 mod drift;
+#[cfg(feature = "experiments")]
+mod drive_status;
 mod experiment;
 mod fit;
 mod log;
@@ -20,6 +22,8 @@ pub use check::{Certificate, CheckResult, EncoderFigures, Known, LoopFigures, Se
 pub use commissioning::{CommissioningEnd, CommissioningResult, DriveCommissioningResult};
 pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};
 pub use drift::{Difference, DriftResult};
+#[cfg(feature = "experiments")]
+pub use drive_status::DriveStatus;
 pub use experiment::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };

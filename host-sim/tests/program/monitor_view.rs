@@ -56,6 +56,7 @@ fn status(state: Does) -> Status {
         estimates: None,
         obstacle: None,
         servo_change: None,
+        not_followed: None,
         noticed: Noticed::default(),
         overruns: 0,
         dropped: 0,

@@ -15,7 +15,7 @@ use super::possible_servos::PossibleServos;
 use super::prediction::{PromisePrediction, Scene};
 use super::resonance::Resonance;
 use super::search::{Case, Judge, Verdict};
-use super::{Cap, Goal, Promise, Tuning, TuningSettings};
+use super::{Cap, Goal, Promise, PromisedServo, Tuning, TuningSettings};
 use crate::parameters::{IdentifiedServo, ServoParameters};
 use crate::units::Units;
 
@@ -145,6 +145,8 @@ impl GainFollowing {
             )
         };
         settings.check().map_err(|_| NotFollowed::NotKnown)?;
+        let servo = with_inertia(promised, found.b, errors.b);
+        PromisedServo::new(&servo, &tuning, limit).ok_or(NotFollowed::NotKnown)?;
         let certified = with_errors(found, errors, promised);
         let servos = PossibleServos::new(&certified, 0.0, units.sample_time())
             .map_err(|_| NotFollowed::NotKnown)?;
@@ -155,7 +157,7 @@ impl GainFollowing {
                 coulomb: found.coulomb.max(0.0),
                 settings,
             },
-            servo: with_inertia(promised, found.b, errors.b),
+            servo,
             tuning,
             factor,
         })

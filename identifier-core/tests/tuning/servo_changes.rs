@@ -1,5 +1,7 @@
 //! Changes of a commissioned servo, as Gauss–Newton's recursion finds them in motion.
 
+use std::collections::BTreeMap;
+
 use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::SplitMix64;
@@ -62,6 +64,11 @@ struct Case {
     /// Times from the change to its report, s.
     times: Vec<f64>,
     mistaken: u32,
+    /// Ratios of the gains that followed to those that should have, and of servos with these the reports after that.
+    followed: Vec<f64>,
+    reported_after: u32,
+    /// Why others did not follow, by the reason's words.
+    refused: BTreeMap<String, u32>,
 }
 
 impl Case {
@@ -73,6 +80,33 @@ impl Case {
             servos: 0,
             times: Vec::new(),
             mistaken: 0,
+            followed: Vec::new(),
+            reported_after: 0,
+            refused: BTreeMap::new(),
+        }
+    }
+
+    /// The gains follow a change that was reported, once it is steady, and the axis goes on for 30 s.
+    fn follow(&mut self, axis: &mut Axis) {
+        if !axis.steadies(40.0) {
+            *self.refused.entry("not steady".to_owned()).or_default() += 1;
+            return;
+        }
+        match axis.follows() {
+            Ok(factor) => {
+                if (factor / self.inertia - 1.0).abs() > 0.1 {
+                    println!(
+                        "followed {factor:.3} for {}: at {} s, after {:.1} s, {:?}",
+                        self.inertia, axis.sample_time, axis.time, axis.truth
+                    );
+                }
+                self.followed.push(factor / self.inertia);
+                if let Some(change) = axis.runs(30.0) {
+                    self.reported_after += 1;
+                    println!("after it has followed: {:?}: {change}", axis.truth);
+                }
+            }
+            Err(why) => *self.refused.entry(why.to_string()).or_default() += 1,
         }
     }
 
@@ -133,6 +167,9 @@ fn a_servo_that_does_not_change_is_never_reported() {
             match change {
                 Some(change) if Some(change.reason) == case.reason => {
                     case.times.push(axis.time - 5.0);
+                    if change.reason == Reason::InertiaChanged {
+                        case.follow(&mut axis);
+                    }
                 }
                 Some(change) => {
                     case.mistaken += 1;
@@ -158,7 +195,18 @@ fn a_servo_that_does_not_change_is_never_reported() {
             case.quantile(0.5),
             case.quantile(0.9)
         );
+        let off = case.followed.iter().map(|ratio| (ratio - 1.0).abs());
+        println!(
+            "    followed {}, off by at most {:.3}, reported after {}; not: {:?}",
+            case.followed.len(),
+            off.fold(0.0, f64::max),
+            case.reported_after,
+            case.refused
+        );
     }
     let [unchanged, ..] = &cases;
     assert_eq!(unchanged.mistaken, 0, "servos as they were");
+    // The loop bears 2.7 times its gain at the usual margins.
+    let mut ratios = cases.iter().flat_map(|case| &case.followed);
+    assert!(ratios.all(|&ratio| ratio < 2.0), "gains that are too large");
 }

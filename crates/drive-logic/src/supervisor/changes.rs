@@ -31,8 +31,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.changed() != before
     }
 
-    /// The reason of the change that is certain.
-    pub(super) fn changed(&self) -> Option<Reason> {
+    /// The change of the servo that is certain.
+    #[must_use]
+    pub fn changed(&self) -> Option<Reason> {
         self.changes
             .reported()
             .map(|ServoChange { reason, .. }| *reason)

@@ -10,7 +10,6 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, Reason};
 use identifier_core::settings::IdentifierSettings;
-use identifier_core::tuning::FollowedGains;
 
 use super::Supervisor;
 use super::memory::Slot;
@@ -182,10 +181,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         Some(Gains {
             controller,
             cutoff: core.cutoff,
-            origin: match self.following.followed() {
-                Some(FollowedGains { factor, .. }) => Origin::Followed {
-                    factor: *factor as f32,
-                },
+            origin: match self.gain_factor() {
+                Some(factor) => Origin::Followed { factor },
                 None if self.commissioned.is_some() => Origin::Commissioned,
                 None => Origin::Given,
             },

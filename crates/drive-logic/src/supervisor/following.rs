@@ -95,8 +95,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let following = &mut self.following;
         following.waits = following.waits.saturating_sub(1);
         let is_free = following.waits == 0 && following.certificate.is_none();
-        let is_shown = shown.is_some_and(|change| change.reason == Reason::InertiaChanged);
-        if self.changed() != Some(Reason::InertiaChanged) {
+        let is_inertia = |change: &ServoChange| change.reason == Reason::InertiaChanged;
+        let is_shown = shown.is_some_and(is_inertia) && self.changes.steady().is_some();
+        if !self.changes.reported().is_some_and(is_inertia) {
             self.following.refused = None;
         } else if is_shown && is_free && self.settings.servo_changes == ServoChanges::Followed {
             self.begin_certificate(found);
@@ -164,6 +165,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
             following.followed = Some(gains);
             self.changes = ServoChangeState::START;
         }
+    }
+
+    /// The gains of the run over those that were commissioned, if they are not these.
+    #[must_use]
+    pub fn gain_factor(&self) -> Option<f32> {
+        let gains = self.following.followed();
+        gains.map(|gains| gains.factor as f32)
     }
 
     /// The settings, with the gains of the run that is under way.

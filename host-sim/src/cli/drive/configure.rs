@@ -72,6 +72,8 @@ enum Changes {
     Ignore,
     /// The status has them.
     Report,
+    /// The same, and the gains follow another inertia within what their promise allows.
+    Follow,
 }
 
 /// The home position of an axis.
@@ -113,6 +115,7 @@ impl Arguments {
             None => settings.servo_changes,
             Some(Changes::Ignore) => ServoChanges::Ignored,
             Some(Changes::Report) => ServoChanges::Reported,
+            Some(Changes::Follow) => ServoChanges::Followed,
         };
         Ok(settings)
     }

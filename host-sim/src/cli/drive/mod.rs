@@ -30,7 +30,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Print the drive's state, estimates and settings.
-    Status,
+    Status(status::Arguments),
     /// Give the drive the loop of a scenario; the servo must be released.
     Configure(configure::Arguments),
     /// Close the loop at the present position, identify, and print reports until the run ends.
@@ -92,10 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         )));
     }
     match &arguments.verb {
-        Verb::Status => {
-            let settings = client.settings().map_err(fault)?;
-            status::print(&status, &settings)
-        }
+        Verb::Status(verb) => verb.run(&mut client, &status),
         Verb::Configure(configure) => configure.run(&mut client),
         Verb::Start(start) => start.run(&mut client),
         Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),

@@ -5,7 +5,7 @@ use drive_link::{Command, Ended, Settings, State, Status};
 use super::fault;
 use super::follow::{Event, follow, samples_in};
 use super::home;
-use super::status::{estimates_line, no_first_fit, snapshot_line};
+use super::status::{change_lines, estimates_line, no_first_fit, snapshot_line};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::Client;
@@ -67,12 +67,11 @@ impl Arguments {
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);
                 Ok(None)
             }
-            Some(Event::Status(Status {
-                servo_change: Some(change),
-                ..
-            })) => {
-                let line = show!("{change}");
-                printed = std::mem::replace(&mut printed, Ok(())).and(line);
+            Some(Event::Status(status)) => {
+                for line in change_lines(&status) {
+                    let line = show!("{line}");
+                    printed = std::mem::replace(&mut printed, Ok(())).and(line);
+                }
                 Ok(None)
             }
             Some(Event::Snapshot(snapshot)) => {

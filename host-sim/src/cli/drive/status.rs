@@ -1,11 +1,41 @@
 //! A drive's state, estimates and settings in words.
 
-use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
+use std::path::PathBuf;
+
+use drive_link::{Estimates, Origin, Settings, Snapshot, Status, TermSizes};
 use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
 
+use super::fault;
 use crate::cli::fault::Fault;
+use crate::cli::files::{self, Files};
 use crate::cli::standard_output::show;
+use crate::drive::Client;
+use crate::result::DriveStatus;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Write state, gains, estimates and changes of the servo as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
+        let mut files = Files::reading(&[], self.force);
+        let json = files.output(self.json.as_deref())?;
+        let settings = client.settings().map_err(fault)?;
+        let result = DriveStatus::from(status);
+        files::commit([json.map(|json| json.document(&result))])?;
+        if files.own_standard_output() {
+            return Ok(());
+        }
+        print(status, &settings)
+    }
+}
 
 /// A snapshot on one line.
 pub(super) fn snapshot_line(snapshot: &Snapshot) -> String {
@@ -61,8 +91,19 @@ pub(super) fn no_first_fit(obstacle: Reason) -> String {
     format!("no first fit: {}; {}", obstacle.cause(), obstacle.remedy())
 }
 
+/// The change of the servo and how the gains answer it, a line each.
+pub(super) fn change_lines(status: &Status) -> impl Iterator<Item = String> {
+    let change = status.servo_change.map(|change| change.to_string());
+    let refused = status.not_followed.map(|why| why.to_string());
+    let followed = status.gains.and_then(|gains| match gains.origin {
+        Origin::Followed { .. } => Some(format!("gains: {gains}")),
+        Origin::Given | Origin::Commissioned => None,
+    });
+    change.into_iter().chain(refused).chain(followed)
+}
+
 /// Prints state, estimates, history and settings.
-pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
+fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     show!("{}", status.state)?;
     match &status.estimates {
         Some(estimates) => show!("knows: {}", estimates_line(estimates))?,
@@ -71,8 +112,8 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     if let Some(obstacle) = &status.obstacle {
         show!("{}", no_first_fit(*obstacle))?;
     }
-    if let Some(change) = &status.servo_change {
-        show!("{change}")?;
+    for line in change_lines(status) {
+        show!("{line}")?;
     }
     show!("{}", status.home)?;
     if !status.configured {
@@ -81,7 +122,9 @@ pub(super) fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     if let Some(ended) = &status.ended {
         show!("{ended}")?;
     }
-    if let Some(gains) = &status.gains {
+    if let Some(gains) = &status.gains
+        && !matches!(gains.origin, Origin::Followed { .. })
+    {
         show!("gains: {gains}")?;
     }
     if let Some(commissioning) = &status.commissioning {

@@ -1,0 +1,86 @@
+use drive_link::{Estimates, Origin, State, Status};
+use identifier_core::commission::Reason;
+use identifier_core::tuning::{NotFollowed, ServoChange};
+use serde::{Serialize, Serializer};
+
+use super::Gains;
+
+/// The state of a drive.
+#[derive(Debug, Clone, Serialize)]
+pub struct DriveStatus {
+    /// `released`, `running`, `commissioning` or `faulted`.
+    pub status: &'static str,
+    /// Number of the fault; 0 without one.
+    pub code: u8,
+    /// The fault that holds.
+    #[serde(serialize_with = "super::reason::serialize")]
+    pub reason: Option<Reason>,
+    /// Estimates of the servo, of this run or of the last.
+    pub estimates: Option<Estimates>,
+    /// The gains in force.
+    pub gains: Option<Gains>,
+    /// The gains over those that were commissioned; none for gains that were given.
+    pub gain_factor: Option<f64>,
+    /// How the servo differs from the one that the gains promise for.
+    #[serde(serialize_with = "change")]
+    pub servo_change: Option<ServoChange>,
+    /// Why the gains do not follow that.
+    #[serde(serialize_with = "not_followed")]
+    pub not_followed: Option<NotFollowed>,
+}
+
+impl From<&Status> for DriveStatus {
+    fn from(status: &Status) -> Self {
+        let (state, reason) = match status.state {
+            State::Released => ("released", None),
+            State::Running => ("running", None),
+            State::Commissioning => ("commissioning", None),
+            State::Faulted(fault) => ("faulted", Some(fault)),
+        };
+        Self {
+            status: state,
+            code: reason.map_or(0, Reason::number),
+            reason,
+            estimates: status.estimates,
+            gains: status.gains.map(|gains| Gains {
+                kp: gains.controller.kp,
+                kd: gains.controller.kd,
+                ki: gains.controller.ki,
+                cutoff: gains.cutoff,
+                reference_filter: gains.controller.reference_filter,
+            }),
+            gain_factor: status.gains.and_then(|gains| match gains.origin {
+                Origin::Given => None,
+                Origin::Commissioned => Some(1.0),
+                Origin::Followed { factor } => Some(f64::from(factor)),
+            }),
+            servo_change: status.servo_change,
+            not_followed: status.not_followed,
+        }
+    }
+}
+
+fn change<S: Serializer>(change: &Option<ServoChange>, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        #[serde(serialize_with = "super::reason::serialize")]
+        reason: Option<Reason>,
+        promised: f64,
+        found: f64,
+        standard_errors: f64,
+    }
+    let keys = change.map(|change| Keys {
+        reason: Some(change.reason),
+        promised: change.promised,
+        found: change.found,
+        standard_errors: change.standard_errors,
+    });
+    keys.serialize(serializer)
+}
+
+fn not_followed<S: Serializer>(
+    why: &Option<NotFollowed>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    why.map(|why| why.to_string()).serialize(serializer)
+}
