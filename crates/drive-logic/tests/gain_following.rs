@@ -4,7 +4,9 @@
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Gains, Law, Origin, Report, ServoChanges, Settings, State, Status};
+use drive_link::{
+    Command, Gains, Law, Origin, Refusal, Report, ServoChanges, Settings, State, Status,
+};
 use identifier_core::commission::{Phase, Reason};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
@@ -261,4 +263,33 @@ fn the_next_run_begins_with_the_gains_that_were_commissioned() {
     assert!((factor(&mut drive, &tuning) - 1.0).abs() < 1e-12);
     moves(&mut drive, 30);
     assert!(factor(&mut drive, &tuning) > 1.9, "found again");
+}
+
+#[test]
+fn a_commissioning_in_place_of_the_run_goes_back_to_the_gains_that_followed_unless_it_has_new_ones()
+{
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let tuning = commissioned(&mut drive, ServoChanges::Followed);
+    bench.change(&changed(2.0, 1.0));
+    moves(&mut drive, 30);
+    let followed = gains(&mut drive);
+    assert!(factor(&mut drive, &tuning) > 1.9);
+    drive.done(Command::Commission(ORDER));
+    drive.pass(300);
+    // Another mode ends it.
+    assert_eq!(drive.refusal(Command::Start), Refusal::EndedCommissioning);
+    over(&mut drive);
+    drive.pass(100);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(gains(&mut drive), followed);
+    keeps_promise(&mut drive, &tuning);
+
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    drive.pass(100);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    let new = gains(&mut drive);
+    assert_eq!(new.origin, Origin::Commissioned);
+    assert!((new.controller.kp / followed.controller.kp - 1.0).abs() < 0.05);
 }
