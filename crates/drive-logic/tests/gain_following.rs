@@ -164,6 +164,27 @@ fn gains_follow_the_inertia_in_motion_and_the_loop_keeps_its_promise() {
 }
 
 #[test]
+fn gains_follow_an_estimate_that_is_steady_and_not_one_that_is_only_certain() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let tuning = commissioned(&mut drive, ServoChanges::Followed);
+    bench.change(&changed(2.0, 1.0));
+    let mut seconds = (1..30).filter(|_| {
+        moves(&mut drive, 1);
+        drive.status().servo_change.is_some()
+    });
+    let reported = seconds.next().expect("it is reported");
+    drop(seconds);
+    moves(&mut drive, 3);
+    assert!(
+        (factor(&mut drive, &tuning) - 1.0).abs() < 1e-12,
+        "{reported}"
+    );
+    moves(&mut drive, 20);
+    assert!(factor(&mut drive, &tuning) > 1.9);
+}
+
+#[test]
 fn gains_stay_unless_they_are_to_follow() {
     for servo_changes in [ServoChanges::Ignored, ServoChanges::Reported] {
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());

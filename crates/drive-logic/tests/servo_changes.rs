@@ -108,6 +108,23 @@ fn gains_that_were_given_promise_nothing() {
 }
 
 #[test]
+fn gains_that_are_given_after_a_commissioning_promise_nothing() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    commissioned(&mut drive, ServoChanges::Reported);
+    drive.done(Command::Stop);
+    drive.pass(10);
+    let mut given = drive.shown();
+    given.closed_loop.core.controller = settings().closed_loop.core.controller;
+    drive.done(Command::Configure(given));
+    drive.done(Command::Start);
+    drive.pass(10);
+    bench.change(&changed(2.0, 1.0));
+    moves(&mut drive, 15);
+    assert_eq!(drive.status().servo_change, None);
+}
+
+#[test]
 fn a_law_without_standard_errors_is_refused() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);

@@ -177,6 +177,16 @@ impl Axis {
         self.changes.steady().is_some()
     }
 
+    /// Rests where it is sent; the last command.
+    pub(crate) fn rests(&mut self, duration: f64) -> f64 {
+        self.left = 2.0 * duration;
+        let end = self.time + duration;
+        while self.time < end {
+            self.sample();
+        }
+        f64::from(self.last.command)
+    }
+
     /// Has the gains follow the estimates, as a drive does; the factor.
     pub(crate) fn follows(&mut self) -> Result<f64, NotFollowed> {
         let found = self.found.ok_or(NotFollowed::NotKnown)?;

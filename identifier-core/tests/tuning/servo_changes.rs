@@ -55,6 +55,22 @@ fn a_change_that_is_gone_is_no_longer_reported() {
     assert_eq!(axis.changes.reported(), None);
 }
 
+#[test]
+fn gains_that_follow_hold_the_load_without_a_bump() {
+    let mut axis = ordinary(1e-3);
+    axis.change(2.0, 1.0);
+    assert!(axis.runs(15.0).is_some() && axis.steadies(20.0));
+    let before = axis.rests(2.0);
+    assert!(before.abs() > 0.05, "it holds a load: {before}");
+    let factor = axis.follows().expect("it follows");
+    assert!((factor / 2.0 - 1.0).abs() < 0.05, "{factor}");
+    let after = axis.rests(1.5e-3);
+    assert!(
+        (after - before).abs() < 0.2 * before.abs(),
+        "{before} {after}"
+    );
+}
+
 /// A change of the campaign: factors of inertia and friction, and the reason that is to be reported.
 struct Case {
     inertia: f64,
