@@ -212,6 +212,10 @@ impl LineEnd<'_> {
 
 impl BackgroundEnd<'_> {
     /// Gives an order, or returns it if the interrupt has not done the ones before it.
+    #[expect(
+        clippy::result_large_err,
+        reason = "an order that finds no room is given again"
+    )]
     pub(crate) fn order(&mut self, order: Order) -> Result<(), Order> {
         let own = self.signals.own_stops.load(Ordering::Relaxed);
         let stops = own.wrapping_add(self.decoded.stops);

@@ -144,7 +144,7 @@ impl CommissioningEnd {
             largest_motion: *largest,
             servo: outcome.servo,
             unexplained: outcome.servo.map(|servo| servo.unexplained),
-            gains_before: before.map(Gains::holding),
+            gains_before: before.map(|gains| Gains::of(&gains.controller, gains.cutoff)),
             gains: tuning.map(Gains::tuned),
             bandwidth: tuning.map(|tuning| tuning.bandwidth),
             cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
@@ -198,22 +198,6 @@ impl CommissioningResult {
             extremes: outcome.course.excursion(),
             response: outcome.response.clone(),
             truth: commissioned_truth(scenario),
-        }
-    }
-}
-
-impl Gains {
-    /// Gains that hold a servo.
-    #[must_use]
-    pub fn holding(gains: &HoldingGains) -> Self {
-        Self {
-            kp: gains.controller.kp,
-            kd: gains.controller.kd,
-            ki: gains.controller.ki,
-            cutoff: gains.cutoff,
-            reference_filter: gains.controller.reference_filter,
-            notch: gains.controller.notch,
-            reference_model: gains.controller.feed_forward,
         }
     }
 }

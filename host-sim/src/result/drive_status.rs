@@ -42,13 +42,9 @@ impl From<&Status> for DriveStatus {
             code: reason.map_or(0, Reason::number),
             reason,
             estimates: status.estimates,
-            gains: status.gains.map(|gains| Gains {
-                kp: gains.controller.kp,
-                kd: gains.controller.kd,
-                ki: gains.controller.ki,
-                cutoff: gains.cutoff,
-                reference_filter: gains.controller.reference_filter,
-            }),
+            gains: status
+                .gains
+                .map(|gains| Gains::of(&gains.controller, gains.cutoff)),
             gain_factor: status.gains.and_then(|gains| match gains.origin {
                 Origin::Given => None,
                 Origin::Commissioned => Some(1.0),

@@ -3,6 +3,7 @@
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{Promise, Tuning};
 use serde::Serialize;
 
@@ -49,6 +50,20 @@ pub struct Gains {
 }
 
 impl Gains {
+    /// Gains of a controller with its cut-off, rad/s.
+    #[must_use]
+    pub fn of(controller: &ControllerSettings, cutoff: f64) -> Self {
+        Self {
+            kp: controller.kp,
+            kd: controller.kd,
+            ki: controller.ki,
+            cutoff,
+            reference_filter: controller.reference_filter,
+            notch: controller.notch,
+            reference_model: controller.feed_forward,
+        }
+    }
+
     /// Gains that were tuned.
     #[must_use]
     pub fn tuned(tuning: &Tuning) -> Self {

@@ -16,6 +16,7 @@ use super::prediction::{PromisePrediction, Scene};
 use super::resonance::Resonance;
 use super::search::{Case, Judge, Verdict};
 use super::{Cap, Goal, Promise, PromisedServo, Tuning, TuningSettings};
+use crate::control::FeedForwardSettings;
 use crate::parameters::{IdentifiedServo, ServoParameters};
 use crate::units::Units;
 
@@ -124,7 +125,9 @@ impl GainFollowing {
         if factor > most || factor < 1.0 / most {
             return Err(NotFollowed::TooFar);
         }
-        if factor > 1.0 && tuning.cap == Some(Cap::Resonance) {
+        // A notch fits one resonance, which another inertia moves.
+        let is_fitted = tuning.notch > 0.0;
+        if is_fitted || (factor > 1.0 && tuning.cap == Some(Cap::Resonance)) {
             return Err(NotFollowed::Limited(Cap::Resonance));
         }
         let tuning = scaled(tuning, factor);
@@ -146,15 +149,16 @@ impl GainFollowing {
         };
         settings.check().map_err(|_| NotFollowed::NotKnown)?;
         let servo = with_inertia(promised, found.b, errors.b);
+        let coulomb = found.coulomb.max(0.0);
         PromisedServo::new(&servo, &tuning, limit).ok_or(NotFollowed::NotKnown)?;
         let certified = with_errors(found, errors, promised);
         let servos = PossibleServos::new(&certified, 0.0, units.sample_time())
             .map_err(|_| NotFollowed::NotKnown)?;
         Ok(Self {
-            judge: Judge::new(&servos, None, &settings),
+            judge: Judge::new(&servos, coulomb, None, &settings),
             scene: Scene {
                 servos,
-                coulomb: found.coulomb.max(0.0),
+                coulomb,
                 settings,
             },
             servo,
@@ -207,12 +211,14 @@ fn max_sensitivity(promise: &Promise) -> f64 {
     1.0 + Resonance::DIFFERING * (promised - 1.0)
 }
 
-/// Gains times a factor, with their noise in the command.
+/// Gains times a factor, with their noise in the command. Of a feed-forward only that of the acceleration changes: friction stays
+/// as it was.
 fn scaled(tuning: &Tuning, factor: f64) -> Tuning {
     let Tuning {
         kp,
         kd,
         ki,
+        feed_forward,
         promise,
         ..
     } = *tuning;
@@ -220,6 +226,10 @@ fn scaled(tuning: &Tuning, factor: f64) -> Tuning {
         kp: factor * kp,
         kd: factor * kd,
         ki: factor * ki,
+        feed_forward: feed_forward.map(|led| FeedForwardSettings {
+            acceleration: factor * led.acceleration,
+            ..led
+        }),
         promise: Promise {
             noise: factor * promise.noise,
             ..promise

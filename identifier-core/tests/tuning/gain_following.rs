@@ -170,6 +170,9 @@ fn gains_that_a_resonance_limits_are_lowered_alone() {
     let limited = Err(NotFollowed::Limited(Cap::Resonance));
     assert_eq!(follow(&settings, &tuning, found(2.0)), limited);
     assert!(follow(&settings, &tuning, found(0.5)).is_ok());
+    // A notch stays where the resonance was.
+    (tuning.cap, tuning.notch) = (None, 500.0);
+    assert_eq!(follow(&settings, &tuning, found(0.5)), limited);
 }
 
 #[test]

@@ -17,6 +17,10 @@ use crate::run::Run;
 
 /// Gains on their way to a run.
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and a drive holds one"
+)]
 pub(super) enum Certificate {
     /// They are being certified.
     Begun(GainFollowing, GainFollowingState),

@@ -260,7 +260,7 @@ pub fn found_servo(
 }
 
 fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
-    let old = before.map(Gains::holding);
+    let old = before.map(|gains| Gains::of(&gains.controller, gains.cutoff));
     let new = Gains::tuned(tuning);
     let row = |name: &str, of: fn(&Gains) -> f64, unit: &str| {
         let old = old.as_ref().map_or_else(dash, |old| figure(of(old)));
