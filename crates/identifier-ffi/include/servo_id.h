@@ -245,7 +245,7 @@ typedef struct servo_id_tuning {
 
 /* Parameters that were given */
 typedef struct servo_id_settings {
-    SERVO_ID_ALIGNED uint64_t words[128];
+    SERVO_ID_ALIGNED uint64_t words[144];
 } servo_id_settings;
 
 /* The paper's law for a and b; the load is carried by its correction */
@@ -310,7 +310,7 @@ typedef struct servo_id_commission {
 
 /* Its background's half. */
 typedef struct servo_id_solver {
-    SERVO_ID_ALIGNED uint64_t words[1360];
+    SERVO_ID_ALIGNED uint64_t words[1900];
 } servo_id_solver;
 
 /* From the interrupt to the background. */

@@ -50,7 +50,7 @@ impl Content for Interrupt {
 
 impl Content for Background {
     const MARK: u32 = 0x5e1d_0032;
-    const WORDS: usize = 1360;
+    const WORDS: usize = 1900;
 }
 
 impl Content for RecordEvent<f32> {

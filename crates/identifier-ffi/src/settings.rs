@@ -26,7 +26,7 @@ pub type Settings = Object<Given>;
 
 impl Content for Given {
     const MARK: u32 = 0x5e1d_0001;
-    const WORDS: usize = 128;
+    const WORDS: usize = 144;
 }
 
 impl Given {
