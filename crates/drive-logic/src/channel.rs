@@ -212,7 +212,7 @@ impl LineEnd<'_> {
 
 impl BackgroundEnd<'_> {
     /// Gives an order, or returns it if the interrupt has not done the ones before it.
-    #[expect(
+    #[allow(
         clippy::result_large_err,
         reason = "an order that finds no room is given again"
     )]

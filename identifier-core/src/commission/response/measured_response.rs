@@ -164,14 +164,25 @@ impl<N: Number> MeasuredResponse<N> {
             }
             return false;
         }
-        if measuring.smoothed >= measured {
-            let lines = self.lines.get_mut(..self.count).unwrap_or_default();
-            lines.sort_unstable_by(|one, other| one.frequency.total_cmp(&other.frequency));
-            return true;
+        if measuring.smoothed < measured {
+            self.smooth(measuring);
+            measuring.smoothed += 1;
+            return false;
         }
-        self.smooth(measuring);
-        measuring.smoothed += 1;
-        false
+        (measuring.earlier..self.count).for_each(|place| self.sort_in(place));
+        true
+    }
+
+    /// Puts a line among those before it, which stand by frequency.
+    fn sort_in(&mut self, place: usize) {
+        let Some(mut carried) = self.lines.get(place).copied() else {
+            return;
+        };
+        let before = self.lines.get(..place).unwrap_or_default();
+        let first = before.partition_point(|line| line.frequency <= carried.frequency);
+        for line in self.lines.iter_mut().take(place + 1).skip(first) {
+            core::mem::swap(line, &mut carried);
+        }
     }
 
     /// The deviation of a line by its own and those of its neighbours.

@@ -58,26 +58,23 @@ impl Lines {
             1.0 / f64::from(Self::MAX as i32 - CLOSE - 1),
         );
         let apart = (APART * mode.frequency / per_bin).max(2.0);
-        let mut bins = [0.0; Self::MAX];
-        let mut frequency = lowest;
-        for (place, bin) in (-CLOSE / 2..).zip(&mut bins) {
-            if place <= CLOSE / 2 {
-                *bin = mode.frequency / per_bin + f64::from(place) * apart;
-            } else {
-                *bin = frequency / per_bin;
-                frequency *= ratio;
-            }
-        }
-        bins.sort_unstable_by(f64::total_cmp);
-        let mut next = 1.0;
-        for bin in bins {
+        let close = |place: i32| mode.frequency / per_bin + f64::from(place) * apart;
+        let mut close = (-CLOSE / 2..=CLOSE / 2).map(close).peekable();
+        let (mut wide, mut next) = (lowest / per_bin, 1.0);
+        loop {
+            let bin = match close.next_if(|near| *near < wide) {
+                Some(near) => near,
+                None => {
+                    wide *= ratio;
+                    wide / ratio
+                }
+            };
             let bin = libm::round(bin).max(next);
             if !lines.push(bin) {
-                break;
+                return lines;
             }
             next = bin + 2.0;
         }
-        lines
     }
 
     fn none(sample_time: f64) -> Self {
