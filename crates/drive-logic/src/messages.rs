@@ -2,11 +2,11 @@
 
 use drive_link::{Ended, Fault, Noticed};
 use identifier_core::commission::Phase;
-use identifier_core::watch::KnownServo;
 
-use crate::closed_loop::{LoopController, Settled};
+use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;
 use crate::guide::Origin;
+use crate::new_gains::NewGains;
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, Counts, RunSample};
 
@@ -38,14 +38,6 @@ pub(crate) enum Order {
     Clear,
     /// Report samples at this interval; 0 for none.
     Watch(u16),
-}
-
-/// The gains of a run for another servo.
-#[derive(Debug)]
-pub(crate) struct NewGains {
-    pub(crate) controller: LoopController,
-    /// The servo as the watches know it.
-    pub(crate) known: Option<KnownServo<f32>>,
 }
 
 /// An event of the interrupt.

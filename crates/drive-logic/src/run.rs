@@ -19,7 +19,7 @@ use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonito
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin};
-use crate::messages::NewGains;
+use crate::new_gains::NewGains;
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};

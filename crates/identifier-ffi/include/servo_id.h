@@ -345,7 +345,7 @@ typedef struct servo_id_commission_result {
 } servo_id_commission_result;
 
 /* The library has the same sizes and places; objects have room for its next versions. */
-SERVO_ID_ASSERT(sizeof(servo_id_settings) == 1024, "size of servo_id_settings");
+SERVO_ID_ASSERT(sizeof(servo_id_settings) == 1152, "size of servo_id_settings");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 416, "size of servo_id_gradient");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 528, "size of servo_id_gradient_coulomb");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5440, "size of servo_id_gauss_newton");
@@ -371,7 +371,7 @@ SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_coulomb_loop) == 8, "alignment
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_tuner) == 8, "alignment of servo_id_tuner");
 SERVO_ID_ASSERT(sizeof(servo_id_commission) == 4800, "size of servo_id_commission");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_commission) == 8, "alignment of servo_id_commission");
-SERVO_ID_ASSERT(sizeof(servo_id_solver) == 10880, "size of servo_id_solver");
+SERVO_ID_ASSERT(sizeof(servo_id_solver) == 15200, "size of servo_id_solver");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_solver) == 8, "alignment of servo_id_solver");
 SERVO_ID_ASSERT(sizeof(servo_id_record) == 32, "size of servo_id_record");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_record) == 8, "alignment of servo_id_record");
@@ -379,9 +379,9 @@ SERVO_ID_ASSERT(sizeof(servo_id_decision) == 576, "size of servo_id_decision");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_decision) == 8, "alignment of servo_id_decision");
 SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_step, record) == 16, "place of record");
-SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 472, "size of servo_id_commission_result");
+SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 480, "size of servo_id_commission_result");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_result, tuning) == 264, "place of tuning");
-SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 456, "place of measured_rise_time");
+SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 464, "place of measured_rise_time");
 SERVO_ID_ASSERT(sizeof(servo_id_error) == 40, "size of servo_id_error");
 SERVO_ID_ASSERT(offsetof(servo_id_error, value) == 16, "place of value");
 SERVO_ID_ASSERT(offsetof(servo_id_error, low) == 24, "place of low");
@@ -395,13 +395,13 @@ SERVO_ID_ASSERT(sizeof(servo_id_servo) == 248, "size of servo_id_servo");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, delay) == 32, "place of delay");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, covariance) == 40, "place of covariance");
 SERVO_ID_ASSERT(offsetof(servo_id_servo, unexplained) == 240, "place of unexplained");
-SERVO_ID_ASSERT(sizeof(servo_id_tuning) == 192, "size of servo_id_tuning");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, step) == 88, "place of step");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, rise_time) == 96, "place of rise_time");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, overshoot) == 120, "place of overshoot");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, gain_margin) == 144, "place of gain_margin");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, compliance) == 176, "place of compliance");
-SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 184, "place of cap");
+SERVO_ID_ASSERT(sizeof(servo_id_tuning) == 200, "size of servo_id_tuning");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, step) == 96, "place of step");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, rise_time) == 104, "place of rise_time");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, overshoot) == 128, "place of overshoot");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, gain_margin) == 152, "place of gain_margin");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, compliance) == 184, "place of compliance");
+SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 192, "place of cap");
 
 #ifdef __cplusplus
 extern "C" {

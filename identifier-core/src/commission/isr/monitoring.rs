@@ -15,7 +15,7 @@ impl<N: Number> CommissionIsr<N> {
     const GIVEN_WAY: f64 = 0.4;
 
     /// The part of the largest bandwidth below which it gives no more way.
-    const LEAST: f64 = 0.02;
+    const LEAST: f64 = 0.1;
 
     /// The command of the activity; it ends the commissioning where there is none any more.
     pub(super) fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
