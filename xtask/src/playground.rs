@@ -36,7 +36,7 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
     let lengths = packed_parts.map(|part| part.len());
     let mut page = brief(&read("page.html")?);
     for (place, part) in [
-        ("/* style */", brief(&read("page.css")?)),
+        ("/* style */", brief(&read("page.css")?).replace(": ", ":")),
         ("/* unpack */", brief(&read("unpack.js")?)),
         ("PART_LENGTHS", format!("{lengths:?}")),
         ("PACKED_PARTS", base_91(&packed)),

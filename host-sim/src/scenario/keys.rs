@@ -161,9 +161,9 @@ keys! {
 "controller.reference_filter": Number(NOT_NEGATIVE, |s, v| pid(s).reference_filter = v), Value(0.0), "s",
     "time constant of a first-order filter of the reference before the PID, 0 for none";
 "controller.notch": Number(NOT_NEGATIVE, |s, v| pid(s).notch = v), Value(0.0), "rad/s",
-    "notch filter of the command, for a resonance, 0 for none";
-"controller.feed_forward": Table(Stated), Derived("none, and the reference goes to the PID as it is"), "",
-    "a reference model behind that filter, y = r/(1 + s/bandwidth)³, and the command that moves the servo along y; not in fixed point";
+    "notch filter of the command, 0 for none";
+"controller.feed_forward": Table(Stated), Derived("none"), "",
+    "a reference model, y = r/(1 + s/bandwidth)³, and the command that moves the servo along it; not in fixed point";
 "controller.feed_forward.bandwidth": Number(POSITIVE, |s, v| lead(s).bandwidth = v), Required("60.0"), "rad/s",
     "magnitude of the model's three poles, from 1e-5 to 1 per sample";
 "controller.feed_forward.acceleration": Number(GAIN, |s, v| lead(s).acceleration = v), Required("0.005"), "command units per rad/s²",
@@ -347,9 +347,9 @@ keys! {
 "commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel that there is"), "rad",
     "the step of the reference in the trial";
 "commission.slide_rounds": Whole([0, CommissionSettings::MAX_SLIDE_ROUNDS as u32], |s, v| order(s).slide_rounds = v as u8), Value(1.0), "",
-    "rounds of four slides in which the frequency response is measured: 0 for an axis that is known to be stiff, which takes less than half of the time; 2 and more know a compliant one better";
+    "rounds of four slides that measure the frequency response: 0 for an axis known to be stiff, in half of the time; 2 and more prove gains for two masses";
 "commission.notch": Flag(|s, v| order(s).notch = Some(v)), Derived("true"), "",
-    "the gains may have a notch filter, at a resonance that the slides show";
+    "the gains may have a notch";
 "commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Derived("the highest b of identifier.plant_box; without it nothing is known"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
 "commission.command_delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| order(s).command_delay = Some(v)), Derived("amplifier.delay"), "s",

@@ -73,7 +73,7 @@ impl<N: Number> Notch<N> {
         if frequency == 0.0 {
             return Ok(Self::NONE);
         }
-        let rate = libm::tan(0.5 * frequency * units.sample_time());
+        let rate = tangent(0.5 * frequency * units.sample_time());
         Ok(Self {
             rate: N::from_f64(rate),
             feedback: N::from_f64(1.0 / (1.0 + rate * (rate + 2.0 * Self::WIDTH))),
@@ -92,6 +92,16 @@ impl<N: Number> Notch<N> {
         state.band = band + band - state.band;
         command - self.taken * band
     }
+}
+
+/// tan x by Lambert's continued fraction, x/(1 − x²/(3 − x²/(5 − …))), to 10⁻¹⁴ up to 1.25: the tables of a reduction for any angle
+/// would take a chip ten kilobytes.
+fn tangent(x: f64) -> f64 {
+    let odd = (0..10).map(|place| f64::from(2 * place + 1));
+    let fraction = odd
+        .rev()
+        .fold(f64::INFINITY, |below, odd| odd - x * x / below);
+    x / fraction
 }
 
 /// N of a notch at ω (rad/s) at a frequency, both as ν = tan(ωT/2).
@@ -162,6 +172,14 @@ mod tests {
             let [left, _] = response(&exact, omega * sample_time);
             let part = Notch::<f64>::DEPTH / Notch::<f64>::WIDTH;
             assert!((left - part).abs() < 1e-3, "{left}");
+        }
+    }
+
+    #[test]
+    fn the_tangent_is_the_tangent() {
+        for place in 1..=1250 {
+            let x = f64::from(place) * 1e-3;
+            assert!((tangent(x) / x.tan() - 1.0).abs() < 1e-14, "{x}");
         }
     }
 

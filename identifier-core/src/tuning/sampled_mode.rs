@@ -59,8 +59,11 @@ impl SampledMode {
 
     /// Where its resonance appears in the samples and how wide it is there: ν = tan(ωT/2).
     pub(super) fn resonance(&self) -> (f64, f64) {
-        let angle = libm::fabs(libm::atan2(self.pole.im, self.pole.re));
-        let nu = libm::tan(0.5 * angle.min(3.1));
+        /// That of an angle of 3.1.
+        const HIGHEST: f64 = 48.0;
+        // The tangent of half of an angle is its sine over one more than its cosine.
+        let size = libm::sqrt(self.pole.power());
+        let nu = (libm::fabs(self.pole.im) / (size + self.pole.re)).min(HIGHEST);
         let decay = -0.5 * libm::log(self.pole.power());
         (nu, 0.5 * decay * (1.0 + nu * nu))
     }

@@ -67,7 +67,10 @@ pub(super) struct Point {
 /// ν at a frequency, rad/s; none from half of the sampling frequency on.
 pub(super) fn nu_at(frequency: f64, sample_time: f64) -> Option<f64> {
     let angle = frequency * sample_time;
-    (angle > 0.0 && angle < core::f64::consts::PI).then(|| libm::tan(0.5 * angle))
+    (angle > 0.0 && angle < core::f64::consts::PI).then(|| {
+        let (sine, cosine) = libm::sincos(0.5 * angle);
+        sine / cosine
+    })
 }
 
 /// δ = z − 1 at ν = tan(ωT/2).

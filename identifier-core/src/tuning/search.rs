@@ -205,7 +205,9 @@ impl Judge {
 
     /// True if a design keeps its distance from −1 on a measured line.
     fn keeps(&self, design: &Design, line: &MeasuredLine) -> bool {
-        let nu = libm::tan(0.5 * line.frequency * self.sample_time);
+        let Some(nu) = nu_at(line.frequency, self.sample_time) else {
+            return true;
+        };
         let controller = SampledController::of(design, self.sample_time, nu);
         let sensitivity = 1.0 + Resonance::DIFFERING * (self.max_sensitivity - 1.0);
         line.allows(controller, Placement::crossover(design), sensitivity)
