@@ -164,6 +164,40 @@ fn a_resonance_that_friction_hides_is_found_and_borne() {
     assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
 }
 
+#[test]
+fn a_notch_lets_gains_for_two_masses_be_faster() {
+    let without = |bench: Bench| {
+        let mut bench = bench;
+        bench.settings.notch = false;
+        bench
+    };
+    let [with, without] = [hidden(), without(hidden())].map(|bench| judge(&bench));
+    for judged in [&with, &without] {
+        assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+        assert!(
+            judged
+                .sensitivity
+                .is_some_and(|seen| seen < MAX_SENSITIVITY)
+        );
+    }
+    let faster = with.bandwidth / without.bandwidth;
+    assert!(faster > 1.5, "{} {}", with.bandwidth, without.bandwidth);
+}
+
+/// The loop that holds an axis whose command is late by ten samples, which nothing declares, swings at first, as one of a
+/// second mass does that nothing has shown yet.
+#[test]
+fn a_servo_that_swings_while_it_is_studied_is_held_more_slowly() {
+    let mut bench = ordinary();
+    bench.settings.sample_time = 5e-4;
+    bench.settings.limits.travel = [-0.5, 0.5];
+    bench.settings.limits.speed = 30.0;
+    bench.effects.delay = 5e-3;
+    let judged = judge(&bench);
+    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
+}
+
 /// With two rounds of slides the gains are proved by slides under them.
 #[test]
 fn gains_for_two_masses_are_proved_on_request() {
