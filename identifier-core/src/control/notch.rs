@@ -84,6 +84,15 @@ impl<N: Number> Notch<N> {
     /// A command behind it, command units.
     #[inline]
     pub(crate) fn process(&self, state: &mut NotchState<N>, command: N) -> N {
+        if self.taken == N::ZERO {
+            return command;
+        }
+        self.filter(state, command)
+    }
+
+    /// A function of its own, for a sample without a notch not to pay for its registers.
+    #[inline(never)]
+    fn filter(&self, state: &mut NotchState<N>, command: N) -> N {
         let lag = state.lag + (command - state.command);
         let band = self.feedback * (state.band + self.rate * lag);
         let risen = self.rate * band;

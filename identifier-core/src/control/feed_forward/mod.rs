@@ -138,6 +138,12 @@ impl<N: Number> FeedForward<N> {
             // What is added changes no bit of a command.
             return (error, -N::ZERO);
         }
+        self.follow(state, error, increment)
+    }
+
+    /// A function of its own, for a sample without a model not to pay for its registers.
+    #[inline(never)]
+    fn follow(&self, state: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
         let [first, second, third] = state.lags;
         let first = first + (error - (state.error - increment));
         let lag = first + second + third;
