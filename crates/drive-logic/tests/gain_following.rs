@@ -8,10 +8,9 @@ use drive_link::{
     Command, Gains, Law, Origin, Refusal, Report, ServoChanges, Settings, State, Status,
 };
 use identifier_core::commission::{Phase, Reason};
-use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
 use identifier_core::tuning::{NotFollowed, StepMeasure, Tuning};
-use support::commission::{ORDER, SERVO, outcome, over};
+use support::commission::{ORDER, SERVO, changed, outcome, over};
 use support::drive::Drive;
 use support::{Bench, Flash, SAMPLE_TIME, settings};
 use virtual_servo::SplitMix64;
@@ -66,16 +65,6 @@ fn moves(drive: &mut Drive<'_>, seconds: u32) -> Vec<Status> {
     }
     assert_eq!(drive.supervisor.state(), State::Running);
     statuses
-}
-
-/// The servo with its inertia and its friction times these factors.
-fn changed(inertia: f64, friction: f64) -> ServoParameters {
-    ServoParameters {
-        a: SERVO.a / inertia,
-        b: SERVO.b / inertia,
-        coulomb: friction * SERVO.coulomb / inertia,
-        load: SERVO.load / inertia,
-    }
 }
 
 fn gains(drive: &mut Drive<'_>) -> Gains {

@@ -6,9 +6,8 @@ mod support;
 
 use drive_link::{Command, Law, Report, ServoChanges, Settings, State, Why};
 use identifier_core::commission::{Phase, Reason};
-use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::IdentifierSettings;
-use support::commission::{ORDER, SERVO, outcome, over};
+use support::commission::{ORDER, SERVO, changed, outcome, over};
 use support::drive::Drive;
 use support::{Bench, Flash, settings};
 
@@ -46,16 +45,6 @@ fn moves(drive: &mut Drive<'_>, seconds: u32) -> Vec<Option<Reason>> {
     }
     assert_eq!(drive.supervisor.state(), State::Running);
     found
-}
-
-/// The servo with its inertia and its friction times these factors.
-fn changed(inertia: f64, friction: f64) -> ServoParameters {
-    ServoParameters {
-        a: SERVO.a / inertia,
-        b: SERVO.b / inertia,
-        coulomb: friction * SERVO.coulomb / inertia,
-        load: SERVO.load / inertia,
-    }
 }
 
 #[test]

@@ -16,6 +16,16 @@ pub(crate) const SERVO: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
+/// The servo with its inertia and its friction times these factors.
+pub(crate) fn changed(inertia: f64, friction: f64) -> ServoParameters {
+    ServoParameters {
+        a: SERVO.a / inertia,
+        b: SERVO.b / inertia,
+        coulomb: friction * SERVO.coulomb / inertia,
+        load: SERVO.load / inertia,
+    }
+}
+
 /// An order that fits it and the settings of the bench.
 pub(crate) const ORDER: CommissionSettings = CommissionSettings {
     goal: Goal::Bandwidth(40.0),
