@@ -261,6 +261,9 @@ mod tests {
         assert_eq!(change_to(with_inertia(2.0), 1e9), None);
         assert_eq!(change_to(with_inertia(2.0), f64::NAN), None);
         assert_eq!(change_to(with_inertia(f64::NAN), 1.0), None);
+        // Six standard errors decide where the estimate is poor.
+        assert!(change_to(with_inertia(1.4), 10.0).is_some());
+        assert_eq!(change_to(with_inertia(1.4), 20.0), None);
     }
 
     #[test]
