@@ -112,7 +112,7 @@ catalogue! {
         "the servo moved on its own before the probing motion, faster than it can be caught within the travel",
         "hold it by a brake or by gains that work, or allow more travel";
     DoesNotMove = 101, "does-not-move":
-        "the servo did not move under the largest command",
+        "the servo did not move under a command that was to move it",
         "free the axis, check encoder and amplifier, or allow a larger command";
     OneDirectionOnly = 102, "one-direction-only":
         "the servo moved one way and not the other",
@@ -301,6 +301,7 @@ impl Reason {
                 | Self::ResponseTimeMissed
                 | Self::OvershootExceeded
                 | Self::DisturbanceExceeded
+                | Self::DoesNotMove
                 | Self::NeverAtRest
                 | Self::ActuatorWeak
                 | Self::Oscillating

@@ -130,6 +130,19 @@ impl<N: Number> Identified<N> {
             known: KnownServo::from_identified(&settings.watch(), servo),
         }
     }
+
+    /// Takes in the command under which the servo rests: where friction does not hold it so far from the command that balances
+    /// its load, the load has changed.
+    pub(super) fn rest_under(&mut self, command: N, spare: N) {
+        let friction = N::from_f64(Trial::<N>::LOW_SPEED);
+        let reach = friction * self.rough.coulomb() * self.rough.per_gain + spare;
+        let holding = self.rough.holding();
+        let met = holding.limited(command - reach, command + reach);
+        if met != holding {
+            self.rough.bear(met);
+            self.known = self.known.map(|known| known.holding_by(met));
+        }
+    }
 }
 
 /// Gains that are to be tried, and their trial in machine units.
@@ -178,13 +191,22 @@ impl<N: Number> Candidate<N> {
         let bearable = Self::MAX_ROOM_SHARE * left / (promise.compliance * servo.parameters.b);
         let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
         let disturbance = libm::copysign(disturbance, -step);
+        // Under noise a servo rests too rarely to be waited for once more.
+        let returns = !limits.one_way && settings.noise == 0.0;
         // A servo that hunts about its friction is still for a while too.
         let settling = Trial::<N>::settling(tuning);
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
             start: N::from_f64(direction * (end - promise.step) * units.position()),
-            trial: Trial::new(tuning, &units, step, disturbance, &servo.parameters),
+            trial: Trial::new(
+                tuning,
+                &units,
+                step,
+                disturbance,
+                &servo.parameters,
+                returns,
+            ),
             rest: (0.5 * settling / settings.sample_time) as u32,
             is_to_be_proved: false,
         })

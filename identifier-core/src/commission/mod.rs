@@ -47,6 +47,7 @@
 //! assert!((rise / 0.03 - 1.0).abs() < 0.15, "{rise}");
 //! ```
 
+mod acting_share;
 mod conservative_pid;
 mod error;
 mod fit;

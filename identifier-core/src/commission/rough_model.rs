@@ -92,6 +92,13 @@ impl<N: Number> RoughModel<N> {
         -(self.load() * self.per_gain)
     }
 
+    /// Bears a load that this command balances.
+    pub(crate) fn bear(&mut self, holding: N) {
+        let change = self.gain * (self.holding() - holding);
+        self.forward += change;
+        self.backward += change;
+    }
+
     /// The acceleration under a command that acts.
     #[inline]
     pub(crate) fn acceleration(&self, command: N, velocity: N) -> N {

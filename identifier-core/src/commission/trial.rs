@@ -1,19 +1,23 @@
-use super::Reason;
+use super::acting_share::ActingShare;
 use super::holding::Holding;
+use super::{Reason, RoughModel};
 use crate::number::Number;
 use crate::parameters::ServoParameters;
 use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 
-/// A step and a disturbance under new gains, measured against their prediction.
+/// A step, a disturbance and the step back under new gains, measured against their prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<N> {
     /// The step, counts, with its sign.
     step: N,
+    /// True if the axis may go back.
+    returns: bool,
     disturbance: N,
-    /// The command that balances the load, and the largest that friction may hold on top.
+    /// The command that balances the load, how far from it friction may hold the servo, and how far friction that is higher
+    /// at rest may.
     balance: N,
-    friction: N,
+    friction: [N; 2],
     promised: Promised<N>,
     stage: TrialStage,
     /// Samples since the stage began.
@@ -21,10 +25,18 @@ pub(super) struct Trial<N> {
     /// Where the step or the change of the disturbance began, and the step's direction.
     from: N,
     direction: N,
-    measure: StepMeasure<N>,
+    /// The step, and the one back.
+    steps: [TriedStep<N>; 2],
     /// The farthest that the disturbance moved the servo, and its change alone since that, counts.
     excursion: N,
     moved: N,
+}
+
+/// A step under way or over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct TriedStep<N> {
+    measure: StepMeasure<N>,
+    share: ActingShare<N>,
 }
 
 /// The promise, in samples and counts, tolerances included.
@@ -47,6 +59,8 @@ enum TrialStage {
     Stepping,
     Disturbed,
     Recovering,
+    /// The step back: an axis that rests shows no fault, and this one shows those that came since the step.
+    Returning,
 }
 
 /// Measurements of a trial, SI.
@@ -57,7 +71,7 @@ pub struct TrialResult {
     pub step: f64,
     /// From 10 to 90 % of the step, s; none if it did not get there.
     pub rise_time: Option<f64>,
-    /// Beyond the step, a part of it.
+    /// Beyond the step or the one back, the larger, a part of it.
     pub overshoot: f64,
     /// The command that disturbed the servo, command units.
     pub disturbance: f64,
@@ -80,7 +94,7 @@ impl<N: Number> Trial<N> {
     const LEAST_EXCURSION: f64 = 0.25;
 
     /// Friction at low speed over Coulomb friction, which may act to either side at first.
-    const LOW_SPEED: f64 = 1.5;
+    pub(super) const LOW_SPEED: f64 = 1.5;
 
     /// Friction at rest over Coulomb friction that no axis has: a command that is larger moves it, or nothing does.
     const STICTION: f64 = 5.0;
@@ -99,13 +113,15 @@ impl<N: Number> Trial<N> {
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
 
-    /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo.
+    /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo, and of the step back on an axis
+    /// that `returns`.
     pub(super) fn new(
         tuning: &Tuning,
         units: &Units,
         step: f64,
         disturbance: f64,
         servo: &ServoParameters,
+        returns: bool,
     ) -> Self {
         let b = servo.b;
         let promise = &tuning.promise;
@@ -122,13 +138,16 @@ impl<N: Number> Trial<N> {
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
         let left = b * libm::fabs(disturbance) - 2.0 * Self::LOW_SPEED * servo.coulomb;
         let least = Self::LEAST_EXCURSION * promise.compliance * left * units.position();
+        let rough = RoughModel::from_si(servo, units.sample_time(), units.position_unit());
         let settling = samples(Self::settling(tuning));
         let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
         Self {
             step: N::from_f64(counts),
+            returns,
             disturbance: N::from_f64(disturbance),
             balance: N::from_f64(-servo.load / b),
-            friction: N::from_f64(Self::STICTION * servo.coulomb / b),
+            friction: [Self::LOW_SPEED, Self::STICTION]
+                .map(|of| N::from_f64(of * servo.coulomb / b)),
             promised: Promised {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,
@@ -145,7 +164,10 @@ impl<N: Number> Trial<N> {
             passed: 0,
             from: N::ZERO,
             direction: if counts < 0.0 { -N::ONE } else { N::ONE },
-            measure: StepMeasure::new(libm::fabs(counts), 1.0),
+            steps: [TriedStep {
+                measure: StepMeasure::new(libm::fabs(counts), 1.0),
+                share: ActingShare::new(&rough, N::from_f64(libm::fabs(counts))),
+            }; 2],
             excursion: N::ZERO,
             moved: N::ZERO,
         }
@@ -158,15 +180,32 @@ impl<N: Number> Trial<N> {
         tuning.promise.settling_time.min(dies_down)
     }
 
-    /// Takes in the position of a sample (counts), and starts the next part when one is over. True once all
-    /// was done and kept.
+    /// Takes in the position of a sample (counts) and the command that acts from then on, and starts the next part when one
+    /// is over. True once all was done and kept.
     ///
     /// # Errors
-    /// The promise that was not kept.
+    /// The promise that was not kept, or the fault that shows in how it was not.
     pub(super) fn process(
         &mut self,
         holding: &mut Holding<N>,
         position: N,
+        command: N,
+    ) -> Result<bool, Reason> {
+        self.proceed(holding, position, command).map_err(|missed| {
+            let is_weak = self.steps.iter().any(|step| step.share.is_weak());
+            if is_weak {
+                Reason::ActuatorWeak
+            } else {
+                missed
+            }
+        })
+    }
+
+    fn proceed(
+        &mut self,
+        holding: &mut Holding<N>,
+        position: N,
+        command: N,
     ) -> Result<bool, Reason> {
         self.passed = self.passed.saturating_add(1);
         let settled = self.passed >= self.promised.over && holding.is_at_rest();
@@ -176,23 +215,24 @@ impl<N: Number> Trial<N> {
         match self.stage {
             TrialStage::Settling => {
                 if settled {
-                    self.from = position;
-                    // The promise is for a step from where the servo stands: the error and the integral that friction
-                    // has left are chance.
-                    holding.stay(position, self.balance);
-                    self.measure.take(N::ZERO);
-                    holding.step_to(self.from + self.step);
-                    self.begin(TrialStage::Stepping);
+                    self.begin_step(TrialStage::Stepping, holding, position);
                 }
             }
-            TrialStage::Stepping => {
-                self.measure.take(self.direction * (position - self.from));
-                if self.measure.is_beyond(self.promised.highest) {
+            TrialStage::Stepping | TrialStage::Returning => {
+                let (way, highest) = (self.way(), self.promised.highest);
+                let gone = way * (position - self.from);
+                let beyond_load = way * (command - self.balance);
+                let step = self.step_under_way();
+                step.measure.take(gone);
+                step.share.take(gone, beyond_load);
+                if step.measure.is_beyond(highest) {
                     return Err(Reason::OvershootExceeded);
                 }
                 if settled {
-                    let pushed = holding.resting().command - self.balance;
-                    self.judge_rise(self.direction * pushed)?;
+                    self.judge_rise(holding.resting().command)?;
+                    if self.stage == TrialStage::Returning {
+                        return Ok(true);
+                    }
                     holding.disturb(self.disturbance);
                     self.begin_change(TrialStage::Disturbed, position);
                 }
@@ -213,11 +253,14 @@ impl<N: Number> Trial<N> {
                     if self.moved < self.promised.least_excursion {
                         return Err(Reason::ActuatorDead);
                     }
-                    if self.stage == TrialStage::Recovering {
+                    if self.stage == TrialStage::Disturbed {
+                        holding.disturb(N::ZERO);
+                        self.begin_change(TrialStage::Recovering, position);
+                    } else if self.returns {
+                        self.begin_step(TrialStage::Returning, holding, position);
+                    } else {
                         return Ok(true);
                     }
-                    holding.disturb(N::ZERO);
-                    self.begin_change(TrialStage::Recovering, position);
                 }
             }
         }
@@ -229,29 +272,68 @@ impl<N: Number> Trial<N> {
         self.passed = 0;
     }
 
+    /// Begins a stage with a step. Its promise is for a servo that stands: the error and the integral that friction has left
+    /// are chance.
+    fn begin_step(&mut self, stage: TrialStage, holding: &mut Holding<N>, position: N) {
+        self.from = position;
+        self.begin(stage);
+        self.step_under_way().measure.take(N::ZERO);
+        // A load that came since the servo was studied.
+        let ([friction, _], resting) = (self.friction, holding.resting().command);
+        self.balance = (self.balance).limited(resting - friction, resting + friction);
+        holding.stay(position, self.balance);
+        holding.step_to(position + self.way() * self.step.magnitude());
+    }
+
+    fn step_under_way(&mut self) -> &mut TriedStep<N> {
+        let [out, back] = &mut self.steps;
+        match self.stage {
+            TrialStage::Returning => back,
+            _ => out,
+        }
+    }
+
+    /// The direction of the step under way.
+    fn way(&self) -> N {
+        if self.stage == TrialStage::Returning {
+            -self.direction
+        } else {
+            self.direction
+        }
+    }
+
     /// Begins a stage with a change of the disturbance, of a servo that stands here.
     fn begin_change(&mut self, stage: TrialStage, position: N) {
         (self.from, self.moved) = (position, N::ZERO);
         self.begin(stage);
     }
 
-    /// Judges the rise of a servo that was pushed by this command beyond its load, on the average.
-    fn judge_rise(&self, pushed: N) -> Result<(), Reason> {
+    /// True if friction that is higher at rest may hold the servo under this command.
+    pub(super) fn may_rest_under(&self, command: N) -> bool {
+        let [_, friction] = self.friction;
+        (command - self.balance).magnitude() <= friction
+    }
+
+    /// Judges the rise of a servo that rests under this command, on the average.
+    fn judge_rise(&mut self, command: N) -> Result<(), Reason> {
         let [least, most] = self.promised.rise;
-        let [departed, _] = self.measure.since();
-        match self.measure.rise() {
+        let measure = self.step_under_way().measure;
+        let [departed, _] = measure.since();
+        match measure.rise() {
             Some(rise) if rise >= least && rise <= most => Ok(()),
-            None if departed.is_none() && pushed > self.friction => Err(Reason::ActuatorDead),
+            None if departed.is_none() && self.may_rest_under(command) => Err(Reason::DoesNotMove),
+            None if departed.is_none() => Err(Reason::ActuatorDead),
             _ => Err(Reason::ResponseTimeMissed),
         }
     }
 
     /// The measurements so far.
     pub(super) fn result(&self, units: &Units) -> TrialResult {
+        let [out, back] = self.steps.map(|step| step.measure);
         TrialResult {
             step: self.step.to_f64() * units.position_unit(),
-            rise_time: self.measure.rise().map(|rise| rise * units.sample_time()),
-            overshoot: self.measure.overshoot(),
+            rise_time: out.rise().map(|rise| rise * units.sample_time()),
+            overshoot: out.overshoot().max(back.overshoot()),
             disturbance: self.disturbance.to_f64(),
             excursion: self.excursion.to_f64() * units.position_unit(),
         }
@@ -300,12 +382,42 @@ mod tests {
         }
     }
 
-    /// A trial of a servo that is where `position` says (rad): at a time since the step, in the stages
-    /// after it a second later; for a reference; and for a disturbance that comes (1) or goes (−1).
-    fn tried(
-        step: f64,
-        position: impl Fn(f64, f64, f64) -> f64,
-    ) -> (Result<bool, Reason>, TrialResult) {
+    /// A moment of a trial.
+    #[derive(Clone, Copy)]
+    struct Moment {
+        stage: TrialStage,
+        /// Since the stage began, s.
+        time: f64,
+        /// Where the last step began and ends, rad.
+        from: f64,
+        to: f64,
+    }
+
+    impl Moment {
+        /// A step of first order.
+        fn step(&self, time_constant: f64) -> f64 {
+            let time = match self.stage {
+                TrialStage::Settling => return 0.0,
+                TrialStage::Stepping | TrialStage::Returning => self.time,
+                TrialStage::Disturbed | TrialStage::Recovering => 1.0,
+            };
+            self.from - (self.to - self.from) * libm::expm1(-time / time_constant)
+        }
+
+        /// An excursion by a factor on the promise.
+        fn excursion(&self, factor: f64) -> f64 {
+            let change = match self.stage {
+                TrialStage::Disturbed => 1.0,
+                TrialStage::Recovering => -1.0,
+                _ => 0.0,
+            };
+            let since = self.time / 0.02;
+            factor * change * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since)
+        }
+    }
+
+    /// A trial of a servo that is where `position` says, rad.
+    fn tried(step: f64, position: impl Fn(Moment) -> f64) -> (Result<bool, Reason>, TrialResult) {
         tried_with(step, 0.0, position)
     }
 
@@ -313,7 +425,7 @@ mod tests {
     fn tried_with(
         step: f64,
         coulomb: f64,
-        position: impl Fn(f64, f64, f64) -> f64,
+        position: impl Fn(Moment) -> f64,
     ) -> (Result<bool, Reason>, TrialResult) {
         let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
         let gains = HoldingGains {
@@ -335,25 +447,22 @@ mod tests {
             coulomb,
             load: 0.0,
         };
-        let mut trial = Trial::<f64>::new(&promised(), &units, step, 0.5, &servo);
+        let mut trial = Trial::<f64>::new(&promised(), &units, step, 0.5, &servo, true);
+        let [mut from, mut to] = [0.0; 2];
         for _ in 0..100_000 {
-            let passed = f64::from(trial.passed) * 1e-3;
-            let since_the_step = match trial.stage {
-                TrialStage::Settling | TrialStage::Stepping => passed,
-                TrialStage::Disturbed | TrialStage::Recovering => passed + 1.0,
-            };
-            let at = position(
-                since_the_step,
-                holding.reference() * units.position_unit(),
-                match trial.stage {
-                    TrialStage::Disturbed => 1.0,
-                    TrialStage::Recovering => -1.0,
-                    _ => 0.0,
-                },
-            );
+            let reference = holding.reference() * units.position_unit();
+            if (reference - to).abs() > 0.5 * STEP {
+                (from, to) = (to, reference);
+            }
+            let at = position(Moment {
+                stage: trial.stage,
+                time: f64::from(trial.passed) * 1e-3,
+                from,
+                to,
+            });
             let count = libm::floor(at * units.position());
-            let done = trial.process(&mut holding, count);
-            let _ = holding.process(count, 0.0);
+            let command = holding.process(count, 0.0).expect("no reach");
+            let done = trial.process(&mut holding, count, command);
             if done != Ok(false) {
                 return (done, trial.result(&units));
             }
@@ -362,17 +471,8 @@ mod tests {
     }
 
     /// A step of first order, and an excursion as promised.
-    fn first_order(time_constant: f64) -> impl Fn(f64, f64, f64) -> f64 {
-        move |time, reference, change| {
-            let step = reference * -libm::expm1(-time / time_constant);
-            step + change * excursion(1.0, time)
-        }
-    }
-
-    /// An excursion by a factor on the promise, at a time since the step.
-    fn excursion(factor: f64, time: f64) -> f64 {
-        let since = (time - 1.0) / 0.02;
-        factor * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since)
+    fn first_order(time_constant: f64) -> impl Fn(Moment) -> f64 {
+        move |at| at.step(time_constant) + at.excursion(1.0)
     }
 
     #[test]
@@ -390,46 +490,49 @@ mod tests {
     }
 
     #[test]
-    fn a_slower_or_faster_rise_than_promised_is_refused() {
+    fn a_slower_or_faster_rise_than_promised_is_refused_out_and_back() {
         for factor in [1.3, 0.75] {
-            let (done, _) = tried(STEP, first_order(factor * TIME_CONSTANT));
-            assert_eq!(done, Err(Reason::ResponseTimeMissed));
+            for only in [TrialStage::Stepping, TrialStage::Returning] {
+                let (done, _) = tried(STEP, |at| {
+                    let factor = if at.stage == only { factor } else { 1.0 };
+                    at.step(factor * TIME_CONSTANT) + at.excursion(1.0)
+                });
+                assert_eq!(done, Err(Reason::ResponseTimeMissed), "{factor} {only:?}");
+            }
         }
     }
 
     #[test]
     fn overshoot_compliance_and_unrest_are_refused() {
         let plain = first_order(TIME_CONSTANT);
-        let (overshoots, _) = tried(STEP, |time, reference, change| {
-            plain(time, reference, change) * (1.0 + 6.0 * time * libm::exp(-time / 0.05))
+        let (overshoots, _) = tried(STEP, |at| {
+            plain(at) * (1.0 + 6.0 * at.time * libm::exp(-at.time / 0.05))
         });
         assert_eq!(overshoots, Err(Reason::OvershootExceeded));
-        let (gives_way, _) = tried(STEP, |time, reference, change| {
-            plain(time, reference, change) + change * excursion(1.5, time)
-        });
+        let (gives_way, _) = tried(STEP, |at| plain(at) + at.excursion(1.5));
         assert_eq!(gives_way, Err(Reason::DisturbanceExceeded));
-        let (never_rests, _) = tried(STEP, |time, reference, change| {
-            plain(time, reference, change) + 0.001 * libm::sin(time / 0.01)
-        });
+        let (never_rests, _) = tried(STEP, |at| plain(at) + 0.001 * libm::sin(at.time / 0.01));
         assert_eq!(never_rests, Err(Reason::NeverAtRest));
     }
 
     #[test]
-    fn an_encoder_that_sticks_after_the_step_is_found_where_friction_cannot_hold_the_servo() {
-        let plain = first_order(TIME_CONSTANT);
-        for sticks_at_once in [true, false] {
-            let stuck = |time: f64, reference: f64, change: f64| {
-                let sticks = sticks_at_once || change < 0.0;
-                plain(time, reference, if sticks { 0.0 } else { change })
-            };
-            // The disturbance gives 100 rad/s².
-            for (coulomb, expected) in [
-                (0.0, Err(Reason::ActuatorDead)),
-                (10.0, Err(Reason::ActuatorDead)),
-                (34.0, Ok(true)),
-            ] {
-                let (done, _) = tried_with(STEP, coulomb, stuck);
-                assert_eq!(done, expected, "{sticks_at_once} {coulomb}");
+    fn an_encoder_that_sticks_after_the_step_is_found() {
+        // The disturbance gives 100 rad/s², which a third of friction may hold.
+        for (coulomb, expected) in [
+            (0.0, Reason::ActuatorDead),
+            (10.0, Reason::ActuatorDead),
+            (34.0, Reason::DoesNotMove),
+        ] {
+            for sticks_in in [TrialStage::Disturbed, TrialStage::Recovering] {
+                let (done, _) = tried_with(STEP, coulomb, |at| match at.stage {
+                    TrialStage::Settling | TrialStage::Stepping => at.step(TIME_CONSTANT),
+                    TrialStage::Disturbed if sticks_in == TrialStage::Recovering => {
+                        at.step(TIME_CONSTANT) + at.excursion(1.0)
+                    }
+                    TrialStage::Returning => at.from,
+                    _ => at.step(TIME_CONSTANT),
+                });
+                assert_eq!(done, Err(expected), "{sticks_in:?} {coulomb}");
             }
         }
     }

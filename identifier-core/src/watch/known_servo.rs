@@ -41,6 +41,15 @@ impl<N: Number> KnownServo<N> {
         })
     }
 
+    /// The same with a load that this command balances.
+    pub(crate) fn holding_by(self, command: N) -> Self {
+        Self {
+            able: self.able.holding_by(command),
+            response: self.response.holding_by(command),
+            ..self
+        }
+    }
+
     /// The same as the motor of two masses, whose load has β of its inertia: before the spring has turned the load, the motor
     /// is stronger by 1 + β.
     pub(crate) fn with_load_on_a_spring(self, ratio: f64) -> Self {

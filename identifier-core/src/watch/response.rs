@@ -61,6 +61,14 @@ pub(super) struct Known<N> {
 }
 
 impl<N: Number> Known<N> {
+    /// The same with a load that this command balances.
+    pub(super) fn holding_by(self, command: N) -> Self {
+        Self {
+            load: -(self.gain * command),
+            ..self
+        }
+    }
+
     pub(super) fn new(model: &Model) -> Self {
         Self {
             gain: N::from_f64(model.gain),
@@ -181,7 +189,9 @@ impl<N: Number> ResponseCheck<N> {
         };
         let change = block.change + viscous * (counts - first);
         let (cause, least) = (known.gain * block.cause, known.gain * self.least);
-        if change * cause < N::ZERO && cause.magnitude() >= larger(faint, least) {
+        let reversed = N::from_f64(Self::MAX_REVERSED_SHARE) * cause.magnitude();
+        let is_against = change * sign_of(cause) < reversed;
+        if is_against && cause.magnitude() >= larger(faint, least) {
             state.suspicion = Some(Reason::Reversed);
         }
         state.compare(change, cause, least, enough)?;

@@ -165,7 +165,10 @@ impl<N: Number> ServoWatch<N> {
             .map_err(|limit| state.suspicion().unwrap_or(limit))?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
-            Some(setpoint) => Under::Control(setpoint),
+            Some(setpoint) => Under::Control {
+                setpoint,
+                error: setpoint - seen.position,
+            },
             None => Under::Nothing,
         };
         self.motion
@@ -284,15 +287,18 @@ impl<N: Number> ServoWatchState<N> {
     fn suspicion(&self) -> Option<Reason> {
         /// Samples: a command that is two of them late has acted by then.
         const MIN_SAMPLES: u32 = 4;
-        if self.gains_against >= MIN_SAMPLES {
-            return Some(Reason::Reversed);
-        }
+        let against = (self.gains_against >= MIN_SAMPLES).then_some(Reason::Reversed);
         let [shorter, longer] = self.response.each_ref().map(ResponseCheckState::suspicion);
-        match (shorter, longer) {
+        let compared = match (shorter, longer) {
             (reversed @ Some(Reason::Reversed), _) | (_, reversed @ Some(Reason::Reversed)) => {
                 reversed
             }
             _ => shorter.or(longer),
+        };
+        // A load takes a servo whose actuator is dead against the command too: less far than a reversed one.
+        match self.known {
+            Some(_) => compared.or(against),
+            None => against.or(compared),
         }
     }
 

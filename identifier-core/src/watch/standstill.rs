@@ -38,6 +38,11 @@ pub(super) struct StandstillWatchState<N> {
     range: [N; 2],
     /// Where the setpoint was when it began, counts.
     setpoint: N,
+    /// The command under which it came to standstill where a load had moved it, before that its holding command.
+    settled: N,
+    /// The largest error since the last standstill, counts, and whether the setpoint moved since.
+    farthest: N,
+    asked: bool,
     /// Samples of this standstill, as long as they are few,
     still: i32,
     /// and of those, running, in which it had to move and did not.
@@ -64,6 +69,14 @@ pub(super) struct Able<N> {
 }
 
 impl<N: Number> Able<N> {
+    /// The same with a load that this command balances.
+    pub(super) fn holding_by(self, command: N) -> Self {
+        Self {
+            holding: command,
+            ..self
+        }
+    }
+
     /// The same, and braked as this servo may be.
     pub(super) fn braked_by(self, model: &Model) -> Self {
         Self {
@@ -79,6 +92,8 @@ impl<N: Number> StandstillWatch<N> {
     const MISSED_COUNTS: i32 = 7;
     /// Counts of a servo at standstill.
     const SLIP_COUNTS: i32 = 2;
+    /// The part of the command's reach beyond which it balances another load.
+    const LOADED: f64 = 0.5;
     /// Largest possible braking over the largest change of speed observed.
     const UNKNOWN_BRAKING: f64 = 4.0;
     /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
@@ -131,6 +146,9 @@ impl<N: Number> StandstillWatch<N> {
             command: N::ZERO,
             range: [N::ZERO; 2],
             setpoint: N::ZERO,
+            settled: N::ZERO,
+            farthest: N::ZERO,
+            asked: false,
             still: 0,
             pushed: 0,
             able: Able {
@@ -189,6 +207,7 @@ impl<N: Number> StandstillWatch<N> {
 
     pub(super) fn know(state: &mut StandstillWatchState<N>, able: &Able<N>) {
         state.able = *able;
+        state.settled = able.holding;
     }
 
     /// The servo was seen to change its speed by so much, counts a sample squared.
@@ -282,6 +301,12 @@ impl<N: Number> StandstillWatch<N> {
     ) -> Result<(), Reason> {
         state.command += self.smoothing * (command - state.command);
         state.away += increment;
+        if let Under::Control { setpoint, error } = under {
+            state.asked |= state.is_asked(setpoint);
+            if error.magnitude() > state.farthest {
+                state.farthest = error.magnitude();
+            }
+        }
         if state.away.magnitude() > N::from_count(Self::SLIP_COUNTS) {
             state.away = N::ZERO;
             state.still = 0;
@@ -293,6 +318,9 @@ impl<N: Number> StandstillWatch<N> {
         if state.still < state.able.settling {
             state.still += 1;
             state.range = [state.command; 2];
+            if state.still == state.able.settling {
+                state.settle(under);
+            }
         }
         let [low, high] = &mut state.range;
         *low += self.fading * (state.command - *low);
@@ -303,20 +331,22 @@ impl<N: Number> StandstillWatch<N> {
         if state.command > *high {
             *high = state.command;
         }
+        let [low, high] = state.range;
         let pushed = match under {
             Under::Nothing => false,
             Under::Push => true,
-            Under::Control(setpoint) => {
-                if state.still < state.able.settling {
-                    state.setpoint = setpoint;
-                }
+            Under::Control { setpoint, .. } => {
                 let [disturbed, undisturbed] = state.able.stands;
-                let moved = (setpoint - state.setpoint).magnitude();
-                let asked = moved > N::from_count(Self::SETPOINT_STEP);
-                let stands = if asked { undisturbed } else { disturbed };
-                state.command - *low > stands
-                    || *high - state.command > stands
-                    || (state.command - state.able.holding).magnitude() > state.able.reach
+                let stands = if state.is_asked(setpoint) {
+                    undisturbed
+                } else {
+                    disturbed
+                };
+                state.command - low > stands
+                    || high - state.command > stands
+                    || [state.able.holding, state.settled]
+                        .iter()
+                        .all(|&holding| (state.command - holding).magnitude() > state.able.reach)
             }
         };
         if !pushed {
@@ -341,6 +371,28 @@ impl<N: Number> StandstillWatchState<N> {
         self.able.patience
     }
 
+    /// It has come to standstill. Where a load has moved it although the setpoint did not move, or where it came to where it
+    /// was asked to, this command balances it but for friction.
+    fn settle(&mut self, under: Under<N>) {
+        let Under::Control { setpoint, error } = under else {
+            return;
+        };
+        let arrived = error.magnitude() <= N::from_count(StandstillWatch::<N>::SETPOINT_STEP);
+        let is_moved = self.farthest > N::from_count(StandstillWatch::<N>::MISSED_COUNTS);
+        let away = (self.command - self.able.holding).magnitude();
+        let is_loaded = away > N::from_f64(StandstillWatch::<N>::LOADED) * self.able.reach;
+        if is_loaded && is_moved && (arrived || !self.asked) {
+            self.settled = self.command;
+        }
+        (self.setpoint, self.farthest, self.asked) = (setpoint, N::ZERO, false);
+    }
+
+    /// True if the setpoint has moved since the standstill began.
+    fn is_asked(&self, setpoint: N) -> bool {
+        let moved = (setpoint - self.setpoint).magnitude();
+        moved > N::from_count(StandstillWatch::<N>::SETPOINT_STEP)
+    }
+
     /// Largest deceleration of the servo, counts per sample squared.
     #[inline]
     fn braking(&self, command: N) -> N {
@@ -355,6 +407,6 @@ pub(super) enum Under<N> {
     Nothing,
     /// A command that must move it.
     Push,
-    /// A controller with this setpoint, counts.
-    Control(N),
+    /// A controller with this setpoint and this error, counts.
+    Control { setpoint: N, error: N },
 }

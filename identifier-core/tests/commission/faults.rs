@@ -151,3 +151,50 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// A load of half of the command that comes and stays is held, and the commissioning goes on: while the axis rests, and in
+/// slides where its travel is large enough for the loop to hold it in.
+#[test]
+fn a_load_that_steps_by_half_of_the_command_is_no_fault() {
+    for (name, bench) in servos() {
+        let [_, command] = bench.settings.limits.command;
+        let phases: &[Phase] = match name {
+            "stiff" => &[Phase::Slide, Phase::Tune],
+            _ => &[Phase::Tune],
+        };
+        for &phase in phases {
+            for (after, part) in [(12, 0.5), (12, -0.5), (400, 0.5), (400, -0.5)] {
+                let (course, _) = bench.commission_with(&Strike {
+                    kind: FaultKind::LoadStep,
+                    size: part * command * bench.servo.b,
+                    phase,
+                    after,
+                });
+                let case = format!("{name} {phase:?} {after} {part}");
+                assert_eq!(course.state.reason(), None, "{case}");
+                let [low, high] = bench.settings.limits.travel;
+                assert!(
+                    course.travel[0] >= low && course.travel[1] <= high,
+                    "{case}"
+                );
+            }
+        }
+    }
+}
+
+/// The last motion is not predicted where there is more friction than before, and is fitted with that.
+#[test]
+fn friction_that_rises_before_the_last_motion_is_found_by_it() {
+    for (name, bench) in servos() {
+        let [_, command] = bench.settings.limits.command;
+        for part in [0.03, 0.08] {
+            let (course, _) = bench.commission_with(&Strike {
+                kind: FaultKind::FrictionRise,
+                size: part * command * bench.servo.b,
+                phase: Phase::Verify,
+                after: 0,
+            });
+            assert_eq!(course.state.reason(), None, "{name} {part}");
+        }
+    }
+}

@@ -45,6 +45,8 @@ pub struct CommissionIsr<N: Number> {
     lead: u32,
     /// By which the commands of a servo that is not known yet are late, samples.
     delay: N,
+    /// The command by which that of a rest may differ from the load's besides what friction explains.
+    spare: N,
 }
 
 /// Inputs of a commissioning in a sample.
@@ -93,6 +95,9 @@ impl<N: Number> CommissionIsr<N> {
     /// By how much more than is declared a command of a servo that is not known yet may be late, samples.
     const UNKNOWN_DELAY: f64 = 2.0;
 
+    /// The part of the command by which that of a rest may differ from the load's besides what friction explains.
+    const SPARE: f64 = 0.05;
+
     /// Noise at rest that motion is not mistaken for, counts, and the part by which it may exceed the declared one.
     const TOLERATED_NOISE: f64 = 0.5;
     pub(in crate::commission) const MAX_NOISE_FACTOR: f64 = 1.5;
@@ -131,6 +136,7 @@ impl<N: Number> CommissionIsr<N> {
             patience: samples(Self::PATIENCE) as u32,
             lead: samples(lead).max(fewest_of_lead) as u32,
             delay: N::from_f64(samples(settings.command_delay) + Self::UNKNOWN_DELAY),
+            spare: N::from_f64(Self::SPARE * high.min(-low)),
             units,
         })
     }

@@ -53,6 +53,12 @@ impl<N: Number> CommissionIsr<N> {
         }
         // The gains before bring it back from beyond the limits of the commissioning.
         checked.or_else(|reason| match reason {
+            Reason::ActuatorDead => Err(match &state.activity {
+                Activity::OnTrial(_, trial) if trial.may_rest_under(state.command) => {
+                    Reason::DoesNotMove
+                }
+                _ => reason,
+            }),
             limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
             fault => Err(fault),
         })

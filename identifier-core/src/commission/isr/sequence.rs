@@ -86,7 +86,7 @@ impl<N: Number> CommissionIsr<N> {
                 }
             }
             Activity::OnTrial(holding, trial) => {
-                if trial.process(holding, position)? {
+                if trial.process(holding, position, state.command)? {
                     let held = Activity::Holding(*holding);
                     state.measured = Some(*trial);
                     if state.is_to_be_proved() {
@@ -138,6 +138,7 @@ impl<N: Number> CommissionIsr<N> {
             }
             Next::MotionRecord { again } => {
                 if is_at_rest {
+                    self.know(state);
                     state.next = Next::Stay { again };
                     state.stay()?;
                 }
@@ -236,10 +237,17 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    /// Watches the servo by the model that the solver identified, from now on.
+    /// Watches the servo by the model that the solver identified, from now on, with the load under which it rests.
     fn know(&self, state: &mut CommissionState<N>) {
-        let identified = state.identified.as_ref();
-        if let Some(known) = identified.and_then(|known| known.known.as_ref()) {
+        let Some(identified) = &mut state.identified else {
+            return;
+        };
+        if let Activity::Holding(holding) = &state.activity
+            && holding.is_at_rest()
+        {
+            identified.rest_under(holding.resting().command, self.spare);
+        }
+        if let Some(known) = &identified.known {
             self.watch.know(&mut state.watch, known);
         }
     }

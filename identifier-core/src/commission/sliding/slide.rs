@@ -71,7 +71,7 @@ pub(in crate::commission) enum SlideProgress<N> {
     Line(LineSums<N>),
     /// After them the motion beneath the lines.
     Balance(SlideBalance<N>),
-    /// The servo is about to stand again; all sums were handed over.
+    /// The servo is about to stand again and all sums were handed over, or a load pushes it.
     Over,
 }
 
@@ -86,6 +86,10 @@ impl<N: Number> Slide<N> {
     /// The part of the slide's speed at which it has stopped, but for a count of the smoothed velocity.
     const STANDS: f64 = 0.2;
     const ROUNDING: f64 = 0.3;
+
+    /// The parts of the largest error and of the speed beyond which a servo that leaves its reference was pushed.
+    const PUSHED_ERROR: f64 = 0.6;
+    const PUSHED_SPEED: f64 = 0.3;
 
     /// Without a plan.
     pub(in crate::commission) const NONE: Self = Self {
@@ -151,6 +155,9 @@ impl<N: Number> Slide<N> {
             self.gather(sample);
         }
         self.proceed(holding.reference());
+        if self.is_pushed(error, sample.velocity) {
+            return SlideProgress::Over;
+        }
         let acceleration = self.accelerate();
         let injection = self.inject();
         let feed_forward = self.feed_forward(acceleration);
@@ -169,6 +176,14 @@ impl<N: Number> Slide<N> {
         } else {
             SlideProgress::Going
         }
+    }
+
+    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the slides is too slow
+    /// for.
+    fn is_pushed(&self, error: N, velocity: N) -> bool {
+        let far = N::from_f64(Self::PUSHED_ERROR) * self.motion.max_error;
+        let fast = N::from_f64(Self::PUSHED_SPEED) * self.motion.speed;
+        error.magnitude() > far && velocity.magnitude() > fast && error * velocity < N::ZERO
     }
 
     /// Of the loop that is planned to hold the servo meanwhile: model, delay and bandwidth.

@@ -27,6 +27,8 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     rough: Option<IdentifiedServo>,
     /// Number of second motions that were not informative enough.
     refined: u32,
+    /// True once a motion that was not predicted was fitted with another load.
+    is_burdened: bool,
     /// The step that gains are looked for with, rad.
     step: f64,
     /// The effect that the model lacks by the evidence of the motions.
@@ -105,6 +107,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             servo: None,
             rough: None,
             refined: 0,
+            is_burdened: false,
             step: 0.0,
             suspect: None,
             response: MeasuredResponse::new(&settings),
@@ -124,6 +127,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     self.servo = None;
                     self.suspect = None;
                     self.refined = 0;
+                    self.is_burdened = false;
                     self.masses = None;
                     self.tried = None;
                     self.disproved = 0;
@@ -198,6 +202,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 let fitted = self.fitter.work(fit, &self.record)?;
                 match fitted {
                     Ok(servo) => self.take_servo(servo),
+                    Err(_) if self.is_burdened && self.motion == Phase::Verify => {
+                        self.proceed(Then::Slide(Some(Reason::NotPredicted)))
+                    }
                     Err(reason) => {
                         // Of an encoder's noise it would be no servo.
                         let is_quiet = self.settings.noise == 0.0;

@@ -47,6 +47,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Takes a servo that was fitted.
     pub(super) fn take_servo(&mut self, servo: IdentifiedServo) -> Option<DecisionKind<N>> {
+        let is_explained = servo.unexplained < Self::EXPLAINED * self.settings.resolution;
+        if self.is_burdened && !is_explained && self.motion == Phase::Verify {
+            let work = self.fitter.begin_prediction(self.servo.as_ref()?);
+            self.work = Work::Predicting(work);
+            return None;
+        }
         self.servo = Some(servo);
         let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
         let then = match self.motion {
@@ -59,12 +65,33 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Judges how a motion that nothing was fitted to was predicted.
     pub(super) fn judge(&mut self, prediction: &PredictionErrors) -> Option<DecisionKind<N>> {
+        let was_explained = |servo: &IdentifiedServo| {
+            servo.unexplained <= Self::UNEXPLAINED * self.settings.resolution
+        };
+        if prediction.refutes()
+            && !self.is_burdened
+            && self.servo.is_some_and(|servo| was_explained(&servo))
+        {
+            return self.burden();
+        }
         let then = match self.motion {
             _ if prediction.refutes() => Then::Slide(Some(Reason::NotPredicted)),
             Phase::Refine => Then::Again,
             _ => Then::Slide(None),
         };
         self.explain(prediction.rms, then)
+    }
+
+    /// Fits the motion that was not predicted, to find out if load and friction alone have changed, once.
+    fn burden(&mut self) -> Option<DecisionKind<N>> {
+        self.is_burdened = true;
+        let mut burdened = self.servo?;
+        let most = burdened.parameters.b * self.settings.limits.command[1];
+        for place in [IdentifiedServo::COULOMB, IdentifiedServo::LOAD] {
+            burdened.know_alone(place, most);
+        }
+        self.work = Work::Fitting(self.fitter.begin(&self.record, Some(&burdened)));
+        None
     }
 
     /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
