@@ -128,7 +128,7 @@ fn gains_follow_the_inertia_in_motion_and_the_loop_keeps_its_promise() {
         assert_eq!(moves(&mut drive, 10), [], "the servo as it was");
         keeps_promise(&mut drive, &tuning);
         bench.change(&changed(inertia, 1.0));
-        let [reported, followed] = moves(&mut drive, 30)[..] else {
+        let [reported, followed] = moves(&mut drive, 60)[..] else {
             panic!("{inertia}: a report and what became of it");
         };
         let change = reported.servo_change.expect("it is reported first");
