@@ -1,5 +1,7 @@
 use std::path::{Path, PathBuf};
 
+use identifier_core::commission::CommissionSettings;
+
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
@@ -19,12 +21,44 @@ pub(super) struct Arguments {
     /// The scenario, a TOML file with [commission]; a [controller] is the one in use.
     scenario: PathBuf,
     #[command(flatten)]
+    slides: Slides,
+    #[command(flatten)]
     outputs: Outputs,
 }
 
+/// The slides, for an axis that is known.
+#[derive(Debug, Clone, Copy, clap::Args)]
+#[group(multiple = false)]
+pub(super) struct Slides {
+    /// No slides where one mass explains the motions, for an axis that is known to be stiff; as `slide_rounds = 0`.
+    #[arg(long)]
+    quick: bool,
+    /// Slides under the new gains too, for a compliant axis; as `slide_rounds = 2`.
+    #[arg(long)]
+    thorough: bool,
+}
+
+impl Slides {
+    /// Their rounds, where they are stated.
+    pub(super) fn rounds(self) -> Option<u8> {
+        match self {
+            Self { quick: true, .. } => Some(0),
+            Self { thorough: true, .. } => Some(CommissionSettings::THOROUGH),
+            _ => None,
+        }
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let Arguments { scenario, outputs } = arguments;
-    let text = ScenarioText::read(scenario)?;
+    let Arguments {
+        scenario,
+        slides,
+        outputs,
+    } = arguments;
+    let mut text = ScenarioText::read(scenario)?;
+    if let Some(rounds) = slides.rounds() {
+        text = text.stating("commission", &format!("slide_rounds = {rounds}"));
+    }
     experiment(&text, outputs, scenario, None)
 }
 

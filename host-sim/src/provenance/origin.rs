@@ -145,6 +145,17 @@ impl ScenarioText {
         })
     }
 
+    /// The same with an entry at the beginning of a table.
+    #[must_use]
+    pub fn stating(mut self, table: &str, entry: &str) -> Self {
+        let header = format!("[{table}]");
+        let is_header = |line: &&str| line.trim_start().starts_with(&header);
+        if let Some(line) = self.text.lines().find(is_header) {
+            self.text = self.text.replacen(line, &format!("{line}\n{entry}"), 1);
+        }
+        self
+    }
+
     /// The scenario of the text.
     ///
     /// # Errors

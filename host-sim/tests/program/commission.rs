@@ -238,3 +238,34 @@ fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
         "{answer}"
     );
 }
+
+#[test]
+fn quick_leaves_the_slides_out_and_thorough_slides_more_and_both_are_reproduced() {
+    let folder = folder("commission-slides");
+    let (path, result) = (folder.join("scenario.toml"), folder.join("result.json"));
+    fs::write(&path, PAPER).expect("the scenario is written");
+    let [path, result] = [path, result].map(|file| file.display().to_string());
+    let slides = |flags: &[&str]| {
+        let asked = [&["commission", &path, "--json", &result, "--force"], flags].concat();
+        assert_done(&servo_id(&asked));
+        assert_done(&servo_id(&["reproduce", &result]));
+        let text = fs::read_to_string(&result).expect("it is written");
+        let json: Value = serde_json::from_str(&text).expect("it is JSON");
+        let phases = json["phases"].as_array().expect("a list").clone();
+        let slide = phases.iter().find(|phase| phase["phase"] == "slide");
+        slide.map_or(0.0, |slide| {
+            slide["end"].as_f64().expect("s") - slide["begin"].as_f64().expect("s")
+        })
+    };
+    let (quick, usual, thorough) = (slides(&["--quick"]), slides(&[]), slides(&["--thorough"]));
+    assert_eq!(quick, 0.0);
+    assert!(usual > 1.0 && thorough > 1.8 * usual, "{usual} {thorough}");
+
+    let both = servo_id(&["commission", &path, "--quick", "--thorough"]);
+    assert_eq!(both.status.code(), Some(2));
+    let stated = PAPER.replace("[commission]", "[commission]\nslide_rounds = 1");
+    fs::write(&path, stated).expect("the scenario is written");
+    let twice = servo_id(&["commission", &path, "--quick"]);
+    assert_eq!(twice.status.code(), Some(2));
+    assert!(standard_error(&twice).contains("slide_rounds"));
+}

@@ -74,6 +74,9 @@ impl CommissionSettings {
         }
     }
 
+    /// The rounds of slides from which on gains for a compliant axis are proved.
+    pub const THOROUGH: u8 = 2;
+
     /// The most rounds of slides.
     pub const MAX_SLIDE_ROUNDS: u8 = 4;
 

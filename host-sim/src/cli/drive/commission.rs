@@ -9,6 +9,7 @@ use identifier_core::commission::{HoldingGains, Phase};
 use super::fault;
 use super::follow::{Event, follow, samples_in};
 use super::plan::{DrivePlan, Plan};
+use crate::cli::commission::Slides;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
@@ -24,6 +25,8 @@ pub(super) struct Arguments {
     /// The scenario: encoder, amplifier and [commission]. A configured drive keeps its own controller, any other
     /// takes the scenario's, if it has one.
     scenario: PathBuf,
+    #[command(flatten)]
+    slides: Slides,
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -37,7 +40,10 @@ const LINE_INTERVAL: f64 = 0.1;
 
 impl Arguments {
     pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
-        let plan = Plan::read(&self.scenario)?;
+        let mut plan = Plan::read(&self.scenario)?;
+        if let Some(rounds) = self.slides.rounds() {
+            plan.order.slide_rounds = rounds;
+        }
         let mut files = Files::reading(&[&self.scenario], self.force);
         let json = files.output(self.json.as_deref())?;
         let silent = files.own_standard_output();

@@ -2,7 +2,7 @@
 
 use super::super::message::DecisionKind;
 use super::super::sliding::{Lines, SlidePlan};
-use super::super::{Phase, Reason};
+use super::super::{CommissionSettings, Phase, Reason};
 use super::{CommissionSolver, Then, Work};
 use crate::number::Number;
 use crate::tuning::{Resonance, Tuning};
@@ -15,12 +15,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// one may be.
     const DISPROVING: f64 = 4.0 / 3.0;
 
-    /// Rounds of slides from which on the response is to be known well enough to judge gains by.
-    const THOROUGH: u8 = 2;
-
     /// True if gains for two masses are to be proved.
     pub(super) fn is_thorough(&self) -> bool {
-        self.settings.slide_rounds >= Self::THOROUGH
+        self.settings.slide_rounds >= CommissionSettings::THOROUGH
     }
 
     /// The resonance that gains are looked for with.
