@@ -103,6 +103,12 @@ impl<N: Number> Holding<N> {
         self.state = self.state.with_integral(integral);
     }
 
+    /// Takes a command from the integral that is added to the loop's from now on.
+    pub(super) fn relieve(&mut self, command: N) {
+        let integral = self.controller.pid.integral_for(command, N::ZERO, N::ZERO);
+        self.state = self.state.with_integral_less(integral);
+    }
+
     /// Holds the servo where it is by the command that balances the load and nothing else. The integral of an error that
     /// friction has left would sooner or later move it on.
     pub(super) fn stay(&mut self, position: N, command: N) {

@@ -1,3 +1,4 @@
+use super::sliding::SlideBalance;
 use crate::number::Number;
 use crate::parameters::ServoParameters;
 
@@ -111,6 +112,23 @@ impl<N: Number> RoughModel<N> {
             };
         }
         self.gain * command + self.without_command(velocity) - self.viscous * velocity
+    }
+
+    /// Takes over the friction and load that balance a slide; by how much the command that it takes has changed.
+    pub(crate) fn learn(&mut self, slide: &SlideBalance<N>) -> N {
+        let SlideBalance {
+            velocity,
+            acceleration,
+            command,
+        } = *slide;
+        let without = if velocity > N::ZERO {
+            &mut self.forward
+        } else {
+            &mut self.backward
+        };
+        let before = *without;
+        *without = acceleration + self.viscous * velocity - self.gain * command;
+        (before - *without) * self.per_gain
     }
 
     /// The command that gives an acceleration in a direction of motion.

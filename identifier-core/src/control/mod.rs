@@ -161,6 +161,12 @@ impl<N: Number, S> ControlState<N, S> {
         }
     }
 
+    /// With so much less of the integral.
+    pub(crate) fn with_integral_less(self, integral: N) -> Self {
+        let left = self.integral.value() - integral;
+        self.with_integral(left)
+    }
+
     /// For a controller with this part of k_i, above zero: the integral's command stays.
     pub(crate) fn with_integral_for(self, part: N) -> Self {
         let integral = self.integral.value() * part.reciprocal();

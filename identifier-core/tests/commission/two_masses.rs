@@ -25,6 +25,14 @@ const EXCEEDING: f64 = 0.02;
 const LIMIT: f64 = 10.0;
 const WEAKEST: f64 = 50.0;
 
+/// The change of the speed in a sample by all of the command, over the largest speed, and that beyond which a servo of a
+/// declared gain is refused.
+fn speed_step(bench: &Bench) -> f64 {
+    let settings = &bench.settings;
+    bench.servo.b * LIMIT * settings.sample_time / settings.limits.speed
+}
+const MAX_SPEED_STEP: f64 = 0.15;
+
 /// Logarithmic between two bounds.
 fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
     low * (high / low).powf(random.next_uniform())
@@ -274,7 +282,7 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
                 ..
             } = bench.effects;
             println!(
-                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} | {} after {} {} {:?} Ms {:.2} at {:.1} | reach {:.2} ({}) speed {:.2} ({}) {:.1} s",
+                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} step {:.2} | {} after {} {} {:?} Ms {:.2} at {:.1} | reach {:.2} ({}) speed {:.2} ({}) {:.1} s",
                 bench.counts,
                 resonance / TAU,
                 resonance_damping.unwrap_or(0.0),
@@ -287,6 +295,7 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
                 current_loop,
                 bench.settings.sample_time,
                 bench.settings.limits.travel[1],
+                speed_step(bench),
                 judged.phase.name(),
                 judged.ended_in.name(),
                 judged.reason,
@@ -316,6 +325,15 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
         times[times.len() * 9 / 10],
     );
     println!("{reasons:?}");
+    let slow = benches.iter().zip(&judged);
+    let slow = slow.filter(|(bench, _)| speed_step(bench) <= MAX_SPEED_STEP);
+    let (slow, others): (Vec<_>, Vec<_>) =
+        slow.partition(|(_, judged)| judged.sensitivity.is_some());
+    println!(
+        "{} applied of {} whose speed all of the command changes by at most {MAX_SPEED_STEP} of its limit in a sample",
+        slow.len(),
+        slow.len() + others.len()
+    );
     assert_eq!(unstable, 0);
     assert!(
         exceeding as f64 <= EXCEEDING * applied as f64,

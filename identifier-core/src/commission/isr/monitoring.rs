@@ -15,7 +15,13 @@ impl<N: Number> CommissionIsr<N> {
     const GIVEN_WAY: f64 = 0.4;
 
     /// The part of the largest bandwidth below which it gives no more way.
-    const LEAST: f64 = 0.1;
+    const LEAST: f64 = 0.08;
+
+    /// The speed over the pace of the reference at which it is the loop that drives a servo, counts that rounding adds, and
+    /// changes of direction at such speeds after which it gives way.
+    const DRIVEN: f64 = 3.0;
+    const ROUNDING: f64 = 2.0;
+    const DRIVEN_WAYS: u32 = 4;
 
     /// The command of the activity; it ends the commissioning where there is none any more.
     pub(super) fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
@@ -71,7 +77,14 @@ impl<N: Number> CommissionIsr<N> {
         let (true, Activity::Holding(holding)) = (is_studied, &mut state.activity) else {
             return;
         };
-        if state.phase.is_end() || state.watch.swings() < Self::SWINGS {
+        let increment = state.observation.increment.unwrap_or(N::ZERO);
+        let fastest = N::from_f64(Self::DRIVEN) * self.pace + N::from_f64(Self::ROUNDING);
+        if increment.magnitude() > fastest && increment * state.driven <= N::ZERO {
+            state.driven = increment;
+            state.driven_ways += 1;
+        }
+        let is_driven = state.driven_ways >= Self::DRIVEN_WAYS;
+        if state.phase.is_end() || !(is_driven || state.watch.swings() >= Self::SWINGS) {
             return;
         }
         let part = N::from_f64(Self::GIVEN_WAY);
@@ -79,6 +92,7 @@ impl<N: Number> CommissionIsr<N> {
         if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
             state.bandwidth = bandwidth;
             holding.give_way(part);
+            state.driven_ways = 0;
             state.watch.forget_swings();
         }
     }

@@ -193,7 +193,8 @@ impl<N: Number> CommissionIsr<N> {
     /// Begins the record of the next motion while the servo is still held: the first commands of the
     /// motion act late, and those before them are to be known.
     fn begin_lead(&self, state: &mut CommissionState<N>, again: bool) {
-        state.phase = if state.phase == Phase::Fit || again {
+        // It may have slid before its second motion.
+        state.phase = if matches!(state.phase, Phase::Fit | Phase::Slide) || again {
             Phase::Refine
         } else {
             Phase::Verify

@@ -10,8 +10,9 @@ use crate::tuning::MeasuredLine;
 pub(in crate::commission) struct MeasuredResponse<N> {
     sample_time: f64,
     resolution: f64,
-    /// The lines of the slides under way or last, and their sums.
+    /// The lines of the slides under way or last, whether they replace those of earlier slides, and their sums.
     survey: Lines,
+    replaces: bool,
     sums: [SlideSums<N>; Lines::MAX],
     lines: [MeasuredLine; MOST],
     count: usize,
@@ -70,6 +71,7 @@ impl<N: Number> MeasuredResponse<N> {
             sample_time: settings.sample_time,
             resolution: settings.resolution,
             survey: Lines::survey(settings.sample_time),
+            replaces: false,
             sums: [SlideSums::EMPTY; Lines::MAX],
             lines: [MeasuredLine::NONE; MOST],
             count: 0,
@@ -84,9 +86,33 @@ impl<N: Number> MeasuredResponse<N> {
         self.begin_more(lines);
     }
 
+    /// Begins to measure lines that take the place of those up to the highest of them, if slides show them.
+    pub(in crate::commission) fn begin_below(&mut self, lines: &Lines) {
+        self.balances = [BalanceSums::EMPTY; 2];
+        self.begin_more(lines);
+        self.replaces = true;
+    }
+
+    /// True if slides have shown the lines under way.
+    pub(in crate::commission) fn has_lines(&self) -> bool {
+        let [first, ..] = &self.sums;
+        first.slides > 1
+    }
+
+    /// Drops the lines of earlier slides that those of the last slides replace.
+    fn replace(&mut self) {
+        let highest = self.survey.frequencies().last().unwrap_or(0.0);
+        let kept = self
+            .lines()
+            .partition_point(|line| line.frequency <= highest);
+        self.lines.copy_within(kept..self.count, 0);
+        self.count -= kept;
+    }
+
     /// Begins to measure further lines.
     pub(in crate::commission) fn begin_more(&mut self, lines: &Lines) {
         self.survey = *lines;
+        self.replaces = false;
         self.sums = [SlideSums::EMPTY; Lines::MAX];
     }
 
@@ -139,6 +165,9 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Begins to measure the lines, of which the sums of all slides were taken.
     pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
+        if self.replaces && self.has_lines() {
+            self.replace();
+        }
         self.count = self.count.min(MOST - Lines::MAX);
         LineMeasurement {
             rotations: self.survey.rotations(),

@@ -88,6 +88,26 @@ impl ResponseEstimate {
         servo.know_alone(IdentifiedServo::DELAY, of_delay);
     }
 
+    /// The largest standard error of ln b beyond which further slides are worth their time.
+    const WELL_KNOWN_GAIN: f64 = 0.02;
+
+    /// True if the lines show two masses, and each of them well.
+    pub(in crate::commission) fn are_known_well(&self) -> bool {
+        let is_known = self.gain_error < Self::WELL_KNOWN_GAIN;
+        is_known && self.resonance.is_some() && self.is_explained()
+    }
+
+    /// True if it shows two masses, and their gain better than another estimate.
+    pub(in crate::commission) fn shows_more_than(&self, other: &Self) -> bool {
+        let shows = self.resonance.is_some() && self.is_explained();
+        shows && self.gain_error < other.gain_error
+    }
+
+    /// True if it is not clear that there is one mass alone: a narrow resonance between two lines shows as little.
+    pub(in crate::commission) fn is_unclear(&self) -> bool {
+        self.resonance.is_none() && self.misfit > ResponseFit::CLEAR
+    }
+
     /// True if one mass explains the response.
     pub(in crate::commission) fn is_one_mass(&self) -> bool {
         self.resonance.is_none() && self.is_explained()
@@ -98,6 +118,9 @@ impl ResponseFit {
     /// Two masses are there if one does not explain the response and they leave less than this part of what it leaves. Of 90
     /// rigid servos one mass left 0.56 per line and part at most, of as many of two masses 2 at least.
     const TWO_MASSES: f64 = 0.75;
+
+    /// The mean of the squared errors above which a single mass may hide a narrow resonance.
+    const CLEAR: f64 = 0.6;
 
     /// The mean of the squared errors of a fit that explains the response: no other would be better by much.
     const EXPLAINED: f64 = 1.0;

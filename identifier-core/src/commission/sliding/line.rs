@@ -67,9 +67,11 @@ impl<N: Number> LineState<N> {
         self.command[1] += -(command * im);
     }
 
-    /// Makes the injection smaller, as the servo stopped.
-    pub(super) fn shrink(&mut self) {
-        self.amplitude = N::from_f64(Self::SMALLER) * self.amplitude;
+    /// Makes the injection smaller, as the servo stopped: the more, the more it moved the servo over what is wanted.
+    pub(super) fn shrink(&mut self, wanted: N) {
+        let smaller = N::from_f64(Self::SMALLER) * self.amplitude;
+        self.adapt(wanted);
+        self.amplitude = self.amplitude.limited(N::ZERO, smaller);
     }
 
     /// Changes the amplitude so that the sum of the increments becomes half of `wanted`: that of a velocity of the wanted

@@ -24,6 +24,10 @@ impl Lines {
     /// The lowest frequency of a survey, Hz: below it the loop that holds the servo leaves little of the injection.
     const LOWEST: f64 = 6.0;
 
+    /// The window of low lines, s, and their lowest and highest frequency, Hz.
+    const LONG_WINDOW: f64 = 1.0;
+    const LOW: [f64; 2] = [3.0, 60.0];
+
     /// The highest frequency, Hz, and per sample: beyond it couplings are stiffer than any loop notices, or the encoder
     /// shows nothing.
     const HIGHEST: (f64, f64) = (1200.0, 0.42);
@@ -34,12 +38,35 @@ impl Lines {
     /// Logarithmic, from the lowest frequency to the highest.
     #[must_use]
     pub(crate) fn survey(sample_time: f64) -> Self {
-        let mut lines = Self::none(sample_time);
-        let mut bin = libm::ceil(Self::LOWEST * lines.window_time()).max(1.0);
-        while lines.push(bin) {
+        let mut lines = Self::none(sample_time, Self::WINDOW);
+        let (highest, _) = Self::HIGHEST;
+        lines.fill([Self::LOWEST, highest]);
+        lines
+    }
+
+    /// Midway between the lines of a survey.
+    #[must_use]
+    pub(crate) fn between(sample_time: f64) -> Self {
+        let mut lines = Self::none(sample_time, Self::WINDOW);
+        let (highest, _) = Self::HIGHEST;
+        lines.fill([libm::sqrt(Self::RATIO) * Self::LOWEST, highest]);
+        lines
+    }
+
+    /// For the antiresonance of a heavy load on a soft spring, below the lines of a survey or between two of them.
+    #[must_use]
+    pub(crate) fn low(sample_time: f64) -> Self {
+        let mut lines = Self::none(sample_time, Self::LONG_WINDOW);
+        lines.fill(Self::LOW);
+        lines
+    }
+
+    /// Logarithmic between two frequencies, Hz.
+    fn fill(&mut self, [lowest, highest]: [f64; 2]) {
+        let mut bin = libm::ceil(lowest * self.window_time()).max(1.0);
+        while bin <= highest * self.window_time() && self.push(bin) {
             bin = libm::round(bin * Self::RATIO).max(bin + 2.0);
         }
-        lines
     }
 
     /// For the proof of gains: about their crossover (rad/s), where the loop gain is about 5 to 0.1, and close together about a
@@ -48,7 +75,7 @@ impl Lines {
         /// Lines about the resonance, and the least distance between them, a part of its frequency.
         const CLOSE: i32 = 9;
         const APART: f64 = 0.01;
-        let mut lines = Self::none(sample_time);
+        let mut lines = Self::none(sample_time, Self::WINDOW);
         let per_bin = TAU / lines.window_time();
         let lowest = (crossover / 4.0).max(TAU * Self::LOWEST);
         // Above the resonance the motor is alone.
@@ -77,11 +104,11 @@ impl Lines {
         }
     }
 
-    fn none(sample_time: f64) -> Self {
+    fn none(sample_time: f64, window: f64) -> Self {
         Self {
             sample_time,
             // A cast saturates; a window of a few samples has no line.
-            window: libm::round(Self::WINDOW / sample_time) as u32,
+            window: libm::round(window / sample_time) as u32,
             bins: [0; Self::MAX],
             count: 0,
         }
@@ -98,6 +125,12 @@ impl Lines {
             return true;
         }
         false
+    }
+
+    /// True if they reach below a survey.
+    #[must_use]
+    pub(crate) fn are_low(&self) -> bool {
+        self.window_time() > 0.5 * (Self::WINDOW + Self::LONG_WINDOW)
     }
 
     /// Their number.

@@ -10,6 +10,7 @@
 //!
 //! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the slides, minus where the injection was inverted.
 
+mod following;
 mod line;
 mod lines;
 mod plan;

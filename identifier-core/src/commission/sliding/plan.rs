@@ -21,12 +21,15 @@ pub(super) struct Motion<N> {
     pub(super) delay: N,
     /// ω T of the loop that holds it.
     pub(super) bandwidth: N,
+    /// The part of it that does once the servo has been learnt.
+    pub(super) learnt_bandwidth: N,
     /// Speed and acceleration of the reference.
     pub(super) speed: N,
     pub(super) acceleration: N,
     /// Where the first slide begins.
     pub(super) start: N,
-    /// Slides that are measured.
+    /// Slides before them that show friction, load and amplitudes alone, and slides that are measured.
+    pub(super) lessons: u8,
     pub(super) slides: u8,
     /// Samples from constant speed to the window, and of the window.
     pub(super) settling: u32,
@@ -59,9 +62,11 @@ impl<N: Number> Motion<N> {
         servo: RoughModel::UNKNOWN,
         delay: N::ZERO,
         bandwidth: N::ZERO,
+        learnt_bandwidth: N::ONE,
         speed: N::ZERO,
         acceleration: N::ZERO,
         start: N::ZERO,
+        lessons: 0,
         slides: 0,
         settling: 0,
         window: 0,
@@ -89,19 +94,24 @@ impl<N: Number> SlidePlan<N> {
     /// Slides of a round: both ways, and both ways again with the injection inverted.
     const ROUND: u8 = 4;
 
+    /// Slides, both ways, in which a servo that is doubted is learnt.
+    const LESSONS: u8 = 2;
+
     /// Time in which the injection grows, s.
     const FADE: f64 = 0.03;
 
     /// The shortest turn, s: not much shorter than the loop follows.
     const SHORTEST_TURN: f64 = 0.03;
 
-    /// The parts of the travel that turning points and the loop's error may take; what is left brakes a servo that left
+    /// The parts of the travel that turning points, those of a servo that is doubted, and the loop's error may take; what is left brakes a servo that left
     /// its reference.
     const TURNS: f64 = 0.8;
+    const DOUBTED_TURNS: f64 = 0.75;
     const ERROR: f64 = 0.15;
 
-    /// Time for which a servo may break away late, s.
+    /// Time for which a servo may break away late, s, and one that is doubted.
     const PATIENCE: f64 = 0.15;
+    const DOUBTED_PATIENCE: f64 = 1.6;
 
     /// The part of the largest speed: the injection adds to it.
     const SPEED: f64 = 0.4;
@@ -124,6 +134,10 @@ impl<N: Number> SlidePlan<N> {
     /// The least speed, counts per second: with fewer the lines are lost in the rounding.
     const MIN_SPEED_COUNTS: f64 = 150.0;
 
+    /// The part of the command that compensates friction and load of a servo that is doubted at most: a compensation that is
+    /// too large would drive it away.
+    const DOUBTED_FRICTION: f64 = 0.5;
+
     /// The least command that friction and load must leave to turn and to excite with, as a part of all.
     const MIN_FREE: f64 = 0.1;
 
@@ -133,6 +147,9 @@ impl<N: Number> SlidePlan<N> {
     const UNKNOWN_LOAD: f64 = 0.02;
     const DOUBTED_LOAD: f64 = 0.1;
     const YIELD: f64 = 0.05;
+
+    /// The largest bandwidth over the lowest of low lines: a loop that is faster leaves nothing of their injection.
+    const BELOW_LINES: f64 = 3.0;
 
     /// The least bandwidth, rad/s, of a settling that is over by the window.
     const MIN_BANDWIDTH: f64 = 12.0;
@@ -151,11 +168,17 @@ impl<N: Number> SlidePlan<N> {
         const LEAST: f64 = 0.67;
         let limits = &settings.limits;
         let (time, counts) = (settings.sample_time, 1.0 / settings.resolution);
-        let parameters = &servo.parameters;
-        let b = parameters.b;
+        let b = servo.parameters.b;
         let [low, high] = limits.travel;
         let [least, most] = limits.command;
         let command = most.min(-least);
+        let mut parameters = servo.parameters;
+        if is_doubted {
+            let held = (libm::fabs(parameters.load) + parameters.coulomb) / b;
+            let part = (Self::DOUBTED_FRICTION * command / held).min(1.0);
+            (parameters.a, parameters.load) = (0.0, part * parameters.load);
+            parameters.coulomb *= part;
+        }
         let free = command - (libm::fabs(parameters.load) + parameters.coulomb) / b;
         let room = 0.5 * (high - low);
         if limits.one_way || lines.count() == 0 || free.is_nan() || free < Self::MIN_FREE * command
@@ -165,7 +188,12 @@ impl<N: Number> SlidePlan<N> {
         // From turning point to turning point at ±(v T/2 + v²/2 a), no turn shorter than the shortest.
         let acceleration = Self::TURN * free * b;
         let half = 0.5 * (Self::SETTLING + lines.window_time() + 0.5 * Self::SHORTEST_TURN);
-        let turning = Self::TURNS * room;
+        let turns = if is_doubted {
+            Self::DOUBTED_TURNS
+        } else {
+            Self::TURNS
+        };
+        let turning = turns * room;
         let root = libm::sqrt(half * half + 2.0 * turning / acceleration);
         let speed = (acceleration * (root - half)).min(Self::SPEED * limits.speed);
         let acceleration = acceleration.min(2.0 * speed / Self::SHORTEST_TURN);
@@ -175,14 +203,19 @@ impl<N: Number> SlidePlan<N> {
         let slide = 0.5 * speed * (Self::SETTLING + lines.window_time());
         let turning = slide + 0.5 * speed * speed / acceleration;
         // As near to where it stands as the travel permits.
-        let margin = (turning / Self::TURNS).min(room);
+        let margin = (turning / turns).min(room);
         let middle = 0.0_f64.min(high - margin).max(low + margin);
-        let unknown = if is_doubted {
-            Self::DOUBTED_LOAD
+        let (unknown, patience, lessons) = if is_doubted {
+            (Self::DOUBTED_LOAD, Self::DOUBTED_PATIENCE, Self::LESSONS)
         } else {
-            Self::UNKNOWN_LOAD
+            (Self::UNKNOWN_LOAD, Self::PATIENCE, 0)
         };
-        let bandwidth = libm::sqrt(unknown * b * command / (Self::YIELD * room));
+        let per_load = b * command / (Self::YIELD * room);
+        let lowest = lines.frequencies().next().unwrap_or(f64::INFINITY);
+        let mut bandwidth = libm::sqrt(unknown * per_load);
+        if lines.are_low() {
+            bandwidth = bandwidth.min(Self::BELOW_LINES * lowest);
+        }
         let [of_command, of_free] = Self::INJECTION;
         let part = libm::sqrt(2.0 / lines.count() as f64) / Self::CREST;
         let line_speed = part * Self::LINES_SPEED * speed;
@@ -202,19 +235,21 @@ impl<N: Number> SlidePlan<N> {
         }
         Some(Self {
             motion: Motion {
-                servo: RoughModel::from_si(parameters, time, settings.resolution),
+                servo: RoughModel::from_si(&parameters, time, settings.resolution),
                 delay: number(servo.delay / time),
+                learnt_bandwidth: number(libm::sqrt(Self::UNKNOWN_LOAD / unknown)),
                 bandwidth: number(bandwidth.max(Self::MIN_BANDWIDTH) * time),
                 speed: number(speed * time * counts),
                 acceleration: number(acceleration * time * time * counts),
                 start: number((middle - slide) * counts),
+                lessons,
                 slides: Self::ROUND * settings.slide_rounds.max(1),
                 settling: libm::ceil(Self::SETTLING / time) as u32,
                 window: lines.window(),
                 window_rotation: rotation(lines.window_rotation()),
                 fade: number((time / Self::FADE).min(1.0)),
                 max_error: number(Self::ERROR * room * counts),
-                patience: libm::ceil(Self::PATIENCE / time) as u32,
+                patience: libm::ceil(patience / time) as u32,
                 line_speed: number(line_speed * time * counts),
                 max_injection: number(max_injection),
             },

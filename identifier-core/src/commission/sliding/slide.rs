@@ -1,3 +1,4 @@
+use super::following::Following;
 use super::line::LineState;
 use super::plan::Motion;
 use super::window::Window;
@@ -18,15 +19,15 @@ pub(in crate::commission) struct Slide<N> {
     /// Velocity of the reference, and where it goes.
     velocity: N,
     heading: N,
-    /// Samples in which the servo has not followed.
-    left: u32,
+    following: Following,
     /// The part of the injection that acts, and whether it has the opposite sign.
     fade: N,
     inverted: bool,
     window: Window<N>,
     /// True if its balance is to be handed over after the lines.
     is_balanced: bool,
-    /// Slides that were measured, and those that were not as the servo stopped.
+    /// Slides in which the servo is still to be learnt, that were measured, and those that were not as the servo stopped.
+    lessons: u8,
     measured: u8,
     stopped: u8,
     /// The slide whose sums are handed over, and the next line of it.
@@ -48,8 +49,8 @@ enum Stage {
 enum Handed {
     /// Those of a slide whose injection was inverted or not.
     Sums { inverted: bool },
-    /// None: the servo stopped, and the amplitudes become smaller.
-    Nothing,
+    /// None: the amplitudes are adapted, and become smaller if the servo stopped.
+    Nothing { has_stopped: bool },
 }
 
 /// A sample of the servo.
@@ -100,14 +101,15 @@ impl<N: Number> Slide<N> {
         passed: 0,
         velocity: N::ZERO,
         heading: N::ZERO,
-        left: 0,
+        following: Following::START,
         fade: N::ZERO,
         inverted: false,
         window: Window::NONE,
         is_balanced: false,
+        lessons: 0,
         measured: 0,
         stopped: 0,
-        handed: Handed::Nothing,
+        handed: Handed::Nothing { has_stopped: false },
         line: 0,
     };
 
@@ -130,7 +132,9 @@ impl<N: Number> Slide<N> {
         self.heading = if is_beyond { -speed } else { speed };
         self.enter(Stage::Approach);
         (self.velocity, self.fade) = (N::ZERO, N::ZERO);
-        (self.left, self.measured, self.stopped, self.line) = (0, 0, 0, self.count);
+        (self.measured, self.stopped, self.line) = (0, 0, self.count);
+        self.following = Following::START;
+        self.lessons = self.motion.lessons;
     }
 
     /// A sample: takes it into the sums, and leads the loop on. A servo that does not follow ends the slides.
@@ -140,23 +144,24 @@ impl<N: Number> Slide<N> {
         sample: &Sliding<N>,
     ) -> SlideProgress<N> {
         let error = holding.reference() - sample.position;
-        let follows = error.magnitude() <= self.motion.max_error;
-        self.left = if follows {
-            0
-        } else {
-            self.left.saturating_add(1)
-        };
-        if self.left > self.motion.patience && self.stage != Stage::Stopping {
+        let follows = self.following.take(error, &self.motion);
+        if self.following.is_over(&self.motion) && self.stage != Stage::Stopping {
             self.measured = self.motion.slides;
             self.enter(Stage::Stopping);
         }
-        self.passed = self.passed.saturating_add(1);
+        if follows || self.stage == Stage::Window {
+            self.passed = self.passed.saturating_add(1);
+        }
         if self.stage == Stage::Window {
             self.gather(sample);
         }
+        let lessons = self.lessons;
         self.proceed(holding.reference());
         if self.is_pushed(error, sample.velocity) {
             return SlideProgress::Over;
+        }
+        if self.lessons < lessons {
+            self.learn(holding);
         }
         let acceleration = self.accelerate();
         let injection = self.inject();
@@ -238,9 +243,13 @@ impl<N: Number> Slide<N> {
         let least =
             N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(Self::ROUNDING);
         self.line = 0;
-        if self.window.slowest < least && self.stopped < Self::MAX_STOPPED {
+        let has_stopped = self.window.slowest < least;
+        if self.lessons > 0 {
+            self.lessons -= 1;
+            self.handed = Handed::Nothing { has_stopped };
+        } else if has_stopped && self.stopped < Self::MAX_STOPPED {
             self.stopped += 1;
-            self.handed = Handed::Nothing;
+            self.handed = Handed::Nothing { has_stopped };
         } else {
             let inverted = self.inverted;
             self.handed = Handed::Sums { inverted };
@@ -260,6 +269,16 @@ impl<N: Number> Slide<N> {
             speed
         };
         self.enter(Stage::Turn);
+    }
+
+    /// Takes the command that the integral had to find in the slide that is over into the feed-forward.
+    fn learn(&mut self, holding: &mut Holding<N>) {
+        let balance = self.window.balance(self.motion.window);
+        let change = self.motion.servo.learn(&balance);
+        holding.relieve(change);
+        if self.lessons == 0 {
+            holding.give_way(self.motion.learnt_bandwidth);
+        }
     }
 
     /// True if the next slide is one of the last half, whose injection is inverted.
@@ -335,8 +354,12 @@ impl<N: Number> Slide<N> {
         let window = N::from_count(self.motion.window as i32);
         let line = self.lines.get_mut(usize::from(number))?;
         let sums = match self.handed {
-            Handed::Nothing => {
-                line.shrink();
+            Handed::Nothing { has_stopped } => {
+                if has_stopped {
+                    line.shrink(wanted * window);
+                } else {
+                    line.adapt(wanted * window);
+                }
                 None
             }
             Handed::Sums { inverted } => {

@@ -3,7 +3,7 @@
 use super::super::Reason;
 use super::super::message::DecisionKind;
 use super::super::response::ResponseEstimate;
-use super::{CommissionSolver, Then, Work};
+use super::{CommissionSolver, Early, Then, Work};
 use crate::number::Number;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
@@ -13,31 +13,36 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Begins to fit masses to the response; without enough lines gains are looked for without.
     pub(super) fn respond(&mut self) -> Work<N> {
+        if !self.response.has_lines() {
+            return Work::Then(Then::MissLines);
+        }
         let is_doubted = self.doubt.is_some();
         let servo = self.servo.as_ref();
         let fit = servo.and_then(|servo| self.response.fit(servo, is_doubted));
-        fit.map_or(Work::Then(Then::Settle), Work::Responding)
+        fit.map_or(Work::Then(Then::MissLines), Work::Responding)
     }
 
     /// Takes in the masses that the response shows. Two explain what one did not.
-    pub(super) fn take_masses(&mut self, masses: ResponseEstimate) -> Option<DecisionKind<N>> {
-        self.masses = Some(masses);
-        let servo = self.servo.as_mut()?;
-        let gain = masses.gain / servo.parameters.b;
+    pub(super) fn take_masses(&mut self, shown: ResponseEstimate) -> Option<DecisionKind<N>> {
+        let before = self.masses.replace(shown);
+        let gain = shown.gain / self.servo.as_ref()?.parameters.b;
+        let most = Self::MAX_GAIN_RATIO;
         // A gain that is uncertain itself is no measure.
-        let most = match self.doubt {
-            Some(_) => Self::MAX_GAIN_RATIO * Self::MAX_GAIN_RATIO,
-            None => Self::MAX_GAIN_RATIO,
-        };
-        let is_weaker = self.doubt.is_none() && gain < 1.0 / most;
-        if is_weaker || gain > most {
-            let is_weak = gain < 1.0 && masses.resonance.is_none();
-            return self.fail(match self.doubt {
-                Some(reason) => reason,
-                None if is_weak => Reason::ActuatorWeak,
-                None => Reason::LacksResonance,
+        if self.doubt.is_none() && !(1.0 / most..=most).contains(&gain) {
+            let is_weak = gain < 1.0 && shown.resonance.is_none();
+            return self.fail(if is_weak {
+                Reason::ActuatorWeak
+            } else {
+                Reason::LacksResonance
             });
         }
+        if self.is_to_slide_again(&shown) {
+            return self.slide_again();
+        }
+        // The last slides may have shown less than those before.
+        let before = before.filter(|before| self.doubt.is_some() && before.shows_more_than(&shown));
+        let masses = *self.masses.insert(before.unwrap_or(shown));
+        let servo = self.servo.as_mut()?;
         // A load that changes with the angle can look like a second mass in part.
         let unclear = !masses.is_explained() && self.doubt.is_some();
         if masses.resonance.is_none() || unclear {
@@ -53,6 +58,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             // The motions know the servo better.
             None => {}
+            Some(_) if self.early == Early::UnderWay => return self.settle_early(),
             // An effect that explains most of the motions themselves is the better name.
             Some(reason) if self.suspect.is_some() => return self.fail(reason),
             Some(_) => return self.fail(Reason::LacksResonance),

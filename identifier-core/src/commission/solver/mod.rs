@@ -2,6 +2,7 @@ mod gains;
 mod masses;
 mod motions;
 mod proof;
+mod surveys;
 mod trial_step;
 
 use super::message::{DecisionKind, EventKind};
@@ -38,6 +39,9 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     masses: Option<ResponseEstimate>,
     /// Why it fails if the response does not show two masses.
     doubt: Option<Reason>,
+    /// Slides of such a servo so far, and whether it slides before all motions but the first.
+    surveys: u32,
+    early: Early,
     /// The gains whose proof is under way, and how many were disproved.
     tried: Option<Tuning>,
     disproved: u32,
@@ -81,6 +85,8 @@ enum Then {
     Again,
     /// The response is measured in slides. One mass does not explain the motions, for this reason, if there is one.
     Slide(Option<Reason>),
+    /// The slides have shown no lines.
+    MissLines,
     /// Gains are looked for as far as one mass explains the motions.
     Settle,
     /// Gains are looked for.
@@ -89,6 +95,15 @@ enum Then {
     Prove,
     /// It has failed for this.
     Fail(Reason),
+}
+
+/// The slides that follow a first motion which one mass does not explain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Early {
+    NotYet,
+    UnderWay,
+    /// They have not shown two masses.
+    Over,
 }
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
@@ -113,6 +128,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             response: MeasuredResponse::new(&settings),
             masses: None,
             doubt: None,
+            surveys: 0,
+            early: Early::NotYet,
             tried: None,
             disproved: 0,
             work: Work::Nothing,
@@ -129,6 +146,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     self.refined = 0;
                     self.is_burdened = false;
                     self.masses = None;
+                    self.surveys = 0;
+                    self.early = Early::NotYet;
                     self.tried = None;
                     self.disproved = 0;
                 }
@@ -151,7 +170,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = Work::Then(Then::Slide(Some(Reason::TooLittleEvidence)));
             }
             EventKind::Ended(moved) => {
-                if self.motion == Phase::Probing {
+                if matches!(self.motion, Phase::ReleasedCheck | Phase::Probing) {
                     self.rough = self.roughly(moved);
                 }
                 let record = &self.record;
@@ -210,6 +229,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                         let is_quiet = self.settings.noise == 0.0;
                         self.servo = self.servo.or(self.rough.filter(|_| is_quiet));
                         let begun = self.fitter.begin_diagnosis_of(fit, &self.record);
+                        if self.is_first_doubt() {
+                            return self.slide_early(reason);
+                        }
                         self.diagnose(begun, Then::Slide(Some(reason)))
                     }
                 }

@@ -1,12 +1,11 @@
 //! The motions before the slides: fitted, predicted, and searched for what the model lacks.
 
 use super::super::message::{DecisionKind, Identified};
-use super::super::sliding::{Lines, SlidePlan};
 use super::super::{
     CommissionSettings, Diagnosis, EffectSearch, IdentifiedServo, Phase, PredictionErrors, Reason,
     RoughModel,
 };
-use super::{CommissionSolver, Then, Work};
+use super::{CommissionSolver, Early, Then, Work};
 use crate::number::Number;
 use crate::tuning::Resonance;
 
@@ -55,6 +54,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
         self.servo = Some(servo);
         let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
+        if unexplained && self.is_first_doubt() {
+            return self.slide_early(Reason::NotPredicted);
+        }
         let then = match self.motion {
             Phase::Refine if !self.is_known(&servo) && unexplained => Then::Predict,
             Phase::Refine if !self.is_known(&servo) => Then::Again,
@@ -146,23 +148,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 }
                 self.publish(DecisionKind::Uncertain)
             }
-            Then::Slide(doubt) => {
-                self.doubt = doubt;
-                if doubt.is_none() && self.settings.slide_rounds == 0 {
-                    return self.then(Then::Settle);
-                }
-                let lines = Lines::survey(self.settings.sample_time);
-                self.response.begin(&lines);
-                let servo = self.servo.as_ref();
-                let plan = servo.and_then(|servo| {
-                    SlidePlan::new(&self.settings, servo, doubt.is_some(), None, &lines)
-                });
-                let Some(plan) = plan else {
-                    return self.then(Then::Settle);
-                };
-                self.motion = Phase::Slide;
-                Some(DecisionKind::Slide(plan))
-            }
+            // It has slid, and the response does not show two masses.
+            Then::Slide(Some(reason)) if self.early == Early::Over => self.fail(reason),
+            Then::Slide(doubt) => self.survey(doubt),
+            Then::MissLines => self.miss_lines(),
+            Then::Settle if self.early == Early::UnderWay => self.settle_early(),
             Then::Settle => match self.doubt {
                 Some(reason) => self.fail(reason),
                 None => self.then(Then::Tune),
@@ -177,7 +167,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Takes the next step in the next slice.
-    fn then(&mut self, then: Then) -> Option<DecisionKind<N>> {
+    pub(super) fn then(&mut self, then: Then) -> Option<DecisionKind<N>> {
         self.work = Work::Then(then);
         None
     }
