@@ -89,7 +89,7 @@ impl<N: Number> Slide<N> {
     const ROUNDING: f64 = 0.3;
 
     /// The parts of the largest error and of the speed beyond which a servo that leaves its reference was pushed.
-    const PUSHED_ERROR: f64 = 0.6;
+    const PUSHED_ERROR: f64 = 1.0;
     const PUSHED_SPEED: f64 = 0.3;
 
     /// Without a plan.
