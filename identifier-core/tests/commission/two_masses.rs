@@ -192,6 +192,71 @@ fn a_notch_lets_gains_for_two_masses_be_faster() {
     assert!(faster > 1.5, "{} {}", with.bandwidth, without.bandwidth);
 }
 
+/// An axis with a load on a spring.
+fn heavy(hertz: f64, share: f64, sample_time: f64) -> Bench {
+    let mut bench = ordinary();
+    bench.servo = ServoParameters {
+        a: 0.5,
+        b: 400.0,
+        coulomb: 500.0,
+        load: -300.0,
+    };
+    bench.effects = Effects {
+        current_loop: 1e-4,
+        resonance: TAU * hertz,
+        resonance_damping: Some(0.02),
+        inertia_ratio: share,
+        ..Effects::NONE
+    };
+    bench.counts = 20_000.0;
+    bench.settings.resolution = TAU / bench.counts;
+    bench.settings.sample_time = sample_time;
+    bench.settings.limits = Limits {
+        duration: 3.0,
+        ..Limits::new([-1.0, 1.0], 40.0, [-LIMIT, LIMIT])
+    };
+    bench
+}
+
+fn assert_borne(bench: &Bench) {
+    let judged = judge(bench);
+    let shown = judged
+        .resonance
+        .map_or(0.0, |shown| shown / bench.effects.resonance);
+    println!(
+        "{} {} {:?} Ms {:?} f {shown:.3} travel {:.2} speed {:.2} {:.1} s",
+        judged.phase.name(),
+        judged.reason,
+        judged.no_gains,
+        judged.sensitivity,
+        judged.travel,
+        judged.speed,
+        judged.time
+    );
+    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    assert!((shown - 1.0).abs() < 0.02, "{shown}");
+    assert!(
+        judged
+            .sensitivity
+            .is_some_and(|seen| seen < MAX_SENSITIVITY)
+    );
+}
+
+/// The antiresonance, 6.3 Hz, is at the lowest line of a survey: low lines show both masses together.
+#[test]
+fn a_heavy_load_on_a_soft_spring_is_found_by_low_lines() {
+    assert_borne(&heavy(14.0, 0.8, 2.5e-4));
+}
+
+/// The motor alone is five times as strong, and the loop that is to hold the axis after its first motion drives the resonance
+/// within milliseconds, while its reference moves.
+#[test]
+fn a_loop_that_drives_a_resonance_gives_way_before_the_speed_is_left() {
+    for hertz in [420.0, 480.0] {
+        assert_borne(&heavy(hertz, 0.8, 2.5e-4));
+    }
+}
+
 /// The loop that holds an axis whose command is late by ten samples, which nothing declares, swings at first, as one of a
 /// second mass does that nothing has shown yet.
 #[test]

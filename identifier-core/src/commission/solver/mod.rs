@@ -102,8 +102,10 @@ enum Then {
 enum Early {
     NotYet,
     UnderWay,
-    /// They have not shown two masses.
-    Over,
+    /// They have not shown two masses, or a second one but not both well.
+    Over {
+        resonates: bool,
+    },
 }
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {

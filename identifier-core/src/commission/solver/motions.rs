@@ -22,6 +22,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Second motions after which there is too little evidence.
     const MAX_REFINEMENTS: u32 = 5;
 
+    /// The same of a servo that has slid before as one mass did not explain its first motion.
+    const MAX_REFINEMENTS_AFTER_SLIDES: u32 = 2;
+
     /// The standard error up to which b is known, a part of itself.
     const KNOWN_GAIN: f64 = 0.02;
 
@@ -143,14 +146,23 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Then::Again => {
                 self.refined += 1;
-                if self.refined >= Self::MAX_REFINEMENTS {
+                let most = match self.early {
+                    Early::Over { .. } => Self::MAX_REFINEMENTS_AFTER_SLIDES,
+                    _ => Self::MAX_REFINEMENTS,
+                };
+                if self.refined >= most {
                     return self.then(Then::Slide(Some(Reason::TooLittleEvidence)));
                 }
                 self.publish(DecisionKind::Uncertain)
             }
-            // It has slid, and the response does not show two masses.
-            Then::Slide(Some(reason)) if self.early == Early::Over => self.fail(reason),
-            Then::Slide(doubt) => self.survey(doubt),
+            Then::Slide(doubt) => match (doubt, self.early) {
+                // It has slid. An effect that explains most of the motions themselves is the better name.
+                (Some(_), Early::Over { resonates: true }) if self.suspect.is_none() => {
+                    self.fail(Reason::LacksResonance)
+                }
+                (Some(reason), Early::Over { .. }) => self.fail(reason),
+                _ => self.survey(doubt),
+            },
             Then::MissLines => self.miss_lines(),
             Then::Settle if self.early == Early::UnderWay => self.settle_early(),
             Then::Settle => match self.doubt {

@@ -13,6 +13,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const MAX_SURVEYS: u32 = 3;
     const MAX_CHECKS: u32 = 2;
 
+    /// The ratio by which the gain of the response differs from that of the motions of one mass at most.
+    const ALIKE: f64 = 1.25;
+
     /// A resonance below this is looked for with low lines, rad/s.
     const LOW: f64 = 45.0 * core::f64::consts::TAU;
 
@@ -30,8 +33,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Goes on as if the servo had not slid, as the response does not show two masses.
     pub(super) fn settle_early(&mut self) -> Option<DecisionKind<N>> {
-        self.early = Early::Over;
-        (self.motion, self.servo) = (Phase::Probing, None);
+        let resonates = self.designed_resonance().is_some();
+        self.early = Early::Over { resonates };
+        (self.motion, self.servo, self.masses) = (Phase::Probing, None, None);
         self.work = Work::Fitting(self.fitter.begin(&self.record, None));
         None
     }
@@ -52,9 +56,21 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// where a narrow resonance may hide between two lines.
     pub(super) fn is_to_slide_again(&self, masses: &ResponseEstimate) -> bool {
         match self.doubt {
-            Some(_) => self.surveys < Self::MAX_SURVEYS && !masses.are_known_well(),
+            Some(_) if masses.resonance.is_some() => {
+                self.surveys < Self::MAX_SURVEYS && !masses.are_known_well()
+            }
+            // The antiresonance may be below the lines, or a narrow resonance between two of them.
+            Some(_) => self.surveys < Self::MAX_CHECKS && !self.is_as_it_moved(masses),
             None => self.surveys < Self::MAX_CHECKS && masses.is_unclear(),
         }
+    }
+
+    /// True if one mass explains the response, with the gain of the motions: what does not explain these is no resonance.
+    fn is_as_it_moved(&self, masses: &ResponseEstimate) -> bool {
+        let gain = self
+            .servo
+            .map_or(0.0, |servo| masses.gain / servo.parameters.b);
+        masses.is_one_mass() && (1.0 / Self::ALIKE..=Self::ALIKE).contains(&gain)
     }
 
     /// Slides once more. A servo that is doubted is from now on as the slides before have shown it.
