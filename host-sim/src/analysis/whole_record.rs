@@ -54,7 +54,7 @@ impl WholeRecord {
             begins: sample.begins,
         });
         let fitted = logged.len() as u64;
-        let recording = Recording::new(logged, units.position(), terms.revolution > 0.0);
+        let recording = Recording::new(logged, units.position(), terms.revolution);
         let scale = Scale {
             time: units.sample_time() * recording.block,
             position: units.position_unit(),

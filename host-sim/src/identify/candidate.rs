@@ -298,7 +298,7 @@ mod tests {
                 begins: k == 0,
             };
             let samples: Vec<Logged> = (0..1000).map(sample).collect();
-            Range::new(&Recording::new(samples.into_iter(), 100.0, true), 1.0)
+            Range::new(&Recording::new(samples.into_iter(), 100.0, TAU), 1.0)
         };
         let levels = range(2.0, 5.0).levels;
         let between = levels.iter().filter(|level| (2.0..5.0).contains(*level));

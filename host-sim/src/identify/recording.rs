@@ -1,5 +1,7 @@
 //! A run or a log as the fit takes it: counts, commands, angles.
 
+use std::f64::consts::TAU;
+
 use identifier_core::identification::{Effect, Record, Values};
 
 /// A recorded motion.
@@ -37,12 +39,15 @@ pub(crate) struct Logged {
 const MAX_SAMPLES: usize = 1 << 15;
 
 impl Recording {
-    /// Of the samples of a log with the counts per rad; `turns` for an axis that turns.
+    /// Of the samples of a log with the counts per rad, and the way after which forces that go with the angle repeat, rad;
+    /// zero for an axis without angle.
     pub(crate) fn new(
         samples: impl ExactSizeIterator<Item = Logged>,
         per_rad: f64,
-        turns: bool,
+        revolution: f64,
     ) -> Self {
+        let turns = revolution > 0.0;
+        let per_way = if turns { TAU / revolution } else { 0.0 };
         let block = match samples.len() {
             count if count <= MAX_SAMPLES => 1,
             // Two samples of the record to a block.
@@ -89,7 +94,7 @@ impl Recording {
                 .flatten()
                 .map(|one| one.position)
                 .sum::<f64>();
-            recording.middle = sum / count as f64;
+            recording.middle = per_way * sum / count as f64;
         }
         for blocks in &motions {
             // Differences count alone: a far origin would cost digits.
@@ -104,13 +109,14 @@ impl Recording {
                 ends = [ends[0].min(position), ends[1].max(position)];
                 if turns {
                     let next = blocks.get(k + 1).map_or(position, |next| next.position);
-                    let (sine, cosine) = (0.5 * (position + next) - recording.middle).sin_cos();
+                    let angle = 0.5 * (position + next) * per_way - recording.middle;
+                    let (sine, cosine) = angle.sin_cos();
                     recording.angles.push([sine, cosine]);
                 }
             }
         }
         if turns {
-            recording.span = (ends[1] - ends[0]).max(0.0);
+            recording.span = per_way * (ends[1] - ends[0]).max(0.0);
         }
         recording
     }
@@ -232,6 +238,38 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_force_that_goes_with_the_way_of_a_linear_axis_repeats_after_its_pole_pitch() {
+        const PITCH: f64 = 0.03;
+        let samples = |first: f64| {
+            let sample = move |k: i32| Logged {
+                position: first + 1e-4 * f64::from(k),
+                command: 0.0,
+                begins: k == 0,
+            };
+            Recording::new(
+                (0..100).map(sample).collect::<Vec<_>>().into_iter(),
+                1e6,
+                PITCH,
+            )
+        };
+        let recording = samples(0.0);
+        assert!((recording.span() - TAU * 0.0099 / PITCH).abs() < 1e-9);
+        // A third of the pitch on, a wave about zero is a third of a turn on.
+        let values = Values::NONE.with(Effect::GravitySine, 1.0);
+        let wave = |recording: &Recording| {
+            let (found, _) = recording.about_zero(&values, &[]);
+            found
+                .get(Effect::GravityCosine)
+                .atan2(found.get(Effect::GravitySine))
+        };
+        let turned = wave(&recording) - wave(&samples(PITCH / 3.0));
+        assert!(
+            (turned.rem_euclid(TAU) - TAU / 3.0).abs() < 1e-9,
+            "{turned}"
+        );
+    }
+
+    #[test]
     fn waves_about_zero_are_those_from_the_middle() {
         let samples: Vec<Logged> = (0..100)
             .map(|k| Logged {
@@ -240,7 +278,7 @@ mod tests {
                 begins: k == 0,
             })
             .collect();
-        let recording = Recording::new(samples.into_iter(), 100.0, true);
+        let recording = Recording::new(samples.into_iter(), 100.0, TAU);
         let waves = [
             ([Effect::GravitySine, Effect::GravityCosine], 1.0),
             ([Effect::TorqueRippleSine, Effect::TorqueRippleCosine], 3.0),
