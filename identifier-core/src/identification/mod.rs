@@ -19,6 +19,7 @@ mod record;
 mod spectrum;
 mod sums;
 mod survey;
+mod waves;
 mod weak_form;
 
 pub use effect::{Column, Effect, Values};

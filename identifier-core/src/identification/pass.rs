@@ -2,6 +2,7 @@
 
 use super::front_end::{Current, FrontEnd, Part};
 use super::gain::{Diffuse, Riccati};
+use super::waves::Waves;
 use super::{Column, Effect, Horizon, Record, Values};
 
 /// The most columns of a pass.
@@ -76,6 +77,7 @@ struct Acting<'a> {
     motion: (usize, usize),
     sample: usize,
     record: &'a Record<'a>,
+    waves: &'a Waves,
     length: f64,
     /// Gain, and the acceleration by the command.
     gain: f64,
@@ -153,6 +155,7 @@ impl ModelPass<'_> {
     ) -> bool {
         let columns = &columns[..columns.len().min(C)];
         let front_end = FrontEnd::new(values, columns);
+        let mut waves = Waves::new(columns);
         let mut regressor = [0.0; C];
         for motion in self.record.motions() {
             let mut state = State::<C> {
@@ -183,7 +186,15 @@ impl ModelPass<'_> {
                 }
                 filter.predict();
                 let parts = front_end.process(self.record, motion, sample, &mut current);
-                self.advance(values, &front_end, &parts, motion, sample, &mut state);
+                waves.place(self.record.wave(sample, 1.0));
+                self.advance(
+                    values,
+                    &front_end,
+                    &parts,
+                    &waves,
+                    (motion, sample),
+                    &mut state,
+                );
                 if sample + 1 < motion.1 {
                     state.error += self.record.increment(sample);
                 }
@@ -198,8 +209,8 @@ impl ModelPass<'_> {
         values: &Values,
         front_end: &FrontEnd,
         parts: &[Part; 2],
-        motion: (usize, usize),
-        sample: usize,
+        waves: &Waves,
+        (motion, sample): ((usize, usize), usize),
         state: &mut State<'_, C>,
     ) {
         use Effect::{
@@ -237,9 +248,13 @@ impl ModelPass<'_> {
         }
         let drift = (1.0 + values.get(FrictionDrift) * passed).max(0.0);
         let before = state.velocity;
+        // Of a stiff shaft the accelerations' derivatives do not show.
+        let twists = values.get(Effect::Compliance) != 0.0;
         let mut velocities = [0.0; C];
-        for (velocity, tangent) in velocities.iter_mut().zip(&state.tangents) {
-            *velocity = tangent.velocity;
+        if twists {
+            for (velocity, tangent) in velocities.iter_mut().zip(&state.tangents) {
+                *velocity = tangent.velocity;
+            }
         }
         let mut last = None;
         for (i, part) in parts.iter().enumerate() {
@@ -252,6 +267,7 @@ impl ModelPass<'_> {
                 motion,
                 sample,
                 record,
+                waves,
                 length: front_end.lengths[i],
                 gain: gain * ease,
                 drive,
@@ -275,8 +291,10 @@ impl ModelPass<'_> {
             last = Some(acting.push);
         }
         state.acceleration = state.velocity - before;
-        for (tangent, velocity) in state.tangents.iter_mut().zip(velocities) {
-            tangent.acceleration = tangent.velocity - velocity;
+        if twists {
+            for (tangent, velocity) in state.tangents.iter_mut().zip(velocities) {
+                tangent.acceleration = tangent.velocity - velocity;
+            }
         }
     }
 }
@@ -505,7 +523,8 @@ impl Acting<'_> {
             } else {
                 own
             };
-            self.record.wave(self.sample, order)
+            let known = self.waves.get(order);
+            known.unwrap_or_else(|| self.record.wave(self.sample, order))
         };
         // Of a push by the command friction that grows with the load takes a part.
         let slowing = self.values.get(Effect::LoadFriction) * self.drift * shape.direction;
