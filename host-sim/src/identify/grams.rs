@@ -1,7 +1,7 @@
 //! The products of the columns of a pass and the innovation, by segments of the record.
 
 use identifier_core::identification::{
-    Column, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Vector, segments,
+    Column, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Row, Vector, segments,
 };
 
 /// Gram matrices of the rows of each segment: of all columns and, last, of the innovation.
@@ -27,7 +27,6 @@ impl Grams {
         let count = segments(length);
         let width = columns.len() + 1;
         let mut sums = vec![vec![0.0; width * width]; count];
-        let mut row = vec![0.0; width];
         // Of each row the first column behind the model's that is needed: of a candidate its own, of the innovation all.
         let mut first: Vec<usize> = (0..width).map(|i| i.min(free)).collect();
         for own in places {
@@ -35,24 +34,17 @@ impl Grams {
                 first[place] = own[0];
             }
         }
+        let most = rows_together(fitter, fitted);
+        let mut rows = Rows::new(width);
         let ran = pass.run(&fitted.values, columns, &mut |sample| {
-            let segment = &mut sums[sample.sample * count / length];
-            row[..columns.len()].copy_from_slice(sample.regressor);
-            row[columns.len()] = sample.innovation;
-            let weight = 1.0 / sample.variance;
-            for (i, &first) in first.iter().enumerate() {
-                let own = row[i] * weight;
-                let entries = &mut segment[i * width..=i * width + i];
-                let (model, others) = entries.split_at_mut(i.min(free));
-                for (entry, other) in model.iter_mut().zip(&row) {
-                    *entry += own * other;
-                }
-                let others = &mut others[first - i.min(free)..];
-                for (entry, other) in others.iter_mut().zip(&row[first..]) {
-                    *entry += own * other;
-                }
+            let segment = sample.sample * count / length;
+            if rows.segment != segment || rows.count == most {
+                rows.add_to(&mut sums[rows.segment], free, &first);
+                rows.segment = segment;
             }
+            rows.take(sample);
         });
+        rows.add_to(&mut sums[rows.segment], free, &first);
         if !ran {
             return None;
         }
@@ -114,5 +106,68 @@ impl Grams {
             }
         }
         (matrix, right)
+    }
+}
+
+/// Rows that count as one: no more than a small part of the horizon, over which columns hardly change.
+fn rows_together(fitter: &Fitter<'_>, fitted: &Fitted) -> usize {
+    const SHARE: f64 = 0.15;
+    const MOST: usize = 8;
+    let horizon = fitted.horizon.walk.unwrap_or(fitted.horizon.white);
+    let stride = fitter.record.stride.max(1);
+    ((SHARE * horizon) as usize / stride).clamp(1, MOST)
+}
+
+/// Sums of successive rows: of each column, and last of the innovation.
+struct Rows {
+    sums: Vec<f64>,
+    count: usize,
+    /// Sum of the innovations' variances.
+    variance: f64,
+    segment: usize,
+}
+
+impl Rows {
+    fn new(width: usize) -> Self {
+        Self {
+            sums: vec![0.0; width],
+            count: 0,
+            variance: 0.0,
+            segment: 0,
+        }
+    }
+
+    fn take(&mut self, row: &Row<'_>) {
+        let (columns, innovation) = self.sums.split_at_mut(row.regressor.len());
+        for (sum, value) in columns.iter_mut().zip(row.regressor) {
+            *sum += value;
+        }
+        innovation[0] += row.innovation;
+        self.variance += row.variance;
+        self.count += 1;
+    }
+
+    /// Adds the products to those of a segment, and begins again.
+    fn add_to(&mut self, segment: &mut [f64], free: usize, first: &[usize]) {
+        if self.count == 0 {
+            return;
+        }
+        let width = self.sums.len();
+        let weight = 1.0 / self.variance;
+        for (i, &first) in first.iter().enumerate() {
+            let own = self.sums[i] * weight;
+            let entries = &mut segment[i * width..=i * width + i];
+            let of_model = i.min(free);
+            let (model, others) = (&self.sums[..of_model], &self.sums[first..=i]);
+            for j in 0..of_model {
+                entries[j] += own * model[j];
+            }
+            let entries = &mut entries[first..];
+            for j in 0..others.len() {
+                entries[j] += own * others[j];
+            }
+        }
+        self.sums.fill(0.0);
+        (self.count, self.variance) = (0, 0.0);
     }
 }
