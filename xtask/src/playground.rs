@@ -30,13 +30,13 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
         module.clone(),
         brief(&read("worker.js")?).into(),
         own.concat().into(),
+        brief(&read("page.css")?).into(),
     ];
     let packed = packed(&packed_parts.concat())
         .map_err(|error| format!("the module cannot be packed: {error}"))?;
     let lengths = packed_parts.map(|part| part.len());
     let mut page = brief(&read("page.html")?);
     for (place, part) in [
-        ("/* style */", brief(&read("page.css")?).replace(": ", ":")),
         ("/* unpack */", brief(&read("unpack.js")?)),
         ("PART_LENGTHS", format!("{lengths:?}")),
         ("PACKED_PARTS", base_91(&packed)),

@@ -305,7 +305,7 @@ typedef struct servo_id_tuner {
 
 /* The interrupt's half of a commissioning. */
 typedef struct servo_id_commission {
-    SERVO_ID_ALIGNED uint64_t words[600];
+    SERVO_ID_ALIGNED uint64_t words[620];
 } servo_id_commission;
 
 /* Its background's half. */
@@ -320,7 +320,7 @@ typedef struct servo_id_record {
 
 /* From the background to the interrupt. */
 typedef struct servo_id_decision {
-    SERVO_ID_ALIGNED uint64_t words[72];
+    SERVO_ID_ALIGNED uint64_t words[80];
 } servo_id_decision;
 
 /* A sample of a commissioning. */

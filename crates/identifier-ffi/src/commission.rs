@@ -45,7 +45,7 @@ pub type Decision = Object<CoreDecision<f32>>;
 
 impl Content for Interrupt {
     const MARK: u32 = 0x5e1d_0031;
-    const WORDS: usize = 600;
+    const WORDS: usize = 620;
 }
 
 impl Content for Background {
@@ -60,7 +60,7 @@ impl Content for RecordEvent<f32> {
 
 impl Content for CoreDecision<f32> {
     const MARK: u32 = 0x5e1d_0034;
-    const WORDS: usize = 72;
+    const WORDS: usize = 80;
 }
 
 /// A sample of the interrupt's half: `servo_id_commission_step` in the header.

@@ -26,9 +26,11 @@ impl Waves {
     /// The waves at an angle with this sine and cosine.
     #[inline]
     pub(super) fn place(&mut self, [sine, cosine]: [f64; 2]) {
-        for order in 1..self.count {
-            let [s, c] = self.table[order - 1];
-            self.table[order] = [s * cosine + c * sine, c * cosine - s * sine];
+        let mut before = [0.0, 1.0];
+        for wave in self.table.iter_mut().take(self.count).skip(1) {
+            let [s, c] = before;
+            before = [s * cosine + c * sine, c * cosine - s * sine];
+            *wave = before;
         }
     }
 

@@ -102,11 +102,16 @@ impl<N: Number> MeasuredResponse<N> {
     /// Drops the lines of earlier slides that those of the last slides replace.
     fn replace(&mut self) {
         let highest = self.survey.frequencies().last().unwrap_or(0.0);
-        let kept = self
-            .lines()
-            .partition_point(|line| line.frequency <= highest);
-        self.lines.copy_within(kept..self.count, 0);
-        self.count -= kept;
+        let mut kept = 0;
+        for place in 0..self.count {
+            let line = self.lines.get(place).copied();
+            let above = line.filter(|line| line.frequency > highest);
+            if let (Some(line), Some(to)) = (above, self.lines.get_mut(kept)) {
+                *to = line;
+                kept += 1;
+            }
+        }
+        self.count = kept;
     }
 
     /// Begins to measure further lines.
