@@ -369,13 +369,13 @@ SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gauss_newton_loop) == 8, "alignment 
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_loop) == 8, "alignment of servo_id_fixed_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_coulomb_loop) == 8, "alignment of servo_id_fixed_coulomb_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_tuner) == 8, "alignment of servo_id_tuner");
-SERVO_ID_ASSERT(sizeof(servo_id_commission) == 4800, "size of servo_id_commission");
+SERVO_ID_ASSERT(sizeof(servo_id_commission) == 4960, "size of servo_id_commission");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_commission) == 8, "alignment of servo_id_commission");
 SERVO_ID_ASSERT(sizeof(servo_id_solver) == 15200, "size of servo_id_solver");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_solver) == 8, "alignment of servo_id_solver");
 SERVO_ID_ASSERT(sizeof(servo_id_record) == 32, "size of servo_id_record");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_record) == 8, "alignment of servo_id_record");
-SERVO_ID_ASSERT(sizeof(servo_id_decision) == 576, "size of servo_id_decision");
+SERVO_ID_ASSERT(sizeof(servo_id_decision) == 640, "size of servo_id_decision");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_decision) == 8, "alignment of servo_id_decision");
 SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_step, record) == 16, "place of record");

@@ -61,6 +61,8 @@ enum TrialStage {
     Recovering,
     /// The step back: an axis that rests shows no fault, and this one shows those that came since the step.
     Returning,
+    /// All was kept. What it measured is converted in a sample that judges nothing.
+    Kept,
 }
 
 /// Measurements of a trial, SI.
@@ -213,6 +215,7 @@ impl<N: Number> Trial<N> {
             return Err(Reason::NeverAtRest);
         }
         match self.stage {
+            TrialStage::Kept => return Ok(true),
             TrialStage::Settling => {
                 if settled {
                     self.begin_step(TrialStage::Stepping, holding, position);
@@ -231,7 +234,8 @@ impl<N: Number> Trial<N> {
                 if settled {
                     self.judge_rise(holding.resting().command)?;
                     if self.stage == TrialStage::Returning {
-                        return Ok(true);
+                        self.begin(TrialStage::Kept);
+                        return Ok(false);
                     }
                     holding.disturb(self.disturbance);
                     self.begin_change(TrialStage::Disturbed, position);
@@ -399,7 +403,7 @@ mod tests {
             let time = match self.stage {
                 TrialStage::Settling => return 0.0,
                 TrialStage::Stepping | TrialStage::Returning => self.time,
-                TrialStage::Disturbed | TrialStage::Recovering => 1.0,
+                TrialStage::Disturbed | TrialStage::Recovering | TrialStage::Kept => 1.0,
             };
             self.from - (self.to - self.from) * libm::expm1(-time / time_constant)
         }

@@ -46,7 +46,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         // A load that changes with the angle can look like a second mass in part.
         let unclear = !masses.is_explained() && self.doubt.is_some();
         if masses.resonance.is_none() || unclear {
-            return self.proceed(Then::Settle);
+            return self.then(Then::Settle);
         }
         match self.doubt {
             _ if masses.is_known() => {

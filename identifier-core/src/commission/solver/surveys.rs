@@ -61,7 +61,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             // The antiresonance may be below the lines, or a narrow resonance between two of them.
             Some(_) => self.surveys < Self::MAX_CHECKS && !self.is_as_it_moved(masses),
-            None => self.surveys < Self::MAX_CHECKS && masses.is_unclear(),
+            None => {
+                let has_slid = self.early != Early::NotYet;
+                self.surveys < Self::MAX_CHECKS && masses.is_unclear() && !has_slid
+            }
         }
     }
 
