@@ -103,8 +103,8 @@ impl<N: Number> SlidePlan<N> {
     /// The shortest turn, s: not much shorter than the loop follows.
     const SHORTEST_TURN: f64 = 0.03;
 
-    /// The parts of the travel that turning points, those of a servo that is doubted, and the loop's error may take; what is left brakes a servo that left
-    /// its reference.
+    /// The parts of the travel that turning points, those of a servo that is doubted, and the loop's error may take; what is
+    /// left brakes a servo that left its reference.
     const TURNS: f64 = 0.8;
     const DOUBTED_TURNS: f64 = 0.75;
     const ERROR: f64 = 0.15;
