@@ -611,7 +611,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
     (
         Reason::LacksResonance,
         Row {
-            case: &[("plant", "resonance = 300.0\ninertia_ratio = 0.4")],
+            case: &[("plant", "resonance = 110.0\ninertia_ratio = 0.78")],
             remedies: &[
                 Followed("stiffen the coupling", &[("plant", "resonance = 800.0")]),
                 Logged,
@@ -626,7 +626,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
                 "commission it within less travel",
                 &[(
                     "=commission",
-                    "travel = 0.05\nspeed = 30.0\nsample_time = 0.001",
+                    "travel = 0.03\nspeed = 30.0\nsample_time = 0.001",
                 )],
             )],
         },
@@ -661,7 +661,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
     (
         Reason::EstimateAtBound,
         Row {
-            case: &[("plant", "coulomb = 20.0\nhidden_limit = 1.0")],
+            case: &[("plant", "coulomb = 40.0\nhidden_limit = 1.2")],
             remedies: &[
                 Followed(
                     "the limit of the current",
@@ -710,7 +710,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
     (
         Reason::LacksRipple,
         Row {
-            case: &[("plant", "ripple = [100.0, 0.0]\nripple_order = 12")],
+            case: &[("plant", "ripple = [80.0, 0.0]\nripple_order = 12")],
             remedies: &[
                 Logged,
                 Followed("reduce the cogging", &[("plant", "ripple = [26.0, 0.0]")]),
@@ -784,7 +784,8 @@ const COMMISSIONED: [(Reason, Row); 26] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"actuator-weak\"\ntime = 4.8\nsize = 0.5",
+                // After the step, and before the one back.
+                "kind = \"actuator-weak\"\ntime = 5.1\nsize = 0.5",
             )],
             remedies: &[Followed(
                 "a gain of the amplifier that changes",
@@ -853,7 +854,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
     (
         Reason::Oscillating,
         Row {
-            case: &[("plant", "current_loop = 0.01")],
+            case: &[("plant", "current_loop = 0.015")],
             remedies: &[
                 Followed(
                     "quicken the current loop",
