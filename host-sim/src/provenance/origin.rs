@@ -149,9 +149,13 @@ impl ScenarioText {
     #[must_use]
     pub fn stating(mut self, table: &str, entry: &str) -> Self {
         let header = format!("[{table}]");
-        let is_header = |line: &&str| line.trim_start().starts_with(&header);
-        if let Some(line) = self.text.lines().find(is_header) {
-            self.text = self.text.replacen(line, &format!("{line}\n{entry}"), 1);
+        let mut end = 0;
+        for line in self.text.split_inclusive('\n') {
+            end += line.len();
+            if line.trim_start().starts_with(&header) {
+                self.text.insert_str(end, &format!("\n{entry}\n"));
+                break;
+            }
         }
         self
     }

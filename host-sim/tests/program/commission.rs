@@ -243,7 +243,9 @@ fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
 fn quick_leaves_the_slides_out_and_thorough_slides_more_and_both_are_reproduced() {
     let folder = folder("commission-slides");
     let (path, result) = (folder.join("scenario.toml"), folder.join("result.json"));
-    fs::write(&path, PAPER).expect("the scenario is written");
+    // A comment that names the table is not the table.
+    let named = format!("# [commission]\n{PAPER}");
+    fs::write(&path, named).expect("the scenario is written");
     let [path, result] = [path, result].map(|file| file.display().to_string());
     let slides = |flags: &[&str]| {
         let asked = [&["commission", &path, "--json", &result, "--force"], flags].concat();
