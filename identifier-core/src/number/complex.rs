@@ -37,6 +37,13 @@ impl Complex {
         }
     }
 
+    /// e^z.
+    #[must_use]
+    pub fn exponential(self) -> Self {
+        let (im, re) = libm::sincos(self.im);
+        Self { re, im }.scaled(libm::exp(self.re))
+    }
+
     /// The power with a whole exponent.
     #[must_use]
     pub fn raised(self, exponent: u32) -> Self {

@@ -1,10 +1,12 @@
 //! The loop of a design, sample by sample: the controller that will run, the exact servo with friction and
-//! delay, the encoder.
+//! delay, the mode of its second mass if it has one, the encoder.
 //!
 //! The holding command is left out on both sides: a command is the excess over it.
 
+use super::modal_motion::ModalMotion;
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
+use super::resonance::Mode;
 use super::sampled_response::split;
 use crate::control::{
     CommandLimit, ControlState, Controller, FeedForward, Gains, Notch, ReferenceFilter,
@@ -47,6 +49,9 @@ pub(super) struct ClosedLoop {
     newest: usize,
     position: f64,
     velocity: f64,
+    /// The motion of the mode, and the motor's distance from both masses as one, rad.
+    modal: Option<ModalMotion>,
+    twist: f64,
     measured: f64,
 }
 
@@ -78,6 +83,7 @@ impl ClosedLoop {
     pub(super) fn new(
         design: &Design,
         servo: &PossibleServo,
+        mode: Option<&Mode>,
         sample_time: f64,
         signal: &TestSignal,
     ) -> Result<Self, OutOfRange> {
@@ -90,6 +96,7 @@ impl ClosedLoop {
         let limit = CommandLimit::from_range([-signal.command, signal.command])?;
         let gains = Gains::new(design.kp, design.kd, design.ki)?;
         let (whole_delay, part) = split(servo.delay / sample_time);
+        let parts = [part, 1.0 - part];
         let zero_order_hold = ZeroOrderHoldStep::new();
         let x = servo.a * sample_time;
         let balancing = signal.balanced / servo.b;
@@ -116,7 +123,7 @@ impl ClosedLoop {
             signal: *signal,
             gain: servo.b,
             step: FrictionStep::new(),
-            parts: [part, 1.0 - part].map(|length| SamplePart {
+            parts: parts.map(|length| SamplePart {
                 length,
                 x: x * length,
                 response: zero_order_hold.response(x * length),
@@ -126,6 +133,8 @@ impl ClosedLoop {
             newest: 0,
             position: 0.5 * signal.resolution,
             velocity: 0.0,
+            modal: mode.map(|mode| ModalMotion::new(mode, parts.map(|part| part * sample_time))),
+            twist: 0.0,
             measured: 0.0,
         })
     }
@@ -164,13 +173,13 @@ impl ClosedLoop {
         if let Some(newest) = self.commands.get_mut(self.newest) {
             *newest = sample.command;
         }
-        for (part, delay) in self
-            .parts
-            .into_iter()
-            .zip([self.whole_delay + 1, self.whole_delay])
-        {
+        let delays = [self.whole_delay + 1, self.whole_delay];
+        for (place, (part, delay)) in self.parts.into_iter().zip(delays).enumerate() {
             if part.length > 0.0 {
-                self.move_for(&part, self.delayed(delay));
+                let change = self.move_for(&part, self.delayed(delay));
+                if let Some(modal) = &mut self.modal {
+                    self.twist = modal.process(place, change);
+                }
             }
         }
         Some(LoopSample {
@@ -181,10 +190,11 @@ impl ClosedLoop {
 
     fn reading(&self) -> f64 {
         let resolution = self.signal.resolution;
+        let position = self.position + self.twist;
         if resolution > 0.0 {
-            resolution * libm::floor(self.position / resolution)
+            resolution * libm::floor(position / resolution)
         } else {
-            self.position
+            position
         }
     }
 
@@ -193,7 +203,8 @@ impl ClosedLoop {
         self.commands.get(place).copied().unwrap_or(0.0)
     }
 
-    fn move_for(&mut self, part: &SamplePart, command: f64) {
+    /// Moves both masses as one, and returns the change of their speed, rad per part.
+    fn move_for(&mut self, part: &SamplePart, command: f64) -> f64 {
         let time = part.length * self.sample_time;
         let squared = time * time;
         let drive = (self.gain * command + self.signal.load) * squared;
@@ -203,6 +214,7 @@ impl ClosedLoop {
             (self.step).process_with(&part.response, part.x, drive, coulomb, velocity);
         self.position += motion.increment;
         self.velocity = motion.velocity / part.length;
+        motion.velocity - velocity
     }
 }
 

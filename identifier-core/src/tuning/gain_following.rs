@@ -159,6 +159,7 @@ impl GainFollowing {
             scene: Scene {
                 servos,
                 coulomb,
+                mode: None,
                 settings,
             },
             servo,

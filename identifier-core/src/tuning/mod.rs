@@ -18,6 +18,7 @@ mod goal;
 mod lead;
 mod margins;
 mod measured_line;
+mod modal_motion;
 mod placement;
 mod possible_servos;
 mod prediction;

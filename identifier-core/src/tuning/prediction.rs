@@ -5,6 +5,7 @@ use super::closed_loop::{ClosedLoop, TestSignal};
 use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
+use super::resonance::Mode;
 use super::{Promise, StepMeasure, TuningError, TuningSettings};
 
 /// Inputs of a prediction.
@@ -12,6 +13,8 @@ use super::{Promise, StepMeasure, TuningError, TuningSettings};
 pub(super) struct Scene {
     pub(super) servos: PossibleServos,
     pub(super) coulomb: f64,
+    /// Of two masses, where a measured response shows them.
+    pub(super) mode: Option<Mode>,
     pub(super) settings: TuningSettings,
 }
 
@@ -123,6 +126,7 @@ impl Scene {
         Ok(ClosedLoop::new(
             design,
             servo,
+            self.mode.as_ref(),
             self.settings.sample_time,
             trial,
         )?)

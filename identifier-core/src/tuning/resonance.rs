@@ -25,6 +25,18 @@ pub struct Resonance {
 }
 
 impl Mode {
+    /// The largest ζ that is computed with.
+    const MAX_DAMPING: f64 = 0.99;
+
+    /// The pole −ζω + jω√(1 − ζ²), rad/s.
+    pub(super) fn pole(&self) -> Complex {
+        let damping = self.damping.min(Self::MAX_DAMPING);
+        Complex {
+            re: -damping * self.frequency,
+            im: self.frequency * libm::sqrt(1.0 - damping * damping),
+        }
+    }
+
     /// ω/√(1 + β), the frequency at which the load holds the motor, rad/s.
     #[must_use]
     pub fn antiresonance(&self) -> f64 {

@@ -20,21 +20,9 @@ pub(super) struct SampledMode {
 impl SampledMode {
     /// For a delay by a part of a sample.
     pub(super) fn new(mode: &Mode, part: f64, sample_time: f64) -> Self {
-        let rate = mode.frequency * sample_time;
-        let damping = mode.damping.min(0.99);
         // In units of a sample.
-        let s = Complex {
-            re: -damping * rate,
-            im: rate * libm::sqrt(1.0 - damping * damping),
-        };
-        let grown = |time: f64| {
-            let (sine, cosine) = libm::sincos(s.im * time);
-            let size = libm::exp(s.re * time);
-            Complex {
-                re: size * cosine,
-                im: size * sine,
-            }
-        };
+        let s = mode.pole().scaled(sample_time);
+        let grown = |time: f64| s.scaled(time).exponential();
         let (later, pole) = (grown(1.0 - part), grown(1.0));
         let newer = (later - Complex::ONE) / s;
         let older = (pole - later) / s;

@@ -85,6 +85,7 @@ impl Tuner {
             scene: Scene {
                 servos,
                 coulomb,
+                mode: resonance.map(|resonance| resonance.mode),
                 settings: *settings,
             },
         })

@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use identifier_core::commission::{CommissionSettings, Limits, Phase};
+use identifier_core::commission::{CommissionSettings, Limits, Phase, TrialResult};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::TuningError;
+use identifier_core::tuning::{Promise, TuningError};
 use virtual_servo::{Effects, SplitMix64};
 
 use super::rig::{Bench, ordinary};
@@ -101,6 +101,8 @@ struct Judged {
     ended_in: Phase,
     no_gains: Option<TuningError>,
     resonance: Option<f64>,
+    /// The measurements of a trial that missed its promise, and that.
+    missed: Option<(TrialResult, Promise)>,
 }
 
 fn judge(bench: &Bench) -> Judged {
@@ -129,6 +131,9 @@ fn judge(bench: &Bench) -> Judged {
             .unwrap_or(Phase::Idle),
         no_gains: state.tuning_error().copied(),
         resonance: course.resonance,
+        missed: (state.trial().copied().zip(state.tuning()))
+            .filter(|_| state.phase() == Phase::RolledBack)
+            .map(|(trial, tuning)| (trial, tuning.promise)),
     }
 }
 
@@ -380,6 +385,9 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
                 judged.fastest_in.name(),
                 judged.time
             );
+            if let Some((trial, promise)) = &judged.missed {
+                println!("{trial:?} missed {promise:?}");
+            }
         }
     }
     let count = |is: &dyn Fn(&Judged) -> bool| judged.iter().filter(|judged| is(judged)).count();

@@ -7,3 +7,4 @@ mod moving_axis;
 mod properties;
 mod servo_changes;
 mod support;
+mod two_masses;

@@ -179,6 +179,21 @@ impl Bench {
         (parameters, delay): &Candidate,
         held: f64,
     ) -> Self {
+        let effects = Effects {
+            delay: *delay,
+            ..Effects::NONE
+        };
+        Self::of(tuning, settings, parameters, &effects, held)
+    }
+
+    /// The same of a servo with effects.
+    pub(crate) fn of(
+        tuning: &Tuning,
+        settings: &TuningSettings,
+        parameters: &ServoParameters,
+        effects: &Effects,
+        held: f64,
+    ) -> Self {
         let TuningSettings {
             sample_time,
             resolution,
@@ -189,10 +204,6 @@ impl Bench {
         let limit = CommandLimit::from_range(range).expect("valid");
         let units = Units::new(sample_time, 1.0).expect("valid");
         let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
-        let effects = Effects {
-            delay: *delay,
-            ..Effects::NONE
-        };
         let state = identifier_core::control::ControlState::default();
         let velocity = LowPass::new(&units, tuning.cutoff).expect("valid");
         let pid = ControllerSettings::tuned(tuning, range);
@@ -203,7 +214,7 @@ impl Bench {
                 .with_feed_forward(feed_forward.expect("valid"))
                 .with_notch(pid.notch(&units).expect("valid")),
             state: state.with_integral(held / (tuning.ki * sample_time)),
-            servo: Servo::at_rest(parameters, &effects, sample_time, 1).expect("valid"),
+            servo: Servo::at_rest(parameters, effects, sample_time, 1).expect("valid"),
             encoder: (resolution > 0.0)
                 .then(|| (Encoder::new(std::f64::consts::TAU / resolution), resolution)),
             measured: 0.0,

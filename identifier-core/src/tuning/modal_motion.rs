@@ -1,0 +1,98 @@
+//! The motion of a second mass's mode in time.
+//!
+//! With the pole s of the mode and the acceleration ÿ of both masses as one, which friction and command make together,
+//! ż = s z + ÿ, and the motor moves by β Im z/Im s beside both.
+
+use super::resonance::Mode;
+use crate::number::Complex;
+
+/// A mode that is driven by accelerations, each held for a part of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ModalMotion {
+    /// β/Im s, s.
+    share: f64,
+    /// z, rad/s.
+    state: Complex,
+    parts: [ModalPart; 2],
+}
+
+/// A time for which an acceleration is held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ModalPart {
+    /// e^(st).
+    pole: Complex,
+    /// (e^(st) − 1)/(s t), 1 without the mode's own motion, over t.
+    driven: Complex,
+}
+
+impl ModalMotion {
+    /// At rest, for the two parts of a sample, s.
+    pub(super) fn new(mode: &Mode, parts: [f64; 2]) -> Self {
+        let s = mode.pole();
+        Self {
+            share: mode.ratio / s.im,
+            state: Complex::ONE.scaled(0.0),
+            parts: parts.map(|time| {
+                let pole = s.scaled(time).exponential();
+                let driven = (pole - Complex::ONE) / s.scaled(time * time);
+                ModalPart { pole, driven }
+            }),
+        }
+    }
+
+    /// The motor's distance from where both masses are as one, after a part of a sample with the change of their speed, rad per
+    /// part.
+    pub(super) fn process(&mut self, part: usize, change: f64) -> f64 {
+        if let Some(ModalPart { pole, driven }) = self.parts.get(part) {
+            self.state = *pole * self.state + driven.scaled(change);
+        }
+        self.share * self.state.im
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+
+    #[test]
+    fn a_held_acceleration_twists_it_by_the_closed_form() {
+        let mode = Mode {
+            frequency: TAU * 30.0,
+            damping: 0.05,
+            ratio: 1.5,
+        };
+        let (part, sample) = (0.3, 1e-3);
+        let times = [part * sample, (1.0 - part) * sample];
+        let mut motion = ModalMotion::new(&mode, times);
+        let decay = mode.damping * mode.frequency;
+        let turning = mode.frequency * (1.0 - mode.damping * mode.damping).sqrt();
+        let acceleration = 40.0;
+        let at_rest = mode.ratio * acceleration / (mode.frequency * mode.frequency);
+        for k in 1..200 {
+            let mut twist = 0.0;
+            for (place, time) in times.into_iter().enumerate() {
+                twist = motion.process(place, acceleration * time * time);
+            }
+            let time = f64::from(k) * sample;
+            let (sine, cosine) = (turning * time).sin_cos();
+            let swing = (-decay * time).exp() * (cosine + decay / turning * sine);
+            let exact = at_rest * (1.0 - swing);
+            assert!(
+                (twist - exact).abs() < 1e-9 * at_rest,
+                "{k}: {twist} {exact}"
+            );
+        }
+    }
+
+    #[test]
+    fn one_mass_has_none() {
+        let mode = Mode {
+            frequency: 100.0,
+            damping: 0.01,
+            ratio: 0.0,
+        };
+        let mut motion = ModalMotion::new(&mode, [5e-4, 5e-4]);
+        assert_eq!(motion.process(0, 1.0), 0.0);
+    }
+}

@@ -1,0 +1,136 @@
+//! Gains and promises for servos of two masses, against the virtual servo's two masses.
+
+use std::f64::consts::TAU;
+
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::tuning::{Mode, Resonance, StepMeasure, Tuner, Tuning, TuningSettings};
+use virtual_servo::Effects;
+
+use crate::support::{Bench, identified, step};
+
+/// Resonances, Hz, with damping and the load's inertia over the motor's.
+fn modes() -> impl Iterator<Item = Mode> {
+    let shapes = [(0.005, 0.2), (0.02, 1.0), (0.08, 8.0)];
+    [12.0, 40.0, 150.0, 500.0]
+        .into_iter()
+        .flat_map(move |hertz| {
+            shapes.map(|(damping, ratio)| Mode {
+                frequency: TAU * hertz,
+                damping,
+                ratio,
+            })
+        })
+}
+
+fn servo(coulomb: f64) -> IdentifiedServo {
+    let parameters = ServoParameters {
+        a: 0.03,
+        b: 500.0,
+        coulomb,
+        load: 0.0,
+    };
+    identified(parameters, 3e-4, [0.0; 3])
+}
+
+fn settings() -> TuningSettings {
+    TuningSettings::new(2.5e-4, 1e-4, 10.0, 0.1)
+}
+
+/// The tuner of a mode, its gains, and its slices.
+fn tuned(mode: Mode, coulomb: f64, settings: &TuningSettings) -> (Tuner, Tuning, u32) {
+    let resonance = Resonance {
+        mode,
+        errors: [0.01, 0.2],
+    };
+    let tuner = Tuner::for_response(settings, &servo(coulomb), Some(&resonance)).expect("valid");
+    let (mut state, mut slices) = (tuner.start(), 0);
+    loop {
+        slices += 1;
+        if let Some(tuning) = tuner.work(&mut state) {
+            return (tuner, tuning.expect("gains"), slices);
+        }
+    }
+}
+
+/// The loop around a servo that has the mode.
+fn bench(mode: Mode, coulomb: f64, settings: &TuningSettings, tuning: &Tuning) -> Bench {
+    let IdentifiedServo {
+        parameters, delay, ..
+    } = servo(coulomb);
+    let effects = Effects {
+        delay,
+        resonance: mode.frequency,
+        resonance_damping: Some(mode.damping),
+        inertia_ratio: mode.ratio / (1.0 + mode.ratio),
+        ..Effects::NONE
+    };
+    Bench::of(tuning, settings, &parameters, &effects, 0.0)
+}
+
+/// With and without the notch.
+#[test]
+fn gains_for_two_masses_are_found_within_their_slices() {
+    let slices = modes().map(|mode| tuned(mode, 5.0, &settings()).2);
+    let most = slices.max().expect("some");
+    println!("{most} slices at most");
+    assert!((1000..60_000).contains(&most), "{most}");
+}
+
+#[test]
+fn the_predicted_step_is_that_of_two_masses() {
+    let settings = TuningSettings {
+        resolution: 0.0,
+        ..settings()
+    };
+    let mut twisted = 0.0_f64;
+    for mode in modes() {
+        let (tuner, tuning, _) = tuned(mode, 0.0, &settings);
+        let one_mass = Tuner::new(&settings, &servo(0.0)).expect("valid");
+        let [steps, of_one] = [&tuner, &one_mass].map(|by| by.step(&tuning).expect("valid"));
+        let mut bench = bench(mode, 0.0, &settings, &tuning);
+        let duration = 20.0 / tuning.bandwidth;
+        let (mut off, mut off_of_one, mut now) = (0.0_f64, 0.0_f64, 0);
+        for (predicted, of_one) in steps.zip(of_one).take_while(|(at, _)| at.time < duration) {
+            let sample = (predicted.time / settings.sample_time).round() as u32;
+            let mut position = 0.0;
+            while now <= sample {
+                position = bench.advance(settings.step).0;
+                now += 1;
+            }
+            off = off.max((predicted.position - position).abs() / settings.step);
+            off_of_one = off_of_one.max((of_one.position - position).abs() / settings.step);
+        }
+        let hertz = mode.frequency / TAU;
+        println!("{hertz:.0} Hz, {mode:?}: {off:.5}, of one mass {off_of_one:.5}");
+        // Slow loops are predicted with samples of up to 0.025/ω.
+        assert!(off < 0.01, "{mode:?}: {off}");
+        twisted = twisted.max(off_of_one);
+    }
+    assert!(twisted > 0.04, "{twisted}");
+}
+
+/// Friction that acts on the motor alone.
+#[test]
+fn the_promise_of_two_masses_with_friction_is_kept() {
+    let settings = settings();
+    for mode in modes() {
+        for coulomb in [5.0, 20.0, 50.0] {
+            let (_, tuning, _) = tuned(mode, coulomb, &settings);
+            let promise = &tuning.promise;
+            let mut bench = bench(mode, coulomb, &settings, &tuning);
+            let measure: StepMeasure<f64> = step(&mut bench, &settings, 25.0 / tuning.bandwidth);
+            let rise = measure.rise().map(|rise| rise * settings.sample_time);
+            println!(
+                "{:.0} Hz ratio {} c {coulomb}: rise {rise:?} of {:.4}, overshoot {:.3} of {:.3}",
+                mode.frequency / TAU,
+                mode.ratio,
+                promise.rise_time,
+                measure.overshoot(),
+                promise.overshoot
+            );
+            assert!(measure.overshoot() < promise.overshoot + 0.03, "{mode:?}");
+            let rise = rise.expect("it rises") / promise.rise_time;
+            assert!((rise - 1.0).abs() < 0.15, "{mode:?} {coulomb}: {rise}");
+        }
+    }
+}
