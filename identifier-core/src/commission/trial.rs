@@ -48,8 +48,10 @@ struct Promised<N> {
     excursion: N,
     /// The least that a disturbance must move it, whatever friction is; zero where friction may hold it.
     least_excursion: N,
-    /// Samples after which a transient is over, and by which the servo must be at rest.
+    /// Samples after which a transient is over, after which one is of a servo that friction has held so far, and by which it
+    /// must be at rest.
     over: u32,
+    departed: u32,
     most: u32,
 }
 
@@ -160,6 +162,7 @@ impl<N: Number> Trial<N> {
                 least_excursion: N::from_f64((least - 2.0 * Self::ROUNDING).max(0.0)),
                 // Casts saturate.
                 over: (Self::TRANSIENT_SETTLING_TIMES * settling) as u32,
+                departed: (Self::TRANSIENT_SETTLING_TIMES * samples(promise.settling_time)) as u32,
                 most: most as u32,
             },
             stage: TrialStage::Settling,
@@ -231,7 +234,10 @@ impl<N: Number> Trial<N> {
                 if step.measure.is_beyond(highest) {
                     return Err(Reason::OvershootExceeded);
                 }
-                if settled {
+                // Its integral finds the command at which one that stands breaks away.
+                let [departed, _] = step.measure.since();
+                let waits = departed.is_none() && self.passed < self.promised.departed;
+                if settled && !waits {
                     self.judge_rise(holding.resting().command)?;
                     if self.stage == TrialStage::Returning {
                         self.begin(TrialStage::Kept);
@@ -431,6 +437,16 @@ mod tests {
         coulomb: f64,
         position: impl Fn(Moment) -> f64,
     ) -> (Result<bool, Reason>, TrialResult) {
+        tried_by(&promised(), step, coulomb, position)
+    }
+
+    /// The same by another promise.
+    fn tried_by(
+        tuning: &Tuning,
+        step: f64,
+        coulomb: f64,
+        position: impl Fn(Moment) -> f64,
+    ) -> (Result<bool, Reason>, TrialResult) {
         let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
         let gains = HoldingGains {
             controller: ControllerSettings::pid(1.0, 0.01, 1.0).limited(10.0),
@@ -451,7 +467,7 @@ mod tests {
             coulomb,
             load: 0.0,
         };
-        let mut trial = Trial::<f64>::new(&promised(), &units, step, 0.5, &servo, true);
+        let mut trial = Trial::<f64>::new(tuning, &units, step, 0.5, &servo, true);
         let [mut from, mut to] = [0.0; 2];
         for _ in 0..100_000 {
             let reference = holding.reference() * units.position_unit();
@@ -517,6 +533,22 @@ mod tests {
         assert_eq!(gives_way, Err(Reason::DisturbanceExceeded));
         let (never_rests, _) = tried(STEP, |at| plain(at) + 0.001 * libm::sin(at.time / 0.01));
         assert_eq!(never_rests, Err(Reason::NeverAtRest));
+    }
+
+    #[test]
+    fn a_step_that_friction_holds_for_as_long_as_promised_is_waited_for() {
+        let mut tuning = promised();
+        tuning.promise.settling_time = 0.5;
+        for (departs, expected) in [(0.7, Ok(true)), (1.0, Err(Reason::DoesNotMove))] {
+            let (done, _) = tried_by(&tuning, STEP, 90.0, |at| match at.stage {
+                TrialStage::Stepping | TrialStage::Returning => {
+                    let time = (at.time - departs).max(0.0);
+                    Moment { time, ..at }.step(TIME_CONSTANT)
+                }
+                _ => at.step(TIME_CONSTANT) + at.excursion(1.0),
+            });
+            assert_eq!(done, expected, "{departs}");
+        }
     }
 
     #[test]
