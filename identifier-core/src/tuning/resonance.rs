@@ -1,6 +1,6 @@
 //! The resonance of two masses, as a frequency response shows it, and the servos that resonate alike.
 
-use super::possible_servos::PossibleServo;
+use super::possible_servos::{PossibleServo, PossibleServos};
 use crate::number::Complex;
 
 /// The mode of a servo of two masses, beside the motion of both as one: from a command to the motor's position the servo
@@ -81,8 +81,14 @@ impl Resonance {
     /// The largest sensitivity's excess over 1 for a servo that differs, over that for the measured one.
     pub(super) const DIFFERING: f64 = 1.25;
 
-    /// A servo that it may be, by its place: the identified one first.
-    pub(super) fn servo(&self, identified: &PossibleServo, place: usize) -> Option<ResonantServo> {
+    /// A servo that it may be, by its place: the identified one first, and then such that are damped as little as any may be.
+    pub(super) fn servo(&self, servos: &PossibleServos, place: usize) -> Option<ResonantServo> {
+        let identified = servos.identified();
+        let a = if place == 0 {
+            identified.a
+        } else {
+            servos.least_friction()
+        };
         let [frequency_error, damping_error] = self.errors;
         let (least, most) = Self::FREQUENCIES;
         let off = (Self::FREQUENCY * frequency_error).max(least).min(most);
@@ -99,8 +105,9 @@ impl Resonance {
         };
         Some(ResonantServo {
             servo: PossibleServo {
+                a,
                 b: gain * identified.b,
-                ..*identified
+                ..identified
             },
             mode: Mode {
                 frequency: frequency * self.mode.frequency,

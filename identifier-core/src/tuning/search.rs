@@ -105,7 +105,7 @@ impl Judge {
         let one_mass = |servo| of(SampledServo::new(servo, None, self.sample_time));
         let first = self.servos.identified();
         let two_masses = |place| {
-            let servo = self.resonance?.servo(&first, place)?;
+            let servo = self.resonance?.servo(&self.servos, place)?;
             let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
             Some(of(sampled))
         };
@@ -196,7 +196,7 @@ impl Judge {
             return Some(Walk::begin(response, first, self.max_sensitivity));
         }
         let place = place - PossibleServos::COUNT;
-        let servo = (self.resonance?).servo(&self.servos.identified(), place)?;
+        let servo = (self.resonance?).servo(&self.servos, place)?;
         let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
         let response = SampledResponse::around(design, sampled, self.sample_time);
         let sensitivity = 1.0 + servo.excess * (self.max_sensitivity - 1.0);

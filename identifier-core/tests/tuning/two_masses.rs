@@ -134,3 +134,51 @@ fn the_promise_of_two_masses_with_friction_is_kept() {
         }
     }
 }
+
+/// A load at 12 Hz on a motor whose loop is faster: the integral drives its motion, and only friction damps it. The estimate of
+/// viscous friction, 2.9 ± 2.1 where 0.2 is true, is not relied on.
+#[test]
+fn viscous_friction_that_is_uncertain_damps_no_mode() {
+    let mode = Mode {
+        frequency: TAU * 12.2,
+        damping: 0.01,
+        ratio: 1.5,
+    };
+    let truth = ServoParameters {
+        a: 0.2,
+        b: 840.0,
+        coulomb: 0.0,
+        load: 0.0,
+    };
+    let known = identified(ServoParameters { a: 2.9, ..truth }, 2.5e-4, [2.1, 0.0, 0.0]);
+    let resonance = Resonance {
+        mode,
+        errors: [0.005, 0.4],
+    };
+    let settings = TuningSettings::new(1e-4, 0.0, 10.0, 0.2);
+    let tuner = Tuner::for_response(&settings, &known, Some(&resonance)).expect("valid");
+    let mut state = tuner.start();
+    let tuning = core::iter::repeat_with(|| tuner.work(&mut state)).find_map(|found| found);
+    let tuning = tuning.expect("it ends").expect("gains");
+    let effects = Effects {
+        delay: known.delay,
+        resonance: mode.frequency,
+        resonance_damping: Some(mode.damping),
+        inertia_ratio: 0.6,
+        ..Effects::NONE
+    };
+    let mut bench = Bench::of(&tuning, &settings, &truth, &effects, 0.0);
+    let mut farthest = [0.0_f64; 3];
+    for second in &mut farthest {
+        for _ in 0..20_000 {
+            let off = bench.advance(settings.step).0 - settings.step;
+            *second = second.max(off.abs());
+        }
+    }
+    let [_, first, then] = farthest;
+    println!(
+        "{:.1} rad/s, {first:.6} and then {then:.6}",
+        tuning.bandwidth
+    );
+    assert!(then < 1e-4 * settings.step, "{first} {then}");
+}
