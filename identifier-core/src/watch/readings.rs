@@ -31,6 +31,8 @@ impl<N: Number> Readings<N> {
     const MIN_MISSING: f64 = 2.0;
     /// The factor on the allowed speed beyond which a reading is invalid.
     const SPEED_MARGIN: f64 = 2.0;
+    /// The part of an increment beyond that by which a servo that moves may have become faster within a sample.
+    const SUDDEN: f64 = 0.5;
     /// Counts that rounding and noise may add.
     const ROUNDING: f64 = 4.0;
 
@@ -95,11 +97,16 @@ impl<N: Number> Readings<N> {
         let near = |other: N| (increment - other).magnitude() <= state.change;
         let mirrored = (increment + last).magnitude() <= N::from_f64(0.5) * state.change;
         let possible = increment.magnitude() <= farthest;
+        // One that was nearly as fast a sample before is a motion, however fast.
+        let is_motion = near(last)
+            && (increment - last).magnitude() <= N::from_f64(Self::SUDDEN) * increment.magnitude();
         // A counter that stands is no jump: whether the servo can have stopped is another question.
         if possible && (near(last) || increment == N::ZERO) {
             Ok(())
         } else if possible && mirrored {
             Err(Reason::Reversed)
+        } else if is_motion {
+            Err(Reason::SpeedExceeded)
         } else {
             Err(Reason::EncoderJumped)
         }
