@@ -93,6 +93,6 @@ mod tests {
             ratio: 0.0,
         };
         let mut motion = ModalMotion::new(&mode, [5e-4, 5e-4]);
-        assert_eq!(motion.process(0, 1.0), 0.0);
+        assert!(motion.process(0, 1.0).abs() <= 0.0);
     }
 }

@@ -14,6 +14,9 @@ impl Following {
     const LOST: f64 = 1.3;
     const LOST_WEIGHT: u32 = 8;
 
+    /// The part of the speed beyond which a servo that leaves its reference was pushed.
+    const PUSHED_SPEED: f64 = 0.3;
+
     pub(super) const START: Self = Self { left: 0 };
 
     /// Takes the error of the loop in a sample; true if the servo follows.
@@ -34,5 +37,14 @@ impl Following {
     /// True if it has not followed for too long.
     pub(super) fn is_over<N: Number>(self, motion: &Motion<N>) -> bool {
         self.left > motion.patience
+    }
+
+    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the slides is too slow
+    /// for.
+    pub(super) fn is_pushed<N: Number>(error: N, velocity: N, motion: &Motion<N>) -> bool {
+        let fast = N::from_f64(Self::PUSHED_SPEED) * motion.speed;
+        error.magnitude() > motion.max_error
+            && velocity.magnitude() > fast
+            && error * velocity < N::ZERO
     }
 }

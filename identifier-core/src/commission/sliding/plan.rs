@@ -29,7 +29,7 @@ pub(super) struct Motion<N> {
     /// Where the first slide begins.
     pub(super) start: N,
     /// Slides before them that show friction, load and amplitudes alone, and slides that are measured.
-    pub(super) lessons: u8,
+    pub(super) learning: u8,
     pub(super) slides: u8,
     /// Samples from constant speed to the window, and of the window.
     pub(super) settling: u32,
@@ -66,7 +66,7 @@ impl<N: Number> Motion<N> {
         speed: N::ZERO,
         acceleration: N::ZERO,
         start: N::ZERO,
-        lessons: 0,
+        learning: 0,
         slides: 0,
         settling: 0,
         window: 0,
@@ -95,7 +95,7 @@ impl<N: Number> SlidePlan<N> {
     const ROUND: u8 = 4;
 
     /// Slides, both ways, in which a servo that is doubted is learnt.
-    const LESSONS: u8 = 2;
+    const LEARNING: u8 = 2;
 
     /// Time in which the injection grows, s.
     const FADE: f64 = 0.03;
@@ -205,8 +205,8 @@ impl<N: Number> SlidePlan<N> {
         // As near to where it stands as the travel permits.
         let margin = (turning / turns).min(room);
         let middle = 0.0_f64.min(high - margin).max(low + margin);
-        let (unknown, patience, lessons) = if is_doubted {
-            (Self::DOUBTED_LOAD, Self::DOUBTED_PATIENCE, Self::LESSONS)
+        let (unknown, patience, learning) = if is_doubted {
+            (Self::DOUBTED_LOAD, Self::DOUBTED_PATIENCE, Self::LEARNING)
         } else {
             (Self::UNKNOWN_LOAD, Self::PATIENCE, 0)
         };
@@ -242,7 +242,7 @@ impl<N: Number> SlidePlan<N> {
                 speed: number(speed * time * counts),
                 acceleration: number(acceleration * time * time * counts),
                 start: number((middle - slide) * counts),
-                lessons,
+                learning,
                 slides: Self::ROUND * settings.slide_rounds.max(1),
                 settling: libm::ceil(Self::SETTLING / time) as u32,
                 window: lines.window(),

@@ -27,7 +27,7 @@ pub(in crate::commission) struct Slide<N> {
     /// True if its balance is to be handed over after the lines.
     is_balanced: bool,
     /// Slides in which the servo is still to be learnt, that were measured, and those that were not as the servo stopped.
-    lessons: u8,
+    learning: u8,
     measured: u8,
     stopped: u8,
     /// The slide whose sums are handed over, and the next line of it.
@@ -88,10 +88,6 @@ impl<N: Number> Slide<N> {
     const STANDS: f64 = 0.2;
     const ROUNDING: f64 = 0.3;
 
-    /// The parts of the largest error and of the speed beyond which a servo that leaves its reference was pushed.
-    const PUSHED_ERROR: f64 = 1.0;
-    const PUSHED_SPEED: f64 = 0.3;
-
     /// Without a plan.
     pub(in crate::commission) const NONE: Self = Self {
         motion: Motion::NONE,
@@ -106,7 +102,7 @@ impl<N: Number> Slide<N> {
         inverted: false,
         window: Window::NONE,
         is_balanced: false,
-        lessons: 0,
+        learning: 0,
         measured: 0,
         stopped: 0,
         handed: Handed::Nothing { has_stopped: false },
@@ -134,7 +130,7 @@ impl<N: Number> Slide<N> {
         (self.velocity, self.fade) = (N::ZERO, N::ZERO);
         (self.measured, self.stopped, self.line) = (0, 0, self.count);
         self.following = Following::START;
-        self.lessons = self.motion.lessons;
+        self.learning = self.motion.learning;
     }
 
     /// A sample: takes it into the sums, and leads the loop on. A servo that does not follow ends the slides.
@@ -155,12 +151,12 @@ impl<N: Number> Slide<N> {
         if self.stage == Stage::Window {
             self.gather(sample);
         }
-        let lessons = self.lessons;
+        let learning = self.learning;
         self.proceed(holding.reference());
-        if self.is_pushed(error, sample.velocity) {
+        if Following::is_pushed(error, sample.velocity, &self.motion) {
             return SlideProgress::Over;
         }
-        if self.lessons < lessons {
+        if self.learning < learning {
             self.learn(holding);
         }
         let acceleration = self.accelerate();
@@ -181,14 +177,6 @@ impl<N: Number> Slide<N> {
         } else {
             SlideProgress::Going
         }
-    }
-
-    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the slides is too slow
-    /// for.
-    fn is_pushed(&self, error: N, velocity: N) -> bool {
-        let far = N::from_f64(Self::PUSHED_ERROR) * self.motion.max_error;
-        let fast = N::from_f64(Self::PUSHED_SPEED) * self.motion.speed;
-        error.magnitude() > far && velocity.magnitude() > fast && error * velocity < N::ZERO
     }
 
     /// Of the loop that is planned to hold the servo meanwhile: model, delay and bandwidth.
@@ -244,8 +232,8 @@ impl<N: Number> Slide<N> {
             N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(Self::ROUNDING);
         self.line = 0;
         let has_stopped = self.window.slowest < least;
-        if self.lessons > 0 {
-            self.lessons -= 1;
+        if self.learning > 0 {
+            self.learning -= 1;
             self.handed = Handed::Nothing { has_stopped };
         } else if has_stopped && self.stopped < Self::MAX_STOPPED {
             self.stopped += 1;
@@ -276,7 +264,7 @@ impl<N: Number> Slide<N> {
         let balance = self.window.balance(self.motion.window);
         let change = self.motion.servo.learn(&balance);
         holding.relieve(change);
-        if self.lessons == 0 {
+        if self.learning == 0 {
             holding.give_way(self.motion.learnt_bandwidth);
         }
     }

@@ -304,7 +304,7 @@ fn a_slow_axis_slides_at_two_fifths_of_its_speed() {
 }
 
 /// The time of slides that show friction alone, s.
-const LESSONS: f64 = 1.6;
+const LEARNING: f64 = 1.6;
 
 #[test]
 fn gravity_of_a_fifth_of_the_authority_keeps_a_tenth_of_a_radian_of_travel() {
@@ -322,7 +322,7 @@ fn gravity_of_a_fifth_of_the_authority_keeps_a_tenth_of_a_radian_of_travel() {
         assert!(course.lines.iter().all(|&(_, _, slides)| slides == 4));
         assert!(low > -0.09 && high < 0.09, "{low} {high}");
         // One mass without gravity may not explain the first motion: then it slides both ways before, to be learnt.
-        assert!(course.time < 3.5 + LESSONS, "{}", course.time);
+        assert!(course.time < 3.5 + LEARNING, "{}", course.time);
         // Friction and the load's slope were taken for viscous friction.
         assert!(off < 0.1, "{off}");
     }

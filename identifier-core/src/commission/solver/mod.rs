@@ -28,8 +28,8 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     rough: Option<IdentifiedServo>,
     /// Number of second motions that were not informative enough.
     refined: u32,
-    /// True once a motion that was not predicted was fitted with another load.
-    is_burdened: bool,
+    /// True once a motion that was not predicted was fitted with other friction and load.
+    is_refitted: bool,
     /// The step that gains are looked for with, rad.
     step: f64,
     /// The effect that the model lacks by the evidence of the motions.
@@ -57,6 +57,8 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
 enum Work<N: Number> {
     Nothing,
     Fitting(ServoFit<N>),
+    /// A motion that was not predicted is fitted with other friction and load.
+    Refitting(ServoFit<N>),
     Predicting(PredictionRun<N>),
     /// The search for the lacking effect, before the next step.
     EffectSearch(EffectSearch<N>, Then),
@@ -124,7 +126,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             servo: None,
             rough: None,
             refined: 0,
-            is_burdened: false,
+            is_refitted: false,
             step: 0.0,
             suspect: None,
             response: MeasuredResponse::new(&settings),
@@ -146,7 +148,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     self.servo = None;
                     self.suspect = None;
                     self.refined = 0;
-                    self.is_burdened = false;
+                    self.is_refitted = false;
                     self.masses = None;
                     self.surveys = 0;
                     self.early = Early::NotYet;
@@ -223,9 +225,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 let fitted = self.fitter.work(fit, &self.record)?;
                 match fitted {
                     Ok(servo) => self.take_servo(servo),
-                    Err(_) if self.is_burdened && self.motion == Phase::Verify => {
-                        self.proceed(Then::Slide(Some(Reason::NotPredicted)))
-                    }
                     Err(reason) => {
                         // Of an encoder's noise it would be no servo.
                         let is_quiet = self.settings.noise == 0.0;
@@ -237,6 +236,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                         self.diagnose(begun, Then::Slide(Some(reason)))
                     }
                 }
+            }
+            Work::Refitting(fit) => {
+                let refitted = self.fitter.work(fit, &self.record)?;
+                self.take_refit(refitted)
             }
             Work::EffectSearch(diagnosing, then) => {
                 let found = self.fitter.diagnose(diagnosing, &self.record)?;

@@ -49,12 +49,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Takes a servo that was fitted.
     pub(super) fn take_servo(&mut self, servo: IdentifiedServo) -> Option<DecisionKind<N>> {
-        let is_explained = servo.unexplained < Self::EXPLAINED * self.settings.resolution;
-        if self.is_burdened && !is_explained && self.motion == Phase::Verify {
-            let work = self.fitter.begin_prediction(self.servo.as_ref()?);
-            self.work = Work::Predicting(work);
-            return None;
-        }
         self.servo = Some(servo);
         let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
         if unexplained && self.is_first_doubt() {
@@ -74,10 +68,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             servo.unexplained <= Self::UNEXPLAINED * self.settings.resolution
         };
         if prediction.refutes()
-            && !self.is_burdened
-            && self.servo.is_some_and(|servo| was_explained(&servo))
+            && !self.is_refitted
+            && let Some(servo) = self.servo.filter(was_explained)
         {
-            return self.burden();
+            self.refit(servo);
+            return None;
         }
         let then = match self.motion {
             _ if prediction.refutes() => Then::Slide(Some(Reason::NotPredicted)),
@@ -88,15 +83,28 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Fits the motion that was not predicted, to find out if load and friction alone have changed, once.
-    fn burden(&mut self) -> Option<DecisionKind<N>> {
-        self.is_burdened = true;
-        let mut burdened = self.servo?;
-        let most = burdened.parameters.b * self.settings.limits.command[1];
+    fn refit(&mut self, mut servo: IdentifiedServo) {
+        self.is_refitted = true;
+        let most = servo.parameters.b * self.settings.limits.command[1];
         for place in [IdentifiedServo::COULOMB, IdentifiedServo::LOAD] {
-            burdened.know_alone(place, most);
+            servo.know_alone(place, most);
         }
-        self.work = Work::Fitting(self.fitter.begin(&self.record, Some(&burdened)));
-        None
+        self.work = Work::Refitting(self.fitter.begin(&self.record, Some(&servo)));
+    }
+
+    /// Takes the servo of such a fit, if it explains the motion; else the misfit of the prediction is judged.
+    pub(super) fn take_refit(
+        &mut self,
+        refitted: Result<IdentifiedServo, Reason>,
+    ) -> Option<DecisionKind<N>> {
+        let is_explained = |servo: &IdentifiedServo| {
+            servo.unexplained < Self::EXPLAINED * self.settings.resolution
+        };
+        match refitted {
+            Ok(servo) if is_explained(&servo) => self.take_servo(servo),
+            Ok(_) => self.proceed(Then::Predict),
+            Err(_) => self.proceed(Then::Slide(Some(Reason::NotPredicted))),
+        }
     }
 
     /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
