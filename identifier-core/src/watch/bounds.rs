@@ -19,7 +19,7 @@ pub(super) struct Bounds<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BoundsState<N> {
     /// Mean of the increments, counts a sample.
-    speed: N,
+    pub(super) speed: N,
     late: u32,
 }
 

@@ -31,6 +31,8 @@ impl<N: Number> Readings<N> {
     const MIN_MISSING: f64 = 2.0;
     /// The factor on the allowed speed beyond which a reading is invalid.
     const SPEED_MARGIN: f64 = 2.0;
+    /// The part of that which a servo that moves has on the average already.
+    const FAST: f64 = 0.1;
     /// The part of an increment beyond that by which a servo that moves may have become faster within a sample.
     const SUDDEN: f64 = 0.5;
     /// Counts that rounding and noise may add.
@@ -74,10 +76,12 @@ impl<N: Number> Readings<N> {
         by_speed.min(state.change.to_f64() * (1.0 + 1.0 / Self::SPEED_MARGIN))
     }
 
+    /// Takes a reading of a servo of this mean speed, counts a sample.
     pub(super) fn process(
         &self,
         state: &mut ReadingsState<N>,
         increment: Option<N>,
+        speed: N,
     ) -> Result<(), Reason> {
         let Some(increment) = increment else {
             state.last = None;
@@ -97,9 +101,10 @@ impl<N: Number> Readings<N> {
         let near = |other: N| (increment - other).magnitude() <= state.change;
         let mirrored = (increment + last).magnitude() <= N::from_f64(0.5) * state.change;
         let possible = increment.magnitude() <= farthest;
-        // One that was nearly as fast a sample before is a motion, however fast.
+        // One that was nearly as fast a sample before is a motion, however fast; noise moves nothing on the average.
         let is_motion = near(last)
-            && (increment - last).magnitude() <= N::from_f64(Self::SUDDEN) * increment.magnitude();
+            && (increment - last).magnitude() <= N::from_f64(Self::SUDDEN) * increment.magnitude()
+            && speed.magnitude() > N::from_f64(Self::FAST) * self.farthest;
         // A counter that stands is no jump: whether the servo can have stopped is another question.
         if possible && (near(last) || increment == N::ZERO) {
             Ok(())

@@ -154,7 +154,8 @@ impl<N: Number> ServoWatch<N> {
         }
         self.bounds.time(&mut state.bounds, seen.late)?;
         let command = state.acting(seen.command);
-        self.readings.process(&mut state.readings, seen.increment)?;
+        let speed = state.bounds.speed;
+        (self.readings).process(&mut state.readings, seen.increment, speed)?;
         let Some(increment) = seen.increment else {
             state.restart_comparison();
             return Ok(());

@@ -200,7 +200,7 @@ fn an_axis_that_becomes_too_fast_has_not_jumped() {
         let settings = settings(rate);
         let allowed = settings.speed / rate / settings.resolution;
         let (seen, _) = found(&settings, |sample| {
-            let times = 0.4 * 1.5_f64.powi(sample.min(10) as i32);
+            let times = 0.4 * 1.2_f64.powi(sample.min(20) as i32);
             Observation {
                 increment: Some((allowed * times).floor()),
                 setpoint: None,
