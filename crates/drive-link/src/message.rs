@@ -11,7 +11,7 @@ use crate::settings::{NotAllowed, Settings};
 use crate::term_sizes::TermSizes;
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 16;
+pub const PROTOCOL: u8 = 17;
 
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;

@@ -165,6 +165,7 @@ fn order() -> CommissionSettings {
         trial_step: Some(0.5),
         slide_rounds: CommissionSettings::MAX_SLIDE_ROUNDS,
         notch: true,
+        feed_forward: true,
     }
 }
 

@@ -94,6 +94,30 @@ fn a_flash_that_fails_to_keep_the_gains_in_force_prevents_a_start() {
 }
 
 #[test]
+fn gains_with_a_feed_forward_hold_and_are_kept_where_they_are_ordered() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let order = CommissionSettings {
+        feed_forward: true,
+        ..ORDER
+    };
+    drive.done(Command::Commission(order));
+    over(&mut drive);
+    let outcome = outcome(&mut drive);
+    assert_eq!(outcome.commissioning.reason, None);
+    let led = outcome.tuning.expect("gains").feed_forward;
+    let holds = |drive: &mut Drive<'_>| {
+        let core = drive.shown().closed_loop.core;
+        core.controller.expect("a controller").feed_forward
+    };
+    assert!(led.is_some() && outcome.kept);
+    assert_eq!(holds(&mut drive), led);
+    let bytes = Flash::with(flash.bytes.borrow().clone());
+    boot!(again, &bench, &bytes);
+    assert_eq!(holds(&mut again), led);
+}
+
+#[test]
 fn an_axis_at_its_switch_is_not_moved() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);

@@ -125,7 +125,7 @@
 #define SERVO_ID_FEED_FORWARD_VELOCITY      59 /* a/b, command units per rad/s */
 #define SERVO_ID_FEED_FORWARD_COULOMB       60 /* command units */
 #define SERVO_ID_FEED_FORWARD_COULOMB_SPEED 61 /* below it linear through zero, rad/s */
-#define SERVO_ID_FEED_FORWARD         62  /* of a tuning, not zero: look for a feed-forward too */
+#define SERVO_ID_FEED_FORWARD         62  /* of a tuning or a commissioning, not zero: look for a feed-forward too */
 #define SERVO_ID_NOTCH                63  /* of the controller's command, rad/s; default none */
 
 /* Ranges that are allowed, with low and high of servo_id_error. */

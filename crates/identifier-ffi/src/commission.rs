@@ -144,7 +144,7 @@ impl Given {
             speed: needed(p::SPEED)?,
             command: range(p::LIMIT)?,
             duration: needed(p::DURATION)?,
-            one_way: self.value(p::ONE_WAY).is_some_and(|one_way| one_way != 0.0),
+            one_way: self.is_set(p::ONE_WAY),
         };
         Ok(CommissionSettings {
             command_delay: self.value(p::COMMAND_DELAY).unwrap_or(0.0),
@@ -155,6 +155,7 @@ impl Given {
                 .value(p::MAX_SENSITIVITY)
                 .unwrap_or(TuningSettings::MAX_SENSITIVITY),
             trial_step: self.value(p::TRIAL_STEP),
+            feed_forward: self.is_set(p::FEED_FORWARD),
             ..CommissionSettings::new(needed(p::SAMPLE_TIME)?, needed(p::RESOLUTION)?, limits)
         })
     }

@@ -50,6 +50,11 @@ impl Given {
         self.range(number).map(|[value, _]| value)
     }
 
+    /// True for a choice that was given and is not zero.
+    pub(crate) fn is_set(&self, number: i32) -> bool {
+        self.value(number).is_some_and(|value| value != 0.0)
+    }
+
     /// The values of four parameters with adjacent numbers, for a, b, Coulomb friction and load.
     fn per_parameter(&self, first: i32) -> PerParameter<Option<f64>> {
         PerParameter {

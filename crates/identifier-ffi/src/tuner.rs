@@ -121,7 +121,7 @@ impl Given {
             max_noise: self.value(p::MAX_NOISE).unwrap_or(usual.max_noise),
             resonance: self.value(p::RESONANCE),
             notch: true,
-            feed_forward: or_zero(p::FEED_FORWARD) != 0.0,
+            feed_forward: self.is_set(p::FEED_FORWARD),
             ..usual
         }
     }

@@ -21,15 +21,26 @@ pub(super) struct Arguments {
     /// The scenario, a TOML file with [commission]; a [controller] is the one in use.
     scenario: PathBuf,
     #[command(flatten)]
-    slides: Slides,
+    choices: Choices,
     #[command(flatten)]
     outputs: Outputs,
+}
+
+/// Choices that a scenario may state too.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(super) struct Choices {
+    #[command(flatten)]
+    slides: Slides,
+    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster; as
+    /// `feed_forward = true`.
+    #[arg(long)]
+    feed_forward: bool,
 }
 
 /// The slides, for an axis that is known.
 #[derive(Debug, Clone, Copy, clap::Args)]
 #[group(multiple = false)]
-pub(super) struct Slides {
+struct Slides {
     /// No slides where one mass explains the motions, for an axis that is known to be stiff; as `slide_rounds = 0`.
     #[arg(long)]
     quick: bool,
@@ -38,9 +49,22 @@ pub(super) struct Slides {
     thorough: bool,
 }
 
+impl Choices {
+    /// A scenario with them.
+    pub(super) fn stated_in(self, mut text: ScenarioText) -> ScenarioText {
+        if let Some(rounds) = self.slides.rounds() {
+            text = text.stating("commission", &format!("slide_rounds = {rounds}"));
+        }
+        if self.feed_forward {
+            text = text.stating("commission", "feed_forward = true");
+        }
+        text
+    }
+}
+
 impl Slides {
     /// Their rounds, where they are stated.
-    pub(super) fn rounds(self) -> Option<u8> {
+    fn rounds(self) -> Option<u8> {
         match self {
             Self { quick: true, .. } => Some(0),
             Self { thorough: true, .. } => Some(CommissionSettings::THOROUGH),
@@ -52,13 +76,10 @@ impl Slides {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let Arguments {
         scenario,
-        slides,
+        choices,
         outputs,
     } = arguments;
-    let mut text = ScenarioText::read(scenario)?;
-    if let Some(rounds) = slides.rounds() {
-        text = text.stating("commission", &format!("slide_rounds = {rounds}"));
-    }
+    let text = choices.stated_in(ScenarioText::read(scenario)?);
     experiment(&text, outputs, scenario, None)
 }
 

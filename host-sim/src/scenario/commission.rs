@@ -25,6 +25,8 @@ pub struct CommissionOrder {
     pub slide_rounds: u8,
     /// Whether the gains may have a notch filter.
     pub notch: Option<bool>,
+    /// Whether the gains may have a feed-forward.
+    pub feed_forward: bool,
     pub most_gain: Option<f64>,
     pub command_delay: Option<f64>,
     pub sample_time: Option<f64>,
@@ -69,6 +71,17 @@ impl CommissionOrder {
                 ),
             )),
             _ => Ok(()),
+        }
+    }
+
+    /// Whether to look for a feed-forward, which a goal of a response time leaves no room for.
+    fn leads(&self) -> Result<bool, Fault> {
+        match self.response_time {
+            Some(_) if self.feed_forward => Err(Fault::new(
+                "commission.feed_forward",
+                "with it a softer loop would meet commission.response_time: state bandwidth, or neither",
+            )),
+            _ => Ok(self.feed_forward),
         }
     }
 
@@ -135,6 +148,7 @@ impl Scenario {
             trial_step: order.trial_step,
             slide_rounds: order.slide_rounds,
             notch: order.notch.unwrap_or(true),
+            feed_forward: order.leads()?,
         })
     }
 

@@ -350,6 +350,8 @@ keys! {
     "rounds of four slides that measure the frequency response: 0 for an axis known to be stiff, in half of the time; 2 and more prove gains for two masses";
 "commission.notch": Flag(|s, v| order(s).notch = Some(v)), Derived("true"), "",
     "the gains may have a notch";
+"commission.feed_forward": Flag(|s, v| order(s).feed_forward = v), Derived("false"), "",
+    "the gains may have a reference model with feed-forward, where the step then rises faster; not with response_time";
 "commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Derived("the highest b of identifier.plant_box; without it nothing is known"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
 "commission.command_delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| order(s).command_delay = Some(v)), Derived("amplifier.delay"), "s",

@@ -271,3 +271,34 @@ fn quick_leaves_the_slides_out_and_thorough_slides_more_and_both_are_reproduced(
     assert_eq!(twice.status.code(), Some(2));
     assert!(standard_error(&twice).contains("slide_rounds"));
 }
+
+#[test]
+fn gains_are_led_on_request_and_not_for_a_response_time() {
+    let folder = folder("commission-led");
+    let (path, result) = (folder.join("scenario.toml"), folder.join("result.json"));
+    let [file, result] = [&path, &result].map(|file| file.display().to_string());
+    let timed = PAPER.replace("[commission]", "[commission]\nresponse_time = 0.05");
+    fs::write(&path, timed).expect("the scenario is written");
+    let refused = servo_id(&["commission", &file, "--feed-forward"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let answer = standard_error(&refused);
+    assert!(answer.contains("commission.feed_forward"), "{answer}");
+
+    fs::write(&path, PAPER).expect("the scenario is written");
+    let asked = ["commission", &file, "--json", &result, "--force"];
+    let gains = |flags: &[&str]| {
+        assert_done(&servo_id(&[&asked, flags].concat()));
+        assert_done(&servo_id(&["reproduce", &result]));
+        let text = fs::read_to_string(&result).expect("it is written");
+        let json: Value = serde_json::from_str(&text).expect("it is JSON");
+        let rise = json["trial"]["rise_time"].as_f64().expect("s");
+        (json["gains"].clone(), rise)
+    };
+    let ((filtered, slow), (led, quick)) = (gains(&[]), gains(&["--feed-forward", "--quick"]));
+    assert!(filtered.get("reference_model").is_none());
+    assert!(
+        led["reference_model"]["bandwidth"].as_f64() > Some(0.0),
+        "{led}"
+    );
+    assert!(quick < 0.7 * slow, "{quick} {slow}");
+}

@@ -53,6 +53,9 @@ pub struct CommissionSettings {
     pub slide_rounds: u8,
     /// True if the gains may have a notch filter, which a controller in fixed point has not.
     pub notch: bool,
+    /// True to lead the servo along a reference model with feed-forward where that makes the step rise faster
+    /// ([`TuningSettings::feed_forward`]), which a controller in fixed point has not.
+    pub feed_forward: bool,
 }
 
 impl CommissionSettings {
@@ -71,6 +74,7 @@ impl CommissionSettings {
             trial_step: None,
             slide_rounds: 1,
             notch: true,
+            feed_forward: false,
         }
     }
 

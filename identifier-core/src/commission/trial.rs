@@ -114,6 +114,10 @@ impl<N: Number> Trial<N> {
     /// fiftieth.
     const DIES_DOWN: f64 = 12.0;
 
+    /// The same of the loop alone, 1/ω: its slowest poles decay with ω/2. A step along a reference model settles sooner than the
+    /// loop does after a disturbance.
+    const LOOP_DIES_DOWN: f64 = 8.0;
+
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
 
@@ -182,7 +186,11 @@ impl<N: Number> Trial<N> {
     pub(super) fn settling(tuning: &Tuning) -> f64 {
         // Friction may hold a servo outside of the band for long.
         let dies_down = Self::DIES_DOWN / tuning.bandwidth;
-        tuning.promise.settling_time.min(dies_down)
+        let settling = tuning.promise.settling_time.min(dies_down);
+        match tuning.feed_forward {
+            Some(_) => settling.max(Self::LOOP_DIES_DOWN / tuning.bandwidth),
+            None => settling,
+        }
     }
 
     /// Takes in the position of a sample (counts) and the command that acts from then on, and starts the next part when one

@@ -155,7 +155,7 @@ impl GainFollowing {
         let servos = PossibleServos::new(&certified, 0.0, units.sample_time())
             .map_err(|_| NotFollowed::NotKnown)?;
         Ok(Self {
-            judge: Judge::new(&servos, coulomb, None, &settings),
+            judge: Judge::new(&servos, [coulomb; 2], None, &settings),
             scene: Scene {
                 servos,
                 coulomb,

@@ -14,6 +14,8 @@ pub(super) struct Lead {
     a: f64,
     b: f64,
     coulomb: f64,
+    /// The largest that Coulomb friction may be.
+    most_coulomb: f64,
     /// The acceleration that a step may ask for, over the step, 1/s².
     acceleration: f64,
     step: f64,
@@ -43,12 +45,18 @@ impl Lead {
     /// Halvings of the range of ω_m, in which the largest is found to 0.02 %.
     const HALVINGS: u32 = 12;
 
-    pub(super) fn new(servo: &PossibleServo, coulomb: f64, settings: &TuningSettings) -> Self {
+    /// For Coulomb friction and the largest that it may be, rad/s².
+    pub(super) fn new(
+        servo: &PossibleServo,
+        [coulomb, most_coulomb]: [f64; 2],
+        settings: &TuningSettings,
+    ) -> Self {
         let free = Self::COMMAND * settings.command * servo.b - coulomb;
         Self {
             a: servo.a,
             b: servo.b,
             coulomb,
+            most_coulomb,
             acceleration: free / settings.step,
             step: settings.step,
         }
@@ -59,7 +67,7 @@ impl Lead {
     pub(super) fn along(&self, bandwidth: f64, rise: f64) -> Option<FeedForwardSettings> {
         let slowest = Self::RISE / (Self::WORTHWHILE * rise);
         let fastest = Self::MAX_BANDWIDTHS * bandwidth;
-        let is_rough = self.coulomb > Self::COULOMB * bandwidth * bandwidth * self.step;
+        let is_rough = self.most_coulomb > Self::COULOMB * bandwidth * bandwidth * self.step;
         let allowed = |own: f64| peak_acceleration(own, self.a) <= self.acceleration;
         if is_rough || !allowed(slowest) {
             return None;

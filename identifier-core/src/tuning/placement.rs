@@ -119,7 +119,11 @@ impl Placement {
     /// rigid servo is then a quarter.
     const RESONANCE_OVER_CROSSOVER: f64 = 4.0;
 
-    pub(super) fn new(servos: &PossibleServos, coulomb: f64, settings: &TuningSettings) -> Self {
+    pub(super) fn new(
+        servos: &PossibleServos,
+        coulomb: [f64; 2],
+        settings: &TuningSettings,
+    ) -> Self {
         let identified = servos.identified();
         Self {
             a: servos.least_friction(),

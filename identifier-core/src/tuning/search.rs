@@ -67,9 +67,10 @@ pub(super) struct Largest {
 }
 
 impl Judge {
+    /// For Coulomb friction and the largest that it may be, rad/s².
     pub(super) fn new(
         servos: &PossibleServos,
-        coulomb: f64,
+        coulomb: [f64; 2],
         resonance: Option<&Resonance>,
         settings: &TuningSettings,
     ) -> Self {

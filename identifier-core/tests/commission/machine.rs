@@ -159,6 +159,22 @@ fn the_gains_before_resume_with_the_command_that_held_the_load() {
     assert!((first / held - 1.0).abs() < 0.1, "{first} {held}");
 }
 
+/// They are tried as they stay in force, and their step rises faster.
+#[test]
+fn gains_with_a_feed_forward_are_looked_for_where_that_is_asked_for() {
+    let rises = [false, true].map(|feed_forward| {
+        let mut bench = ordinary();
+        bench.settings.feed_forward = feed_forward;
+        let state = bench.commission(&mut |_| None).state;
+        assert_eq!(state.phase(), Phase::Applied, "{:?}", state.reason());
+        let led = state.tuning().expect("gains").feed_forward;
+        assert_eq!(led.is_some(), feed_forward);
+        let measured = state.trial().expect("they were tried").rise_time;
+        measured.expect("it rose")
+    });
+    assert!(rises[1] < 0.7 * rises[0], "{rises:?}");
+}
+
 /// None where the axis is known to be stiff, and twice as long where two rounds are asked for.
 #[test]
 fn the_rounds_of_slides_are_those_that_are_asked_for() {

@@ -1,5 +1,6 @@
 //! Unknown servos of two masses, commissioned, and the applied gains judged by the frequency response of the true loop:
-//! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_DETAIL=1` for a line each.
+//! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a
+//! feed-forward, `CAMPAIGN_DETAIL=1` for a line each.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -92,6 +93,8 @@ struct Judged {
     /// True Mₛ of applied gains, infinite where they are unstable.
     sensitivity: Option<f64>,
     bandwidth: f64,
+    /// Gains that were applied have a feed-forward.
+    is_led: bool,
     /// The farthest, as a part of the travel, and the fastest, as a part of the speed.
     travel: f64,
     speed: f64,
@@ -121,6 +124,7 @@ fn judge(bench: &Bench) -> Judged {
             sensitivity.unwrap_or(f64::INFINITY)
         }),
         bandwidth: tuning.map_or(0.0, |tuning| tuning.bandwidth),
+        is_led: tuning.is_some_and(|tuning| tuning.feed_forward.is_some()),
         travel: farthest / limits.travel[1],
         speed: course.speed / limits.speed,
         farthest_in: course.farthest_in,
@@ -334,7 +338,11 @@ fn environment(variable: &str) -> Option<f64> {
 fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
     let first = 10_000 * environment("CAMPAIGN_SEED").unwrap_or(1.0) as u64;
     let servos = (SERVOS * environment("CAMPAIGN").unwrap_or(1.0)).ceil() as u64;
-    let benches: Vec<Bench> = (first..first + servos).map(two_masses).collect();
+    let mut benches: Vec<Bench> = (first..first + servos).map(two_masses).collect();
+    for bench in &mut benches {
+        bench.settings.feed_forward =
+            environment("CAMPAIGN_FEED_FORWARD").is_some_and(|on| on > 0.0);
+    }
     let half = benches.len().div_ceil(2);
     let judged: Vec<Judged> = std::thread::scope(|scope| {
         let workers: Vec<_> = benches
@@ -399,8 +407,9 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
     let mut times: Vec<f64> = judged.iter().map(|judged| judged.time).collect();
     times.sort_by(f64::total_cmp);
     println!(
-        "{servos} servos of two masses: {applied} applied, {unstable} unstable, {exceeding} with Ms > {MAX_SENSITIVITY}; \
+        "{servos} servos of two masses: {applied} applied, {} of them with a feed-forward, {unstable} unstable, {exceeding} with Ms > {MAX_SENSITIVITY}; \
          {left} left the travel, {too_fast} the speed; {:.1} s median, {:.1} s at 90 %",
+        count(&|judged| judged.is_led),
         times[times.len() / 2],
         times[times.len() * 9 / 10],
     );

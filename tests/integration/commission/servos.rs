@@ -1,7 +1,7 @@
 //! Unknown servos, and their users' limits.
 
 use host_sim::scenario::{Purpose, Scenario};
-use integration_tests::Random;
+use integration_tests::{Random, environment};
 
 use crate::verdict::campaign::{self as verdict, KINDS as KNOWN};
 
@@ -51,6 +51,7 @@ pub(super) fn unknown(random: &mut Random, place: usize) -> Drawn {
         false => format!("[commission]\nsample_time = {sample_time:?}"),
     };
     let seed = random.seed();
+    let feed_forward = environment::<u8>("CAMPAIGN_FEED_FORWARD").is_some_and(|on| on > 0);
     let text = format!(
         "
 [plant]
@@ -66,6 +67,7 @@ limit = {LIMIT:?}
 {before}
 travel = {travel:?}
 speed = {speed:?}
+feed_forward = {feed_forward}
 [run]
 seed = {seed}
 "

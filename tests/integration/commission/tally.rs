@@ -13,6 +13,8 @@ pub(super) struct Tally {
     pub(super) servos: usize,
     pub(super) refused: usize,
     pub(super) applied: usize,
+    /// Those whose gains have a feed-forward, and that keep their promise besides.
+    led: [usize; 2],
     pub(super) kept: usize,
     pub(super) rise: usize,
     pub(super) overshoot: usize,
@@ -41,6 +43,11 @@ impl Tally {
         }
         if let Some(kept) = &judged.kept {
             self.applied += 1;
+            let tuning = judged.outcome.tuning;
+            if tuning.is_some_and(|tuning| tuning.feed_forward.is_some()) {
+                self.led[0] += 1;
+                self.led[1] += usize::from(kept.is_kept());
+            }
             self.kept += usize::from(kept.is_kept());
             self.rise += usize::from(kept.rise.abs() <= RISE);
             self.overshoot += usize::from(kept.overshoot <= OVERSHOOT);
@@ -66,11 +73,13 @@ impl Tally {
 /// A table by class.
 pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
     let mut text = format!(
-        "{:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}{:>8}  reasons of the others\n",
+        "{:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}{:>8}  reasons of the others\n",
         "class",
         "servos",
         "refused",
         "applied",
+        "kept",
+        "led",
         "kept",
         "rise",
         "overshoot",
@@ -89,11 +98,13 @@ pub(super) fn table(tallies: &BTreeMap<String, Tally>) -> String {
             .collect();
         writeln!(
             text,
-            "{class:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}{:>8.2}  {}",
+            "{class:<32}{:>7}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>11}{:>8}{:>8}{:>8.2}  {}",
             tally.servos,
             tally.refused,
             tally.applied,
             tally.kept,
+            tally.led[0],
+            tally.led[1],
             tally.rise,
             tally.overshoot,
             tally.hardly_over,

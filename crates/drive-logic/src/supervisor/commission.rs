@@ -244,6 +244,7 @@ fn prepare(
     let settings = CommissionSettings {
         command_delay: given.command_delay + stage.command_delay,
         notch: given.notch && !cfg!(feature = "fixed-point"),
+        feed_forward: given.feed_forward && !cfg!(feature = "fixed-point"),
         ..*given
     };
     let before = core.controller.map(|controller| HoldingGains {

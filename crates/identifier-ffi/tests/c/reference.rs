@@ -227,7 +227,8 @@ macro_rules! close_fixed {
 
 fn commission() -> String {
     let settings = CommissionSettings {
-        goal: Goal::ResponseTime(0.03),
+        goal: Goal::Bandwidth(70.0),
+        feed_forward: true,
         ..CommissionSettings::new(
             TIME,
             core::f64::consts::TAU / 10_000.0,
@@ -255,6 +256,7 @@ fn commission() -> String {
     let state = own.state().expect("it began");
     let servo = state.servo().expect("it was identified").parameters;
     let tuning = state.tuning().expect("it was tuned");
+    assert!(tuning.feed_forward.is_some());
     let gains = ServoParameters {
         a: tuning.kp,
         b: tuning.kd,

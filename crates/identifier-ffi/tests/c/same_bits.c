@@ -179,7 +179,8 @@ static void commission(void) {
     status |= servo_id_settings_set(&given, SERVO_ID_SPEED, 15.0);
     status |= servo_id_settings_set_range(&given, SERVO_ID_LIMIT, -10.0, 10.0);
     status |= servo_id_settings_set(&given, SERVO_ID_DURATION, 1.0);
-    status |= servo_id_settings_set(&given, SERVO_ID_RESPONSE_TIME, 0.03);
+    status |= servo_id_settings_set(&given, SERVO_ID_LOOP_BANDWIDTH, 70.0);
+    status |= servo_id_settings_set(&given, SERVO_ID_FEED_FORWARD, 1.0);
     status |= servo_id_commission_init(&object, sizeof object, &given, count(&at), 0.0f, &error);
     status |= servo_id_solver_init(&solver, sizeof solver, &given, &error);
     status |= servo_id_commission_slices(&object, &slices);

@@ -9,7 +9,7 @@ use identifier_core::commission::{HoldingGains, Phase};
 use super::fault;
 use super::follow::{Event, follow, samples_in};
 use super::plan::{DrivePlan, Plan};
-use crate::cli::commission::Slides;
+use crate::cli::commission::Choices;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::interruption;
@@ -17,6 +17,7 @@ use crate::cli::standard_output::show;
 use crate::cli::terminal::{notify, width};
 use crate::drive::Client;
 use crate::present;
+use crate::provenance::ScenarioText;
 use crate::render::terminal;
 use crate::result::{CommissioningEnd, DriveCommissioningResult};
 
@@ -26,7 +27,7 @@ pub(super) struct Arguments {
     /// takes the scenario's, if it has one.
     scenario: PathBuf,
     #[command(flatten)]
-    slides: Slides,
+    choices: Choices,
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -40,10 +41,8 @@ const LINE_INTERVAL: f64 = 0.1;
 
 impl Arguments {
     pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
-        let mut plan = Plan::read(&self.scenario)?;
-        if let Some(rounds) = self.slides.rounds() {
-            plan.order.slide_rounds = rounds;
-        }
+        let text = ScenarioText::read(&self.scenario)?;
+        let plan = Plan::from_text(&self.choices.stated_in(text))?;
         let mut files = Files::reading(&[&self.scenario], self.force);
         let json = files.output(self.json.as_deref())?;
         let silent = files.own_standard_output();

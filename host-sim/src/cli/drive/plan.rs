@@ -7,6 +7,7 @@ use drive_link::{Dither, Format, Law, LoopSettings, Protection, ServoChanges, Se
 use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 
 use crate::cli::fault::Fault;
+use crate::provenance::ScenarioText;
 use crate::scenario::{Purpose, Scenario};
 
 /// The commissioning of a scenario.
@@ -35,7 +36,14 @@ impl Plan {
     /// # Errors
     /// A scenario that cannot be read, or whose [commission] is refused.
     pub(super) fn read(file: &Path) -> Result<Self, Fault> {
-        let scenario = Scenario::load(file, Purpose::Commission)?;
+        Self::from_text(&ScenarioText::read(file)?)
+    }
+
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub(super) fn from_text(text: &ScenarioText) -> Result<Self, Fault> {
+        let scenario = text.scenario(Purpose::Commission)?;
+        let file = Path::new(&text.file);
         let of_scenario = |fault| Fault::of_file(file, fault);
         Ok(Self {
             file: file.to_owned(),

@@ -281,6 +281,11 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
             row("cutoff", |gains| gains.cutoff, "rad/s"),
             row("reference filter", |gains| gains.reference_filter, "s"),
             row("notch", |gains| gains.notch, "rad/s"),
+            row(
+                "reference model",
+                |gains| gains.reference_model.map_or(0.0, |led| led.bandwidth),
+                "rad/s",
+            ),
         ],
     )
 }

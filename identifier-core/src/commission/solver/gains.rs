@@ -35,7 +35,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 step,
                 resonance: None,
                 notch: self.settings.notch,
-                feed_forward: false,
+                feed_forward: self.settings.feed_forward,
             };
             let resonance = self.designed_resonance();
             Tuner::for_response(&settings, &servo, resonance.as_ref())
