@@ -75,6 +75,11 @@ impl Tuner {
         resonance: Option<&Resonance>,
     ) -> Result<Self, TuningError> {
         settings.check()?;
+        // The promise knows no second mass, which a reference model would swing.
+        let settings = &TuningSettings {
+            feed_forward: settings.feed_forward && resonance.is_none(),
+            ..*settings
+        };
         let coulomb = servo.parameters.coulomb.max(0.0);
         if !coulomb.is_finite() {
             return Err(TuningError::NotKnown);
