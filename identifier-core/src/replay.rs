@@ -7,9 +7,10 @@
 pub use crate::linalg::NormalEquations;
 
 use crate::adaptation::IdentifiableSet;
+use crate::measurement::angle::AngleSettings;
 use crate::model::{
-    Acting, Amplifier, AmplifierState, AngleSettings, FrictionPhase, FrictionStep, Innovation,
-    KnownInputs, ModelStep, ModelValues, ObserverModel, Response, SlidingStep,
+    Acting, Amplifier, AmplifierState, FrictionPhase, FrictionStep, Innovation, KnownInputs,
+    ModelStep, ModelValues, ObserverModel, Response, SlidingStep,
 };
 use crate::parameters::{AllUnknowns, ServoParameters, Unknown};
 use crate::settings::TermSettings;

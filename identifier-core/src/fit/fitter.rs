@@ -9,8 +9,9 @@ use super::{A, B, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
+use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
-use crate::model::{Acting, AngleSettings, FrictionStep, Innovation, KnownInputs, ModelValues};
+use crate::model::{Acting, FrictionStep, Innovation, KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknowns_fingerprint};
 

@@ -2,7 +2,7 @@ use super::survey::{larger, root};
 use super::{FitResult, Fitter};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
-use crate::model::AngleSettings;
+use crate::measurement::angle::AngleSettings;
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 

@@ -1,5 +1,6 @@
 use super::block::Block;
-use crate::model::{AngleSettings, KnownInputs, TermValues};
+use crate::measurement::angle::AngleSettings;
+use crate::model::{KnownInputs, TermValues};
 use crate::number::Number;
 
 /// The last blocks of samples, at most W: 12 W bytes in `f32`, and the state before the first.

@@ -4,6 +4,7 @@
 //! loop, only errors and increments, so there is no origin, and precision does not depend on the
 //! distance from one.
 
+pub(crate) mod angle;
 pub(crate) mod counter;
 pub(crate) mod direction;
 pub(crate) mod standstill;

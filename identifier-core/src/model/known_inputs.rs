@@ -1,7 +1,7 @@
 use core::fmt::Debug;
 
 use super::terms::TermValues;
-use crate::constants::{Encode, encode};
+use crate::measurement::angle::AngleSettings;
 use crate::number::Number;
 
 /// The known inputs of the model over a sample: the command behind
@@ -32,48 +32,6 @@ impl<N: Number> Acting<N> {
             per_delay: N::ZERO,
             per_dead_band: N::ZERO,
             waves: [N::ZERO; 4],
-        }
-    }
-}
-
-/// The angle's revolution and the order of the ripple, for a model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AngleSettings<N> {
-    /// Position units of a revolution; zero for an axis without angle, or a model that needs none.
-    pub revolution: N,
-    /// Its reciprocal.
-    pub per_revolution: N,
-    /// Rad per position unit.
-    pub resolution: N,
-    /// The order N of the ripple.
-    pub order: N,
-}
-
-encode! {
-    [N: Encode] AngleSettings<N> as "AngleSettings" { revolution, per_revolution, resolution, order }
-}
-
-impl<N: Number> AngleSettings<N> {
-    /// No angle.
-    pub const NONE: Self = Self {
-        revolution: N::ZERO,
-        per_revolution: N::ZERO,
-        resolution: N::ZERO,
-        order: N::ZERO,
-    };
-
-    /// A revolution in position units and the order of the ripple; without a revolution there
-    /// is no angle.
-    #[must_use]
-    pub fn new(revolution: f64, order: f64) -> Self {
-        if revolution.is_nan() || revolution <= 0.0 {
-            return Self::NONE;
-        }
-        Self {
-            revolution: N::from_f64(revolution),
-            per_revolution: N::from_f64(1.0 / revolution),
-            resolution: N::from_f64(core::f64::consts::TAU / revolution),
-            order: N::from_f64(order),
         }
     }
 }
@@ -195,20 +153,6 @@ pub struct AngledInputs<N, const L: usize> {
     position: N,
 }
 
-impl<N: Number, const L: usize> AngledInputs<N, L> {
-    /// The position within a revolution.
-    #[inline]
-    fn within(angle: &AngleSettings<N>, position: N) -> N {
-        let turns = (position * angle.per_revolution).whole();
-        let rest = position - N::from_count(turns) * angle.revolution;
-        if rest < N::ZERO {
-            rest + angle.revolution
-        } else {
-            rest
-        }
-    }
-}
-
 impl<N: Number, const L: usize> KnownInputs<N> for AngledInputs<N, L> {
     const START: Self = Self {
         delayed: DelayedInputs::START,
@@ -225,12 +169,9 @@ impl<N: Number, const L: usize> KnownInputs<N> for AngledInputs<N, L> {
         command: N,
         velocity: N,
     ) -> Acting<N> {
-        self.position = Self::within(angle, self.position + increment);
-        let middle = (self.position + N::from_f64(0.5) * velocity) * angle.resolution;
-        let (sine, cosine) = middle.sine_cosine();
-        let (ripple_sine, ripple_cosine) = (angle.order * middle).sine_cosine();
+        self.position = angle.within(self.position + increment);
         Acting {
-            waves: [sine, cosine, ripple_sine, ripple_cosine],
+            waves: angle.waves(self.position + N::from_f64(0.5) * velocity),
             ..self
                 .delayed
                 .take(angle, terms, increment, command, velocity)
@@ -238,7 +179,7 @@ impl<N: Number, const L: usize> KnownInputs<N> for AngledInputs<N, L> {
     }
 
     fn place(&mut self, angle: &AngleSettings<N>, position: N) {
-        self.position = Self::within(angle, position);
+        self.position = angle.within(position);
     }
 }
 

@@ -14,7 +14,7 @@ mod zero_order_hold_step;
 pub(crate) use amplifier::{Amplifier, AmplifierState};
 pub(crate) use correction::{CommandCorrection, Corrected, Correction};
 pub(crate) use friction_step::{FrictionPhase, FrictionStep};
-pub(crate) use known_inputs::{Acting, AngleSettings, KnownInputs};
+pub(crate) use known_inputs::{Acting, KnownInputs};
 pub use known_inputs::{AngledInputs, DelayedInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
 pub(crate) use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
