@@ -109,10 +109,11 @@ impl Axis {
         };
         let settings = conditions.settings(self.goal, result, &KnownConditions::default());
         let settings = settings.expect("all is known");
-        Tuned::new(result, &settings).unwrap_or_else(|refused| match refused {
+        Tuned::new(result, None, &settings).unwrap_or_else(|refused| match refused {
             NoGains::TooFast { most, .. } => {
                 let goal = Goal::Bandwidth(0.8 * most);
-                Tuned::new(result, &TuningSettings { goal, ..settings }).expect("within reach")
+                Tuned::new(result, None, &TuningSettings { goal, ..settings })
+                    .expect("within reach")
             }
             NoGains::Error(error) => panic!("{self:?}: {error}"),
         })
@@ -121,7 +122,7 @@ impl Axis {
     /// Steps there and back with the gains as they are printed, on the servo itself: rise time, s, and
     /// overshoot of each.
     fn steps(&self, tuned: &Tuned) -> Vec<(f64, f64)> {
-        let controller = present::controller(&tuned.tuning, self.sample_time);
+        let controller = present::tuned_controller(tuned);
         let hold = (30.0 / tuned.tuning.bandwidth / self.sample_time).ceil() * self.sample_time;
         let step = tuned.settings.step;
         let excitation = format!("kind = \"steps\"\nlevels = [0.0, {step:?}]\nhold = {hold:.6}");

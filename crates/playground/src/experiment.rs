@@ -33,7 +33,7 @@ pub fn tuned(
     let settings = Conditions::default()
         .settings(Goal::Stiffest, &result, &known)
         .map_err(|error| error.to_string())?;
-    Tuned::new(&result, &settings).map_err(|error| match error {
+    Tuned::new(&result, known.angle.as_ref(), &settings).map_err(|error| match error {
         NoGains::Error(error) => error.to_string(),
         NoGains::TooFast { cap, .. } => cap.to_string(),
     })

@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .conditions
         .settings(arguments.goal(), &result, &known)
         .map_err(|error| of_result(&error))?;
-    let tuned = Tuned::new(&result, &settings)
+    let tuned = Tuned::new(&result, known.angle.as_ref(), &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
     let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();

@@ -1,9 +1,11 @@
 //! The PID's loop with an identifier beside it, in floating point.
 
 use identifier_core::Settings;
-use identifier_core::control::{ControlState, Controller};
+use identifier_core::control::{
+    CompensatedFeedForward, CompensatedMotion, CompensationSettings, ControlState, Controller, Lead,
+};
 use identifier_core::error::StepError;
-use identifier_core::measurement::VelocityEstimate;
+use identifier_core::measurement::{Transfer, VelocityEstimate};
 use identifier_core::number::Number;
 use identifier_core::settings::SettingsError;
 
@@ -13,8 +15,8 @@ use crate::experiment::Outcome;
 
 /// A PID controller, and the identifier of its commands.
 pub(crate) struct PidLoop<N: Number, V: VelocityEstimate<N>> {
-    controller: Controller<N, V>,
-    control: ControlState<N, V::State>,
+    controller: Controller<N, V, CompensatedFeedForward<N>>,
+    control: ControlState<N, V::State, CompensatedMotion<N>>,
     feedback: Feedback<N>,
     identifier: Box<dyn DynIdentifier>,
 }
@@ -26,16 +28,37 @@ impl<N: Number, V: VelocityEstimate<N>> PidLoop<N, V> {
     /// The setting that the controller cannot be built from.
     pub(crate) fn new(
         settings: &Settings,
+        known: Option<&CompensationSettings>,
         identifier: Box<dyn DynIdentifier>,
         start: i32,
     ) -> Result<Self, SettingsError> {
+        let controller: Controller<N, V> = settings.build()?;
+        let lead = lead(settings, known, &controller.velocity.transfer())?;
+        let controller = controller.with_feed_forward(lead);
         Ok(Self {
-            controller: settings.build()?,
-            control: ControlState::default(),
+            control: controller.start(),
+            controller,
             feedback: Feedback::starting_at(start),
             identifier,
         })
     }
+}
+
+/// The feed-forward of settings with the compensation of known forces, if any are.
+fn lead<N: Number>(
+    settings: &Settings,
+    known: Option<&CompensationSettings>,
+    velocity: &Transfer,
+) -> Result<CompensatedFeedForward<N>, SettingsError> {
+    let pid = settings.own_controller()?;
+    let Some(led) = &pid.feed_forward else {
+        return Ok(Lead::NONE);
+    };
+    let known = known.copied().unwrap_or(CompensationSettings::NONE);
+    let (units, gains) = (settings.units()?, pid.gains()?);
+    Ok(CompensatedFeedForward::new(
+        &units, led, &known, &gains, velocity,
+    )?)
 }
 
 impl<N: Number, V: VelocityEstimate<N>> SimLoop for PidLoop<N, V> {

@@ -38,4 +38,4 @@ pub use figure::{Axis, Figure, Level, Settled, Stretch, TIME, Trace};
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
 pub use paper::paper;
 pub use sweep::sweep;
-pub use tuning::{controller, declared_feed_forward, tuning};
+pub use tuning::{declared_feed_forward, tuned_controller, tuning};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use identifier_core::control::FeedForwardSettings;
+use identifier_core::control::{CompensationSettings, FeedForwardSettings};
 use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
@@ -125,7 +125,7 @@ pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Bloc
         Ok(settings) => settings,
         Err(error) => return none(&error),
     };
-    match Tuned::new(result, &settings) {
+    match Tuned::new(result, known.angle.as_ref(), &settings) {
         Ok(tuned) => {
             let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those \
                         that it may be as well.";
@@ -144,7 +144,7 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
     let mut blocks = vec![
         Block::Code {
             caption: "Controller, as a scenario has it".to_owned(),
-            text: controller(&tuned.tuning, tuned.settings.sample_time),
+            text: tuned_controller(tuned),
         },
         Block::Table(promise(&tuned.tuning)),
     ];
@@ -155,9 +155,25 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
     blocks
 }
 
+/// The controller of a tuning as a scenario has it. A load alone is left to the integral.
+#[must_use]
+pub fn tuned_controller(tuned: &Tuned) -> String {
+    let known = &tuned.compensation;
+    let more = known.largest() > known.constant.abs();
+    controller(
+        &tuned.tuning,
+        more.then_some(known),
+        tuned.settings.sample_time,
+    )
+}
+
 /// The controller as a scenario has it.
 #[must_use]
-pub fn controller(tuning: &Tuning, sample_time: f64) -> String {
+pub(super) fn controller(
+    tuning: &Tuning,
+    known: Option<&CompensationSettings>,
+    sample_time: f64,
+) -> String {
     format!(
         "[controller]\n\
          kp = {}\n\
@@ -176,13 +192,16 @@ pub fn controller(tuning: &Tuning, sample_time: f64) -> String {
         tuning
             .feed_forward
             .as_ref()
-            .map_or_else(String::new, declared_feed_forward)
+            .map_or_else(String::new, |led| declared_feed_forward(led, known))
     )
 }
 
-/// A feed-forward as the controller of a scenario has it.
+/// A feed-forward as the controller of a scenario has it, with its compensation of known forces.
 #[must_use]
-pub fn declared_feed_forward(led: &FeedForwardSettings) -> String {
+pub fn declared_feed_forward(
+    led: &FeedForwardSettings,
+    known: Option<&CompensationSettings>,
+) -> String {
     let [bandwidth, acceleration, velocity, coulomb, speed] = [
         led.bandwidth,
         led.acceleration,
@@ -191,10 +210,33 @@ pub fn declared_feed_forward(led: &FeedForwardSettings) -> String {
         led.coulomb_speed,
     ]
     .map(seven_digits);
+    let known = known.map_or_else(String::new, declared);
     format!(
         "feed_forward = {{ bandwidth = {bandwidth}, acceleration = {acceleration}, velocity = {velocity}, coulomb = {coulomb}, \
-         coulomb_speed = {speed} }}\n"
+         coulomb_speed = {speed}{known} }}\n"
     )
+}
+
+/// A compensation as a feed-forward of a scenario has it: what there is of it.
+fn declared(of: &CompensationSettings) -> String {
+    let numbers = [
+        ("constant", of.constant),
+        ("ripple_order", of.ripple_order),
+        ("revolution", of.revolution),
+        ("dead_band", of.dead_band),
+        ("delay", of.delay),
+    ];
+    let numbers = numbers.into_iter().filter(|(_, value)| *value != 0.0);
+    let numbers = numbers.map(|(name, value)| format!(", {name} = {}", seven_digits(value)));
+    let waves = [("gravity", of.gravity), ("ripple", of.ripple)];
+    let waves = waves
+        .into_iter()
+        .filter(|(_, [sine, cosine])| sine.hypot(*cosine) > 0.0);
+    let waves = waves.map(|(name, wave)| {
+        let [sine, cosine] = wave.map(seven_digits);
+        format!(", {name} = [{sine}, {cosine}]")
+    });
+    waves.chain(numbers).collect()
 }
 
 /// A gain as a scenario needs it, with seven digits.
@@ -288,6 +330,10 @@ pub(super) fn feed_forward(of: &FeedForward) -> String {
         constant,
         gravity_sine,
         gravity_cosine,
+        ripple_sine,
+        ripple_cosine,
+        ripple_order,
+        dead_band,
         lead,
     } = *of;
     let mut formula = format!("u = {} q̈r", figure(acceleration));
@@ -297,6 +343,8 @@ pub(super) fn feed_forward(of: &FeedForward) -> String {
         (constant, ""),
         (gravity_sine, " sin qr"),
         (gravity_cosine, " cos qr"),
+        (ripple_sine, &format!(" sin {ripple_order} qr")),
+        (ripple_cosine, &format!(" cos {ripple_order} qr")),
     ] {
         if coefficient != 0.0 {
             let sign = if coefficient < 0.0 { '−' } else { '+' };
@@ -309,8 +357,13 @@ pub(super) fn feed_forward(of: &FeedForward) -> String {
     } else {
         "; leave the constant to the integral where it holds the load already"
     };
+    let swallowed = if dead_band == 0.0 {
+        String::new()
+    } else {
+        format!(", and {} in its direction", figure(dead_band))
+    };
     format!(
-        "feed-forward: {formula}, of the reference {:.4} ms ahead{held}",
+        "feed-forward: {formula}{swallowed}, of the reference {:.4} ms ahead{held}",
         1e3 * lead
     )
 }

@@ -1,7 +1,6 @@
 //! The result of a tuning.
 
-use identifier_core::control::FeedForwardSettings;
-use identifier_core::parameters::IdentifiedServo;
+use identifier_core::control::{CompensationSettings, FeedForwardSettings};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{Promise, Tuning};
@@ -104,6 +103,14 @@ pub struct FeedForward {
     pub gravity_sine: f64,
     /// Of cos q.
     pub gravity_cosine: f64,
+    /// Of sin Nq.
+    pub ripple_sine: f64,
+    /// Of cos Nq.
+    pub ripple_cosine: f64,
+    /// N; zero without a ripple.
+    pub ripple_order: f64,
+    /// In the direction of all of this.
+    pub dead_band: f64,
     /// Time by which the reference is taken ahead, s.
     pub lead: f64,
 }
@@ -136,26 +143,28 @@ pub struct TuningConditions {
 }
 
 impl FeedForward {
-    /// Of a servo with `gravity`, rad/s², under a derivative gain, command units per rad/s; `late` is the delay
-    /// that was not identified, with that of the hold, s.
+    /// Of a servo with known forces under a derivative gain, command units per rad/s; `hold` is the mean delay of a hold, s.
     #[must_use]
     pub fn of_servo(
-        servo: &IdentifiedServo,
-        [sine, cosine]: [f64; 2],
+        servo: &ServoParameters,
+        known: &CompensationSettings,
         derivative: f64,
-        late: f64,
+        hold: f64,
     ) -> Self {
-        let parameters = servo.parameters;
-        let b = parameters.b;
+        let ([gravity_sine, gravity_cosine], [ripple_sine, ripple_cosine]) =
+            (known.gravity, known.ripple);
         Self {
-            acceleration: 1.0 / b,
-            velocity: parameters.a / b + derivative,
-            sign: parameters.coulomb / b,
-            // Without a zero's sign.
-            constant: 0.0 - parameters.load / b,
-            gravity_sine: 0.0 - sine / b,
-            gravity_cosine: 0.0 - cosine / b,
-            lead: servo.delay + late,
+            acceleration: 1.0 / servo.b,
+            velocity: servo.a / servo.b + derivative,
+            sign: servo.coulomb / servo.b,
+            constant: known.constant,
+            gravity_sine,
+            gravity_cosine,
+            ripple_sine,
+            ripple_cosine,
+            ripple_order: known.ripple_order,
+            dead_band: known.dead_band,
+            lead: known.delay + hold,
         }
     }
 }

@@ -42,6 +42,9 @@ pub(super) fn complete(
             "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
         ));
     }
+    if purpose != Purpose::Run {
+        scenario.must_not_compensate("a replay or a commissioning")?;
+    }
     match purpose {
         Purpose::Run => {
             scenario.servo()?;

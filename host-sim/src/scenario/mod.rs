@@ -42,6 +42,7 @@ pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceStat
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
+use identifier_core::control::CompensationSettings;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
@@ -69,6 +70,8 @@ pub struct Scenario {
     pub stated: Settings,
     /// The velocity estimate; the cut-off of a low-pass is in `stated`.
     pub velocity: Velocity,
+    /// The known forces that the feed-forward of a simulated loop compensates.
+    pub compensation: Option<CompensationSettings>,
     /// The reference.
     pub excitation: ExcitationSettings,
     /// Law, parameters and number format of the identification.
@@ -196,6 +199,21 @@ impl Scenario {
         self.stated.controller.as_ref().expect(CHECKED)
     }
 
+    /// # Errors
+    /// The feed-forward, if it compensates what nothing but a simulated run does: the angle of other loops begins anywhere.
+    pub(crate) fn must_not_compensate(&self, what: &str) -> Result<(), Fault> {
+        match self.compensation {
+            None => Ok(()),
+            Some(_) => Err(Fault::new(
+                "controller.feed_forward",
+                format!(
+                    "{what} compensates neither load, gravity, ripple nor dead band, as its angle may begin anywhere: leave \
+                     out the keys from constant on"
+                ),
+            )),
+        }
+    }
+
     /// The control samples of the run.
     #[must_use]
     pub fn samples(&self) -> u64 {
@@ -223,6 +241,7 @@ impl Scenario {
             },
             duration: 0.0,
             seed: None,
+            compensation: None,
             log: None,
             inner: None,
             physical: PhysicalSettings::NONE,

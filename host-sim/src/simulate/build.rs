@@ -3,6 +3,7 @@
 //! A new law is an arm of [`method`].
 
 use identifier_core::Settings;
+use identifier_core::control::CompensationSettings;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::IdentifiableSet;
@@ -148,16 +149,19 @@ fn pid_loop<N: Number>(
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, Fault> {
-    with_velocity!(scenario, N => pid::<N>(settings, identifier, start))
+    let known = scenario.compensation.as_ref();
+    with_velocity!(scenario, N => pid::<N>(settings, known, identifier, start))
         .map_err(|error| scenario.fault(&error))
 }
 
 fn pid<N: Number, V: VelocityEstimate<N, State: Send> + Send + 'static>(
     settings: &Settings,
+    known: Option<&CompensationSettings>,
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, SettingsError> {
-    Ok(Box::new(PidLoop::<N, V>::new(settings, identifier, start)?))
+    let closed = PidLoop::<N, V>::new(settings, known, identifier, start)?;
+    Ok(Box::new(closed))
 }
 
 fn fixed_loop<V, S, const P: usize>(

@@ -5,6 +5,7 @@ use identifier_core::tuning::{Goal, TuningSettings};
 use serde::Deserialize;
 
 use super::IdentifiedResult;
+use super::known_forces::{Angle, compensation};
 #[cfg(feature = "experiments")]
 use crate::provenance::{Origin, Task};
 use crate::scenario::Scenario;
@@ -139,7 +140,11 @@ impl Conditions {
         let resolution = resolution.ok_or(ConditionError::Resolution)?;
         let limit = self.limit.map(|limit| [-limit, limit]).or(known.limit);
         let limit = limit.ok_or(ConditionError::Limit)?;
-        let command = beyond_the_load(result, limit)?;
+        let mut command = beyond_the_load(result, limit)?;
+        if self.feed_forward {
+            let known = compensation(result, known.angle.as_ref(), 0.0);
+            command -= known.largest() - known.constant.abs();
+        }
         let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
         let command_delay = self.command_delay.unwrap_or(known.command_delay);
         Ok(TuningSettings {
@@ -171,6 +176,8 @@ pub struct KnownConditions {
     pub limit: Option<[f64; 2]>,
     /// Delay besides an identified one, s.
     pub command_delay: f64,
+    /// The angle of gravity and ripple, where it is the same one in every run.
+    pub angle: Option<Angle>,
     /// True if the resolution is the smallest step of a log.
     pub is_step_of_log: bool,
     /// True if the limit is the largest command of a log.
@@ -191,6 +198,7 @@ impl KnownConditions {
             resolution: Some(resolution),
             limit: Some(controller.map_or(unlimited, |pid| pid.limit)),
             command_delay: declared_delay(scenario, has_delay),
+            angle: Angle::of_scenario(scenario),
             is_step_of_log: false,
             is_command_of_log: false,
         }

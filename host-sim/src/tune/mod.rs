@@ -4,11 +4,14 @@
 //! [`Tuned`].
 
 mod conditions;
+mod known_forces;
 mod result;
 
 pub use conditions::{ConditionError, Conditions, KnownConditions};
+pub use known_forces::{Angle, Effects, Estimated};
 pub use result::{IdentifiedResult, ResultError};
 
+use identifier_core::control::CompensationSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
@@ -21,8 +24,8 @@ use crate::result::{
 pub struct Tuned {
     /// The servo.
     pub servo: IdentifiedServo,
-    /// [g_s, g_c], rad/s².
-    pub gravity: [f64; 2],
+    /// What is known of the forces beside inertia and friction.
+    pub compensation: CompensationSettings,
     /// The goal and its conditions.
     pub settings: TuningSettings,
     /// The gains.
@@ -46,11 +49,17 @@ pub enum NoGains {
 }
 
 impl Tuned {
-    /// Tunes for a result.
+    /// Tunes for a result with its angle, if it has one.
     ///
     /// # Errors
     /// The reason why there are no gains.
-    pub fn new(result: &IdentifiedResult, settings: &TuningSettings) -> Result<Self, NoGains> {
+    pub fn new(
+        result: &IdentifiedResult,
+        angle: Option<&Angle>,
+        settings: &TuningSettings,
+    ) -> Result<Self, NoGains> {
+        let delay = result.servo.delay + settings.command_delay;
+        let compensation = known_forces::compensation(result, angle, delay);
         let tuning = settings.tune(&result.servo).map_err(|error| match error {
             TuningError::TooFast { most, cap, .. } => {
                 let goal = Goal::Bandwidth(most);
@@ -65,7 +74,7 @@ impl Tuned {
         })?;
         Ok(Self {
             servo: result.servo,
-            gravity: result.gravity,
+            compensation,
             settings: *settings,
             tuning,
         })
@@ -82,9 +91,13 @@ impl Tuned {
     /// The feed-forward of the reference's motion.
     #[must_use]
     pub fn feed_forward(&self) -> FeedForward {
-        let settings = &self.settings;
-        let late = settings.command_delay + settings.sample_time / 2.0;
-        FeedForward::of_servo(&self.servo, self.gravity, self.tuning.kd, late)
+        let hold = self.settings.sample_time / 2.0;
+        FeedForward::of_servo(
+            &self.servo.parameters,
+            &self.compensation,
+            self.tuning.kd,
+            hold,
+        )
     }
 
     /// The result.

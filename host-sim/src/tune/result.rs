@@ -3,6 +3,7 @@ use std::fmt;
 use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
 use serde_json::Value;
 
+use super::known_forces::{Effects, Estimated};
 use crate::result::Summary;
 
 /// The servo in the result of a run or a replay, SI.
@@ -11,8 +12,10 @@ pub struct IdentifiedResult {
     /// The servo, with the standard errors of what was identified. What one unknown has to do with
     /// another the result does not hold.
     pub servo: IdentifiedServo,
-    /// [g_s, g_c], rad/s², zero where they were not identified.
-    pub gravity: [f64; 2],
+    /// The load, rad/s².
+    pub load: Estimated,
+    /// The effects that were identified.
+    pub effects: Effects,
     /// True if a delay was identified.
     pub has_delay: bool,
     /// Sample time, s.
@@ -172,7 +175,12 @@ impl IdentifiedResult {
                 covariance,
                 unexplained: residual.unwrap_or(0.0),
             },
-            gravity: [known("gravity-sine")?[0], known("gravity-cosine")?[0]],
+            load,
+            effects: Effects {
+                gravity: [known("gravity-sine")?, known("gravity-cosine")?],
+                ripple: [known("ripple-sine")?, known("ripple-cosine")?],
+                dead_band: known("dead-band")?,
+            },
             has_delay: estimate("delay")?.is_some(),
             sample_time,
             noise: None,
@@ -248,7 +256,7 @@ mod tests {
         );
         assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
         assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
-        assert!((result.gravity[0] - 3.0).abs() < 1e-12);
+        assert!((result.effects.gravity[0][0] - 3.0).abs() < 1e-12);
         assert_eq!(result.doubt, None);
     }
 

@@ -99,6 +99,71 @@ fn it_prints_a_feed_forward_that_a_scenario_takes() {
     assert!(rise(&led) < 0.4 * rise(&filtered), "{led}");
 }
 
+/// Forces that are five standard errors from zero, and no others; nothing but a simulated run takes them.
+#[test]
+fn known_forces_are_compensated() {
+    let folder = folder("tune-compensates");
+    let path = folder.join("scenario.toml").display().to_string();
+    let plant = "[plant]\na = 0.2174\nb = 257.7\ngravity = [300.0, 0.0]\nripple = [-20.0, 0.0]\nripple_order = 7\n\
+                 dead_band = 0.2\n[encoder]\ncounts_per_rev = 10000\n[amplifier]\nlimit = 10.0\n\
+                 [identifier]\nlaw = \"gauss-newton\"\nripple_order = 7.0\n[run]\nduration = 1.0\n";
+    std::fs::write(&path, plant).expect("the scenario is written");
+    let mut result = result();
+    for (name, value, std_error) in [
+        ("gravity-sine", 300.0, 10.0),
+        ("gravity-cosine", 40.0, 10.0),
+        ("ripple-sine", -20.0, 1.0),
+        ("ripple-cosine", 0.1, 1.0),
+        ("dead-band", 0.2, 0.01),
+    ] {
+        result["estimates"][name] = json!({ "value": value, "std_error": std_error });
+    }
+    let asked = [
+        "--bandwidth",
+        "80",
+        "--step",
+        "0.05",
+        "--feed-forward",
+        "--scenario",
+        &path,
+    ];
+    let printed = tune(&folder, &result, &asked);
+    assert_done(&printed);
+    let printed = String::from_utf8(printed.stdout).expect("text");
+    let known = "gravity = [-1.164144, 0.0], ripple = [0.07760962, 0.0], constant = -0.07760962, ripple_order = 7.0, \
+                 revolution = 6.283185, dead_band = 0.2";
+    assert!(printed.contains(known), "{printed}");
+    let json = printed_json(&tune(
+        &folder,
+        &result,
+        &[&asked[..], &["--json", "-"]].concat(),
+    ));
+    let led = |key: &str| json["feed_forward"][key].as_f64().expect("a number");
+    assert!((led("gravity_sine") + 300.0 / 257.7).abs() < 1e-9);
+    assert!((led("ripple_sine") - 20.0 / 257.7).abs() < 1e-9);
+    let others = ["gravity_cosine", "ripple_cosine"].map(led);
+    assert_eq!(others.map(f64::to_bits), [0; 2]);
+    assert_eq!(
+        [led("ripple_order"), led("dead_band")].map(f64::to_bits),
+        [7.0_f64, 0.2].map(f64::to_bits)
+    );
+
+    let begin = printed.find("[controller]").expect("a controller");
+    let end = printed[begin..].find("\n\n").expect("its end") + begin;
+    let led = format!("{plant}{}\n", &printed[begin..end]);
+    std::fs::write(&path, &led).expect("the scenario is written");
+    assert_done(&servo_id(&["run", &path]));
+    std::fs::write(
+        &path,
+        format!("{led}[commission]\ntravel = 0.5\nspeed = 30.0\n"),
+    )
+    .expect("it is written");
+    let refused = servo_id(&["commission", &path]);
+    assert_eq!(refused.status.code(), Some(2));
+    let answer = String::from_utf8_lossy(&refused.stderr);
+    assert!(answer.contains("controller.feed_forward"), "{answer}");
+}
+
 /// The controller that is printed for a goal, which a run takes.
 fn printed_controller(test: &str, goal: &[&'static str]) -> String {
     let folder = folder(test);

@@ -26,8 +26,10 @@ mod notch;
 mod pid;
 mod reference_filter;
 
-use feed_forward::ReferenceMotion;
-pub use feed_forward::{FeedForward, FeedForwardSettings};
+pub use feed_forward::{
+    CompensatedFeedForward, CompensatedMotion, CompensationSettings, FeedForward,
+    FeedForwardSettings, Lead, ReferenceMotion,
+};
 pub use gains::Gains;
 pub use limit::CommandLimit;
 pub use notch::Notch;
@@ -48,7 +50,7 @@ use crate::units::Units;
 /// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The law it computes is in the documentation of this
 /// [module](self).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller<N, V> {
+pub struct Controller<N, V, F = FeedForward<N>> {
     /// The control law.
     pub(crate) pid: Pid<N>,
     /// The filter before it.
@@ -56,7 +58,7 @@ pub struct Controller<N, V> {
     /// The filter behind it.
     pub(crate) notch: Notch<N>,
     /// The feed-forward behind the filter.
-    pub(crate) feed_forward: FeedForward<N>,
+    pub(crate) feed_forward: F,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// Weight of an increment against an error in the check of the inputs: an increment of
@@ -65,7 +67,7 @@ pub struct Controller<N, V> {
 }
 
 encode! {
-    [N: Encode, V: Encode] Controller<N, V> as "Controller" {
+    [N: Encode, V: Encode, F: Encode] Controller<N, V, F> as "Controller" {
         pid, reference, feed_forward, notch, velocity, jump,
     }
 }
@@ -89,27 +91,6 @@ impl<N: Number, V> Controller<N, V> {
         }
     }
 
-    /// The same with a filter of the reference.
-    #[must_use]
-    pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
-        Self { reference, ..self }
-    }
-
-    /// The same with a feed-forward, for these gains and this velocity estimate.
-    #[must_use]
-    pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
-        Self {
-            feed_forward,
-            ..self
-        }
-    }
-
-    /// The same with a notch filter of the command.
-    #[must_use]
-    pub fn with_notch(self, notch: Notch<N>) -> Self {
-        Self { notch, ..self }
-    }
-
     /// The same without filter of the reference and feed-forward.
     #[must_use]
     pub(crate) fn without_lead(self) -> Self {
@@ -118,6 +99,33 @@ impl<N: Number, V> Controller<N, V> {
             feed_forward: FeedForward::NONE,
             ..self
         }
+    }
+}
+
+impl<N: Number, V, F> Controller<N, V, F> {
+    /// The same with a filter of the reference.
+    #[must_use]
+    pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
+        Self { reference, ..self }
+    }
+
+    /// The same with a feed-forward, for these gains and this velocity estimate.
+    #[must_use]
+    pub fn with_feed_forward<G: Lead<N>>(self, feed_forward: G) -> Controller<N, V, G> {
+        Controller {
+            pid: self.pid,
+            reference: self.reference,
+            notch: self.notch,
+            feed_forward,
+            velocity: self.velocity,
+            jump: self.jump,
+        }
+    }
+
+    /// The same with a notch filter of the command.
+    #[must_use]
+    pub fn with_notch(self, notch: Notch<N>) -> Self {
+        Self { notch, ..self }
     }
 
     /// The command without integral, notch and limit, command units, for a position error and a velocity in
@@ -130,10 +138,10 @@ impl<N: Number, V> Controller<N, V> {
 
 /// State of the controller between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControlState<N: Number, S> {
+pub struct ControlState<N: Number, S, M = ReferenceMotion<N>> {
     integral: N::Sum,
     reference: FilteredError<N>,
-    motion: ReferenceMotion<N>,
+    motion: M,
     filter: S,
     notch: NotchState<N>,
 }
@@ -144,14 +152,25 @@ impl<N: Number, S: Default> Default for ControlState<N, S> {
         Self {
             integral: N::Sum::new(N::ZERO),
             reference: FilteredError::default(),
-            motion: ReferenceMotion::at(N::ZERO),
+            motion: FeedForward::at_rest(N::ZERO),
             filter: S::default(),
             notch: NotchState::at(N::ZERO),
         }
     }
 }
 
-impl<N: Number, S> ControlState<N, S> {
+impl<N: Number, S, M> ControlState<N, S, M> {
+    /// With another motion of the reference model.
+    pub(crate) fn with_motion<O>(self, motion: O) -> ControlState<N, S, O> {
+        ControlState {
+            integral: self.integral,
+            reference: self.reference,
+            motion,
+            filter: self.filter,
+            notch: self.notch,
+        }
+    }
+
     /// With an integral ∑e that a controller has gathered before, machine units.
     #[must_use]
     pub fn with_integral(self, integral: N) -> Self {
@@ -212,14 +231,28 @@ impl<N: Number> Controller<N, LowPass<N>> {
         ControlState {
             integral: N::Sum::new(integral),
             reference: FilteredError(last.error),
-            motion: ReferenceMotion::at(last.error),
+            motion: FeedForward::at_rest(last.error),
             filter: LowPassState::moving(last.velocity),
             notch: NotchState::at(last.command),
         }
     }
 }
 
-impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
+impl<N: Number, V: VelocityEstimate<N>> Controller<N, V, CompensatedFeedForward<N>> {
+    /// The state at rest at a position (position units) from where the angle is zero, integral empty, the reference there.
+    #[must_use]
+    pub fn start_at(&self, position: N) -> ControlState<N, V::State, CompensatedMotion<N>> {
+        ControlState::default().with_motion(self.feed_forward.at(position))
+    }
+}
+
+impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> Controller<N, V, F> {
+    /// The state at rest, integral empty, the reference where the servo is, and the angle zero there.
+    #[must_use]
+    pub fn start(&self) -> ControlState<N, V::State, F::Motion> {
+        ControlState::default().with_motion(F::at_rest(N::ZERO))
+    }
+
     /// One sample: position error and increment of the measured position (machine units) to command.
     ///
     /// # Errors
@@ -228,7 +261,7 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     #[inline]
     pub fn process(
         &self,
-        state: &mut ControlState<N, V::State>,
+        state: &mut ControlState<N, V::State, F::Motion>,
         error: N,
         increment: N,
     ) -> Result<ControlSample<N>, StepError> {

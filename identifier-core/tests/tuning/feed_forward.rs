@@ -3,7 +3,7 @@
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::{Goal, Tuning, TuningSettings};
 
-use crate::support::{Bench, Candidate, candidates, identified, step, tuned};
+use crate::support::{Bench, Candidate, candidates, identified, quantile, step, tuned};
 
 /// The n-th of a sequence that fills the unit cube evenly (Kronecker's, with the roots of x⁷ = x + 1).
 fn draw<const N: usize>(n: u32) -> [f64; N] {
@@ -60,11 +60,6 @@ fn stepped(tuning: &Tuning, settings: &TuningSettings, of: &Candidate, held: f64
         .rise()
         .map_or(f64::INFINITY, |rise| rise * settings.sample_time);
     (rise, measure.overshoot())
-}
-
-fn quantile(values: &mut [f64], part: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * part).round() as usize]
 }
 
 /// `cargo test -p identifier-core --test tuning feed_forward:: -- --nocapture` prints the figures of docs/tuning.md.

@@ -258,3 +258,9 @@ pub(crate) fn step(
     }
     measure
 }
+
+/// A quantile of some values.
+pub(crate) fn quantile(values: &mut [f64], part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * part).round() as usize]
+}

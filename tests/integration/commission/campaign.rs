@@ -1,5 +1,6 @@
 //! Unknown servos, commissioned: `CAMPAIGN=20` for a thousand of them, `CAMPAIGN_SEED=7` for others than
-//! usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a feed-forward, `CAMPAIGN_DETAIL=1` for a line each of those that were not applied or did not keep their promise.
+//! usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a feed-forward, `CAMPAIGN_DETAIL=1` for a line each of those that were not
+//! applied or did not keep their promise.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,14 @@
+//! Feed-forward of a reference model's motion, and of the forces that depend on where it is.
+
+mod compensation;
+#[cfg(test)]
+mod compensation_tests;
 #[cfg(test)]
 mod tests;
+
+pub use compensation::{CompensatedFeedForward, CompensatedMotion, CompensationSettings};
+
+use core::fmt::Debug;
 
 use super::Gains;
 use crate::constants::{Encode, encode};
@@ -7,6 +16,22 @@ use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::Transfer;
 use crate::number::Number;
 use crate::units::Units;
+
+/// A reference model before a PID, with the command that moves a servo along it.
+pub trait Lead<N: Number>: Copy + Debug + PartialEq {
+    /// Its state.
+    type Motion: Copy + Debug + PartialEq;
+
+    /// No model, and no command.
+    const NONE: Self;
+
+    /// The model at rest, at this distance from where the servo is.
+    fn at_rest(error: N) -> Self::Motion;
+
+    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units, and the command
+    /// that is added to the PID's.
+    fn process(&self, motion: &mut Self::Motion, error: N, increment: N) -> (N, N);
+}
 
 /// Feed-forward of a reference model's motion, SI: u = (ÿ + a ẏ + c s(ẏ))/b, y = r/(1 + s/ω_m)³.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,34 +86,23 @@ encode! {
 
 /// State of a [`FeedForward`], machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ReferenceMotion<N> {
+pub struct ReferenceMotion<N> {
     /// The error r − q of the last sample.
     error: N,
     lags: [N; 3],
 }
 
-impl<N: Number> ReferenceMotion<N> {
-    /// At rest, at this distance from where the servo is.
-    pub(crate) fn at(error: N) -> Self {
-        Self {
-            error,
-            lags: [N::ZERO; 3],
-        }
-    }
+/// The motion of a reference model from a sample to the next, machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct MovingReference<N> {
+    /// y − q in the sample.
+    distance: N,
+    /// The means of ẏ and ÿ until the next.
+    velocity: N,
+    acceleration: N,
 }
 
 impl<N: Number> FeedForward<N> {
-    /// No feed-forward, and no reference model.
-    pub const NONE: Self = Self {
-        pole: N::ZERO,
-        rate: N::ZERO,
-        half_square: N::ZERO,
-        acceleration: N::ZERO,
-        velocity: N::ZERO,
-        coulomb: N::ZERO,
-        per_coulomb_speed: N::ZERO,
-    };
-
     /// The range of ω_m T: below, single precision does not keep E; above, nothing is left to lead.
     const RATES: [f64; 2] = [1e-5, 1.0];
 
@@ -115,10 +129,9 @@ impl<N: Number> FeedForward<N> {
         let slowest = Self::MIN_COULOMB_SPEED / units.velocity();
         Allowed::AtLeast(slowest).check("feed_forward_coulomb_speed", settings.coulomb_speed)?;
         let rate = settings.bandwidth * units.rate();
-        // From the middle of a hold back to where the estimate of the velocity lies.
-        let lag = (1.0 + velocity.lag()) * units.sample_time();
-        let acceleration = settings.acceleration - gains.kd() * lag;
-        let velocity = settings.velocity + gains.kd();
+        let [of_acceleration, of_velocity] = braking(units, gains, velocity);
+        let acceleration = settings.acceleration + of_acceleration;
+        let velocity = settings.velocity + of_velocity;
         Ok(Self {
             pole: N::from_f64(libm::exp(-rate)),
             rate: N::from_f64(rate),
@@ -130,20 +143,14 @@ impl<N: Number> FeedForward<N> {
         })
     }
 
-    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units, and the command
-    /// that is added to the PID's.
+    /// Moves the model on by a sample.
     #[inline]
-    pub(crate) fn process(&self, state: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
-        if self.pole <= N::ZERO {
-            // What is added changes no bit of a command.
-            return (error, -N::ZERO);
-        }
-        self.follow(state, error, increment)
-    }
-
-    /// A function of its own, for a sample without a model not to pay for its registers.
-    #[inline(never)]
-    fn follow(&self, state: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
+    fn advance(
+        &self,
+        state: &mut ReferenceMotion<N>,
+        error: N,
+        increment: N,
+    ) -> MovingReference<N> {
         let [first, second, third] = state.lags;
         let first = first + (error - (state.error - increment));
         let lag = first + second + third;
@@ -153,12 +160,71 @@ impl<N: Number> FeedForward<N> {
             self.pole * (third + self.rate * second + self.half_square * first),
         ];
         let [next_first, next_second, next_third] = next;
-        let velocity = (first - next_first) + (second - next_second) + (third - next_third);
-        let acceleration = self.rate * (next_third - third);
-        let sign = (self.per_coulomb_speed * velocity).limited(-N::ONE, N::ONE);
         *state = ReferenceMotion { error, lags: next };
-        let command =
-            self.acceleration * acceleration + self.velocity * velocity + self.coulomb * sign;
-        (error - lag, command)
+        MovingReference {
+            distance: error - lag,
+            velocity: (first - next_first) + (second - next_second) + (third - next_third),
+            acceleration: self.rate * (next_third - third),
+        }
     }
+
+    /// The command for a motion.
+    #[inline]
+    fn command(&self, moving: &MovingReference<N>) -> N {
+        let sign = (self.per_coulomb_speed * moving.velocity).limited(-N::ONE, N::ONE);
+        self.acceleration * moving.acceleration
+            + self.velocity * moving.velocity
+            + self.coulomb * sign
+    }
+
+    /// A function of its own, for a sample without a model not to pay for its registers.
+    #[inline(never)]
+    fn follow(&self, state: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
+        let moving = self.advance(state, error, increment);
+        (moving.distance, self.command(&moving))
+    }
+
+    /// True if there is a model.
+    #[inline]
+    fn leads(&self) -> bool {
+        self.pole > N::ZERO
+    }
+}
+
+impl<N: Number> Lead<N> for FeedForward<N> {
+    type Motion = ReferenceMotion<N>;
+
+    const NONE: Self = Self {
+        pole: N::ZERO,
+        rate: N::ZERO,
+        half_square: N::ZERO,
+        acceleration: N::ZERO,
+        velocity: N::ZERO,
+        coulomb: N::ZERO,
+        per_coulomb_speed: N::ZERO,
+    };
+
+    fn at_rest(error: N) -> ReferenceMotion<N> {
+        ReferenceMotion {
+            error,
+            lags: [N::ZERO; 3],
+        }
+    }
+
+    #[inline]
+    fn process(&self, motion: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
+        if self.leads() {
+            self.follow(motion, error, increment)
+        } else {
+            // What is added changes no bit of a command.
+            (error, -N::ZERO)
+        }
+    }
+}
+
+/// The commands per acceleration and velocity, SI, by which a derivative on the measured velocity would brake a motion, from the
+/// middle of a hold back to where the estimate of the velocity lies.
+fn braking(units: &Units, gains: &Gains, velocity: &Transfer) -> [f64; 2] {
+    let lag = (1.0 + velocity.lag()) * units.sample_time();
+    [-gains.kd() * lag, gains.kd()]
 }

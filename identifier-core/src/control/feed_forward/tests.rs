@@ -45,8 +45,8 @@ fn the_model_steps_as_in_continuous_time_at_any_sample_rate() {
             lead::<f64>(&units, &SETTINGS),
             lead::<f32>(&units, &SETTINGS),
         );
-        let mut state = ReferenceMotion::at(0.0);
-        let mut single_state = ReferenceMotion::at(0.0);
+        let mut state = FeedForward::at_rest(0.0);
+        let mut single_state = FeedForward::at_rest(0.0);
         for k in 0..(1.0 / sample_time) as u32 {
             let expected = STEP * shape(f64::from(k) * sample_time);
             let (found, _) = exact.process(&mut state, STEP, 0.0);
@@ -73,7 +73,7 @@ fn a_servo_as_modelled_follows_the_model_at_any_sample_rate() {
         let alone = FeedForward::<f64>::new(&units, &SETTINGS, &undamped, &velocity);
         let alone = alone.expect("valid");
         let mut state = ControlState::default();
-        let mut motion = ReferenceMotion::at(0.0);
+        let mut motion = FeedForward::at_rest(0.0);
         let (mut position, mut velocity, mut before, mut momentum) = (0.0, 0.0, 0.0, 0.0);
         let mut farthest = 0.0_f64;
         for k in 0..(1.0 / sample_time) as u32 {
@@ -118,7 +118,7 @@ fn friction_is_compensated_with_the_sign_of_the_motion() {
     };
     let [smooth, rough] = [SETTINGS, rough].map(|settings| lead::<f32>(&units, &settings));
     for (sign, step) in [(1.0, 800.0), (-1.0, -800.0)] {
-        let mut states = [ReferenceMotion::at(0.0); 2];
+        let mut states = [FeedForward::at_rest(0.0); 2];
         let mut compensated = |k: u32| {
             let [smooth, rough] =
                 [(&smooth, 0), (&rough, 1)].map(|(of, i)| of.process(&mut states[i], step, 0.0).1);
@@ -266,7 +266,7 @@ proptest! {
         let units = Units::new(SAMPLE_TIMES[rate], 1e-3).expect("valid");
         let settings = FeedForwardSettings { bandwidth: own, coulomb: 0.3, ..SETTINGS };
         let lead = lead::<f32>(&units, &settings);
-        let (mut moving, mut standing) = (ReferenceMotion::at(0.0), ReferenceMotion::at(0.0));
+        let (mut moving, mut standing) = (FeedForward::at_rest(0.0), FeedForward::at_rest(0.0));
         let (mut position, mut reference) = (0_i32, 0_i32);
         let mut follow = |position: i32, moved: i32, reference: i32| {
             let at = |counts: i32| start.wrapping_add(counts);

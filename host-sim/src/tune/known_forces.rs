@@ -1,0 +1,91 @@
+//! What is known of the forces on a servo beside inertia and friction, for a feed-forward.
+
+use identifier_core::control::CompensationSettings;
+
+use super::IdentifiedResult;
+use crate::scenario::Scenario;
+
+/// An estimate and its standard error, infinite where that is not known.
+pub type Estimated = [f64; 2];
+
+/// Sizes of the effects that a feed-forward can compensate, zero where they were not identified.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Effects {
+    /// g_s and g_c, rad/s².
+    pub gravity: [Estimated; 2],
+    /// r_s and r_c, rad/s².
+    pub ripple: [Estimated; 2],
+    /// δ, command units.
+    pub dead_band: Estimated,
+}
+
+/// An angle that is the same one in every run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Angle {
+    /// The travel after which gravity and ripple repeat, rad.
+    pub revolution: f64,
+    /// Periods of the ripple to a revolution; none where none is declared.
+    pub ripple_order: Option<f64>,
+}
+
+impl Angle {
+    /// That of a scenario; none where its angle begins anew in every recording.
+    #[must_use]
+    pub fn of_scenario(scenario: &Scenario) -> Option<Self> {
+        let terms = &scenario.stated.identifier.terms;
+        // A simulated servo begins at zero.
+        let is_same = match &scenario.log {
+            Some(log) => log.absolute,
+            None => scenario.plant.is_some(),
+        };
+        is_same.then_some(Self {
+            revolution: terms.revolution,
+            ripple_order: terms.ripple_order,
+        })
+    }
+}
+
+/// The standard errors that an estimate is away from zero where it counts as known: chance alone does that to one of a million.
+const KNOWN: f64 = 5.0;
+
+/// The value of an estimate that is known, else zero.
+fn known([value, std_error]: Estimated) -> f64 {
+    if value.abs() > KNOWN * std_error {
+        value
+    } else {
+        0.0
+    }
+}
+
+/// The compensation of the forces that are known, for an angle, if there is one. The `delay` is that from a command to its
+/// acceleration besides the hold's, s.
+pub(super) fn compensation(
+    result: &IdentifiedResult,
+    angle: Option<&Angle>,
+    delay: f64,
+) -> CompensationSettings {
+    let Effects {
+        gravity,
+        ripple,
+        dead_band,
+    } = result.effects;
+    let b = result.servo.parameters.b;
+    // Without a zero's sign.
+    let held = |force| 0.0 - known(force) / b;
+    let none = CompensationSettings {
+        constant: held(result.load),
+        dead_band: known(dead_band).max(0.0),
+        delay,
+        ..CompensationSettings::NONE
+    };
+    let Some(angle) = angle else {
+        return none;
+    };
+    CompensationSettings {
+        gravity: gravity.map(held),
+        ripple: angle.ripple_order.map_or([0.0; 2], |_| ripple.map(held)),
+        ripple_order: angle.ripple_order.unwrap_or(0.0),
+        revolution: angle.revolution,
+        ..none
+    }
+}
