@@ -175,6 +175,30 @@ fn gains_with_a_feed_forward_are_looked_for_where_that_is_asked_for() {
     assert!(rises[1] < 0.7 * rises[0], "{rises:?}");
 }
 
+/// The model has settled long before the loop has brought the servo back from the disturbance, and the step back waits for that.
+#[test]
+fn a_trial_along_a_model_waits_for_the_loop() {
+    let mut bench = ordinary();
+    bench.servo = ServoParameters {
+        a: 0.421,
+        b: 87.03,
+        coulomb: 6.46,
+        load: 7.04,
+    };
+    bench.effects.delay = 1e-3;
+    bench.settings.feed_forward = true;
+    for part in 0..8 {
+        bench.offset = f64::from(part) / 8.0;
+        let state = bench.commission(&mut |_| None).state;
+        assert_eq!(state.phase(), Phase::Applied, "{part} {:?}", state.reason());
+        assert!(
+            state
+                .tuning()
+                .is_some_and(|tuning| tuning.feed_forward.is_some())
+        );
+    }
+}
+
 /// None where the axis is known to be stiff, and twice as long where two rounds are asked for.
 #[test]
 fn the_rounds_of_slides_are_those_that_are_asked_for() {

@@ -123,3 +123,20 @@ fn a_step_along_the_model_rises_faster_and_overshoots_as_little() {
     assert!(quantile(&mut free, 0.5) < 0.35 && quantile(&mut ratios, 0.9) < 0.95);
     assert!(quantile(&mut overshoots, 0.95) < 0.03);
 }
+
+/// The integral may hold it already.
+#[test]
+fn friction_that_may_be_too_large_is_not_compensated() {
+    let (mut servo, settings) = (0..)
+        .map(servo)
+        .find(|(servo, settings)| {
+            tuned(settings, servo)
+                .0
+                .is_ok_and(|tuning| tuning.feed_forward.is_some())
+        })
+        .expect("one of them is led");
+    let error = 0.3 * servo.parameters.b;
+    servo.covariance[IdentifiedServo::COULOMB][IdentifiedServo::COULOMB] = error * error;
+    let tuning = tuned(&settings, &servo).0.expect("the same loop");
+    assert_eq!(tuning.feed_forward, None);
+}
