@@ -42,7 +42,7 @@ struct TriedStep<N> {
 /// The promise, in samples and counts, tolerances included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Promised<N> {
-    rise: [f64; 2],
+    rise: [N; 2],
     /// The farthest from where the step began, counts.
     highest: N,
     excursion: N,
@@ -160,7 +160,8 @@ impl<N: Number> Trial<N> {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,
                     (1.0 + Self::RISE) * rise + per_count,
-                ],
+                ]
+                .map(N::from_f64),
                 highest: N::from_f64(highest * libm::fabs(counts)),
                 excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
                 least_excursion: N::from_f64((least - 2.0 * Self::ROUNDING).max(0.0)),
@@ -350,7 +351,7 @@ impl<N: Number> Trial<N> {
         let [out, back] = self.steps.map(|step| step.measure);
         TrialResult {
             step: self.step.to_f64() * units.position_unit(),
-            rise_time: out.rise().map(|rise| rise * units.sample_time()),
+            rise_time: out.rise().map(|rise| rise.to_f64() * units.sample_time()),
             overshoot: out.overshoot().max(back.overshoot()),
             disturbance: self.disturbance.to_f64(),
             excursion: self.excursion.to_f64() * units.position_unit(),

@@ -82,9 +82,11 @@ impl<N: Number> StepMeasure<N> {
     /// The time from 10 to 90 % of the step, samples, interpolated between them; none while it is not
     /// there.
     #[must_use]
-    pub fn rise(&self) -> Option<f64> {
+    pub fn rise(&self) -> Option<N> {
         let [begin, end] = self.passed;
-        Some(end?.time(self.end) - begin?.time(self.begin))
+        let (begin, end) = (begin?, end?);
+        let samples = end.sample.saturating_sub(begin.sample).min(i32::MAX as u32);
+        Some(N::from_count(samples as i32) + begin.early(self.begin) - end.early(self.end))
     }
 
     /// The samples taken since it got to each of the levels; none while it is not there.
@@ -121,14 +123,14 @@ impl<N: Number> StepMeasure<N> {
 }
 
 impl<N: Number> Passing<N> {
-    fn time(&self, level: N) -> f64 {
-        let [before, at, level] = [self.before, self.at, level].map(Number::to_f64);
-        f64::from(self.sample)
-            - if at > before {
-                (at - level) / (at - before)
-            } else {
-                0.0
-            }
+    /// The part of a sample by which a level was passed before the second position.
+    fn early(&self, level: N) -> N {
+        let way = self.at - self.before;
+        if way > N::ZERO {
+            (self.at - level) * way.reciprocal()
+        } else {
+            N::ZERO
+        }
     }
 }
 
