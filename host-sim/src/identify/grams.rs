@@ -171,3 +171,61 @@ impl Rows {
         (self.count, self.variance) = (0, 0.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::identification::{Effect, Horizon, Record, Search, Values};
+
+    use super::*;
+
+    /// Columns that hardly change over the rows that are taken together have the products of the rows by themselves.
+    #[test]
+    fn rows_that_are_taken_together_have_the_sums_of_a_fit() {
+        const FREE: [Effect; 3] = [Effect::A, Effect::B, Effect::Load];
+        let samples = 0..6000;
+        let phase = |k: i32| 0.004 * f64::from(k);
+        let positions: Vec<f64> = samples
+            .clone()
+            .map(|k| (3000.0 * phase(k).sin() + 900.0 * (0.37 * phase(k)).cos()).round())
+            .collect();
+        let commands: Vec<f64> = samples.map(|k| -phase(k).sin()).collect();
+        let record = Record {
+            positions: &positions,
+            commands: &commands,
+            angles: &[],
+            begins: &[0],
+            stride: 1,
+            recorded: &[],
+        };
+        let fitter = Fitter::new(&record).expect("a motion");
+        let values = Values::NONE.with(Effect::B, 0.04).with(Effect::A, 1e-3);
+        let horizon = Horizon {
+            white: 100.0,
+            walk: None,
+        };
+        let none = Search {
+            steps: 0,
+            tolerance: 1e-6,
+        };
+        let fitted = fitter.fit(&values, &FREE, horizon, none).expect("a fit");
+        assert!(rows_together(&fitter, &fitted) > 4);
+        let columns = FREE.map(Column::from);
+        let grams = Grams::new(&fitter, &fitted, &columns, FREE.len(), &[]).expect("it runs");
+        let (matrix, right) = grams.sum(&[0, 1, 2], 0..grams.count());
+        let sums = &fitted.sums;
+        let size = |i: usize| sums.hessian[i][i].sqrt();
+        for i in 0..FREE.len() {
+            let [of_rows, of_sums] = [right[i] * grams.scales[i], sums.gradient[i]];
+            let least = 0.01 * size(i) * sums.squares.sqrt();
+            assert!(
+                (of_rows - of_sums).abs() < least,
+                "{i}: {of_rows} {of_sums}"
+            );
+            for j in 0..FREE.len() {
+                let of_rows = matrix[i][j] * grams.scales[i] * grams.scales[j];
+                let off = (of_rows - sums.hessian[i][j]) / (size(i) * size(j));
+                assert!(off.abs() < 0.01, "{i} {j}: {off}");
+            }
+        }
+    }
+}

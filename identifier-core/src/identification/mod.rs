@@ -10,24 +10,31 @@
 //! Ljung, System Identification, 2nd edition 1999, sections 3.2, 7.2 and 10.2 (prediction errors and the
 //! search for their minimum).
 
+mod acting;
 mod effect;
 mod fitter;
 mod front_end;
 mod gain;
+mod horizons;
 mod pass;
 mod record;
+mod search;
 mod spectrum;
+mod start;
+mod state;
 mod sums;
 mod survey;
 mod waves;
 mod weak_form;
 
 pub use effect::{Column, Effect, Values};
-pub use fitter::{Fitted, Fitter, Lateness, Search};
+pub use fitter::Fitter;
 pub use gain::Horizon;
 pub use pass::{MAX_COLUMNS, ModelPass, Row};
 pub use record::Record;
+pub use search::{Fitted, Search};
 pub use spectrum::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
+pub use start::Lateness;
 pub use sums::{Covariances, Sums, segments};
 pub use survey::Survey;
 

@@ -56,3 +56,31 @@ const fn is_wave(effect: Effect) -> bool {
             | Effect::InertiaCosine
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waves_are_sine_and_cosine_of_their_orders_up_to_the_highest_of_a_column() {
+        let column = |effect, setting| Column { effect, setting };
+        let highest = column(Effect::RippleCosine, 40.0);
+        let mut waves = Waves::new(&[column(Effect::RippleSine, 3.0), highest]);
+        for angle in [-2.9_f64, -0.4, 0.0, 0.7, 3.1] {
+            waves.place([angle.sin(), angle.cos()]);
+            for order in 0..=40 {
+                let order = f64::from(order);
+                let [sine, cosine] = waves.get(order).expect("an order of the table");
+                assert!((sine - (order * angle).sin()).abs() < 1e-12, "{order}");
+                assert!((cosine - (order * angle).cos()).abs() < 1e-12, "{order}");
+            }
+            assert!(waves.get(41.0).is_none());
+        }
+        assert!(Waves::new(&[highest]).get(40.0).is_some());
+        let other = [column(Effect::InertiaSine, 2.0), Effect::A.into()];
+        assert!(Waves::new(&other).get(3.0).is_none());
+        // One without a place is computed by the record.
+        let rare = [column(Effect::TorqueRippleSine, 60.0)];
+        assert!(Waves::new(&rare).get(60.0).is_none());
+    }
+}
