@@ -4,6 +4,8 @@
 #[cfg(feature = "experiments")]
 mod batch;
 #[cfg(feature = "experiments")]
+mod compensated;
+#[cfg(feature = "experiments")]
 mod direct;
 mod feedback;
 #[cfg(feature = "experiments")]
@@ -18,6 +20,8 @@ mod whole_record;
 
 #[cfg(feature = "experiments")]
 pub(crate) use batch::BatchLeastSquares;
+#[cfg(feature = "experiments")]
+pub(crate) use compensated::compensated;
 #[cfg(feature = "experiments")]
 pub(crate) use direct::Direct;
 #[cfg(feature = "experiments")]

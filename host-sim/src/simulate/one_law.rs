@@ -2,6 +2,7 @@
 //! `f32`, its velocity from a low-pass, and the fit of a whole record. The types, and so the bits, are those of the program.
 
 use identifier_core::Settings;
+use identifier_core::control::Controller;
 use identifier_core::identifier::GaussNewtonIdentifier;
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{AbCoulombLoad, Parameter};
@@ -22,13 +23,20 @@ impl Simulation {
             .settings()
             .map_err(|error| scenario.fault(&error))?;
         let identifier = identifier(scenario, &settings)?;
-        let closed = PidLoop::<f32, LowPass<f32>>::new(&settings, identifier, 0)
-            .map_err(|error| scenario.fault(&error))?;
+        if scenario.compensation.is_some() {
+            return Err(absent("controller.feed_forward"));
+        }
+        let controller: Controller<f32, LowPass<f32>> =
+            (settings.build()).map_err(|error| scenario.fault(&error))?;
         Ok(Self {
             rig: Rig::build::<f32>(scenario)?,
-            closed: Box::new(closed),
+            closed: Box::new(PidLoop::new(controller, identifier, 0)),
         })
     }
+}
+
+fn absent(key: &str) -> Fault {
+    Fault::new(key, "only the program `servo-id` has it")
 }
 
 /// The identifier of a scenario beside any controller; the settings are those of [`Scenario::settings_for`].
@@ -40,7 +48,6 @@ pub(crate) fn identifier(
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
-    let absent = |key: &str| Fault::new(key, "only the program `servo-id` has it");
     let chosen = &scenario.identifier;
     if scenario.velocity != Velocity::LowPass {
         return Err(absent("controller.velocity_filter.kind"));
