@@ -31,7 +31,8 @@ pub(crate) fn tune(
         let known = KnownConditions::of_result(result, identified.has_delay);
         let settings = conditions.settings(goal, &identified, &known);
         let settings = settings.map_err(value_error)?;
-        let tuned = Tuned::new(&identified, known.angle.as_ref(), &settings).map_err(|error| refusal(&error))?;
+        let tuned = Tuned::new(&identified, known.angle.as_ref(), &settings);
+        let tuned = tuned.map_err(|error| refusal(&error))?;
         let json = serde_json::to_string(&tuned.result()).map_err(value_error)?;
         Ok((json, conditions.assumptions(&known)))
     })

@@ -59,7 +59,7 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         let fault = "a chip counts, so it must not be 0";
         return refused("encoder.counts_per_rev", fault);
     }
-    scenario.must_not_compensate("the firmware")?;
+    scenario.must_not_compensate()?;
     let terms = &scenario.stated.identifier.terms;
     if !terms.allowed.is_empty() {
         let fault = "the firmware gathers no evidence: move those that `run` or `replay` found \

@@ -43,7 +43,7 @@ pub(super) fn complete(
         ));
     }
     if purpose != Purpose::Run {
-        scenario.must_not_compensate("a replay or a commissioning")?;
+        scenario.must_not_compensate()?;
     }
     match purpose {
         Purpose::Run => {

@@ -200,16 +200,14 @@ impl Scenario {
     }
 
     /// # Errors
-    /// The feed-forward, if it compensates what nothing but a simulated run does: the angle of other loops begins anywhere.
-    pub(crate) fn must_not_compensate(&self, what: &str) -> Result<(), Fault> {
+    /// The feed-forward, if it compensates forces, as a run of the program does alone: the angle of other loops begins anywhere.
+    pub(crate) fn must_not_compensate(&self) -> Result<(), Fault> {
         match self.compensation {
             None => Ok(()),
             Some(_) => Err(Fault::new(
                 "controller.feed_forward",
-                format!(
-                    "{what} compensates neither load, gravity, ripple nor dead band, as its angle may begin anywhere: leave \
-                     out the keys from constant on"
-                ),
+                "only a simulated run of `servo-id` compensates load, gravity, ripple and dead band: leave out the keys \
+                 from constant on",
             )),
         }
     }

@@ -23,9 +23,7 @@ impl Simulation {
             .settings()
             .map_err(|error| scenario.fault(&error))?;
         let identifier = identifier(scenario, &settings)?;
-        if scenario.compensation.is_some() {
-            return Err(absent("controller.feed_forward"));
-        }
+        scenario.must_not_compensate()?;
         let controller: Controller<f32, LowPass<f32>> =
             (settings.build()).map_err(|error| scenario.fault(&error))?;
         Ok(Self {
@@ -33,10 +31,6 @@ impl Simulation {
             closed: Box::new(PidLoop::new(controller, identifier, 0)),
         })
     }
-}
-
-fn absent(key: &str) -> Fault {
-    Fault::new(key, "only the program `servo-id` has it")
 }
 
 /// The identifier of a scenario beside any controller; the settings are those of [`Scenario::settings_for`].
@@ -48,6 +42,7 @@ pub(crate) fn identifier(
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
+    let absent = |key: &str| Fault::new(key, "only the program `servo-id` has it");
     let chosen = &scenario.identifier;
     if scenario.velocity != Velocity::LowPass {
         return Err(absent("controller.velocity_filter.kind"));

@@ -152,16 +152,25 @@ fn known_forces_are_compensated() {
     let end = printed[begin..].find("\n\n").expect("its end") + begin;
     let led = format!("{plant}{}\n", &printed[begin..end]);
     std::fs::write(&path, &led).expect("the scenario is written");
-    assert_done(&servo_id(&["run", &path]));
-    std::fs::write(
-        &path,
-        format!("{led}[commission]\ntravel = 0.5\nspeed = 30.0\n"),
-    )
-    .expect("it is written");
-    let refused = servo_id(&["commission", &path]);
-    assert_eq!(refused.status.code(), Some(2));
-    let answer = String::from_utf8_lossy(&refused.stderr);
-    assert!(answer.contains("controller.feed_forward"), "{answer}");
+    let outcome = folder.join("run.json").display().to_string();
+    assert_done(&servo_id(&["run", &path, "--json", &outcome]));
+    let ordered = format!("{led}[commission]\ntravel = 0.5\nspeed = 30.0\n");
+    let order = folder.join("order.toml").display().to_string();
+    std::fs::write(&order, ordered).expect("the scenario is written");
+    let of_scenario = ["--accept-unconverged", "--scenario", &path];
+    let of_result = &of_scenario[..1];
+    let exported =
+        |more: &[&str]| servo_id(&[&["export", &outcome, "--firmware", "rust"], more].concat());
+    for refused in [
+        servo_id(&["commission", &order]),
+        exported(&of_scenario),
+        exported(of_result),
+    ] {
+        assert_eq!(refused.status.code(), Some(2));
+        let answer = String::from_utf8_lossy(&refused.stderr);
+        let said = "controller.feed_forward: only a simulated run";
+        assert!(answer.contains(said), "{answer}");
+    }
 }
 
 /// The controller that is printed for a goal, which a run takes.
