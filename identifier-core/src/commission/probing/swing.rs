@@ -242,8 +242,7 @@ impl<N: Number> Probing<N> {
         let servo = &state.servo;
         let [stiffness, damping] = self.plan.hold;
         let off = state.position - state.held_at;
-        let by = state.held_by;
-        let back = by * (by * stiffness * off + damping * state.observed.velocity);
+        let back = stiffness * off + damping * state.observed.velocity;
         let rest = match self.plan.one_way {
             // Just below the command that moves it; friction is unknown.
             Some(way) => servo.command(-(way * state.gentle()), way),
