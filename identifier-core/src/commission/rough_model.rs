@@ -17,6 +17,13 @@ pub(crate) struct RoughModel<N> {
     pub viscous: N,
 }
 
+/// The command at which a servo broke away, and the direction in which it did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Breakaway<N> {
+    pub command: N,
+    pub is_forward: bool,
+}
+
 impl<N: Number> RoughModel<N> {
     pub(crate) const UNKNOWN: Self = Self {
         gain: N::ZERO,
@@ -73,6 +80,24 @@ impl<N: Number> RoughModel<N> {
         } else {
             self.backward
         }
+    }
+
+    /// Confines friction and load to those that commands of up to `most` overcome, and in the direction in which the servo
+    /// broke away that command: a servo that moves hardly needs more. Of a load that rings on a spring the motion itself says
+    /// anything.
+    pub(crate) fn confine(&mut self, seen: &Breakaway<N>, most: N) {
+        /// The part of the command by which a motion may need more.
+        const SLACK: f64 = 0.1;
+        let command = seen.command;
+        let slack = N::from_f64(SLACK) * most;
+        let (lowest, highest) = if seen.is_forward {
+            (-most, command + slack)
+        } else {
+            (command - slack, most)
+        };
+        let [low, high] = [-(self.gain * highest), -(self.gain * lowest)];
+        self.forward = self.forward.limited(low, high);
+        self.backward = self.backward.limited(low, high);
     }
 
     /// d, counts per sample².
@@ -135,5 +160,37 @@ impl<N: Number> RoughModel<N> {
     #[inline]
     pub(crate) fn command(&self, acceleration: N, direction: N) -> N {
         (acceleration - self.without_command(direction)) * self.per_gain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A servo that broke away forwards at 2 of 10 command units does not need 8 to move on, nor 12 backwards.
+    #[test]
+    fn friction_is_confined_to_that_which_a_breakaway_shows() {
+        let with = |forward, backward| RoughModel {
+            gain: 3.0,
+            per_gain: 1.0 / 3.0,
+            forward,
+            backward,
+            viscous: 0.0,
+        };
+        for (way, found, confined) in [
+            (1.0, [-24.0, 36.0], [-9.0, 30.0]),
+            (-1.0, [-36.0, 24.0], [-30.0, 9.0]),
+            (1.0, [-6.0, 6.0], [-6.0, 6.0]),
+        ] {
+            let seen = Breakaway {
+                command: 2.0 * way,
+                is_forward: way > 0.0,
+            };
+            let [forward, backward] = found;
+            let mut servo: RoughModel<f64> = with(forward, backward);
+            servo.confine(&seen, 10.0);
+            let [forward, backward] = confined;
+            assert_eq!(servo, with(forward, backward));
+        }
     }
 }

@@ -139,7 +139,7 @@ impl<N: Number> Probing<N> {
             0
         };
         if increment != N::ZERO {
-            state.way = if increment > N::ZERO { N::ONE } else { -N::ONE };
+            state.move_on(if increment > N::ZERO { N::ONE } else { -N::ONE });
         }
         if state.direction * (state.position - state.extreme) > N::ZERO {
             state.extreme = state.position;
@@ -211,9 +211,12 @@ impl<N: Number> Probing<N> {
         let turns = state.reversals[0] + state.reversals[1];
         if news
             && turns > 0
-            && let Some(estimate) = state.gathered.estimate()
+            && let Some(mut estimate) = state.gathered.estimate()
             && estimate.is_like(state.guessed)
         {
+            if let Some(broke_away) = &state.broke_away {
+                estimate.confine(broke_away, self.plan.command[1]);
+            }
             // A model fitted in many passes is better than the estimate of one.
             if !state.known_before {
                 state.observed.adopt(&state.servo, &estimate, acted);

@@ -1,4 +1,4 @@
-use super::super::rough_model::RoughModel;
+use super::super::rough_model::{Breakaway, RoughModel};
 use super::experiment::Probing;
 use super::state::{Fall, FirstCount, Guess, ProbingStage, ProbingState};
 use crate::commission::Reason;
@@ -20,6 +20,7 @@ impl<N: Number> Guess<N> {
             gain,
             without: acceleration - gain * base,
             forward: moved > N::ZERO,
+            broke_away: None,
         }
     }
 }
@@ -181,12 +182,17 @@ impl<N: Number> Probing<N> {
         } else {
             command
         };
+        let is_forward = state.direction > N::ZERO;
         possible.then(|| {
             let gain = N::from_f64(6.0) * way * (slope * all * all * all).reciprocal();
             Guess {
                 gain,
                 without: -(gain * command),
-                forward: state.direction > N::ZERO,
+                forward: is_forward,
+                broke_away: Some(Breakaway {
+                    command,
+                    is_forward,
+                }),
             }
         })
     }
@@ -202,6 +208,7 @@ impl<N: Number> Probing<N> {
             backward: without,
             viscous: N::ZERO,
         };
+        state.broke_away = guess.broke_away;
         let acted = state.given(plan.delay);
         state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
         state.servo = servo;
@@ -227,6 +234,7 @@ impl<N: Number> Probing<N> {
             gain,
             without,
             forward,
+            ..
         } = *guess;
         // Uncertainty: half of b, half a sample of delay, a tenth of the command's largest acceleration in one
         // direction, and all of that in the difference to the other.

@@ -1,5 +1,5 @@
 use super::super::regression::RegressionState;
-use super::super::rough_model::RoughModel;
+use super::super::rough_model::{Breakaway, RoughModel};
 use super::observer::ObserverState;
 use super::plan::{COMMANDS, Plan};
 use crate::commission::Reason;
@@ -14,6 +14,8 @@ pub(crate) struct ProbingState<N> {
     pub(super) position: N,
     /// The command from which the ramp began.
     pub(super) held: N,
+    /// How it broke away, if the ramp did that.
+    pub(super) broke_away: Option<Breakaway<N>>,
     /// The direction of the present push.
     pub(super) direction: N,
     /// The furthest position in it.
@@ -64,6 +66,8 @@ pub(crate) struct ProbingState<N> {
     pub(super) is_new: bool,
     pub(super) evidence: Option<u32>,
     pub(super) held_at: N,
+    /// The part of its usual bandwidth with which it is held.
+    pub(super) held_by: N,
     pub(super) stage_since: u32,
 }
 
@@ -73,6 +77,7 @@ pub(super) struct Guess<N> {
     pub(super) gain: N,
     pub(super) without: N,
     pub(super) forward: bool,
+    pub(super) broke_away: Option<Breakaway<N>>,
 }
 
 /// Stages of the probing motion.
@@ -164,6 +169,7 @@ impl<N: Number> Fall<N> {
             gain,
             without: -(direction * falls) - gain * self.base,
             forward: direction < N::ZERO,
+            broke_away: None,
         })
     }
 
@@ -198,6 +204,7 @@ impl<N: Number> ProbingState<N> {
             samples: 0,
             position: N::ZERO,
             held,
+            broke_away: None,
             direction: plan.first_direction,
             extreme: N::ZERO,
             way: plan.first_direction,
@@ -227,6 +234,7 @@ impl<N: Number> ProbingState<N> {
             is_new: false,
             evidence: None,
             held_at: N::ZERO,
+            held_by: N::ONE,
             stage_since: 0,
         }
     }
@@ -265,6 +273,17 @@ impl<N: Number> ProbingState<N> {
     pub(super) fn aim(&mut self, direction: N) {
         self.direction = direction;
         self.extreme = self.position;
+    }
+
+    /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back.
+    pub(super) fn move_on(&mut self, way: N) {
+        /// The part of the bandwidth that is left after a turn, and at least.
+        const LEFT: f64 = 0.8;
+        const LEAST: f64 = 0.4;
+        if way != self.way && self.stage == ProbingStage::Hold {
+            self.held_by = (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(LEAST), N::ONE);
+        }
+        self.way = way;
     }
 
     /// An acceleration at which a servo that may not turn comes to rest.

@@ -242,7 +242,8 @@ impl<N: Number> Probing<N> {
         let servo = &state.servo;
         let [stiffness, damping] = self.plan.hold;
         let off = state.position - state.held_at;
-        let back = stiffness * off + damping * state.observed.velocity;
+        let by = state.held_by;
+        let back = by * (by * stiffness * off + damping * state.observed.velocity);
         let rest = match self.plan.one_way {
             // Just below the command that moves it; friction is unknown.
             Some(way) => servo.command(-(way * state.gentle()), way),

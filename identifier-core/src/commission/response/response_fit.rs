@@ -137,6 +137,9 @@ impl ResponseFit {
     /// between two lines that nearly stopped the servo: what blurs its lines looks like damping.
     const UNEXPLAINED: [f64; 2] = [0.02, 0.7];
 
+    /// The least standard error of ln ω of a resonance that no line shows: the antiresonance alone tells that there is one.
+    const UNSEEN: f64 = 0.1;
+
     /// Begins for a servo that is known as one mass, which may not explain its motions; none without enough lines.
     pub(in crate::commission) fn begin(
         lines: &[MeasuredLine],
@@ -213,6 +216,17 @@ impl ResponseFit {
         fit.is_some_and(|best| best.equations.cost() < most)
     }
 
+    /// True if a line near a resonance stands clear of its own error.
+    fn is_seen(frequency: f64, lines: &[MeasuredLine]) -> bool {
+        /// The distance of such a line, a part of the frequency, and its standard errors.
+        const NEAR: f64 = 0.2;
+        const CLEAR: f64 = 5.0;
+        lines.iter().any(|line| {
+            let is_near = (line.frequency - frequency).abs() < NEAR * frequency;
+            is_near && line.gain.power() > CLEAR * CLEAR * line.deviation * line.deviation
+        })
+    }
+
     fn next_start(
         &mut self,
         lines: &[MeasuredLine],
@@ -247,6 +261,8 @@ impl ResponseFit {
             Self::UNEXPLAINED
         };
         let unknowns = &best.unknowns;
+        let is_seen = Self::is_seen(mode(unknowns).frequency, lines);
+        let least = if is_seen { least } else { Self::UNSEEN };
         Some(ResponseEstimate {
             gain: libm::exp(unknowns[GAIN]),
             gain_error: error(GAIN),

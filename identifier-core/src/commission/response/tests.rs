@@ -43,12 +43,17 @@ fn response(mode: Option<&Mode>, frequency: f64) -> Complex {
 
 /// The estimate from lines with a relative noise, beginning with a gain.
 fn shown(mode: Option<&Mode>, noise: f64, gain: f64) -> ResponseEstimate {
+    shown_through(mode, &|_| noise, gain)
+}
+
+/// The same with a noise that goes with the frequency, rad/s.
+fn shown_through(mode: Option<&Mode>, noise: &dyn Fn(f64) -> f64, gain: f64) -> ResponseEstimate {
     let mut random = SplitMix64::new(7);
     let lines: Vec<MeasuredLine> = Lines::survey(SAMPLE_TIME)
         .frequencies()
         .map(|frequency| {
             let exact = response(mode, frequency);
-            let size = noise * exact.power().sqrt();
+            let size = noise(frequency) * exact.power().sqrt();
             let mut uniform = || 1.2247 * size * random.uniform(-1.0, 1.0);
             MeasuredLine {
                 frequency,
@@ -111,6 +116,22 @@ fn two_masses_are_found_with_frequency_and_gain_within_their_errors() {
             let [delay, _] = found.delay;
             assert!((delay - DELAY - LAG).abs() < 1e-4, "{delay}");
         }
+    }
+}
+
+/// The lines show where the antiresonance is; whatever resonance they end on, its error does not claim more.
+#[test]
+fn a_resonance_that_no_line_shows_is_uncertain() {
+    let mode = Mode {
+        frequency: TAU * 300.0,
+        damping: 0.02,
+        ratio: 3.0,
+    };
+    for most in [0.1, 1.0] {
+        let noise = |frequency: f64| if frequency < TAU * 200.0 { 0.03 } else { most };
+        let resonance = shown_through(Some(&mode), &noise, B).resonance;
+        let [error, _] = resonance.expect("two masses").errors;
+        assert_eq!(error >= 0.1, most > 0.2, "{most}: {error}");
     }
 }
 

@@ -205,6 +205,33 @@ fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
     assert!(moved.travel < 1.0, "{}", moved.travel);
 }
 
+/// The loop that holds it where it stops is too fast for the motor alone, four times as strong as both masses.
+#[test]
+fn a_loop_that_swings_a_resonance_gives_way() {
+    let parameters = ServoParameters {
+        a: 0.16,
+        b: 118.9,
+        coulomb: 250.0,
+        load: 95.0,
+    };
+    let limits = Limits::new([-1.47, 1.47], 29.7, [-10.0, 10.0]);
+    for hertz in [80.0, 95.0, 112.8] {
+        let compliant = Unknown {
+            effects: Effects {
+                current_loop: 5.1e-5,
+                resonance: core::f64::consts::TAU * hertz,
+                resonance_damping: Some(0.0155),
+                inertia_ratio: 0.72,
+                ..Effects::NONE
+            },
+            delay: 1.08,
+            ..coasting(parameters, 123_678.0, 1e-3, limits)
+        };
+        let moved = compliant.probe_released();
+        assert_eq!(moved.progress, ProbingProgress::AtRest, "{hertz} Hz");
+    }
+}
+
 #[test]
 fn a_servo_that_does_not_move_is_reported() {
     let mut jammed = Unknown::from_seed(1);
