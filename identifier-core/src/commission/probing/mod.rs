@@ -14,10 +14,12 @@
 //! where it is when a command of now acts at the latest: a sample, the delay that is known and two samples
 //! more. While it is braked, what is needed to stop within the travel is reckoned anew in every sample. A
 //! turn is what the counts show, not what is thought. Meanwhile a linear least-squares estimate refines
-//! b, d − c, d + c and a.
+//! b, d − c, d + c and a, with friction and load that the command overcomes, and in the direction of the break-away hardly more
+//! than the command of that.
 //!
 //! **End.** It ends by evidence: two turns at either end, and accelerations predicted within a standard error
-//! of 0.8 % in both directions. On the last turn the servo is held where it stands.
+//! of 0.8 % in both directions. On the last turn the servo is held where it stands, by a loop that
+//! gives way each time that it swings back: the motor of a compliant axis alone is a multiple as strong.
 //!
 //! On an axis that may only move one way the pushes follow each other in that direction, the servo is
 //! braked to a fifth of the speed between them, and at the end gently to rest, where friction holds it; d and
