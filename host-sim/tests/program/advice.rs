@@ -613,7 +613,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
         Row {
             case: &[("plant", "resonance = 110.0\ninertia_ratio = 0.78")],
             remedies: &[
-                Followed("stiffen the coupling", &[("plant", "resonance = 800.0")]),
+                Followed("stiffen the coupling", &[("plant", "resonance = 2000.0")]),
                 Logged,
             ],
         },
@@ -691,7 +691,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.39\nb = 81.0\ncoulomb = 24.3\nlow_speed_friction = 72.9\nlow_speed_velocity = 2.0",
+                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 78.0\nlow_speed_velocity = 2.0",
                 ),
                 (
                     "=commission",
@@ -701,7 +701,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
             remedies: &[
                 Followed(
                     "lubricate",
-                    &[("=plant", "a = 0.39\nb = 81.0\ncoulomb = 24.3")],
+                    &[("=plant", "a = 0.39\nb = 81.0\ncoulomb = 26.0")],
                 ),
                 Logged,
             ],
@@ -854,7 +854,7 @@ const COMMISSIONED: [(Reason, Row); 26] = [
     (
         Reason::Oscillating,
         Row {
-            case: &[("plant", "current_loop = 0.015")],
+            case: &[("plant", "current_loop = 0.0165")],
             remedies: &[
                 Followed(
                     "quicken the current loop",

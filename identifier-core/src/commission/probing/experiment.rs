@@ -139,7 +139,8 @@ impl<N: Number> Probing<N> {
             0
         };
         if increment != N::ZERO {
-            state.move_on(if increment > N::ZERO { N::ONE } else { -N::ONE });
+            let way = if increment > N::ZERO { N::ONE } else { -N::ONE };
+            state.move_on(way, plan.hold_swing);
         }
         if state.direction * (state.position - state.extreme) > N::ZERO {
             state.extreme = state.position;

@@ -49,6 +49,8 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
+    /// Samples between two turns of a swing that is as fast as the loop that holds it.
+    pub(super) hold_swing: u32,
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
     /// Error of the rough model, counts.
@@ -157,6 +159,7 @@ impl<N: Number> Plan<N> {
             released: (Self::RELEASED / time) as u32,
             soon: number((Self::SOON.0 / time).max(Self::SOON.1)),
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
+            hold_swing: (core::f64::consts::PI / stiffness) as u32,
         }
     }
 

@@ -68,6 +68,8 @@ pub(crate) struct ProbingState<N> {
     pub(super) held_at: N,
     /// The part of its usual bandwidth with which it is held.
     pub(super) held_by: N,
+    /// The sample in which it last turned while it was held.
+    pub(super) turned_at: u32,
     pub(super) stage_since: u32,
 }
 
@@ -235,6 +237,7 @@ impl<N: Number> ProbingState<N> {
             evidence: None,
             held_at: N::ZERO,
             held_by: N::ONE,
+            turned_at: 0,
             stage_since: 0,
         }
     }
@@ -275,13 +278,18 @@ impl<N: Number> ProbingState<N> {
         self.extreme = self.position;
     }
 
-    /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back.
-    pub(super) fn move_on(&mut self, way: N) {
+    /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back faster than the
+    /// loop itself would: slower swings are those of a load on a spring, which the loop damps.
+    pub(super) fn move_on(&mut self, way: N, hold_swing: u32) {
         /// The part of the bandwidth that is left after a turn, and at least.
         const LEFT: f64 = 0.8;
         const LEAST: f64 = 0.4;
         if way != self.way && self.stage == ProbingStage::Hold {
-            self.held_by = (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(LEAST), N::ONE);
+            if self.samples.saturating_sub(self.turned_at) < hold_swing {
+                self.held_by =
+                    (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(LEAST), N::ONE);
+            }
+            self.turned_at = self.samples;
         }
         self.way = way;
     }
