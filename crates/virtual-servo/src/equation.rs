@@ -74,23 +74,37 @@ impl Angular {
 
 /// The spring between motor and load. Of both as one rigid body of inertia 1, the load is a share ρ:
 /// with ω the resonance of both free and ζ its damping, stiffness is ω² ρ (1 − ρ) and damping
-/// 2 ζ ω ρ (1 − ρ).
+/// 2 ζ ω ρ (1 − ρ). Within its play neither side feels the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spring {
     stiffness: f64,
     damping: f64,
     load_share: f64,
+    /// Half of the twist without force, rad.
+    half_play: f64,
 }
 
 impl Spring {
-    /// From a resonance (rad/s), its damping ratio and the load's share of the inertia.
-    pub(crate) fn new(resonance: f64, damping: f64, load_share: f64) -> Self {
+    /// From a resonance (rad/s), its damping ratio, the load's share of the inertia and the play from end to end, rad.
+    pub(crate) fn new(resonance: f64, damping: f64, load_share: f64, play: f64) -> Self {
         let reduced = load_share * (1.0 - load_share);
         Self {
             stiffness: resonance * resonance * reduced,
             damping: 2.0 * damping * resonance * reduced,
             load_share,
+            half_play: 0.5 * play,
         }
+    }
+
+    /// The acceleration of the whole inertia by which it takes the motor along, rad/s².
+    fn force(&self, twist: f64, twist_rate: f64) -> f64 {
+        let beyond = twist - twist.clamp(-self.half_play, self.half_play);
+        let force = self.stiffness * beyond + self.damping * twist_rate;
+        // Flanks that part do not pull.
+        if self.half_play > 0.0 && force * beyond <= 0.0 {
+            return 0.0;
+        }
+        force
     }
 }
 
@@ -131,7 +145,7 @@ impl Equation {
         match &self.spring {
             None => (motor + load, 0.0),
             Some(spring) => {
-                let force = spring.stiffness * twist + spring.damping * twist_rate;
+                let force = spring.force(twist, twist_rate);
                 (motor + force, load - force)
             }
         }

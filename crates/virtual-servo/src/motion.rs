@@ -51,8 +51,14 @@ impl Motion {
             gravity: Angular::new(effects.gravity, 1),
             ripple: Angular::new(effects.ripple, effects.ripple_order),
             inertia: Angular::new(effects.inertia_variation, effects.inertia_order),
-            spring: (effects.resonance > 0.0)
-                .then(|| Spring::new(effects.resonance, damping, effects.inertia_ratio)),
+            spring: effects.are_two_masses().then(|| {
+                Spring::new(
+                    effects.resonance,
+                    damping,
+                    effects.inertia_ratio,
+                    effects.backlash,
+                )
+            }),
         };
         let wanders = effects.load_wander[0] > 0.0;
         Self {
@@ -184,6 +190,12 @@ mod tests {
             Effects {
                 resonance: 700.0,
                 inertia_ratio: 0.6,
+                ..Effects::NONE
+            },
+            Effects {
+                resonance: 300.0,
+                inertia_ratio: 0.4,
+                backlash: 0.004,
                 ..Effects::NONE
             },
         ];

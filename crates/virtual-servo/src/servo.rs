@@ -51,7 +51,8 @@ impl Servo {
         Ok(Self {
             front_end: front_end.then(|| FrontEnd::new(effects, sample_time)),
             mechanics,
-            play: (effects.backlash > 0.0).then(|| Play::new(effects.backlash)),
+            play: (effects.backlash > 0.0 && !effects.are_two_masses())
+                .then(|| Play::new(effects.backlash)),
             sample_time,
             undisturbed: [parameters.load, parameters.coulomb],
         })

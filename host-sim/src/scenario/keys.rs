@@ -121,7 +121,7 @@ keys! {
 "plant.inertia_ratio": Number(Fixed(Allowed::Within(Effects::INERTIA_RATIOS[0], Effects::INERTIA_RATIOS[1])), |s, v| s.effects.inertia_ratio = v), Derived("none; required with resonance"), "",
     "the load's share of the inertia";
 "plant.backlash": Number(NOT_NEGATIVE, |s, v| s.effects.backlash = v), Value(0.0), "rad",
-    "play between the motor and an encoder on the load";
+    "play between the motor and an encoder on the load; with a resonance, of the coupling";
 "plant.gain_drift": Number(DRIFT, |s, v| s.effects.gain_drift = v), Value(0.0), "1/s",
     "change of b in a second, of its first value";
 "plant.friction_drift": Number(DRIFT, |s, v| s.effects.friction_drift = v), Value(0.0), "1/s",

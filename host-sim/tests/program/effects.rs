@@ -162,7 +162,6 @@ fn impossible_effects_are_refused_at_their_key_with_the_allowed_range() {
         ("inertia_ratio = 0.5", "", &["plant.inertia_ratio", "without resonance"]),
         ("resonance = 300.0\ninertia_ratio = 1.0", "", &["inertia_ratio = 1", "from 0.001 to 0.999"]),
         ("resonance_damping = 0.1", "", &["plant.resonance_damping", "without resonance"]),
-        ("backlash = 0.1\nresonance = 300.0\ninertia_ratio = 0.5", "", &["plant.backlash", "state one of them"]),
         ("gain_drift = 0.2", "", &["plant.gain_drift", "from -0.1 to 0.1"]),
         ("hidden_limit = 0.0", "", &["plant.hidden_limit", "above 0"]),
         ("load_wander = [3.0, 0.0]", "", &["plant.load_wander: load_wander = 0", "above 0"]),

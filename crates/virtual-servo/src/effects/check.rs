@@ -9,7 +9,7 @@ impl Effects {
     /// Checks them for a servo of these parameters and a sample time, s.
     ///
     /// # Errors
-    /// The first value that is not allowed, that lacks its companion or that contradicts another.
+    /// The first value that is not allowed or that lacks its companion.
     pub fn check(&self, servo: &ServoParameters, sample_time: f64) -> Result<(), EffectError> {
         self.check_ranges(servo, sample_time)?;
         self.check_companions()?;
@@ -50,12 +50,6 @@ impl Effects {
         let [deviation, time] = self.load_wander;
         if deviation > 0.0 {
             Allowed::Above(0.0).check("load_wander", time)?;
-        }
-        if self.backlash > 0.0 && resonance.0 {
-            return Err(EffectError::Contradiction {
-                effect: "backlash",
-                other: "resonance",
-            });
         }
         Ok(())
     }

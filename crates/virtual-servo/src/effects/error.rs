@@ -15,14 +15,6 @@ pub enum EffectError {
         /// The effect that it needs.
         needs: &'static str,
     },
-    /// Two effects that contradict each other: the encoder is on the load for the one and on the motor
-    /// for the other.
-    Contradiction {
-        /// The one.
-        effect: &'static str,
-        /// The other.
-        other: &'static str,
-    },
 }
 
 impl EffectError {
@@ -31,7 +23,7 @@ impl EffectError {
     pub fn parameter(&self) -> &'static str {
         match self {
             Self::Range(error) => error.parameter,
-            Self::Needs { effect, .. } | Self::Contradiction { effect, .. } => effect,
+            Self::Needs { effect, .. } => effect,
         }
     }
 }
@@ -52,10 +44,6 @@ impl fmt::Display for EffectError {
                     "{effect} does nothing without {needs}: state both or none"
                 )
             }
-            Self::Contradiction { effect, other } => write!(
-                f,
-                "{effect} has the encoder on the load, {other} on the motor: state one of them"
-            ),
         }
     }
 }

@@ -63,8 +63,9 @@ pub struct Effects {
     pub resonance_damping: Option<f64>,
     /// The load's share of the inertia.
     pub inertia_ratio: f64,
-    /// Play between the motor and an encoder on the load, rad: the load is taken along by the end of
-    /// the play and stands within it, without an effect on the motor.
+    /// Play from end to end, rad. With a resonance it is that of the coupling: within it motor and load do not feel each other.
+    /// Without one it lies between the motor and an encoder on the load, which is taken along by the end of the play and stands
+    /// within it, without an effect on the motor.
     pub backlash: f64,
     /// Relative change of b in a second, 1/s.
     pub gain_drift: f64,
@@ -209,6 +210,11 @@ impl Effects {
             Unknown::DeadBand => self.dead_band,
             Unknown::A | Unknown::B | Unknown::Coulomb | Unknown::Load => 0.0,
         }
+    }
+
+    /// True if motor and load are two masses on a spring.
+    pub(crate) fn are_two_masses(&self) -> bool {
+        self.resonance > 0.0
     }
 
     /// True if the command is changed before it acts, apart from its lag.

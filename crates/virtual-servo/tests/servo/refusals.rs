@@ -40,7 +40,6 @@ fn each_is_refused_by_its_name() {
         ("resonance_damping", Effects { resonance_damping: Some(0.1), ..NONE }),
         ("resonance_damping", Effects { resonance: 500.0, inertia_ratio: 0.5, resonance_damping: Some(1.1), ..NONE }),
         ("backlash", Effects { backlash: f64::INFINITY, ..NONE }),
-        ("backlash", Effects { backlash: 0.1, resonance: 500.0, inertia_ratio: 0.5, ..NONE }),
         ("gain_drift", Effects { gain_drift: 0.2, ..NONE }),
         ("friction_drift", Effects { friction_drift: -0.2, ..NONE }),
         ("hidden_limit", Effects { hidden_limit: -1.0, ..NONE }),

@@ -93,6 +93,45 @@ fn behind_a_stiff_spring_the_inertia_of_the_load_is_its_share_of_the_whole() {
     assert!((even.position - rigid.position()).abs() > 0.01, "it varies");
 }
 
+/// Motor alone within the play, b/(1 − ρ); beyond it the centre of both moves with b, whatever the flanks do.
+#[test]
+fn within_the_play_of_a_coupling_the_motor_moves_alone() {
+    let loose = Effects {
+        backlash: 0.02,
+        ..RESONANT
+    };
+    let mut servo = servo(&FREE, &loose);
+    let mut alone = Plant::at_rest(
+        &ServoParameters {
+            b: FREE.b / 0.6,
+            ..FREE
+        },
+        SAMPLE_TIME,
+    );
+    let mut within = 0;
+    for _ in 0..40 {
+        servo.advance(0.2);
+        alone.advance(0.2);
+        if alone.position < 0.01 {
+            within += 1;
+            assert_close(servo.position(), alone.position, 1e-9, "alone");
+        }
+    }
+    assert!(within > 10, "{within} samples in the play");
+    assert!(
+        servo.position() < 0.99 * alone.position,
+        "it takes the load along"
+    );
+    // Released, both go on with what the command gave them, and meet each other again and again.
+    let given = FREE.b * 0.2 * 40.0 * SAMPLE_TIME;
+    let before = servo.position();
+    for _ in 0..20_000 {
+        servo.advance(0.0);
+    }
+    let mean = (servo.position() - before) / (20_000.0 * SAMPLE_TIME);
+    assert_close(mean, given, 0.01, "speed of the centre");
+}
+
 #[test]
 fn a_load_on_its_spring_breaks_the_friction_of_the_motor() {
     // The spring overshoots: it pulls with up to 2 d, and d alone is less than c.
