@@ -538,7 +538,7 @@ const VERDICTS: [(u8, Row); 17] = [
 ];
 
 /// The remedies of the core's reasons: those that a commissioning can follow.
-const COMMISSIONED: [(Reason, Row); 26] = [
+const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::TravelLeft,
         Row {
@@ -682,6 +682,17 @@ const COMMISSIONED: [(Reason, Row); 26] = [
         Reason::LacksBacklash,
         Row {
             case: &[("plant", "coulomb = 20.0\nbacklash = 0.0125")],
+            remedies: &[Followed("remove the play", &[("plant", "backlash = 0.0")])],
+        },
+    ),
+    (
+        // In the coupling: small lines find the motor alone.
+        Reason::LacksBacklash,
+        Row {
+            case: &[(
+                "plant",
+                "coulomb = 100.0\nresonance = 300.0\ninertia_ratio = 0.5\nbacklash = 0.006",
+            )],
             remedies: &[Followed("remove the play", &[("plant", "backlash = 0.0")])],
         },
     ),

@@ -1,6 +1,6 @@
 //! Unknown servos of two masses, commissioned, and the applied gains judged by the frequency response of the true loop:
 //! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a
-//! feed-forward, `CAMPAIGN_DETAIL=1` for a line each.
+//! feed-forward, `CAMPAIGN_PLAY=0.003` for couplings with so much play, rad, `CAMPAIGN_DETAIL=1` for a line each.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -342,6 +342,7 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
     for bench in &mut benches {
         bench.settings.feed_forward =
             environment("CAMPAIGN_FEED_FORWARD").is_some_and(|on| on > 0.0);
+        bench.effects.backlash = environment("CAMPAIGN_PLAY").unwrap_or(0.0);
     }
     let half = benches.len().div_ceil(2);
     let judged: Vec<Judged> = std::thread::scope(|scope| {

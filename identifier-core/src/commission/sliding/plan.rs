@@ -257,4 +257,15 @@ impl<N: Number> SlidePlan<N> {
             count: lines.count() as u8,
         })
     }
+
+    /// The same with a part of the velocities of the lines.
+    #[must_use]
+    pub(crate) fn quieter(mut self, part: f64) -> Self {
+        let part = N::from_f64(part);
+        self.motion.line_speed = part * self.motion.line_speed;
+        for line in &mut self.lines {
+            line.amplitude = part * line.amplitude;
+        }
+        self
+    }
 }

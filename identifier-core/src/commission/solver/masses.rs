@@ -24,17 +24,20 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Takes in the masses that the response shows. Two explain what one did not.
     pub(super) fn take_masses(&mut self, shown: ResponseEstimate) -> Option<DecisionKind<N>> {
+        if let Some(louder) = self.louder {
+            return self.compare(&louder, &shown);
+        }
         let before = self.masses.replace(shown);
         let gain = shown.gain / self.servo.as_ref()?.parameters.b;
         let most = Self::MAX_GAIN_RATIO;
         // A gain that is uncertain itself is no measure.
         if self.doubt.is_none() && !(1.0 / most..=most).contains(&gain) {
             let is_weak = gain < 1.0 && shown.resonance.is_none();
-            return self.fail(if is_weak {
-                Reason::ActuatorWeak
+            return if is_weak {
+                self.fail(Reason::ActuatorWeak)
             } else {
-                Reason::LacksResonance
-            });
+                self.fail_by_second_mass()
+            };
         }
         if self.is_to_slide_again(&shown) {
             return self.slide_again();
@@ -60,8 +63,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             None => {}
             Some(_) if self.early == Early::UnderWay => return self.settle_early(),
             // An effect that explains most of the motions themselves is the better name.
-            Some(reason) if self.suspect.is_some() => return self.fail(reason),
-            Some(_) => return self.fail(Reason::LacksResonance),
+            Some(reason) if !self.may_resonate() => return self.fail(reason),
+            Some(_) => return self.fail_by_second_mass(),
         }
         self.work = Work::Then(Then::Tune);
         let is_new = self.suspect.is_none();

@@ -1,3 +1,4 @@
+mod coupling;
 mod gains;
 mod masses;
 mod motions;
@@ -45,6 +46,8 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     /// The gains whose proof is under way, and how many were disproved.
     tried: Option<Tuning>,
     disproved: u32,
+    /// The masses by lines of the usual size, while smaller ones are measured.
+    louder: Option<ResponseEstimate>,
     work: Work<N>,
 }
 
@@ -100,13 +103,13 @@ enum Then {
 }
 
 /// The slides that follow a first motion which one mass does not explain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Early {
     NotYet,
     UnderWay,
     /// They have not shown two masses, or a second one but not both well.
     Over {
-        resonates: bool,
+        shown: Option<ResponseEstimate>,
     },
 }
 
@@ -136,6 +139,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             early: Early::NotYet,
             tried: None,
             disproved: 0,
+            louder: None,
             work: Work::Nothing,
         })
     }
@@ -154,6 +158,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     self.early = Early::NotYet;
                     self.tried = None;
                     self.disproved = 0;
+                    self.louder = None;
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;

@@ -165,8 +165,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Then::Slide(doubt) => match (doubt, self.early) {
                 // It has slid. An effect that explains most of the motions themselves is the better name.
-                (Some(_), Early::Over { resonates: true }) if self.suspect.is_none() => {
-                    self.fail(Reason::LacksResonance)
+                (Some(_), Early::Over { shown: Some(shown) })
+                    if self.may_resonate()
+                        && (shown.resonance.is_some() || self.suspect.is_some()) =>
+                {
+                    self.masses = Some(shown);
+                    self.fail_by_second_mass()
                 }
                 (Some(reason), Early::Over { .. }) => self.fail(reason),
                 _ => self.survey(doubt),
@@ -202,6 +206,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             identified.known = known.map(|known| known.with_load_on_a_spring(mode.ratio));
         }
         Some(answer(identified))
+    }
+
+    /// True if no other effect than a second mass explains most of the motions.
+    pub(super) fn may_resonate(&self) -> bool {
+        let suspect = self.suspect.map(|found| found.reason);
+        suspect.is_none_or(|reason| reason == Reason::LacksResonance)
     }
 
     /// True if two motions determine a servo well enough to tune for it.

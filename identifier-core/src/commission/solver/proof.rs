@@ -3,7 +3,7 @@
 use super::super::message::DecisionKind;
 use super::super::sliding::{Lines, SlidePlan};
 use super::super::{CommissionSettings, Phase, Reason};
-use super::{CommissionSolver, Then, Work};
+use super::{CommissionSolver, Work};
 use crate::number::Number;
 use crate::tuning::{Resonance, Tuning};
 
@@ -55,11 +55,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
         self.tried = None;
         self.disproved += 1;
-        self.work = if self.disproved > Self::MAX_DISPROVED {
-            Work::Then(Then::Fail(Reason::LacksResonance))
-        } else {
-            self.respond()
-        };
+        if self.disproved > Self::MAX_DISPROVED {
+            self.work = Work::Nothing;
+            return self.fail_by_second_mass();
+        }
+        self.work = self.respond();
         None
     }
 }

@@ -33,8 +33,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Goes on as if the servo had not slid, as the response does not show two masses.
     pub(super) fn settle_early(&mut self) -> Option<DecisionKind<N>> {
-        let resonates = self.designed_resonance().is_some();
-        self.early = Early::Over { resonates };
+        self.early = Early::Over { shown: self.masses };
         (self.motion, self.servo, self.masses) = (Phase::Probing, None, None);
         self.work = Work::Fitting(self.fitter.begin(&self.record, None));
         None
@@ -99,6 +98,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Goes on without lines: slides that the servo did not follow are done again.
     pub(super) fn miss_lines(&mut self) -> Option<DecisionKind<N>> {
         match self.masses {
+            _ if self.louder.is_some() => self.fail(Reason::LacksResonance),
             _ if self.doubt.is_some() && self.surveys < Self::MAX_SURVEYS => self.slide_again(),
             Some(masses) => self.take_masses(masses),
             None => self.then(Then::Settle),
