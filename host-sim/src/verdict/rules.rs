@@ -3,7 +3,7 @@ use std::fmt;
 use identifier_core::commission::Reason;
 use identifier_core::parameters::{Tolerance, Unknown};
 
-use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
+use super::{Evidence, UnknownEvidence, VerdictReason};
 
 /// The reliability of estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -75,9 +75,6 @@ const MAX_SHIFT: Tolerance = Tolerance {
 /// Standard errors that chance may pull an estimate away from where the data say.
 const CHANCE_STD_ERRORS: f64 = 3.0;
 
-/// An estimate that the data would move by no more than this multiple of the tolerance is near.
-const NEAR_FACTOR: f64 = 5.0;
-
 /// Minimum samples for a verdict.
 const MIN_SAMPLES: u64 = 100;
 
@@ -86,10 +83,6 @@ pub const MIN_TRAVEL_COUNTS: f64 = 20.0;
 
 /// The output error over the encoder's from which it has a cause, named or not.
 const ENCODER_RATIO: f64 = 1.5;
-
-/// The output error over the encoder's from which it is large, and the share of it that is most of it.
-const LARGE_ENCODER_RATIO: f64 = 3.0;
-const MAIN_SHARE: f64 = 0.5;
 
 /// The prediction error from which estimates do not hold outside the data that they come from.
 const MAX_PREDICTION_ERROR: f64 = 0.1;
@@ -107,7 +100,7 @@ impl Verdict {
             .or_else(|| without_estimate(evidence))
             .or_else(|| not_separated(evidence))
             .or_else(|| not_entered(evidence))
-            .or_else(|| named(evidence))
+            .or_else(|| lacking(evidence))
             .or_else(|| not_excited(evidence))
             .or_else(|| moving(evidence))
             .or_else(|| unexplained(evidence))
@@ -219,16 +212,21 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::NoInformation, reason))
 }
 
-/// A lack with a name that moves an estimate which is where the data say is the reason why it moves too.
-fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
-    let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
-    let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
-        let limit = NEAR_FACTOR * MAX_PULL.limit(unknown, of.estimate, of.scale);
-        of.pull.is_some_and(|pull| within(pull, limit))
+/// What the model lacks, where it moves an estimate or leaves one unknown: it is the reason for that, and for movement.
+fn lacking(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let lack = evidence.lack.as_ref()?;
+    let moves = first(evidence, |unknown, of| {
+        let limit = MAX_SHIFT.limit(unknown, of.estimate, of.scale);
+        (!within(lack.shift(unknown), limit)).then_some(unknown)
+    });
+    let unknown = moves.or_else(|| not_excited(evidence)?.1.unknown())?;
+    let reason = VerdictReason::Lacks {
+        cause: lack.cause,
+        share: lack.share,
+        unknown,
+        shift: lack.shift(unknown),
     };
-    let reason = lacking(evidence, &lack)?;
-    let there = evidence.unknowns().all(near);
-    there.then_some((Status::Unexplained, reason))
+    Some((Status::Unexplained, reason))
 }
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
@@ -245,31 +243,8 @@ fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 }
 
 fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
-    let lack = evidence.lack.as_ref();
-    let reason = lack
-        .and_then(|lack| lacking(evidence, lack))
-        .or_else(|| elsewhere(evidence))
-        .or_else(|| unpredicted(evidence))?;
+    let reason = elsewhere(evidence).or_else(|| unpredicted(evidence))?;
     Some((Status::Unexplained, reason))
-}
-
-/// The effect that the model lacks moves an estimate; of one that explains most of a large rest it is not asked how
-/// far, as the first step towards it may be short of the way.
-fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
-    let large = |residual: Residual| residual.beyond_encoder > LARGE_ENCODER_RATIO;
-    let plain =
-        lack.cause.is_some() && lack.share > MAIN_SHARE && evidence.residual.is_some_and(large);
-    first(evidence, |unknown, of| {
-        let shift = lack.shift(unknown);
-        (plain || !within(shift, MAX_SHIFT.limit(unknown, of.estimate, of.scale))).then_some(
-            VerdictReason::Lacks {
-                cause: lack.cause,
-                share: lack.share,
-                unknown,
-                shift,
-            },
-        )
-    })
 }
 
 /// The data would have an estimate elsewhere, beyond chance.
@@ -299,10 +274,10 @@ fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
     (!within(error, limit)).then_some(VerdictReason::NotPredicted { error, limit })
 }
 
-fn first(
+fn first<T>(
     evidence: &Evidence,
-    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<VerdictReason>,
-) -> Option<VerdictReason> {
+    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<T>,
+) -> Option<T> {
     evidence
         .unknowns()
         .find_map(|(unknown, of)| objection(unknown, of))
