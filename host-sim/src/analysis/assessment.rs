@@ -9,7 +9,7 @@ use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
 use super::stretch::Kept;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
-use crate::identify::{Estimated, Examined, Lacking, effects, examine};
+use crate::identify::{Estimated, Lacking, MAX_SAMPLES, effects, examine};
 use crate::result::{Finding, Residual};
 use crate::scenario::Scenario;
 
@@ -30,6 +30,8 @@ pub(super) struct Judged<'a> {
 pub(super) struct Effort {
     /// Samples at most.
     pub(super) samples: usize,
+    /// The same of a law that takes the whole record.
+    pub(super) whole: usize,
     /// True if it may take many passes.
     is_thorough: bool,
 }
@@ -37,12 +39,15 @@ pub(super) struct Effort {
 impl Effort {
     /// For a single result.
     pub(super) const THOROUGH: Self = Self {
-        samples: 1 << 17,
+        // In blocks a servo that is stopped by friction would look like one that its model does not explain.
+        samples: MAX_SAMPLES,
+        whole: 1 << 17,
         is_thorough: true,
     };
     /// For one of many.
     pub(super) const BRIEF: Self = Self {
         samples: 1 << 12,
+        whole: 1 << 13,
         is_thorough: false,
     };
 }
@@ -140,7 +145,7 @@ impl Assessment {
         Some(Self {
             unknowns: own.iter().map(asked).collect(),
             residual: Some(residual(found.noise, found.correlation)),
-            finding: finding.map(|lacking| scale.finding(&found, lacking, &own)),
+            finding: finding.map(|lacking| scale.finding([&values, &found.values], lacking, &own)),
             scales: scale.scales(&found.survey, command.deviation()?),
         })
     }
@@ -191,8 +196,13 @@ impl Scale {
         }
     }
 
-    /// An effect that a model lacks, in SI.
-    fn finding(&self, found: &Examined, lacking: &Lacking, own: &[(Unknown, Effect)]) -> Finding {
+    /// An effect that a law's model lacks, in SI, beside that model with the estimates and where the record would have it.
+    fn finding(
+        &self,
+        without: [&Values; 2],
+        lacking: &Lacking,
+        own: &[(Unknown, Effect)],
+    ) -> Finding {
         let Lacking {
             entered,
             share,
@@ -207,7 +217,13 @@ impl Scale {
         };
         let shift = |&(unknown, effect): &(Unknown, Effect)| {
             let at_end = values.get(effect) * (1.0 + 0.5 * drift(effect));
-            let shift = (at_end - found.values.get(effect)) * self.of(effect);
+            // A law may stand already where the effect would move its model; where it is far off, that is not by the effect.
+            let [from_law, from_fit] = without.map(|model| at_end - model.get(effect));
+            let shift = if from_law.abs() < from_fit.abs() {
+                from_law
+            } else {
+                from_fit
+            } * self.of(effect);
             (unknown, shift)
         };
         // Of a size that has a speed or a slope beside it the size itself; of a wave both parts.

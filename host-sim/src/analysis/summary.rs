@@ -84,6 +84,11 @@ impl Summariser {
     }
 
     fn with(scenario: &Scenario, duration: f64, effort: Effort) -> Self {
+        let kept = if scenario.identifier.law.takes_whole_record() {
+            effort.whole
+        } else {
+            effort.samples
+        };
         Self {
             tail_from: (1.0 - TAIL) * duration,
             duration,
@@ -91,7 +96,7 @@ impl Summariser {
             sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
             standard_errors: None,
-            stretch: Stretch::new(effort.samples),
+            stretch: Stretch::new(kept),
             effort,
             travelled: 0.0,
             last_position: None,

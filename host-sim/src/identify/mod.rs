@@ -22,8 +22,8 @@ use tournament::{Model, Tournament};
 pub(crate) use tournament::Entered;
 
 pub(crate) use candidate::effects;
-pub(crate) use examine::{Estimated, Examined, Lacking, examine};
-pub(crate) use recording::{Logged, Recording};
+pub(crate) use examine::{Estimated, Lacking, examine};
+pub(crate) use recording::{Logged, MAX_SAMPLES, Recording};
 
 /// A servo identified from a record, counts and samples.
 #[derive(Debug, Clone)]

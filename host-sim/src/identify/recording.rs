@@ -36,7 +36,7 @@ pub(crate) struct Logged {
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
-const MAX_SAMPLES: usize = 1 << 15;
+pub(crate) const MAX_SAMPLES: usize = 1 << 15;
 
 impl Recording {
     /// Of the samples of a log with the counts per rad, and the way after which forces that go with the angle repeat, rad;

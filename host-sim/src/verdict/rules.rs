@@ -43,9 +43,10 @@ pub struct Verdict {
     pub reason: VerdictReason,
 }
 
-/// [`Tolerance::STD_ERROR`] for standard errors that hold model errors too, and not chance alone: an interval of two of them
-/// is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by the command.
-const MAX_FIT_STD_ERROR: Tolerance = Tolerance {
+/// The standard error up to which an unknown is known, wider than [`Tolerance::STD_ERROR`] as it holds model errors too, and
+/// not chance alone: an interval of two of them is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by
+/// the command.
+const MAX_STD_ERROR: Tolerance = Tolerance {
     gain: 0.04,
     force: [0.1, 0.005],
     other: [0.1, 0.025],
@@ -65,10 +66,10 @@ const MAX_PULL: Tolerance = Tolerance {
     other: [0.05, 0.01],
 };
 
-/// The shift by what the model lacks up to which it may lack it.
+/// The shift by what the model lacks up to which it may lack it; of a force that of an estimate that keeps still.
 const MAX_SHIFT: Tolerance = Tolerance {
     gain: 0.02,
-    force: [0.08, 0.001],
+    force: [0.08, MAX_MOVEMENT.force[1]],
     other: [0.1, 0.02],
 };
 
@@ -195,13 +196,11 @@ fn not_entered(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let tolerance = match evidence.fit {
-            // The errors of the four hold what the size of an effect leaves open.
-            Some(_) if unknown.parameter().is_none() => return None,
-            Some(_) => MAX_FIT_STD_ERROR,
-            None => Tolerance::STD_ERROR,
-        };
-        let limit = tolerance.limit(unknown, of.estimate, of.scale);
+        // In a fit the errors of the four hold what the size of an effect leaves open.
+        if evidence.fit.is_some() && unknown.parameter().is_none() {
+            return None;
+        }
+        let limit = MAX_STD_ERROR.limit(unknown, of.estimate, of.scale);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
         Some(VerdictReason::NotExcited {
             unknown,

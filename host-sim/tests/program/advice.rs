@@ -116,7 +116,10 @@ fn cause(of: Cause) -> Row {
             &[Followed("\"load\" in identifier.parameters", ALL_FOUR)],
         ),
         Cause::Asymmetry => row(
-            &[("plant", "asymmetry = 0.11")],
+            &[(
+                "=plant",
+                "a = 3.0\nb = 257.7\ncoulomb = 5.0\nasymmetry = 1.5",
+            )],
             &[Followed(
                 "terms = [\"asymmetry\"]",
                 &[("identifier", "terms = [\"asymmetry\"]")],

@@ -141,7 +141,7 @@ fn every_objection_has_its_status_and_code() {
     }
     assert_verdict(&with(Unknown::B, |b| b.estimate = f64::NAN), none, 20, b);
     assert_verdict(&with(Unknown::B, |b| b.at_bound = true), none, 24, b);
-    for std_error in [10.0, f64::INFINITY, f64::NAN] {
+    for std_error in [11.0, f64::INFINITY, f64::NAN] {
         let unexcited = with(Unknown::B, |b| b.std_error = Some(std_error));
         assert_verdict(&unexcited, none, 23, b);
     }
