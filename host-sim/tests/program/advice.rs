@@ -179,7 +179,7 @@ fn cause(of: Cause) -> Row {
             ],
         ),
         Cause::Resonance => row(
-            &[("plant", "resonance = 300.0\ninertia_ratio = 0.4")],
+            &[("plant", "resonance = 300.0\ninertia_ratio = 0.6")],
             &[
                 Followed(FIT_SAYS, FIT),
                 Followed(
