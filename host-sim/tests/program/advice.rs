@@ -205,7 +205,7 @@ fn cause(of: Cause) -> Row {
             )],
         ),
         Cause::GainDrift => row(
-            &[("plant", "gain_drift = 0.008")],
+            &[("plant", "gain_drift = 0.02")],
             &[
                 Followed(FIT_SAYS, FIT),
                 Followed("steady the supply", &[("=plant", SERVO[0].1)]),
