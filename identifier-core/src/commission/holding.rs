@@ -72,8 +72,11 @@ impl<N: Number> Holding<N> {
         &self.controller
     }
 
-    /// Goes on with a part of the loop's bandwidth. The integral's command stays: it balances the load.
+    /// Goes on with a part of the loop's bandwidth. The integral's command stays as far as it balances the load, and not the
+    /// damping of the reference's motion, of which only that part is left.
     pub(super) fn give_way(&mut self, part: N) {
+        let damping = self.controller.linear(N::ZERO, self.velocity());
+        self.relieve((part - N::ONE) * damping);
         self.controller = ConservativePid::slower(&self.controller, part);
         self.state = self.state.with_integral_for(part * part * part);
         self.rest.begin();
@@ -136,10 +139,14 @@ impl<N: Number> Holding<N> {
         self.reference
     }
 
+    /// The velocity of the reference on its way to the target, counts a sample.
+    fn velocity(&self) -> N {
+        (self.target - self.reference).limited(-self.pace, self.pace)
+    }
+
     /// A sample: the command. None if the position is beyond the loop's counter.
     pub(super) fn process(&mut self, position: N, increment: N) -> Option<N> {
-        let left = self.target - self.reference;
-        self.reference += left.limited(-self.pace, self.pace);
+        self.reference += self.velocity();
         self.rest.observe(position);
         let error = self.reference - position;
         let sample = self.controller.process(&mut self.state, error, increment);
@@ -190,6 +197,56 @@ impl<N: Number> RestWatch<N> {
             self.begin();
         } else {
             self.still = self.still.saturating_add(1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commission::{Limits, RoughModel};
+    use crate::parameters::ServoParameters;
+    use crate::units::Units;
+
+    /// Held on its way at the pace of the reference, or at rest, it notices nothing of a loop that gives way but by its errors.
+    #[test]
+    fn a_loop_gives_way_without_a_bump_at_rest_and_in_motion() {
+        const LIMIT: [f64; 2] = [-8.0, 10.0];
+        const BALANCE: f64 = 2.0;
+        for time in [4e-3, 1e-3, 1e-4] {
+            let resolution = core::f64::consts::TAU / 1e5;
+            let units = Units::new(time, resolution).expect("valid");
+            let parameters = ServoParameters {
+                a: 0.5,
+                b: 200.0,
+                coulomb: 10.0,
+                load: 3.0,
+            };
+            let servo = RoughModel::from_si(&parameters, time, resolution);
+            let limits = Limits::new([-1.0, 1.0], 20.0, LIMIT);
+            let conservative = ConservativePid::<f64>::new(&units, &limits);
+            let controller = conservative.around(&servo, 2.0, conservative.max_bandwidth());
+            let controller = controller.expect("it can be held");
+            let pace = 4.0 * units.velocity();
+            for velocity in [0.0, pace, -pace] {
+                let last = ControlSample {
+                    error: 0.0,
+                    increment: velocity,
+                    velocity,
+                    command: BALANCE,
+                };
+                let mut holding = Holding::take_over(controller, LIMIT, 0.0, &last, pace, 8);
+                holding.send(1e3 * velocity);
+                for sample in 1..20 {
+                    if sample == 10 {
+                        holding.give_way(0.4);
+                    }
+                    let position = velocity * f64::from(sample);
+                    let command = holding.process(position, velocity).expect("within");
+                    let bump = (command - BALANCE).abs();
+                    assert!(bump < 0.01, "{time} {velocity} {sample}: {bump}");
+                }
+            }
         }
     }
 }

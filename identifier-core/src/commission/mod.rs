@@ -65,6 +65,7 @@ mod settings;
 mod sliding;
 mod solver;
 mod state;
+mod swings;
 mod synchronous;
 #[cfg(test)]
 mod tests;

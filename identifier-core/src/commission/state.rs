@@ -2,6 +2,7 @@ use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
 use super::noise::{Held, Hysteresis, RestNoise};
 use super::sliding::Slide;
+use super::swings::Swings;
 use super::trial::{Trial, TrialResult};
 use super::{IdentifiedServo, MotionRecorder, Phase, ProbingState, Reason, RecordEvent};
 use crate::control::ControlSample;
@@ -28,10 +29,9 @@ pub struct CommissionState<N: Number> {
     pub(super) held: N,
     /// The largest ω T of the loops that hold the servo while it is studied.
     pub(super) bandwidth: N,
-    /// The increment with which the loop last drove the servo faster than its reference the other way, and how often that
-    /// was since it is this loop.
-    pub(super) driven: N,
-    pub(super) driven_ways: u32,
+    /// The swings under the loop that acts, and how many of them it drove.
+    pub(super) swings: Swings<N>,
+    pub(super) driven: u32,
     /// The same as the caller gets it: none where the stage is disabled.
     pub(super) acting: Option<N>,
     /// The sample, for the watch, whether it is watched, and whether all was over before it.
@@ -148,8 +148,8 @@ impl<N: Number> CommissionState<N> {
             command,
             held: command,
             bandwidth,
-            driven: N::ZERO,
-            driven_ways: 0,
+            swings: Swings::from(N::ZERO),
+            driven: 0,
             acting: None,
             observation: Observation {
                 increment: None,
@@ -272,7 +272,7 @@ impl<N: Number> CommissionState<N> {
     pub(super) fn begin(&mut self, activity: Activity<N>) {
         self.activity = activity;
         self.passed = 0;
-        (self.driven, self.driven_ways) = (N::ZERO, 0);
+        (self.swings, self.driven) = (Swings::from(self.position), 0);
     }
 
     /// True if the gains on trial are to be proved by slides.

@@ -17,11 +17,8 @@ impl<N: Number> CommissionIsr<N> {
     /// The part of the largest bandwidth below which it gives no more way.
     const LEAST: f64 = 0.08;
 
-    /// The speed over the pace of the reference at which it is the loop that drives a servo, counts that rounding adds, and
-    /// changes of direction at such speeds after which it gives way.
-    const DRIVEN: f64 = 3.0;
-    const ROUNDING: f64 = 2.0;
-    const DRIVEN_WAYS: u32 = 4;
+    /// Swings faster than the reference and than the loop's own after which it gives way.
+    const DRIVEN: u32 = 4;
 
     /// The command of the activity; it ends the commissioning where there is none any more.
     pub(super) fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
@@ -74,17 +71,17 @@ impl<N: Number> CommissionIsr<N> {
     /// nothing has shown yet makes it many times as strong at high frequency.
     fn give_way(&self, state: &mut CommissionState<N>) {
         let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial);
-        let (true, Activity::Holding(holding)) = (is_studied, &mut state.activity) else {
-            return;
+        let holding = match &mut state.activity {
+            Activity::Holding(holding) if is_studied && !state.phase.is_end() => holding,
+            Activity::Sliding(holding) if is_studied && !state.slide.injects() => holding,
+            _ => return,
         };
-        let increment = state.observation.increment.unwrap_or(N::ZERO);
-        let fastest = N::from_f64(Self::DRIVEN) * self.pace + N::from_f64(Self::ROUNDING);
-        if increment.magnitude() > fastest && increment * state.driven <= N::ZERO {
-            state.driven = increment;
-            state.driven_ways += 1;
+        if let Some(swing) = state.swings.take(state.position)
+            && swing.is_faster(self.pace, ConservativePid::bandwidth(holding.controller()))
+        {
+            state.driven += 1;
         }
-        let is_driven = state.driven_ways >= Self::DRIVEN_WAYS;
-        if state.phase.is_end() || !(is_driven || state.watch.swings() >= Self::SWINGS) {
+        if state.driven < Self::DRIVEN && state.watch.swings() < Self::SWINGS {
             return;
         }
         let part = N::from_f64(Self::GIVEN_WAY);
@@ -92,7 +89,7 @@ impl<N: Number> CommissionIsr<N> {
         if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
             state.bandwidth = bandwidth;
             holding.give_way(part);
-            state.driven_ways = 0;
+            state.driven = 0;
             state.watch.forget_swings();
         }
     }
