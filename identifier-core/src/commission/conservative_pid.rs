@@ -107,14 +107,14 @@ fn smaller<N: Number>(one: N, other: N) -> N {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::commission::HoldingGains;
     use crate::measurement::velocity::VelocityEstimate;
     use crate::parameters::ServoParameters;
     use crate::settings::ControllerSettings;
 
-    const LIMITS: Limits = Limits {
+    pub(in crate::commission) const LIMITS: Limits = Limits {
         travel: [-1.0, 1.0],
         speed: 20.0,
         command: [-8.0, 10.0],
@@ -122,7 +122,8 @@ mod tests {
         one_way: false,
     };
 
-    fn loop_for(b: f64, time: f64, counts: f64, delay: f64) -> Loop<f64> {
+    /// The widest loop for a servo of a gain, at a sample time, with counts a turn and a delay in samples.
+    pub(in crate::commission) fn loop_for(b: f64, time: f64, counts: f64, delay: f64) -> Loop<f64> {
         let resolution = core::f64::consts::TAU / counts;
         let units = Units::new(time, resolution).expect("valid");
         let parameters = ServoParameters {

@@ -203,30 +203,17 @@ impl<N: Number> RestWatch<N> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::conservative_pid::tests::{LIMITS, loop_for};
     use super::*;
-    use crate::commission::{Limits, RoughModel};
-    use crate::parameters::ServoParameters;
     use crate::units::Units;
 
-    /// Held on its way at the pace of the reference, or at rest, it notices nothing of a loop that gives way but by its errors.
     #[test]
     fn a_loop_gives_way_without_a_bump_at_rest_and_in_motion() {
-        const LIMIT: [f64; 2] = [-8.0, 10.0];
         const BALANCE: f64 = 2.0;
         for time in [4e-3, 1e-3, 1e-4] {
-            let resolution = core::f64::consts::TAU / 1e5;
-            let units = Units::new(time, resolution).expect("valid");
-            let parameters = ServoParameters {
-                a: 0.5,
-                b: 200.0,
-                coulomb: 10.0,
-                load: 3.0,
-            };
-            let servo = RoughModel::from_si(&parameters, time, resolution);
-            let limits = Limits::new([-1.0, 1.0], 20.0, LIMIT);
-            let conservative = ConservativePid::<f64>::new(&units, &limits);
-            let controller = conservative.around(&servo, 2.0, conservative.max_bandwidth());
-            let controller = controller.expect("it can be held");
+            let counts = 1e5;
+            let units = Units::new(time, core::f64::consts::TAU / counts).expect("valid");
+            let controller = loop_for(200.0, time, counts, 2.0);
             let pace = 4.0 * units.velocity();
             for velocity in [0.0, pace, -pace] {
                 let last = ControlSample {
@@ -235,7 +222,8 @@ mod tests {
                     velocity,
                     command: BALANCE,
                 };
-                let mut holding = Holding::take_over(controller, LIMIT, 0.0, &last, pace, 8);
+                let mut holding =
+                    Holding::take_over(controller, LIMITS.command, 0.0, &last, pace, 8);
                 holding.send(1e3 * velocity);
                 for sample in 1..20 {
                     if sample == 10 {

@@ -23,7 +23,7 @@ pub(super) struct Swing<N> {
 }
 
 impl<N: Number> Swings<N> {
-    /// Counts that a servo comes back once it has turned: an edge of the encoder to either side is no swing.
+    /// The longest way that is no swing, counts: an edge of the encoder to either side, and what rounding adds.
     const TURNED: f64 = 2.5;
 
     /// From a place.
