@@ -45,7 +45,7 @@ pub(super) struct StandstillWatchState<N> {
     asked: bool,
     /// Samples of this standstill, as long as they are few,
     still: i32,
-    /// and of those, running, in which it had to move and did not.
+    /// and of those, running, in which it had to move and did not, below zero under a push down.
     pushed: i32,
     able: Able<N>,
 }
@@ -353,8 +353,16 @@ impl<N: Number> StandstillWatch<N> {
             state.pushed = 0;
             return Ok(());
         }
-        state.pushed = state.pushed.saturating_add(1);
-        if state.pushed < state.able.patience {
+        // Each push of a relay is a time of its own: one of few counts turns where it seems to stand.
+        let way = match under {
+            Under::Push if command < N::ZERO => -1,
+            _ => 1,
+        };
+        if state.pushed.signum() == -way {
+            state.pushed = 0;
+        }
+        state.pushed = state.pushed.saturating_add(way);
+        if state.pushed.saturating_abs() < state.able.patience {
             Ok(())
         } else if state.abrupt {
             Err(Reason::EncoderStuck)
