@@ -611,7 +611,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::LacksResonance,
         Row {
-            case: &[("plant", "resonance = 90.0\ninertia_ratio = 0.78")],
+            case: &[("plant", "resonance = 110.0\ninertia_ratio = 0.78")],
             remedies: &[
                 Followed("stiffen the coupling", &[("plant", "resonance = 2000.0")]),
                 Logged,

@@ -25,8 +25,7 @@ impl<N> RecordEvent<N> {
             | EventKind::Line(_)
             | EventKind::Ended(_)
             | EventKind::Tried
-            | EventKind::Inconclusive(_)
-            | EventKind::Swung(_) => blocks,
+            | EventKind::Inconclusive(_) => blocks,
         }
     }
 }
@@ -48,8 +47,6 @@ pub(super) enum EventKind<N> {
     Tried,
     /// The motion was over before there was enough evidence: the servo as it moved by then.
     Inconclusive(RoughModel<N>),
-    /// The motion was ended because the servo swung faster than it was moved: the servo as it moved by then.
-    Swung(RoughModel<N>),
 }
 
 /// A decision of the solver: one for each motion that has ended, and one more when it has tuned.

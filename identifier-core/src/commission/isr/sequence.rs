@@ -11,7 +11,6 @@ use super::CommissionIsr;
 use crate::control::ControlSample;
 use crate::number::Number;
 
-const AFTER: f64 = 0.4;
 impl<N: Number> CommissionIsr<N> {
     /// The sizes of the second and of the third motion, as parts of the first.
     const PARTS: [f64; 2] = [0.8, 0.6];
@@ -42,16 +41,10 @@ impl<N: Number> CommissionIsr<N> {
                 let servo = *probing.servo();
                 match progress {
                     // It is at rest, and known well enough to be led through slides.
-                    ProbingProgress::Failed(
-                        reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
-                    ) if servo.is_known() && !self.hysteresis.is_coarse() => {
-                        if reason == Reason::Oscillating {
-                            state.bandwidth =
-                                N::from_f64(AFTER) * self.conservative.max_bandwidth();
-                            state.end_record(EventKind::Swung(servo));
-                        } else {
-                            state.end_record(EventKind::Inconclusive(servo));
-                        }
+                    ProbingProgress::Failed(Reason::TooLittleEvidence)
+                        if servo.is_known() && !self.hysteresis.is_coarse() =>
+                    {
+                        state.end_record(EventKind::Inconclusive(servo));
                         self.hold_after_motion(state, &servo)
                     }
                     ProbingProgress::Going => Ok(()),

@@ -152,9 +152,6 @@ impl<N: Number> Probing<N> {
                 state.enter(ProbingStage::Stop);
             }
         }
-        if state.is_swinging() && !state.known_before && state.ending.is_none() {
-            self.end_fast(state);
-        }
         let wanted = match state.stage {
             ProbingStage::Seek => self.seek(state),
             ProbingStage::Push => self.push(state),
@@ -175,20 +172,6 @@ impl<N: Number> Probing<N> {
         };
         state.give(command);
         command
-    }
-
-    /// Ends a relay that swings faster than it was planned.
-    fn end_fast(&self, state: &mut ProbingState<N>) {
-        let [speed, bandwidth] = self.plan.fast;
-        if let Some(swing) = state.swings.take(state.position) {
-            state.fast_swings += u32::from(swing.is_faster(speed, bandwidth));
-        }
-        if state.fast_swings >= 3 {
-            state.ending = Some(Err(Reason::Oscillating));
-            state.held_at = state.position;
-            state.held_by = N::from_f64(0.4);
-            state.enter(ProbingStage::Hold);
-        }
     }
 
     /// Follows the motion of a sample with the model so far.

@@ -51,8 +51,6 @@ pub(super) struct Plan<N> {
     pub(super) hold: [N; 2],
     /// Samples between two turns of a swing that is as fast as the loop that holds it.
     pub(super) hold_swing: u32,
-    /// Speed and bandwidth beyond which a swing of the relay is not its own.
-    pub(super) fast: [N; 2],
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
     /// Error of the rough model, counts.
@@ -65,8 +63,6 @@ pub(super) struct Plan<N> {
     pub(super) soon: N,
 }
 
-const FASTS: f64 = 0.2;
-const FASTT: f64 = 0.5;
 impl<N: Number> Plan<N> {
     /// The part of travel and speed that is planned with.
     const USED_TRAVEL: f64 = 0.8;
@@ -157,10 +153,6 @@ impl<N: Number> Plan<N> {
                 -1.0
             })),
             quiet: samples(0.004).max(4.0) as u32,
-            fast: [
-                number(FASTS * Self::USED_SPEED * limits.speed * time * counts),
-                number(core::f64::consts::PI * time / (FASTT * half_swing)),
-            ],
             usual_viscous: number(20.0 * time),
             off: number(0.3 + 0.003 * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) + samples(0.001)) as u32,

@@ -1,6 +1,5 @@
 use super::super::regression::RegressionState;
 use super::super::rough_model::{Breakaway, RoughModel};
-use super::super::swings::Swings;
 use super::observer::ObserverState;
 use super::plan::{COMMANDS, Plan};
 use crate::commission::Reason;
@@ -69,9 +68,6 @@ pub(crate) struct ProbingState<N> {
     pub(super) held_at: N,
     /// The part of its usual bandwidth with which it is held.
     pub(super) held_by: N,
-    /// The swings of the relay, and how many of them were faster than its own.
-    pub(super) swings: Swings<N>,
-    pub(super) fast_swings: u32,
     /// The sample in which it last turned while it was held.
     pub(super) turned_at: u32,
     pub(super) stage_since: u32,
@@ -241,8 +237,6 @@ impl<N: Number> ProbingState<N> {
             evidence: None,
             held_at: N::ZERO,
             held_by: N::ONE,
-            swings: Swings::from(N::ZERO),
-            fast_swings: 0,
             turned_at: 0,
             stage_since: 0,
         }

@@ -174,12 +174,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = Work::Measuring(self.response.begin_lines());
             }
             EventKind::Tried => self.work = Work::Then(Then::Prove),
-            EventKind::Inconclusive(moved) | EventKind::Swung(moved) => {
+            EventKind::Inconclusive(moved) => {
                 self.servo = self.servo.or_else(|| self.roughly(moved));
-                if self.is_first_doubt() && self.record.is_complete() {
-                    self.rough = self.servo;
-                    self.early = Early::UnderWay;
-                }
                 self.work = Work::Then(Then::Slide(Some(Reason::TooLittleEvidence)));
             }
             EventKind::Ended(moved) => {
