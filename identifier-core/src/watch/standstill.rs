@@ -45,7 +45,7 @@ pub(super) struct StandstillWatchState<N> {
     asked: bool,
     /// Samples of this standstill, as long as they are few,
     still: i32,
-    /// and of those, running, in which it had to move and did not, below zero under a push down.
+    /// and of those, running, in which it had to move and did not, below zero where the relay pushes down.
     pushed: i32,
     able: Able<N>,
 }
@@ -353,15 +353,11 @@ impl<N: Number> StandstillWatch<N> {
             state.pushed = 0;
             return Ok(());
         }
-        // Each push of a relay is a time of its own: one of few counts turns where it seems to stand.
-        let way = match under {
-            Under::Push if command < N::ZERO => -1,
-            _ => 1,
+        // A relay of few counts turns within those of a standstill: the time of one push does not count for the next.
+        state.pushed = match under {
+            Under::Push if command < state.able.holding => state.pushed.min(0).saturating_sub(1),
+            _ => state.pushed.max(0).saturating_add(1),
         };
-        if state.pushed.signum() == -way {
-            state.pushed = 0;
-        }
-        state.pushed = state.pushed.saturating_add(way);
         if state.pushed.saturating_abs() < state.able.patience {
             Ok(())
         } else if state.abrupt {
@@ -417,4 +413,67 @@ pub(super) enum Under<N> {
     Push,
     /// A controller with this setpoint and this error, counts.
     Control { setpoint: N, error: N },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sample, from 1, in which a relay of 3 about a command is found to move nothing, and the patience. It pushes down for the
+    /// samples that `is_down` holds for.
+    fn found(
+        rate: f64,
+        balance: f64,
+        position: impl Fn(i32) -> f64,
+        is_down: impl Fn(i32, i32) -> bool,
+    ) -> (Option<i32>, i32) {
+        let settings = WatchSettings {
+            sample_time: 1.0 / rate,
+            resolution: 1e-3,
+            travel: [-0.5, 2.0],
+            speed: 30.0,
+            command: [-9.0, 9.0],
+            used_for: Use::Commissioning,
+        };
+        let units = Units::new(settings.sample_time, settings.resolution).expect("valid");
+        let watch = StandstillWatch::<f64>::new(&settings, &units);
+        let mut state = watch.start();
+        state.able = state.able.holding_by(balance);
+        StandstillWatch::begin(&mut state, balance);
+        let patience = state.patience();
+        let found = (1..20 * patience).find(|&sample| {
+            let increment = position(sample) - position(sample - 1);
+            let push = if is_down(sample, patience) { -3.0 } else { 3.0 };
+            let seen = watch.process(&mut state, increment, balance + push, Under::Push);
+            seen == Err(Reason::ActuatorDead)
+        });
+        (found, patience)
+    }
+
+    const RATES: [f64; 5] = [250.0, 1e3, 4e3, 10e3, 20e3];
+    /// Commands that balance no load, and one larger than the relay, up and down.
+    const BALANCES: [f64; 3] = [0.0, 5.0, -5.0];
+
+    #[test]
+    fn a_relay_of_few_counts_turns_and_does_not_stand() {
+        for (rate, balance) in RATES.iter().flat_map(|&rate| BALANCES.map(|by| (rate, by))) {
+            // Three edges to and fro, which are within the counts of a servo at standstill.
+            let position = |sample: i32| {
+                let swings = f64::from(sample) / (0.04 * rate);
+                (1.8 * libm::sin(core::f64::consts::PI * swings)).floor()
+            };
+            let turning = found(rate, balance, position, |sample, _| position(sample) >= 0.0);
+            assert_eq!(turning.0, None, "{rate} {balance}");
+            let (lasting, patience) = found(rate, balance, position, |_, _| false);
+            assert_eq!(lasting, Some(patience), "{rate} {balance}");
+        }
+    }
+
+    #[test]
+    fn a_relay_that_stands_after_a_turn_is_found_within_the_patience_from_there() {
+        for (rate, balance) in RATES.iter().flat_map(|&rate| BALANCES.map(|by| (rate, by))) {
+            let (seen, patience) = found(rate, balance, |_| 0.0, |sample, most| sample >= most);
+            assert_eq!(seen, Some(2 * patience - 1), "{rate} {balance}");
+        }
+    }
 }

@@ -250,36 +250,6 @@ fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
 }
 
 #[test]
-fn a_relay_of_few_counts_turns_and_does_not_stand() {
-    for rate in RATES {
-        let settings = settings(rate);
-        let half_swing = 0.04 * rate;
-        // Three edges to and fro, which are within the counts of a servo at standstill.
-        let position = |sample: u32| {
-            let angle = core::f64::consts::PI * f64::from(sample) / half_swing;
-            (1.8 * libm::sin(angle)).floor()
-        };
-        let relay = |turns: bool| {
-            let watch = |sample: u32| {
-                let place = position(sample);
-                let push = if turns && place >= 0.0 { -3.0 } else { 3.0 };
-                Observation {
-                    increment: Some(place - position(sample.saturating_sub(1))),
-                    command: push,
-                    position: place,
-                    setpoint: None,
-                    must_move: true,
-                    ..REST
-                }
-            };
-            found(&settings, watch).0.map(|(reason, _)| reason)
-        };
-        assert_eq!(relay(true), None, "{rate}");
-        assert_eq!(relay(false), Some(Reason::ActuatorDead), "{rate}");
-    }
-}
-
-#[test]
 fn contradictory_settings_are_refused_by_name() {
     let sound = settings(1e3);
     let refused = |settings: WatchSettings| {
