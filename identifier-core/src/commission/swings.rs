@@ -71,6 +71,13 @@ impl<N: Number> Swing<N> {
         let samples = N::from_count(self.samples.min(1 << 20) as i32);
         self.length > speed * samples && bandwidth * samples < N::from_f64(core::f64::consts::PI)
     }
+
+    /// True if it took more than an acceleration, counts a sample², for half of it and as much against it for the other:
+    /// L > ẍ t²/4.
+    pub(super) fn is_harder(&self, acceleration: N) -> bool {
+        let samples = N::from_count(self.samples.min(1 << 12) as i32);
+        self.length > N::from_f64(0.25) * acceleration * samples * samples
+    }
 }
 
 #[cfg(test)]
@@ -108,6 +115,10 @@ mod tests {
                 assert!(!swing.is_faster(1.2 * speed, bandwidth));
                 // As long as the half period of the bandwidth, or longer.
                 assert!(!swing.is_faster(0.8 * speed, 5.0 * bandwidth));
+                // As if by a constant acceleration: 4 L/t².
+                let acceleration = 3200.0 / (period * period) as f32;
+                assert!(swing.is_harder(0.7 * acceleration));
+                assert!(!swing.is_harder(1.4 * acceleration));
             }
         }
     }

@@ -259,6 +259,22 @@ fn a_heavy_load_on_a_soft_spring_is_found_by_low_lines() {
     }
 }
 
+/// The motor alone is four to six times as strong as both masses: a relay that goes on while it rings drives it to twice its speed.
+#[test]
+fn a_relay_that_drives_a_resonance_keeps_its_speed() {
+    for (hertz, share, damping) in [(125.0, 0.78, 0.011), (225.0, 0.83, 0.006)] {
+        let mut bench = heavy(hertz, share);
+        (bench.servo.b, bench.servo.coulomb, bench.servo.load) = (127.0, 80.0, -30.0);
+        bench.effects.resonance_damping = Some(damping);
+        bench.settings.sample_time = 1e-3;
+        bench.settings.limits.travel = [-0.6, 0.6];
+        bench.settings.limits.speed = 15.0;
+        let judged = judge(&bench);
+        assert!(judged.travel <= 1.0, "{hertz}: {}", judged.travel);
+        assert!(judged.speed <= 1.0, "{hertz}: {}", judged.speed);
+    }
+}
+
 /// The motor alone is five times as strong, and the loop that is to hold the axis after its first motion drives the resonance
 /// within milliseconds, while its reference moves.
 #[test]

@@ -12,7 +12,7 @@ impl<N: Number> CommissionIsr<N> {
     const SWINGS: u32 = 3;
 
     /// The part of its bandwidth that it keeps.
-    const GIVEN_WAY: f64 = 0.4;
+    pub(super) const GIVEN_WAY: f64 = 0.4;
 
     /// The part of the largest bandwidth below which it gives no more way.
     const LEAST: f64 = 0.08;

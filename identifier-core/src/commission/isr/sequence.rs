@@ -41,9 +41,13 @@ impl<N: Number> CommissionIsr<N> {
                 let servo = *probing.servo();
                 match progress {
                     // It is at rest, and known well enough to be led through slides.
-                    ProbingProgress::Failed(Reason::TooLittleEvidence)
-                        if servo.is_known() && !self.hysteresis.is_coarse() =>
-                    {
+                    ProbingProgress::Failed(
+                        reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
+                    ) if servo.is_known() && !self.hysteresis.is_coarse() => {
+                        if reason == Reason::Oscillating {
+                            state.bandwidth =
+                                N::from_f64(Self::GIVEN_WAY) * self.conservative.max_bandwidth();
+                        }
                         state.end_record(EventKind::Inconclusive(servo));
                         self.hold_after_motion(state, &servo)
                     }

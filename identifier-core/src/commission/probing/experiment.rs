@@ -152,11 +152,12 @@ impl<N: Number> Probing<N> {
                 state.enter(ProbingStage::Stop);
             }
         }
+        if state.is_swinging() && state.broke_away.is_some() && state.ending.is_none() {
+            self.end_ringing(state);
+        }
         let wanted = match state.stage {
             ProbingStage::Seek => self.seek(state),
-            ProbingStage::Push => self.push(state),
-            ProbingStage::Brake => self.brake(state),
-            ProbingStage::Stop => self.stop(state),
+            ProbingStage::Push | ProbingStage::Brake | ProbingStage::Stop => self.swing(state),
             ProbingStage::Hold => self.hold(state),
         };
         let [least, most] = plan.command;
@@ -172,6 +173,28 @@ impl<N: Number> Probing<N> {
         };
         state.give(command);
         command
+    }
+
+    /// Ends a relay that drives a resonance: the motor alone, which is a multiple as strong, swings faster and harder than it is
+    /// moved. A servo that falls by its load is not left to friction.
+    fn end_ringing(&self, state: &mut ProbingState<N>) {
+        /// Swings after which it ends, and the multiple of the planned acceleration that they took.
+        const SWINGS: u32 = 2;
+        const HARDER: f64 = 2.4;
+        /// The part of its bandwidth with which the loop begins to hold such a servo.
+        const HELD_BY: f64 = 0.4;
+        let [speed, bandwidth] = self.plan.ringing;
+        if let Some(swing) = state.swings.take(state.position) {
+            let acceleration = N::from_f64(HARDER) * state.acceleration;
+            let rings = swing.is_faster(speed, bandwidth) && swing.is_harder(acceleration);
+            state.ringing += u32::from(rings);
+        }
+        if state.ringing >= SWINGS {
+            state.ending = Some(Err(Reason::Oscillating));
+            state.held_at = state.position;
+            state.held_by = N::from_f64(HELD_BY);
+            state.enter(ProbingStage::Hold);
+        }
     }
 
     /// Follows the motion of a sample with the model so far.

@@ -51,6 +51,8 @@ pub(super) struct Plan<N> {
     pub(super) hold: [N; 2],
     /// Samples between two turns of a swing that is as fast as the loop that holds it.
     pub(super) hold_swing: u32,
+    /// Speed, counts a sample, and bandwidth, ω T, of swings that a relay does not plan: its own are faster and slower.
+    pub(super) ringing: [N; 2],
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
     /// Error of the rough model, counts.
@@ -75,6 +77,9 @@ impl<N: Number> Plan<N> {
     /// known.
     const SWING_DELAYS: f64 = 4.0;
     const HOLD_PHASE: f64 = 0.4;
+
+    /// The part of the planned speed beyond which, and that of the shortest half-cycle within which a swing is not the relay's.
+    const RINGING: [f64; 2] = [0.1, 0.5];
 
     /// Time for which a released servo must stand, s.
     const RELEASED: f64 = 0.02;
@@ -118,6 +123,8 @@ impl<N: Number> Plan<N> {
         let half_swing = 0.042_f64
             .max(16.0 * time)
             .max(Self::SWING_DELAYS * settings.command_delay);
+        let usable_speed = Self::USED_SPEED * limits.speed * time * counts;
+        let [ringing_speed, ringing_time] = Self::RINGING;
         let bandwidth = 60.0_f64.min(0.1 / time);
         let stiffness = match settings.command_delay {
             0.0 => bandwidth,
@@ -128,7 +135,7 @@ impl<N: Number> Plan<N> {
             travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
             command: limits.command.map(number),
             usable: usable.map(|end| number(end * Self::USED_TRAVEL)),
-            usable_speed: number(Self::USED_SPEED * limits.speed * time * counts),
+            usable_speed: number(usable_speed),
             horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
                 .min(COMMANDS - 2),
@@ -160,6 +167,10 @@ impl<N: Number> Plan<N> {
             soon: number((Self::SOON.0 / time).max(Self::SOON.1)),
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
             hold_swing: (core::f64::consts::PI / stiffness) as u32,
+            ringing: [
+                number(ringing_speed * usable_speed),
+                number(core::f64::consts::PI * time / (ringing_time * half_swing)),
+            ],
         }
     }
 

@@ -1,5 +1,6 @@
 use super::super::regression::RegressionState;
 use super::super::rough_model::{Breakaway, RoughModel};
+use super::super::swings::Swings;
 use super::observer::ObserverState;
 use super::plan::{COMMANDS, Plan};
 use crate::commission::Reason;
@@ -62,6 +63,9 @@ pub(crate) struct ProbingState<N> {
     pub(super) blocked: Option<N>,
     /// Reversals at the low and at the high end.
     pub(super) reversals: [u32; 2],
+    /// Its swings as the counts show them, and how many of them the relay did not plan.
+    pub(super) swings: Swings<N>,
+    pub(super) ringing: u32,
     /// True if the servo is known anew since evidence was judged.
     pub(super) is_new: bool,
     pub(super) evidence: Option<u32>,
@@ -233,6 +237,8 @@ impl<N: Number> ProbingState<N> {
             part: N::ONE,
             blocked: None,
             reversals: [0; 2],
+            swings: Swings::from(N::ZERO),
+            ringing: 0,
             is_new: false,
             evidence: None,
             held_at: N::ZERO,
@@ -281,13 +287,15 @@ impl<N: Number> ProbingState<N> {
     /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back faster than the
     /// loop itself would: slower swings are those of a load on a spring, which the loop damps.
     pub(super) fn move_on(&mut self, way: N, hold_swing: u32) {
-        /// The part of the bandwidth that is left after a turn, and at least.
+        /// The part of the bandwidth that is left after a turn, and at least: of a servo that its load moves, and of one
+        /// that friction held until the ramp moved it.
         const LEFT: f64 = 0.8;
-        const LEAST: f64 = 0.4;
+        const LEAST: [f64; 2] = [0.4, 0.1];
         if way != self.way && self.stage == ProbingStage::Hold {
             if self.samples.saturating_sub(self.turned_at) < hold_swing {
+                let least = LEAST[usize::from(self.broke_away.is_some())];
                 self.held_by =
-                    (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(LEAST), N::ONE);
+                    (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(least), N::ONE);
             }
             self.turned_at = self.samples;
         }

@@ -59,8 +59,29 @@ impl<N: Number> Probing<N> {
         ]
     }
 
+    /// The command of a swing. Beyond the travel that is planned with the servo is not pushed outwards: friction that the motion
+    /// of a load on a spring makes too large would soften every brake.
+    pub(super) fn swing(&self, state: &mut ProbingState<N>) -> N {
+        let command = match state.stage {
+            ProbingStage::Brake => self.brake(state),
+            ProbingStage::Stop => self.stop(state),
+            _ => self.push(state),
+        };
+        let way = if command < N::ZERO { -N::ONE } else { N::ONE };
+        if self.is_beyond(state, way) {
+            N::ZERO
+        } else {
+            command
+        }
+    }
+
+    /// True if the servo is beyond the travel that is planned with, on the side of a direction.
+    fn is_beyond(&self, state: &ProbingState<N>, direction: N) -> bool {
+        direction * (state.position - self.plan.middle()) > self.plan.half_room()
+    }
+
     /// Accelerates until the servo must be braked to turn where it should.
-    pub(super) fn push(&self, state: &mut ProbingState<N>) -> N {
+    fn push(&self, state: &mut ProbingState<N>) -> N {
         let plan = &self.plan;
         let direction = state.direction;
         if direction * state.observed.velocity < N::ZERO && !state.stands {
@@ -169,6 +190,12 @@ impl<N: Number> Probing<N> {
                 return self.stop(state);
             }
         } else {
+            if self.is_beyond(state, -state.direction) {
+                // A spring has swung it back: the next push would be outwards.
+                state.aim(state.direction);
+                state.enter(ProbingStage::Push);
+                return self.push(state);
+            }
             let end = usize::from(state.direction > N::ZERO);
             state.reversals[end] += 1;
             if state.evidence.is_some() {

@@ -51,7 +51,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let servo = self.servo.filter(|_| louder.resonance.is_none());
         let together = servo.map_or(louder.gain, |servo| louder.gain.min(servo.parameters.b));
         let alone = libm::log(quieter.gain / together);
-        let is_alone = alone > libm::log(Self::ALONE).max(Self::LOWER * quieter.gain_error);
+        let is_alone = quieter.resonance.is_none()
+            && alone > libm::log(Self::ALONE).max(Self::LOWER * quieter.gain_error);
         self.fail(if is_lower || is_alone {
             Reason::LacksBacklash
         } else {

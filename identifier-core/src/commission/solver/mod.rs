@@ -176,6 +176,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             EventKind::Tried => self.work = Work::Then(Then::Prove),
             EventKind::Inconclusive(moved) => {
                 self.servo = self.servo.or_else(|| self.roughly(moved));
+                if self.is_first_doubt() && self.record.is_complete() {
+                    // It is fitted once slides have shown no second mass.
+                    self.rough = self.servo;
+                    self.early = Early::UnderWay;
+                }
                 self.work = Work::Then(Then::Slide(Some(Reason::TooLittleEvidence)));
             }
             EventKind::Ended(moved) => {
