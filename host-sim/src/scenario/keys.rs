@@ -286,7 +286,7 @@ keys! {
 "identifier.uncertainty.load": Number(POSITIVE, |s, v| given(s).uncertainty.load = Some(v)), Derived("nothing is known"),
     "rad/s²", "standard deviation of initial.load";
 "identifier.noise": Number(POSITIVE, |s, v| given(s).noise = Some(v)), Derived("an encoder count over the square root of 12"), "rad",
-    "standard deviation of the position noise";
+    "least standard deviation of the position noise; a larger one is found";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| given(s).start_time = Some(v)),
     Derived("1; in a replay, no more than the log has"), "s",
     "gauss-newton: the time over which the first fit looks; window: its length, for terms best 2 s";

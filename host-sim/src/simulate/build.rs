@@ -41,7 +41,6 @@ type TermWindow<N> = WindowIdentifier<
     TERM_WINDOW_BLOCKS,
     AllUnknowns,
     { Unknown::COUNT },
-    { Unknown::COUNT + 2 },
 >;
 
 /// Commands in the longest delay of an amplifier.

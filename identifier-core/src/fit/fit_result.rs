@@ -1,11 +1,16 @@
 use super::colour::coloured;
 use super::fitter::{Fit, Fitter};
+use super::levenberg_marquardt::Explanation;
+use super::pass::PassSums;
 use super::survey::{larger, root};
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::{Term, Unknown};
 use crate::reason::Reason;
+
+/// Noise explains errors of less than this many times its variance.
+const MAX_UNEXPLAINED_BY_NOISE: f64 = 4.0;
 
 /// A fit result, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +21,10 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     pub(crate) covariance: [[N; P]; P],
     /// Variance of the fit's errors, counts²; at least the encoder's.
     pub(crate) unexplained: N,
+    /// The part of it that changes from block to block, as the noise of the position does: half of the mean square of
+    /// successive differences (von Neumann, "Distribution of the ratio of the mean square successive difference to the
+    /// variance", Annals of Mathematical Statistics 12(4), 1941).
+    pub(crate) noise: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(crate) bandwidth: N,
     /// True for an unknown that a bound stopped. Where zero is the bound, it counts only if the motion
@@ -38,7 +47,15 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     leaves_gain_open: bool,
     /// See [`Fit::command_share`].
     command_share: N,
-    noise: N,
+}
+
+/// The errors of a pass, counts².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Errors<N> {
+    unexplained: N,
+    pub(super) noise: N,
+    /// The variance of white errors that say as little.
+    coloured: N,
 }
 
 impl<N: Number, const P: usize> FitResult<N, P> {
@@ -99,7 +116,8 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     fn is_explained(&self) -> bool {
         /// The largest part of the motion that a fit may leave unexplained.
         const MAX_UNEXPLAINED: f64 = 0.1;
-        self.left < N::from_f64(MAX_UNEXPLAINED) || self.unexplained < N::from_f64(4.0) * self.noise
+        self.left < N::from_f64(MAX_UNEXPLAINED)
+            || self.unexplained < N::from_f64(MAX_UNEXPLAINED_BY_NOISE) * self.noise
     }
 
     /// Why a result from which nothing can continue is none.
@@ -128,27 +146,23 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     }
 }
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
 {
     pub(super) fn result(
         &self,
-        fit: &Fit<N, S::Inputs<N>, P, Q>,
+        fit: &Fit<N, S::Inputs<N>, P>,
         suggests: Option<Term>,
     ) -> Option<FitResult<N, P>> {
-        /// The largest correlation from block to block that can be distinguished from one.
-        const MAX_CORRELATION: f64 = 0.999;
         /// Standard errors.
         const MIN_STANDARD_ERRORS: f64 = 3.0;
         let best = fit.best.as_ref()?;
-        let cost = best.equations.cost();
-        let freedom = N::from_count(fit.blocks.saturating_sub(Q).max(1) as i32);
-        let unexplained = larger(cost * freedom.reciprocal(), self.noise);
-        let products = best.sums.colour.products;
-        let coloured = coloured(unexplained, products, cost, MAX_CORRELATION);
-        let covariance = best.equations.covariance();
+        let mut covariance = self.covariance(fit, best);
+        for i in 0..P {
+            covariance[i][i] += fit.disagreement[i];
+        }
         let per = &self.per_scale;
         let free = self.free_unknowns(&fit.prior);
         let stopped_at_zero: [bool; P] =
@@ -156,14 +170,13 @@ where
         let further = if (0..P).any(|i| free[i] && stopped_at_zero[i]) {
             best.equations.solve(N::ZERO, &free)
         } else {
-            [N::ZERO; Q]
+            [N::ZERO; P]
         };
         let at_bound = core::array::from_fn(|i| {
             let value = best.unknowns[i];
             let below = -further[i];
             let certain = N::from_f64(MIN_STANDARD_ERRORS * MIN_STANDARD_ERRORS);
-            let significant =
-                below > N::ZERO && below * below > certain * coloured * covariance[i][i];
+            let significant = below > N::ZERO && below * below > certain * covariance[i][i];
             let stopped = if stopped_at_zero[i] {
                 significant
             } else {
@@ -177,7 +190,9 @@ where
         } else {
             N::ZERO
         };
-        let standing = larger(fit.standing_cost, cost);
+        let unexplained = self.errors(fit, best).unexplained;
+        // Errors of which noise is the smaller part are the model's, and then it is not known.
+        let is_noise = unexplained < N::from_f64(MAX_UNEXPLAINED_BY_NOISE) * fit.noise;
         let forces = [Unknown::Coulomb, Unknown::Load];
         let has_force = (0..P).any(|i| free[i] && forces.contains(&S::UNKNOWNS[i]));
         Some(FitResult {
@@ -185,33 +200,101 @@ where
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| {
                     if free[i] && free[j] {
-                        coloured * covariance[i][j] * per[i] * per[j]
+                        covariance[i][j] * per[i] * per[j]
                     } else {
                         N::ZERO
                     }
                 })
             }),
             unexplained,
+            noise: if is_noise {
+                self.noise * self.relative(fit.noise)
+            } else {
+                self.noise
+            },
             bandwidth,
             at_bound,
             suggests,
             path: fit.survey.path,
             output_error: best.sums.colour.last,
             acceleration: fit.survey.usual_command(fit.blocks) * best.unknowns[B] * per[B],
-            left: if standing > N::ZERO {
-                cost * standing.reciprocal()
-            } else {
-                N::ONE
-            },
-            only_direction: if fit.survey.reversals == 0 {
-                fit.survey.direction
-            } else {
-                N::ZERO
-            },
+            left: fit.left,
+            only_direction: fit.pass.turns.only_direction(),
             is_hardly_motion: fit.survey.is_hardly_motion(),
-            leaves_gain_open: free[B] && fit.survey.leaves_gain_open(fit.blocks, has_force),
+            // The variance of an unknown on which nothing depends is zero.
+            leaves_gain_open: free[B]
+                && (covariance[B][B] <= N::ZERO
+                    || fit.survey.leaves_gain_open(fit.blocks, has_force)),
             command_share: fit.command_share,
-            noise: self.noise,
         })
+    }
+
+    /// The errors that a pass leaves.
+    pub(super) fn errors(
+        &self,
+        fit: &Fit<N, S::Inputs<N>, P>,
+        pass: &Explanation<N, P, PassSums<N>>,
+    ) -> Errors<N> {
+        /// The largest correlation from block to block that can be distinguished from one.
+        const MAX_CORRELATION: f64 = 0.999;
+        let cost = pass.equations.cost();
+        let products = pass.sums.colour.products;
+        let freedom = N::from_count(fit.blocks.saturating_sub(P).max(1) as i32);
+        let per_freedom = freedom.reciprocal();
+        let unexplained = larger(cost * per_freedom, self.noise);
+        Errors {
+            unexplained,
+            noise: larger((cost - larger(products, N::ZERO)) * per_freedom, self.noise),
+            coloured: coloured(unexplained, products, cost, MAX_CORRELATION),
+        }
+    }
+
+    /// The covariance of the unknowns by a pass.
+    fn covariance(
+        &self,
+        fit: &Fit<N, S::Inputs<N>, P>,
+        pass: &Explanation<N, P, PassSums<N>>,
+    ) -> [[N; P]; P] {
+        let variance = self.errors(fit, pass).coloured;
+        let covariance = pass.equations.covariance();
+        covariance.map(|row| row.map(|entry| variance * entry))
+    }
+
+    /// Compares a fit at another horizon with the best one. True if it leaves the unknowns less uncertain; where the two
+    /// differ by more than chance explains, the model lacks something, and the difference is an error.
+    pub(super) fn compare(
+        &self,
+        fit: &mut Fit<N, S::Inputs<N>, P>,
+        pass: &Explanation<N, P, PassSums<N>>,
+    ) -> bool {
+        /// The square of the standard deviations that chance explains (Hausman, "Specification tests in econometrics",
+        /// Econometrica 46(6), 1978: the variance of the difference is the difference of the variances).
+        const CHANCE: f64 = 4.0;
+        let Some(best) = fit.best else { return true };
+        let free = self.free_unknowns(&fit.prior);
+        let [own, other] = [pass, &best].map(|pass| self.covariance(fit, pass));
+        let mut ratio = N::ONE;
+        for i in (0..P).filter(|&i| free[i]) {
+            let [own, other] = [own[i][i], other[i][i]];
+            let apart = pass.unknowns[i] - best.unknowns[i];
+            let beyond = apart * apart - N::from_f64(CHANCE) * (own - other).magnitude();
+            if own > N::ZERO && other > N::ZERO {
+                ratio = ratio * own * other.reciprocal();
+                fit.disagreement[i] = larger(fit.disagreement[i], beyond);
+            }
+        }
+        ratio < N::ONE
+    }
+
+    /// A noise relative to that in the settings, at least one: rounding alone, which is at most half of a count, may have
+    /// three times the variance at low speed.
+    pub(crate) fn relative(&self, noise: N) -> N {
+        const MAX_ROUNDING: f64 = 3.0;
+        let relative = noise * self.noise.reciprocal();
+        if relative > N::from_f64(MAX_ROUNDING) {
+            relative
+        } else {
+            N::ONE
+        }
     }
 }

@@ -11,11 +11,11 @@ use crate::reason::Reason;
 
 /// A record of at most W blocks and the fits to it, one at a time: the background's share.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fits<N, const W: usize, I = (), const P: usize = 4, const Q: usize = 6> {
+pub(crate) struct Fits<N, const W: usize, I = (), const P: usize = 4> {
     record: Record<N, I, W>,
     /// Blocks since the last fit began.
     fresh: usize,
-    fit: Option<Fit<N, I, P, Q>>,
+    fit: Option<Fit<N, I, P>>,
     /// The number of the block that follows the last.
     next: u32,
     wait: FirstFitWait,
@@ -32,7 +32,7 @@ pub(crate) struct Ended<N, const P: usize = 4> {
     pub(crate) full: bool,
 }
 
-impl<N, I, const W: usize, const P: usize, const Q: usize> Fits<N, W, I, P, Q>
+impl<N, I, const W: usize, const P: usize> Fits<N, W, I, P>
 where
     N: Number,
     I: KnownInputs<N>,
@@ -74,13 +74,13 @@ where
     }
 }
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
 {
     /// Forgets the record, and the fit under way.
-    pub(crate) fn begin_anew<const W: usize>(&self, fits: &mut Fits<N, W, S::Inputs<N>, P, Q>) {
+    pub(crate) fn begin_anew<const W: usize>(&self, fits: &mut Fits<N, W, S::Inputs<N>, P>) {
         fits.record.clear(&self.angle);
         fits.fresh = 0;
         fits.fit = None;
@@ -89,7 +89,7 @@ where
     /// Takes a block. One that is not the next begins the record anew: no fit spans a gap.
     pub(crate) fn take<const W: usize>(
         &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        fits: &mut Fits<N, W, S::Inputs<N>, P>,
         numbered: &NumberedBlock<N>,
     ) {
         fits.wait.take(self.patience, numbered);
@@ -104,7 +104,7 @@ where
     /// Sets the position of the first block.
     pub(crate) fn place<const W: usize>(
         &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        fits: &mut Fits<N, W, S::Inputs<N>, P>,
         position: N,
     ) {
         fits.record.place(&self.angle, position);
@@ -113,7 +113,7 @@ where
     /// Begins a fit to the record.
     pub(crate) fn begin<const W: usize>(
         &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        fits: &mut Fits<N, W, S::Inputs<N>, P>,
         prior: Prior<N, P>,
     ) {
         fits.fresh = 0;
@@ -124,7 +124,7 @@ where
     /// Continues the fit under way by at most `budget` blocks.
     pub(crate) fn advance<const W: usize>(
         &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        fits: &mut Fits<N, W, S::Inputs<N>, P>,
         budget: u32,
     ) -> Option<Ended<N, P>> {
         let fit = fits.fit.as_mut()?;
@@ -142,7 +142,7 @@ where
     /// reason is new.
     pub(crate) fn object<const W: usize>(
         &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P, Q>,
+        fits: &mut Fits<N, W, S::Inputs<N>, P>,
         ended: &Ended<N, P>,
     ) -> bool {
         let reason = ended
@@ -154,7 +154,7 @@ where
     /// Why there is no first fit, once it is overdue.
     pub(crate) fn obstacle<const W: usize>(
         &self,
-        fits: &Fits<N, W, S::Inputs<N>, P, Q>,
+        fits: &Fits<N, W, S::Inputs<N>, P>,
     ) -> Option<Reason> {
         fits.wait.reason(self.patience)
     }

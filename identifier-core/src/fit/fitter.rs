@@ -1,17 +1,18 @@
 use core::marker::PhantomData;
 
 use super::block::Block;
+use super::gain::KalmanGain;
 use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use super::pass::{Pass, PassSums};
 use super::record::Record;
-use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger};
+use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger, root, smaller};
 use super::{A, B, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
 use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
-use crate::model::{Acting, FrictionStep, Innovation, KnownInputs, ModelValues};
+use crate::model::{Acting, FrictionStep, KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknowns_fingerprint};
 
@@ -19,27 +20,33 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknow
 ///
 /// **Start.** With the model's parameters at zero and the *measured* motion in place of its own, the
 /// output error is linear in the parameters, and the tangents are its regressors: one pass gives a
-/// least-squares estimate that needs no first guess (equation error behind the filter 1/(p + ω)²;
+/// least-squares estimate that needs no first guess (equation error behind a filter of second order;
 /// Young, Recursive Estimation and Time-Series Analysis, 2nd edition 2011, chapter 8). It is solved
 /// with and without friction. Given initial values are further starts, and if none of these explains
 /// the motion, a geometric series of gains is tried.
 ///
 /// **Passes.** From each start a [descent](Fitter::DESCENT) in passes of the
 /// [`ObserverModel`](crate::model::ObserverModel); the start that explains the motion best wins. The
-/// correction of the model keeps its output error bounded for every trial.
+/// model is kept with the motion by the gain of a Kalman filter, so that its output error is bounded for every
+/// trial, and white where the model is complete.
+///
+/// **Horizons.** The time over which the filter trusts the model is not known: after the starts the fit is
+/// made at a shorter and at a longer one too, and that counts which leaves the unknowns least uncertain. By
+/// what the others differ beyond chance is in the variances.
+///
+/// **Noise.** The noise of the position is the scale of the innovations, so that it is no setting.
 ///
 /// **Terms.** The model may have optional terms, those of the [`UnknownSet`] S. A term is fitted if the
 /// prior has an initial value of it. Of those that may enter and have not, a last pass finds the one
 /// that explains most of the errors that are left.
 ///
-/// P is the number of unknowns in S, and Q that with the initial position and velocity of the model.
-/// All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
+/// P is the number of unknowns in S. All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usize = 6> {
+pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
     pub(super) step: FrictionStep<N>,
     /// Blocks in motion after which a first fit is overdue.
     pub(super) patience: u32,
-    /// Variance of the position noise, counts².
+    /// The least variance of the position noise, counts²: that of its rounding.
     pub(super) noise: N,
     pub(super) low: [N; P],
     pub(super) high: [N; P],
@@ -50,9 +57,8 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
     /// Units of a block per unit of a sample.
     pub(super) scale: [N; P],
     pub(super) per_scale: [N; P],
-    /// Weights of the initial position and velocity, see [`Fitter::INITIAL`].
-    pub(super) initial_weight: [N; 2],
-    pub(super) bandwidth: Option<N>,
+    /// The horizon that follows from a given bandwidth, blocks.
+    horizon: Option<N>,
     /// The angle as the models need it.
     pub(super) angle: AngleSettings<N>,
     per_low_speed_velocity: N,
@@ -61,16 +67,16 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4, const Q: usiz
 }
 
 encode! {
-    [N: Encode, S: IdentifiableSet<P>, const P: usize, const Q: usize] Fitter<N, S, P, Q> as "Fitter" {
-        step, patience, noise, low, high, prior, free, scale, per_scale, initial_weight, bandwidth, angle,
+    [N: Encode, S: IdentifiableSet<P>, const P: usize] Fitter<N, S, P> as "Fitter" {
+        step, patience, noise, low, high, prior, free, scale, per_scale, horizon, angle,
         per_low_speed_velocity, demanded, set,
     }
-    also unknowns_fingerprint(&S::UNKNOWNS, Q)
+    also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
 
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
+pub(super) struct Fit<N, I, const P: usize> {
     pub(super) prior: Prior<N, P>,
     /// The known inputs at the first block.
     pub(super) inputs: I,
@@ -78,17 +84,24 @@ pub(super) struct Fit<N, I, const P: usize, const Q: usize> {
     pub(super) next: usize,
     pub(super) stage: FitStage,
     pub(super) survey: Survey<N>,
-    pub(super) omega: N,
-    pub(super) correction: Innovation<N>,
-    pub(super) pass: Pass<N, I, Q>,
-    pub(super) linear: [[N; Q]; 2],
+    /// That of the gain, blocks.
+    pub(super) horizon: N,
+    /// Variance of the position noise, counts².
+    pub(super) noise: N,
+    pub(super) pass: Pass<N, I, P>,
+    pub(super) linear: [[N; P]; 2],
     /// The part of the motion that the command explains beyond friction and load, with the sign of the gain.
     pub(super) command_share: N,
-    /// The cost of a model at rest.
+    /// The cost of a model at rest, and the part of it that the first horizon's fit leaves.
     pub(super) standing_cost: N,
-    pub(super) trial: [N; Q],
-    pub(super) descent: Descent<N, Q, PassSums<N>>,
-    pub(super) best: Option<Explanation<N, Q, PassSums<N>>>,
+    pub(super) left: N,
+    pub(super) trial: [N; P],
+    pub(super) descent: Descent<N, P, PassSums<N>>,
+    pub(super) best: Option<Explanation<N, P, PassSums<N>>>,
+    /// The horizon of the best.
+    best_horizon: N,
+    /// The part of the squared differences between horizons that chance does not explain.
+    pub(super) disagreement: [N; P],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,13 +109,15 @@ pub(super) enum FitStage {
     Survey,
     Linear,
     From(u32),
+    /// At a further horizon.
+    At(usize),
     /// The term that explains the rest best is chosen.
     Weigh,
     /// The result is made.
     End,
 }
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -118,16 +133,13 @@ where
     /// encoder's; then no further start is tried.
     const EXPLAINED_VARIANCE: f64 = 2.0;
 
-    /// The fastest correction, 1/block.
-    const MAX_OMEGA: f64 = 0.3;
+    /// Horizons, blocks: that of the starts, a shorter and a longer one.
+    const HORIZONS: [f64; 3] = [21.0, 6.0, 74.0];
+
+    /// The longest horizon, of the record.
+    const LONGEST_HORIZON: f64 = 1.0 / 4.0;
 
     pub(crate) fn new(config: &FitterConfig<P>) -> Self {
-        const {
-            assert!(
-                Q == P + 2,
-                "the unknowns of the set, then initial position and velocity"
-            )
-        };
         let m = f64::from(config.block.max(1));
         let scale = S::UNKNOWNS.map(|unknown| PerQuantity::block(m).get(unknown));
         let of = |values: &[f64; P]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
@@ -146,9 +158,7 @@ where
             free: config.free,
             scale: scale.map(N::from_f64),
             per_scale: scale.map(|scale| N::from_f64(1.0 / scale)),
-            initial_weight: Self::INITIAL
-                .map(|deviation| N::from_f64(libm::sqrt(config.noise) / deviation)),
-            bandwidth: config.bandwidth.map(|omega| N::from_f64(omega * m)),
+            horizon: config.bandwidth.map(|omega| N::from_f64(1.0 / (omega * m))),
             angle: AngleSettings::new(config.angle.revolution, config.angle.order),
             per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
             demanded: config.demanded,
@@ -162,7 +172,7 @@ where
         blocks: usize,
         prior: Prior<N, P>,
         inputs: S::Inputs<N>,
-    ) -> Fit<N, S::Inputs<N>, P, Q> {
+    ) -> Fit<N, S::Inputs<N>, P> {
         Fit {
             prior,
             inputs,
@@ -170,23 +180,42 @@ where
             next: 0,
             stage: FitStage::Survey,
             survey: Survey::NONE,
-            omega: N::ZERO,
-            correction: Innovation::critically_damped(N::ZERO),
-            pass: Pass::at(&[N::ZERO; Q], P, inputs),
-            linear: [[N::ZERO; Q]; 2],
+            horizon: N::ONE,
+            noise: self.noise,
+            pass: Pass::at_first(inputs, KalmanGain::begin(N::ONE, N::ZERO), N::ZERO),
+            linear: [[N::ZERO; P]; 2],
             command_share: N::ZERO,
             standing_cost: N::ZERO,
-            trial: [N::ZERO; Q],
+            left: N::ONE,
+            trial: [N::ZERO; P],
             descent: Descent::begin(&Self::DESCENT),
             best: None,
+            best_horizon: N::ONE,
+            disagreement: [N::ZERO; P],
         }
+    }
+
+    /// A horizon of a fit to a record of so many blocks; none where it is hardly another than the first.
+    fn horizon(&self, place: usize, blocks: usize) -> Option<N> {
+        /// The least ratio of horizons.
+        const APART: f64 = 1.5;
+        let share = N::from_f64(Self::LONGEST_HORIZON);
+        let longest = larger(share * N::from_count(blocks as i32), N::ONE);
+        let [first, ..] = Self::HORIZONS.map(N::from_f64);
+        let first = self.horizon.unwrap_or(first).limited(N::ONE, longest);
+        if place == 0 {
+            return Some(first);
+        }
+        let own = N::from_f64(*Self::HORIZONS.get(place)?).limited(N::ONE, longest);
+        let apart = N::from_f64(APART);
+        (self.horizon.is_none() && (own > apart * first || own * apart < first)).then_some(own)
     }
 
     /// Continues a fit by one block of the record, or by the work between two passes. Returns once it
     /// has ended: with its result, or none if the servo has not moved.
     pub(super) fn work<const W: usize>(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P, Q>,
+        fit: &mut Fit<N, S::Inputs<N>, P>,
         record: &Record<N, S::Inputs<N>, W>,
     ) -> Option<Option<FitResult<N, P>>> {
         if fit.next < fit.blocks {
@@ -198,7 +227,9 @@ where
                         let direction = direction(fit.next, travel);
                         self.linear_block(fit, block, direction);
                     }
-                    FitStage::From(_) | FitStage::Weigh => self.model_block(fit, block),
+                    FitStage::From(_) | FitStage::At(_) | FitStage::Weigh => {
+                        self.model_block(fit, block)
+                    }
                     FitStage::End => {}
                 }
             }
@@ -211,17 +242,9 @@ where
                 if fit.survey.path < N::from_f64(MIN_TRAVEL_COUNTS) {
                     return Some(None);
                 }
-                let per_block = N::from_count(fit.blocks.max(1) as i32).reciprocal();
-                let least = N::from_f64(6.0) * per_block;
-                let turning = N::from_f64(core::f64::consts::PI)
-                    * N::from_count(fit.survey.reversals as i32)
-                    * per_block;
-                let omega = larger(self.bandwidth.unwrap_or(turning), least);
-                fit.omega = omega.limited(N::ZERO, N::from_f64(Self::MAX_OMEGA));
-                fit.correction = Innovation::critically_damped(fit.omega);
+                fit.horizon = self.horizon(0, fit.blocks).unwrap_or(N::ONE);
                 fit.stage = FitStage::Linear;
-                fit.pass = Pass::at(&[N::ZERO; Q], P, fit.inputs);
-                self.add_initial(fit);
+                fit.pass = self.first_pass(fit);
             }
             FitStage::Linear => {
                 let none = N::ZERO;
@@ -238,25 +261,16 @@ where
                 self.begin_start(fit, 0);
             }
             FitStage::From(start) => {
-                let pass = Explanation {
-                    unknowns: fit.trial,
-                    equations: fit.pass.equations,
-                    sums: fit.pass.sums,
-                };
-                let free = self.free_unknowns(&fit.prior);
-                let bounds = [&self.low, &self.high];
-                if let Some(trial) = fit.descent.descend(&Self::DESCENT, pass, free, bounds) {
-                    fit.trial = trial;
-                    self.begin_pass(fit);
+                if self.descends(fit) {
                     return None;
                 }
-                if let Some(this) = fit.descent.best()
+                if let Some(this) = fit.descent.best().copied()
                     && this.is_better_than(fit.best.as_ref())
                 {
-                    fit.best = Some(*this);
+                    self.keep(fit, this);
                 }
                 let explained = fit.best.is_some_and(|best| {
-                    let explained = N::from_f64(Self::EXPLAINED_VARIANCE) * self.noise;
+                    let explained = N::from_f64(Self::EXPLAINED_VARIANCE) * fit.noise;
                     best.equations.cost() < explained * N::from_count(fit.blocks as i32)
                 });
                 let guesses = 3;
@@ -265,20 +279,30 @@ where
                     Self::FROM_PRIOR if !Self::knows_a_parameter(&fit.prior) => guesses,
                     next => next,
                 };
-                if next >= last || (explained && next >= guesses) {
-                    if !self.has_candidates(&fit.prior) {
-                        // Apart from the end of the pass: a slice of its own.
-                        fit.stage = FitStage::End;
-                        fit.next = fit.blocks;
-                        return None;
-                    }
-                    fit.trial = fit.best.as_ref()?.unknowns;
-                    fit.stage = FitStage::Weigh;
-                    self.begin_pass(fit);
+                if next < last && !(explained && next >= guesses) {
+                    fit.stage = FitStage::From(next);
+                    self.begin_start(fit, next);
                     return None;
                 }
-                fit.stage = FitStage::From(next);
-                self.begin_start(fit, next);
+                let cost = fit.best.as_ref()?.equations.cost();
+                let standing = larger(fit.standing_cost, cost);
+                if standing > N::ZERO {
+                    fit.left = cost * standing.reciprocal();
+                }
+                self.begin_horizon(fit, 1);
+            }
+            FitStage::At(place) => {
+                if self.descends(fit) {
+                    return None;
+                }
+                if let Some(this) = fit.descent.best().copied() {
+                    let noise = fit.noise;
+                    if self.compare(fit, &this) {
+                        self.keep(fit, this);
+                    }
+                    fit.noise = smaller(noise, self.errors(fit, &this).noise);
+                }
+                self.begin_horizon(fit, place + 1);
             }
             FitStage::Weigh => return Some(self.result(fit, self.suggestion(fit))),
             FitStage::End => return Some(self.result(fit, None)),
@@ -286,8 +310,66 @@ where
         None
     }
 
+    /// The least way back of a reversal that tells friction from load: more counts than an edge of the encoder produces at
+    /// rest, or its noise, and a part of the whole way.
+    pub(super) fn reversal(&self, fit: &Fit<N, S::Inputs<N>, P>) -> N {
+        const COUNTS: f64 = 2.0;
+        const SHARE: f64 = 0.01;
+        let [counts, share] = [COUNTS, SHARE].map(N::from_f64);
+        larger(
+            counts * root(self.relative(fit.noise)),
+            share * fit.survey.path,
+        )
+    }
+
+    /// Takes a pass of a descent; true if it goes on.
+    fn descends(&self, fit: &mut Fit<N, S::Inputs<N>, P>) -> bool {
+        let pass = Explanation {
+            unknowns: fit.trial,
+            equations: fit.pass.equations,
+            sums: fit.pass.sums,
+        };
+        let free = self.free_unknowns(&fit.prior);
+        let bounds = [&self.low, &self.high];
+        let next = fit.descent.descend(&Self::DESCENT, pass, free, bounds);
+        if let Some(trial) = next {
+            fit.trial = trial;
+            self.begin_pass(fit);
+        }
+        next.is_some()
+    }
+
+    /// Keeps the best pass of a descent.
+    fn keep(&self, fit: &mut Fit<N, S::Inputs<N>, P>, pass: Explanation<N, P, PassSums<N>>) {
+        fit.noise = self.errors(fit, &pass).noise;
+        fit.best = Some(pass);
+        fit.best_horizon = fit.horizon;
+    }
+
+    /// Continues from the best unknowns at a further horizon, or ends.
+    fn begin_horizon(&self, fit: &mut Fit<N, S::Inputs<N>, P>, place: usize) {
+        let Some(best) = &fit.best else { return };
+        fit.trial = best.unknowns;
+        let next = (place..Self::HORIZONS.len())
+            .find_map(|place| Some((place, self.horizon(place, fit.blocks)?)));
+        if let Some((place, horizon)) = next {
+            fit.stage = FitStage::At(place);
+            fit.horizon = horizon;
+            fit.descent = Descent::begin(&Self::DESCENT);
+            self.begin_pass(fit);
+        } else if self.has_candidates(&fit.prior) {
+            fit.horizon = fit.best_horizon;
+            fit.stage = FitStage::Weigh;
+            self.begin_pass(fit);
+        } else {
+            // Apart from the end of the pass: a slice of its own.
+            fit.stage = FitStage::End;
+            fit.next = fit.blocks;
+        }
+    }
+
     /// The part of the errors that no other unknown explains and the gain does, 0 to 1, with its sign.
-    fn command_share(equations: &NormalEquations<N, Q>, free: [bool; Q], gain: N) -> N {
+    fn command_share(equations: &NormalEquations<N, P>, free: [bool; P], gain: N) -> N {
         let mut others = free;
         others[B] = false;
         let without = equations.explained_by(&others);
@@ -306,7 +388,7 @@ where
 
     /// The unknowns that a fit with this prior fits.
     #[inline]
-    pub(super) fn free_unknowns(&self, prior: &Prior<N, P>) -> [bool; Q] {
+    pub(super) fn free_unknowns(&self, prior: &Prior<N, P>) -> [bool; P] {
         core::array::from_fn(|i| match S::UNKNOWNS.get(i) {
             Some(unknown) => {
                 self.free[i] && (unknown.term().is_none() || prior.initial[i].is_some())
@@ -317,7 +399,7 @@ where
 
     /// The unknowns whose tangents a pass measures.
     #[inline]
-    pub(super) fn measured_unknowns(&self, fit: &Fit<N, S::Inputs<N>, P, Q>) -> [bool; Q] {
+    pub(super) fn measured_unknowns(&self, fit: &Fit<N, S::Inputs<N>, P>) -> [bool; P] {
         match fit.stage {
             FitStage::Weigh => core::array::from_fn(|i| self.free.get(i).is_none_or(|&free| free)),
             _ => self.free_unknowns(&fit.prior),
@@ -326,7 +408,7 @@ where
 
     /// The unknowns as those of a model.
     #[inline]
-    pub(super) fn values(&self, unknowns: &[N; Q]) -> ModelValues<N> {
+    pub(super) fn values(&self, unknowns: &[N; P]) -> ModelValues<N> {
         let own = core::array::from_fn(|i| unknowns[i]);
         let mut values = ModelValues::from_values::<S, P>(&own);
         values.terms.per_low_speed_velocity = self.per_low_speed_velocity;

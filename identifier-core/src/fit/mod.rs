@@ -9,6 +9,7 @@ pub(crate) mod colour;
 mod fit_result;
 mod fits;
 mod fitter;
+mod gain;
 pub(crate) mod levenberg_marquardt;
 mod pass;
 mod prior;
@@ -31,8 +32,7 @@ pub(crate) use wait::PATIENCE;
 
 use crate::parameters::Unknown;
 
-/// Places of the first unknowns of every set. Behind those of the set come the model's position and
-/// velocity at the start.
+/// Places of the first unknowns of every set.
 const A: usize = 0;
 const B: usize = 1;
 

@@ -2,6 +2,8 @@ use super::B;
 use super::block::Block;
 use super::colour::Colour;
 use super::fitter::{Fit, Fitter};
+use super::gain::KalmanGain;
+use super::survey::Turns;
 use crate::adaptation::IdentifiableSet;
 use crate::linalg::NormalEquations;
 use crate::model::{ObserverModel, Tangents};
@@ -10,13 +12,15 @@ use crate::parameters::Unknown;
 
 /// A pass over the record: the model, its tangents and their sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pass<N, I, const Q: usize> {
+pub(super) struct Pass<N, I, const P: usize> {
     /// The known inputs besides the blocks.
     pub(super) inputs: I,
+    pub(super) gain: KalmanGain<N>,
     pub(super) model: ObserverModel<N>,
-    pub(super) tangents: Tangents<N, Q>,
-    pub(super) equations: NormalEquations<N, Q>,
+    pub(super) tangents: Tangents<N, P>,
+    pub(super) equations: NormalEquations<N, P>,
     pub(super) sums: PassSums<N>,
+    pub(super) turns: Turns<N>,
 }
 
 /// What a pass sums besides its equations.
@@ -27,43 +31,48 @@ pub(super) struct PassSums<N> {
     pub(super) acceleration_square: N,
 }
 
-impl<N: Number, I, const Q: usize> Pass<N, I, Q> {
-    /// Before the first block: a model of `unknowns`, the initial position and velocity from a place on.
-    pub(super) fn at(unknowns: &[N; Q], initial: usize, inputs: I) -> Self {
-        let mut tangents = Tangents::NONE;
-        tangents.position[initial] = N::ONE;
-        tangents.velocity[initial + 1] = N::ONE;
+impl<N: Number, I, const P: usize> Pass<N, I, P> {
+    /// Before the first block: a model at the measured position.
+    pub(super) fn at_first(inputs: I, gain: KalmanGain<N>, reversal: N) -> Self {
         Self {
             inputs,
-            model: ObserverModel {
-                error: -unknowns[initial],
-                velocity: unknowns[initial + 1],
-            },
-            tangents,
+            gain,
+            model: ObserverModel::alongside(N::ZERO),
+            tangents: Tangents::NONE,
             equations: NormalEquations::EMPTY,
             sums: PassSums {
                 colour: Colour::NONE,
                 speed_square: N::ZERO,
                 acceleration_square: N::ZERO,
             },
+            turns: Turns::beyond(reversal),
         }
     }
 
     #[inline]
-    pub(super) fn measure(&mut self, free: &[bool; Q]) {
+    pub(super) fn measure(&mut self, free: &[bool; P]) {
+        self.gain.advance();
+        let weight = self.gain.weight;
         let mut row = self.tangents.position;
         for (entry, &free) in row.iter_mut().zip(free) {
-            if !free {
-                *entry = N::ZERO;
+            *entry = if free { *entry * weight } else { N::ZERO };
+        }
+        let jump = self.gain.jump;
+        if jump > N::ZERO {
+            self.model.velocity += jump * self.model.error;
+            for (velocity, &position) in
+                (self.tangents.velocity.iter_mut()).zip(&self.tangents.position)
+            {
+                *velocity = *velocity - jump * position;
             }
         }
-        let error = self.model.error;
+        let error = self.model.error * weight;
         self.equations.add(&row, error);
         self.sums.colour.add(error);
     }
 }
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -72,7 +81,7 @@ where
     /// tangents.
     pub(super) fn linear_block(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P, Q>,
+        fit: &mut Fit<N, S::Inputs<N>, P>,
         block: &Block<N>,
         direction: N,
     ) {
@@ -80,7 +89,7 @@ where
         let values = self.values(&self.begin_values(&fit.prior));
         let acting = self.acting(&mut fit.pass.inputs, block, &values);
         let pass = &mut fit.pass;
-        let correction = &fit.correction;
+        let correction = pass.gain.innovation;
         // The model of zero gain: its velocity is that of the correction.
         let drive = correction.velocity * pass.model.error;
         let before = pass.model.velocity;
@@ -88,7 +97,7 @@ where
         let pull = correction.position * pass.model.error;
         pass.model.error = pass.model.error - pull - before - half * drive;
         pass.model.velocity = before + drive;
-        for i in 0..Q {
+        for i in 0..P {
             let position = pass.tangents.position[i];
             let mut change = -(correction.velocity * position);
             let mut ahead = N::ZERO;
@@ -114,24 +123,30 @@ where
         pass.measure(&free);
     }
 
-    pub(super) fn model_block(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>, block: &Block<N>) {
+    pub(super) fn model_block(&self, fit: &mut Fit<N, S::Inputs<N>, P>, block: &Block<N>) {
         let free = self.measured_unknowns(fit);
         let values = self.values(&fit.trial);
         let acting = self.acting(&mut fit.pass.inputs, block, &values);
         let pass = &mut fit.pass;
+        let correction = pass.gain.innovation;
+        if fit.next == 0 {
+            // Nearly that, so that friction has its direction.
+            pass.model.velocity = block.travel;
+        }
         let before = pass.model.velocity;
         let response = self.step.step.response(values.parameters.x);
         let moved =
             pass.model
-                .advance::<S, P>(&self.step, &response, &values, &acting, &fit.correction);
+                .advance::<S, P>(&self.step, &response, &values, &acting, &correction);
         pass.tangents
-            .advance::<S, P>(&values, &acting, &fit.correction, &moved);
+            .advance::<S, P>(&values, &acting, &correction, &moved);
         let (way, phase) = (moved.displacement, moved.phase);
         let moving = phase.moving_part();
         pass.model.error = pass.model.error - values.parameters.gain * block.lead * moving;
         // The tangents of first order are half a block ahead of the motion.
         pass.tangents.position[B] += block.lead * moving;
         let change = pass.model.velocity - before;
+        pass.turns.observe(block.travel);
         pass.sums.speed_square += way * way;
         pass.sums.acceleration_square += change * change;
         pass.model.observe(block.travel);

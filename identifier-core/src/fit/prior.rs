@@ -31,7 +31,7 @@ pub(crate) struct FitterConfig<const P: usize = 4> {
 pub(crate) struct Prior<N, const P: usize> {
     /// Initial values: one more start; for a term, that it is fitted.
     pub(super) initial: [Option<N>; P],
-    /// Standard deviation of the noise over those of the initial values; zero where nothing is known.
+    /// Reciprocal standard deviations of the initial values; zero where nothing is known.
     pub(super) weight: [N; P],
 }
 
@@ -42,19 +42,20 @@ encode! {
 impl<N: Number, const P: usize> Prior<N, P> {
     /// The given initial values.
     pub(super) fn from_config(config: &FitterConfig<P>, scale: &[f64; P]) -> Self {
-        let weight = |i: usize, deviation| libm::sqrt(config.noise) / (deviation * scale[i]);
         Self {
             initial: core::array::from_fn(|i| {
                 config.initial[i].map(|value| N::from_f64(value * scale[i]))
             }),
             weight: core::array::from_fn(|i| {
-                N::from_f64(config.deviation[i].map_or(0.0, |deviation| weight(i, deviation)))
+                N::from_f64(
+                    config.deviation[i].map_or(0.0, |deviation| 1.0 / (deviation * scale[i])),
+                )
             }),
         }
     }
 }
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -73,7 +74,6 @@ where
     /// A fit result as the prior of the next fit: with ten times its standard deviations, and a
     /// fiftieth of the value on top, so that a servo may change.
     pub(crate) fn known_from(&self, result: &FitResult<N, P>) -> Prior<N, P> {
-        let noise = root(self.noise);
         let entered = result.entered::<S>();
         let fitted = |i: usize| match S::UNKNOWNS[i].term() {
             Some(term) => entered.has(term),
@@ -88,7 +88,7 @@ where
                 let deviation = errors * root(result.covariance[i][i])
                     + share * result.parameters[i].magnitude();
                 if self.free[i] && fitted(i) && deviation > N::ZERO {
-                    noise * (deviation * self.scale[i]).reciprocal()
+                    (deviation * self.scale[i]).reciprocal()
                 } else {
                     N::ZERO
                 }
@@ -104,21 +104,20 @@ where
         result: &FitResult<N, P>,
         term: Term,
     ) -> Prior<N, P> {
-        let noise = root(self.noise);
         let entered = result.entered::<S>().with(term);
         for (i, unknown) in S::UNKNOWNS.into_iter().enumerate() {
             let enters = unknown.term().is_some_and(|term| entered.has(term));
             if self.free[i] && enters && prior.initial[i].is_none() {
                 prior.initial[i] = Some(self.prior.initial[i].unwrap_or(N::ZERO));
                 let deviation = result.usual_size::<S>(unknown) * self.scale[i];
-                prior.weight[i] = noise * deviation.reciprocal();
+                prior.weight[i] = deviation.reciprocal();
             }
         }
         prior
     }
 
     /// The initial unknowns of the model of a fit with this prior; zero for those that are not known.
-    pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; Q] {
+    pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; P] {
         core::array::from_fn(|i| {
             let own = |values: &[Option<N>; P]| values.get(i).copied().flatten();
             let fixed = own(&self.prior.initial);

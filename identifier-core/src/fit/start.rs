@@ -1,19 +1,17 @@
 use super::B;
 use super::fitter::{Fit, Fitter};
+use super::gain::KalmanGain;
 use super::levenberg_marquardt::Descent;
 use super::pass::Pass;
+use super::survey::root;
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// Standard deviations of the initial position (its rounding), counts, and of the initial
-    /// velocity, in counts per block.
-    pub(super) const INITIAL: [f64; 2] = [0.288_675, 1e3];
-
     /// Factors on the gain that the amplitudes suggest: further starts where nothing better is known.
     pub(super) const GAIN_FACTORS: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
 
@@ -21,10 +19,10 @@ where
     pub(super) const FROM_PRIOR: u32 = 2;
 
     /// The unknowns to start from.
-    pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>, start: u32) {
+    pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
         // Where nothing better is known the gain is what the amplitudes suggest.
-        let suggested = fit.survey.gain(fit.omega, fit.blocks);
+        let suggested = fit.survey.gain(fit.horizon.reciprocal(), fit.blocks);
         if trial[B] <= N::ZERO {
             trial[B] = suggested;
         }
@@ -37,7 +35,7 @@ where
             .checked_sub(3)
             .and_then(|step| Self::GAIN_FACTORS.get(step as usize))
         {
-            trial = [N::ZERO; Q];
+            trial = [N::ZERO; P];
             trial[B] = suggested * N::from_f64(factor);
         }
         let free = self.free_unknowns(&fit.prior);
@@ -53,34 +51,26 @@ where
             let value = if value.is_finite() { value } else { N::ZERO };
             trial[i] = value.limited(self.low[i], self.high[i]);
         }
-        for value in &mut trial[P..] {
-            if !value.is_finite() {
-                *value = N::ZERO;
-            }
-        }
         fit.trial = trial;
         fit.descent = Descent::begin(&Self::DESCENT);
         self.begin_pass(fit);
     }
 
-    pub(super) fn begin_pass(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
+    pub(super) fn begin_pass(&self, fit: &mut Fit<N, S::Inputs<N>, P>) {
         fit.next = 0;
-        fit.pass = Pass::at(&fit.trial, P, fit.inputs);
-        self.add_initial(fit);
+        fit.pass = self.first_pass(fit);
+        let deviation = root(fit.noise);
         for i in 0..P {
-            let weight = fit.prior.weight[i];
+            let weight = fit.prior.weight[i] * deviation;
             if let Some(initial) = fit.prior.initial[i].filter(|_| weight > N::ZERO) {
                 fit.pass.equations.expect(i, weight, initial - fit.trial[i]);
             }
         }
     }
 
-    /// The prior of the initial state: a count within its rounding, and hardly any velocity.
-    pub(super) fn add_initial(&self, fit: &mut Fit<N, S::Inputs<N>, P, Q>) {
-        for (place, weight) in (P..Q).zip(self.initial_weight) {
-            if let Some(&value) = fit.trial.get(place) {
-                fit.pass.equations.expect(place, weight, -value);
-            }
-        }
+    /// A pass before its first block.
+    pub(super) fn first_pass(&self, fit: &Fit<N, S::Inputs<N>, P>) -> Pass<N, S::Inputs<N>, P> {
+        let gain = KalmanGain::begin(fit.horizon, fit.survey.travel_square);
+        Pass::at_first(fit.inputs, gain, self.reversal(fit))
     }
 }

@@ -8,7 +8,7 @@ use crate::parameters::Term;
 /// The least part of the errors that a term must explain, beyond the part explained by the estimates.
 const MIN_SHARE: f64 = 0.01;
 
-impl<N, S, const P: usize, const Q: usize> Fitter<N, S, P, Q>
+impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -27,7 +27,7 @@ where
 
     /// The term to try next, after a pass that measured all that may enter: one that is demanded, or
     /// the one that explains most of the errors that are left (a score test).
-    pub(super) fn suggestion(&self, fit: &Fit<N, S::Inputs<N>, P, Q>) -> Option<Term> {
+    pub(super) fn suggestion(&self, fit: &Fit<N, S::Inputs<N>, P>) -> Option<Term> {
         let mut demanded = self.candidates(&fit.prior);
         if let Some(term) = demanded.find(|&term| self.demanded.has(term)) {
             return Some(term);

@@ -10,17 +10,14 @@ pub(super) struct Survey<N> {
     pub(super) path: N,
     command: N,
     command_square: N,
-    travel_square: N,
+    /// Sum of the squares of the travels, counts²: more than the square of any velocity.
+    pub(super) travel_square: N,
     position: N,
     lowest: N,
     highest: N,
     last_travel: N,
     /// Sum of the products of successive travels, counts²: negative for noise, positive for motion.
     travel_product: N,
-    /// The furthest since the last reversal, relative to the present position.
-    extreme: N,
-    pub(super) direction: N,
-    pub(super) reversals: u32,
 }
 
 impl<N: Number> Survey<N> {
@@ -34,15 +31,9 @@ impl<N: Number> Survey<N> {
         highest: N::ZERO,
         last_travel: N::ZERO,
         travel_product: N::ZERO,
-        extreme: N::ZERO,
-        direction: N::ZERO,
-        reversals: 0,
     };
 
     pub(super) fn observe(&mut self, block: &Block<N>) {
-        /// A reversal is a travel back of more counts than an edge of the encoder can produce at rest.
-        const REVERSAL_COUNTS: f64 = 2.0;
-        let back = N::from_f64(REVERSAL_COUNTS);
         self.path += block.travel.magnitude();
         self.travel_square += block.travel * block.travel;
         self.position += block.travel;
@@ -52,24 +43,6 @@ impl<N: Number> Survey<N> {
         self.last_travel = block.travel;
         self.command += block.command;
         self.command_square += block.command * block.command;
-        self.extreme += block.travel;
-        let ahead = self.extreme * self.direction;
-        if self.direction == N::ZERO {
-            if self.extreme.magnitude() > back {
-                self.direction = if self.extreme > N::ZERO {
-                    N::ONE
-                } else {
-                    -N::ONE
-                };
-                self.extreme = N::ZERO;
-            }
-        } else if ahead > N::ZERO {
-            self.extreme = N::ZERO;
-        } else if ahead < -back {
-            self.direction = -self.direction;
-            self.extreme = N::ZERO;
-            self.reversals += 1;
-        }
     }
 
     /// The gain from the amplitude of the command to that of the motion at the frequency ω.
@@ -110,6 +83,57 @@ impl<N: Number> Survey<N> {
     }
 }
 
+/// Reversals of the measured motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Turns<N> {
+    /// The least way back that is a reversal.
+    back: N,
+    /// The furthest since the last reversal, relative to the present position.
+    extreme: N,
+    /// Zero before the first motion.
+    direction: N,
+    has_reversed: bool,
+}
+
+impl<N: Number> Turns<N> {
+    /// No motion yet; a way of more than `back` against the direction is a reversal.
+    pub(super) fn beyond(back: N) -> Self {
+        Self {
+            back,
+            extreme: N::ZERO,
+            direction: N::ZERO,
+            has_reversed: false,
+        }
+    }
+
+    /// Takes the travel of a block.
+    #[inline]
+    pub(super) fn observe(&mut self, travel: N) {
+        self.extreme += travel;
+        let ahead = self.extreme * self.direction;
+        if ahead > N::ZERO {
+            self.extreme = N::ZERO;
+        } else if self.extreme.magnitude() > self.back {
+            self.has_reversed |= self.direction != N::ZERO;
+            self.direction = if self.extreme > N::ZERO {
+                N::ONE
+            } else {
+                -N::ONE
+            };
+            self.extreme = N::ZERO;
+        }
+    }
+
+    /// The direction of a motion that never reversed, ±1; else zero.
+    pub(super) fn only_direction(&self) -> N {
+        if self.has_reversed {
+            N::ZERO
+        } else {
+            self.direction
+        }
+    }
+}
+
 fn per<N: Number>(blocks: usize) -> N {
     N::from_count(blocks.max(1) as i32).reciprocal()
 }
@@ -125,4 +149,8 @@ pub(super) fn root<N: Number>(x: N) -> N {
 
 pub(super) fn larger<N: Number>(x: N, y: N) -> N {
     if x > y { x } else { y }
+}
+
+pub(super) fn smaller<N: Number>(x: N, y: N) -> N {
+    if x < y { x } else { y }
 }

@@ -15,7 +15,8 @@ pub struct IdentifierSettings {
     /// Standard deviations of the initial estimates, for Gauss–Newton and window. None: no initial
     /// information.
     pub uncertainty: PerParameter<Option<f64>>,
-    /// Standard deviation of the position noise, rad. None: an encoder's, a count over √12.
+    /// The least standard deviation of the position noise, rad; Gauss–Newton and window find a larger one. None: an
+    /// encoder's, a count over √12.
     pub noise: Option<f64>,
     /// Where the true servo may lie, to be certified. None: nothing is certified.
     pub plant_box: Option<BoxSettings>,

@@ -7,8 +7,8 @@ use crate::fit::{Blocking, Fitter};
 use crate::identifier::{WindowFitter, WindowRecorder};
 use crate::number::Number;
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FromSettings
-    for WindowRecorder<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> FromSettings
+    for WindowRecorder<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -18,7 +18,7 @@ where
     /// See [`SettingsError`]; every value out of range is named.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let config = Listening::new(settings)?;
-        let time = WindowFitter::<N, S, P, W, F, U, Q>::TIME;
+        let time = WindowFitter::<N, S, P, W, F, U>::TIME;
         let fitter = config.fitter_with_terms::<N, S, P, F, U>(W, time)?;
         Ok(Self {
             blocking: Blocking::new(fitter.block),
@@ -30,8 +30,8 @@ where
     }
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FromSettings
-    for WindowFitter<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> FromSettings
+    for WindowFitter<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,

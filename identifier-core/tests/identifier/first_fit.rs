@@ -106,7 +106,7 @@ fn case(reason: Reason, sample_time: f64) -> (Settings, Box<dyn FnMut() -> Sampl
         }
         Reason::OneWayMotion => {
             // Noise that hides how the small changes of the command act.
-            settings.identifier.noise = Some(0.05);
+            settings.identifier.noise = Some(0.2);
             Box::new(move || open.sample(|time| 0.15 + 0.05 * (20.0 * time).sin()))
         }
         Reason::ConstantCommand => Box::new(move || open.sample(|_| 0.3)),

@@ -11,15 +11,8 @@ use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 /// Two seconds of a sample each.
-type Window = WindowIdentifier<
-    f64,
-    AllUnknowns,
-    { Unknown::COUNT },
-    2048,
-    AllUnknowns,
-    { Unknown::COUNT },
-    { Unknown::COUNT + 2 },
->;
+type Window =
+    WindowIdentifier<f64, AllUnknowns, { Unknown::COUNT }, 2048, AllUnknowns, { Unknown::COUNT }>;
 
 /// Result of a window after six seconds.
 #[derive(Debug)]

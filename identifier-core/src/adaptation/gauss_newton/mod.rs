@@ -334,14 +334,16 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         &self,
         estimates: &[N; P],
     ) -> GaussNewtonState<N, S, P> {
-        self.start_from(estimates, Factors::ZERO)
+        self.start_from(estimates, Factors::ZERO, N::ONE)
     }
 
-    /// The same with a covariance in factors: it divides nothing.
+    /// The same with a covariance in factors, and with a noise of the position that has so many times the variance of the
+    /// settings': it divides nothing.
     pub(crate) fn start_from<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
         covariance: Factors<N, S::Lower<N>, P>,
+        noise: N,
     ) -> GaussNewtonState<N, S, P> {
         GaussNewtonState {
             error: N::ZERO,
@@ -354,8 +356,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             measurement: Measurement::NONE,
             mean_error: N::ZERO,
             forgetting: self.initial_forgetting,
-            level: self.noise,
-            peak: self.noise,
+            level: self.noise * noise,
+            peak: self.noise * noise,
             pending_inflation: N::ONE,
             inflation: N::ONE,
             weighed: WeighedErrors::NONE,

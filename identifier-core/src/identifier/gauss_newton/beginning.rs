@@ -10,7 +10,7 @@ use crate::model::{Acting, ModelValues, ObserverModel};
 use crate::number::Number;
 use crate::parameters::{Parameter, Unknown};
 
-/// A fit result prepared for a recursion over any unknowns: 19 words in `f32`.
+/// A fit result prepared for a recursion over any unknowns: 21 words in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitted<N> {
     /// The number of the last block that it used.
@@ -32,6 +32,9 @@ pub(super) struct FirstFitSolution<N> {
     pub(super) covariance: Factors<N, [N; FITTED * (FITTED - 1) / 2], FITTED>,
     /// Variance of the fit's errors, counts².
     pub(super) unexplained: N,
+    /// Variance of the position's noise over that of the settings, at least one, and its reciprocal root.
+    pub(super) noise: N,
+    pub(super) per_noise: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(super) bandwidth: N,
     /// Root mean square of the acceleration that the command gives, counts per sample².
@@ -42,7 +45,7 @@ pub(super) struct FirstFitSolution<N> {
 
 encode! {
     [N: Encode] FirstFitSolution<N> as "FirstFitSolution" {
-        estimates, covariance, unexplained, bandwidth, acceleration, one_way,
+        estimates, covariance, unexplained, noise, per_noise, bandwidth, acceleration, one_way,
     }
 }
 
@@ -66,11 +69,11 @@ where
         });
         let parameters = ModelValues::from_values::<S, P>(&estimates).parameters;
         let covariance = Factors::placed(&result.covariance, &places);
-        let mut law = self.law.start_from(&estimates, covariance);
+        let mut law = self.law.start_from(&estimates, covariance, result.noise);
         if S::HAS_TERMS {
             self.keep_terms(&mut law, before, omega, result.acceleration);
         }
-        let lacks = self.bandwidth.is_none() && result.unexplained > self.max_square;
+        let lacks = self.bandwidth.is_none() && result.unexplained > self.max_square * result.noise;
         Recursion {
             model: ObserverModel::alongside(velocity),
             omega: if lacks {
@@ -82,6 +85,7 @@ where
             correction_omega: self.joining_omega,
             scale: result.acceleration,
             trusted_gain: parameters.gain,
+            per_noise: result.per_noise,
             remaining: self.joining_samples,
             mode: Mode::Joining,
             ..Recursion::new(
@@ -89,7 +93,8 @@ where
                 before.inputs,
                 before.evidence,
                 self.step.step.response(parameters.x),
-                self.load_step.start(result.unexplained),
+                self.load_step
+                    .start(result.unexplained * result.per_noise * result.per_noise),
             )
         }
     }
@@ -180,7 +185,7 @@ where
     ) -> bool {
         /// The relative difference from which b counts as different.
         const MIN_GAIN_DIFFERENCE: f64 = 0.2;
-        let better = result.unexplained < self.unexplained_variance
+        let better = result.unexplained < self.unexplained_variance * result.noise
             || result.unexplained + result.unexplained < state.usual;
         let gain = self.values(&state.recursion).parameters.gain;
         let difference = (result.estimates[B] - gain).magnitude();

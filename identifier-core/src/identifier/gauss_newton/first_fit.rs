@@ -89,10 +89,13 @@ where
         if one_way {
             self.take_all_for_friction(&mut estimates, result.only_direction);
         }
+        let noise = self.fitter.relative(result.noise);
         FirstFitSolution {
             estimates,
             covariance: Factors::from_matrix(&covariance),
             unexplained: result.unexplained,
+            noise,
+            per_noise: noise.reciprocal_root(),
             bandwidth: result.bandwidth,
             acceleration: result.acceleration,
             one_way,

@@ -18,7 +18,7 @@ pub struct ExpectedMotion {
     pub command: f64,
 }
 
-/// A servo that is known already, prepared for a recursion over any unknowns: 18 words in `f32`.
+/// A servo that is known already, prepared for a recursion over any unknowns: 20 words in `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreparedServo<N>(FirstFitSolution<N>);
 
@@ -86,6 +86,8 @@ where
             estimates,
             covariance: Factors::from_matrix(&covariance),
             unexplained: N::from_f64(unexplained * unexplained),
+            noise: N::ONE,
+            per_noise: N::ONE,
             bandwidth: N::from_f64(motion.bandwidth * units.sample_time()),
             acceleration: N::from_f64(acceleration),
             one_way: false,

@@ -103,17 +103,19 @@ where
             }
             GaussNewtonStep::Gathered { mean, predicted } => {
                 let inflation = state.law.inflation();
+                let relative = mean * state.per_noise;
+                let predicted = predicted * state.per_noise * state.per_noise;
                 if self.has_load
                     && self
                         .load_step
-                        .suspects(&mut state.suspicion, mean, predicted, inflation)
+                        .suspects(&mut state.suspicion, relative, predicted, inflation)
                 {
                     return self.search(state);
                 }
                 if S::HAS_TERMS && self.gather(state, mean) {
                     return Event::TermEntered;
                 }
-                if self.in_trouble(state, mean) {
+                if self.in_trouble(state, relative) {
                     return Event::Restarted;
                 }
             }

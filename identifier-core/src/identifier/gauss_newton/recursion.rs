@@ -25,6 +25,9 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The largest deviation of friction and load: the acceleration that the command gave in the
     /// record of the fit.
     pub(super) scale: N,
+    /// Standard deviation of the noise in the settings over that of the position's, at most one: errors are tested in
+    /// units of the noise.
+    pub(super) per_noise: N,
     pub(super) suspicion: Suspicion<N>,
     /// Mean square of the blocks' output error over a second.
     pub(super) mean_square: N,
@@ -87,6 +90,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
             measured: N::ZERO,
             correction_omega: N::ZERO,
             scale: N::ZERO,
+            per_noise: N::ONE,
             suspicion,
             mean_square: N::ZERO,
             trusted_gain: N::ZERO,

@@ -61,14 +61,14 @@ where
 
     #[cold]
     fn release_model(&self, state: &mut Recursion<N, S, P>) -> bool {
-        /// Counts that the servo must have moved meanwhile.
+        /// Counts that the servo must have moved meanwhile, and more by as much as its noise is more than the rounding.
         const MIN_TRAVEL_COUNTS: f64 = 4.0;
         /// The factor on the friction.
         const FRICTION_FACTOR: f64 = 0.7;
         let slid = state.slid;
         let held = core::mem::take(&mut state.samples_held);
         state.slid = N::ZERO;
-        if slid.magnitude() < N::from_f64(MIN_TRAVEL_COUNTS) {
+        if slid.magnitude() * state.per_noise < N::from_f64(MIN_TRAVEL_COUNTS) {
             return false;
         }
         for (i, unknown) in S::UNKNOWNS.iter().enumerate() {

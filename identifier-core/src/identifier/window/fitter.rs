@@ -12,8 +12,7 @@ use crate::reason::Reason;
 /// [`WindowRecorder`](super::WindowRecorder) of the same settings has recorded, at most W of them, and
 /// fits to them again and again, as long as the servo moves.
 ///
-/// F is the set of the model that is fitted, with U unknowns, Q = U + 2 with the model's initial
-/// position and velocity.
+/// F is the set of the model that is fitted, with U unknowns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowFitter<
     N,
@@ -22,27 +21,19 @@ pub struct WindowFitter<
     const W: usize = 256,
     F = AbCoulombLoad,
     const U: usize = 4,
-    const Q: usize = 6,
 > {
-    pub(crate) fitter: Fitter<N, F, U, Q>,
+    pub(crate) fitter: Fitter<N, F, U>,
     pub(crate) set: PhantomData<S>,
 }
 
 /// State of the background's half: the record, the fit under way and the last result.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowFitterState<
-    N,
-    const W: usize = 256,
-    I = (),
-    const U: usize = 4,
-    const Q: usize = 6,
-> {
-    fits: Fits<N, W, I, U, Q>,
+pub struct WindowFitterState<N, const W: usize = 256, I = (), const U: usize = 4> {
+    fits: Fits<N, W, I, U>,
     result: Option<FitResult<N, U>>,
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
-    WindowFitter<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> WindowFitter<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -59,13 +50,13 @@ where
 
     /// True while a fit is under way.
     #[must_use]
-    pub fn is_fitting(&self, state: &WindowFitterState<N, W, F::Inputs<N>, U, Q>) -> bool {
+    pub fn is_fitting(&self, state: &WindowFitterState<N, W, F::Inputs<N>, U>) -> bool {
         state.fits.is_under_way()
     }
 
     /// True if a fit is due: there are enough new blocks, and the servo has moved meanwhile. While it stands the
     /// window loses the motion that it knew, and a fit would rest on the last of it.
-    fn is_due(&self, fits: &Fits<N, W, F::Inputs<N>, U, Q>) -> bool {
+    fn is_due(&self, fits: &Fits<N, W, F::Inputs<N>, U>) -> bool {
         let blocks = fits.blocks();
         blocks >= Self::MIN_BLOCKS
             && fits.fresh() >= (blocks / 32).max(2)
@@ -73,7 +64,7 @@ where
     }
 
     /// Begins a fit: with the term that the last result suggests, if it does.
-    fn begin(&self, state: &mut WindowFitterState<N, W, F::Inputs<N>, U, Q>) {
+    fn begin(&self, state: &mut WindowFitterState<N, W, F::Inputs<N>, U>) {
         let prior = match &state.result {
             None => self.fitter.given(),
             Some(result) => match result.suggests {
@@ -149,14 +140,14 @@ impl<N: Number, const U: usize> WindowSolution<N, U> {
     }
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> FitBlocks<N>
-    for WindowFitter<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> FitBlocks<N>
+    for WindowFitter<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,
     F: IdentifiableSet<U>,
 {
-    type State = WindowFitterState<N, W, F::Inputs<N>, U, Q>;
+    type State = WindowFitterState<N, W, F::Inputs<N>, U>;
     type Fitted = WindowFitted<N, U>;
 
     fn start(&self) -> Self::State {

@@ -27,7 +27,7 @@ use crate::parameters::AbCoulombLoad;
 ///
 /// F is the model that is fitted, with U unknowns: without optional terms one for all sets of
 /// parameters. With every optional term, for a PC, it is that of
-/// [`AllUnknowns`](crate::parameters::AllUnknowns), with Q two more than its unknowns: a term enters when a fit with it is well determined and it was demanded, or is significant. Terms are exact
+/// [`AllUnknowns`](crate::parameters::AllUnknowns): a term enters when a fit with it is well determined and it was demanded, or is significant. Terms are exact
 /// where a block is one sample.
 pub type WindowIdentifier<
     N,
@@ -36,20 +36,13 @@ pub type WindowIdentifier<
     const W: usize = 256,
     F = AbCoulombLoad,
     const U: usize = 4,
-    const Q: usize = 6,
-> = Combined<WindowRecorder<N, S, P, W, F, U, Q>, WindowFitter<N, S, P, W, F, U, Q>>;
+> = Combined<WindowRecorder<N, S, P, W, F, U>, WindowFitter<N, S, P, W, F, U>>;
 
 /// State of the identifier.
-pub(super) type WindowState<
-    N,
-    const W: usize = 256,
-    I = (),
-    const U: usize = 4,
-    const Q: usize = 6,
-> = CombinedState<WindowRecorderState<N, U>, WindowFitterState<N, W, I, U, Q>>;
+pub(super) type WindowState<N, const W: usize = 256, I = (), const U: usize = 4> =
+    CombinedState<WindowRecorderState<N, U>, WindowFitterState<N, W, I, U>>;
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
-    WindowIdentifier<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> WindowIdentifier<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -57,20 +50,20 @@ where
 {
     /// Fits that have ended with a result.
     #[must_use]
-    pub fn fits(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> u32 {
+    pub fn fits(&self, state: &WindowState<N, W, F::Inputs<N>, U>) -> u32 {
         self.recorder().fits(&state.recorder)
     }
 
     /// True while a fit is under way.
     #[must_use]
-    pub fn is_fitting(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> bool {
+    pub fn is_fitting(&self, state: &WindowState<N, W, F::Inputs<N>, U>) -> bool {
         self.fitter().is_fitting(&state.fitter)
     }
 
     /// The standard deviation of the last fit's errors, rad; at least a count's rounding. None before
     /// the first fit.
     #[must_use]
-    pub fn unexplained(&self, state: &WindowState<N, W, F::Inputs<N>, U, Q>) -> Option<f64> {
+    pub fn unexplained(&self, state: &WindowState<N, W, F::Inputs<N>, U>) -> Option<f64> {
         self.recorder().unexplained(&state.recorder)
     }
 }

@@ -20,7 +20,6 @@ pub struct WindowRecorder<
     const W: usize = 256,
     F = AbCoulombLoad,
     const U: usize = 4,
-    const Q: usize = 6,
 > {
     pub(crate) blocking: Blocking<N>,
     pub(crate) units: Units,
@@ -70,8 +69,7 @@ pub struct WindowEstimates<N, const P: usize> {
     at_bounds: [bool; P],
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize>
-    WindowRecorder<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> WindowRecorder<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -106,8 +104,8 @@ where
     }
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> Identify<N>
-    for WindowRecorder<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> Identify<N>
+    for WindowRecorder<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,
@@ -197,8 +195,8 @@ where
     }
 }
 
-impl<N, S, const P: usize, const W: usize, F, const U: usize, const Q: usize> RecordBlocks<N>
-    for WindowRecorder<N, S, P, W, F, U, Q>
+impl<N, S, const P: usize, const W: usize, F, const U: usize> RecordBlocks<N>
+    for WindowRecorder<N, S, P, W, F, U>
 where
     N: Number,
     S: IdentifiableSet<P>,

@@ -24,6 +24,12 @@ pub(super) const FOUR: Settings = Settings {
     identifier: |_| super::super::campaign::ALL_FOUR.to_owned(),
 };
 
+/// The four parameters, by the window.
+pub(super) const WINDOW: Settings = Settings {
+    name: "window",
+    identifier: |_| super::super::campaign::ALL_FOUR.replace("gauss-newton", "window"),
+};
+
 /// Every term of the model on evidence. The orders of ripples are known, as a motor's number of poles is; the speed of
 /// low-speed friction is a guess.
 pub(super) const ALL_TERMS: Settings = Settings {

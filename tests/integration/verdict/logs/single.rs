@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use integration_tests::environment;
 use integration_tests::logs::{Effect, drawn_with, exact};
 
 use super::campaign;
-use super::identify::{ALL_TERMS, FIT, FOUR, Settings};
+use super::identify::{ALL_TERMS, FIT, FOUR, Settings, WINDOW};
 use super::judge::{Judgement, judge};
 use super::table::count;
 
@@ -40,6 +41,13 @@ fn converged(judged: &[&Judgement], right: bool) -> usize {
     count(judged, |j| j.is_converged && j.is_right() == right)
 }
 
+/// The share of all errors within so many standard errors, per cent.
+fn covered(judged: &[&Judgement], limit: f64) -> f64 {
+    let errors = judged.iter().flat_map(|j| &j.deviations);
+    let inside = errors.clone().filter(|error| **error <= limit).count();
+    100.0 * inside as f64 / errors.count().max(1) as f64
+}
+
 /// Judgements by the kind of their logs.
 fn by_kind<'a, K: Ord + Copy>(
     items: &[(K, u32)],
@@ -54,7 +62,17 @@ fn by_kind<'a, K: Ord + Copy>(
 
 #[test]
 #[ignore = "minutes: LOGS=6 SEED=n"]
-fn with_noise_of_the_encoder() {
+fn with_noise_of_the_encoder_by_one_fit() {
+    with_noise_of_the_encoder(&[FIT]);
+}
+
+#[test]
+#[ignore = "minutes: LOGS=6 SEED=n"]
+fn with_noise_of_the_encoder_by_recursion_and_window() {
+    with_noise_of_the_encoder(&[FOUR, WINDOW]);
+}
+
+fn with_noise_of_the_encoder(settings: &[Settings]) {
     /// Tenths of a count.
     const NOISE: [u32; 8] = [0, 5, 10, 15, 20, 30, 50, 100];
     let (seed, logs) = campaign(LOGS);
@@ -64,8 +82,7 @@ fn with_noise_of_the_encoder() {
             items.extend((0..logs).map(|number| ((place, tenths), number)));
         }
     }
-    let settings = [FIT, FOUR];
-    let judged = judge(&settings, &items, |&((place, tenths), number)| {
+    let judged = judge(settings, &items, |&((place, tenths), number)| {
         let mut setup = exact(seed, number, RATES[place], COUNTS).setup;
         setup.sensor.noise = 0.1 * f64::from(tenths) * TAU / setup.counts_per_rev;
         setup.record()
@@ -73,12 +90,25 @@ fn with_noise_of_the_encoder() {
     for (settings, judged) in settings.iter().zip(&judged) {
         println!("{}", settings.name);
         println!(
-            "exact servos with noise: median and largest errors; converged and right, and wrong\n   \
-             Hz counts | b %: median largest | c %: median largest | noise %: median largest | right wrong of"
+            "exact servos with noise: median and largest errors; errors within 2 and 3 standard errors, %; started; \
+             converged and right, and wrong\n   \
+             Hz counts | b %: median largest | c %: median largest | noise %: median largest | 2 σ 3 σ | started | \
+             right wrong of"
         );
+        if environment::<u8>("DETAIL").is_some() {
+            for (((place, tenths), number), judged) in items.iter().zip(judged) {
+                println!(
+                    "{} Hz, {tenths} tenths, log {number}: b off {:.3} %, wrong {:.2}; {}",
+                    RATES[*place],
+                    100.0 * judged.off_b.unwrap_or(f64::NAN),
+                    judged.wrongness.unwrap_or(f64::NAN),
+                    judged.reason
+                );
+            }
+        }
         for ((place, tenths), judged) in by_kind(&items, judged) {
             println!(
-                "{:5} {:6.1} | {:11.3} {:7.3} | {:11.1} {:7.1} | {:15.1} {:7.1} | {:5} {:5} {:2}",
+                "{:5} {:6.1} | {:11.3} {:7.3} | {:11.1} {:7.1} | {:15.1} {:7.1} | {:3.0} {:3.0} | {:7} | {:5} {:5} {:2}",
                 RATES[place],
                 0.1 * f64::from(tenths),
                 100.0 * median(&judged, |j| j.off_b),
@@ -87,6 +117,9 @@ fn with_noise_of_the_encoder() {
                 100.0 * worst(&judged, |j| j.off_coulomb),
                 100.0 * median(&judged, |j| j.off_noise),
                 100.0 * worst(&judged, |j| j.off_noise),
+                covered(&judged, 2.0),
+                covered(&judged, 3.0),
+                count(&judged, |j| !j.deviations.is_empty()),
                 converged(&judged, true),
                 converged(&judged, false),
                 judged.len()
