@@ -216,7 +216,9 @@ impl Candidate {
             // With the gain of a model without the limit a search would leave it.
             for (&effect, shift) in free.iter().zip(&answer.shifts) {
                 if effect == Effect::B {
-                    values.set(effect, values.get(effect) + shift);
+                    // A step by linear algebra may be longer than the gain itself.
+                    let gain = values.get(effect);
+                    values.set(effect, (gain + shift).clamp(0.5 * gain, 2.0 * gain));
                 }
             }
             free.push(Effect::HiddenLimit);

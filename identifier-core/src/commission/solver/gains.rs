@@ -2,7 +2,7 @@
 
 use super::super::message::{Candidate, DecisionKind};
 use super::super::{Diagnosis, Reason};
-use super::{CommissionSolver, Work};
+use super::{CommissionSolver, Then, Work};
 use crate::number::Number;
 use crate::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings};
 
@@ -46,6 +46,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 tuner,
                 fitted,
             },
+            // The largest step that the travel has room for is too few counts of the encoder.
+            Err(TuningError::OutOfRange(error)) if error.parameter == "step" => {
+                Work::Then(Then::Fail(Reason::TooLittleEvidence))
+            }
             Err(error) => Work::NotTuned(error),
         };
     }
