@@ -25,7 +25,7 @@ impl<N> RecordEvent<N> {
             | EventKind::Line(_)
             | EventKind::Ended(_)
             | EventKind::Tried
-            | EventKind::Inconclusive(_) => blocks,
+            | EventKind::Inconclusive(..) => blocks,
         }
     }
 }
@@ -45,8 +45,8 @@ pub(super) enum EventKind<N> {
     Ended(RoughModel<N>),
     /// The trial has kept the promise, and the gains are to be proved by slides.
     Tried,
-    /// The motion was over before there was enough evidence: the servo as it moved by then.
-    Inconclusive(RoughModel<N>),
+    /// The motion was over before there was enough evidence, for this reason: the servo as it moved by then.
+    Inconclusive(RoughModel<N>, Reason),
 }
 
 /// A decision of the solver: one for each motion that has ended, and one more when it has tuned.

@@ -48,7 +48,7 @@ impl<N: Number> CommissionIsr<N> {
                             state.bandwidth =
                                 N::from_f64(Self::GIVEN_WAY) * self.conservative.max_bandwidth();
                         }
-                        state.end_record(EventKind::Inconclusive(servo));
+                        state.end_record(EventKind::Inconclusive(servo, reason));
                         self.hold_after_motion(state, &servo)
                     }
                     ProbingProgress::Going => Ok(()),

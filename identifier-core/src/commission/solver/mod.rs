@@ -174,9 +174,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = Work::Measuring(self.response.begin_lines());
             }
             EventKind::Tried => self.work = Work::Then(Then::Prove),
-            EventKind::Inconclusive(moved) => {
+            EventKind::Inconclusive(moved, reason) => {
                 self.servo = self.servo.or_else(|| self.roughly(moved));
-                if self.is_first_doubt() && self.record.is_complete() {
+                let rings = *reason == Reason::Oscillating;
+                if rings && self.is_first_doubt() && self.record.is_complete() {
                     // It is fitted once slides have shown no second mass.
                     self.rough = self.servo;
                     self.early = Early::UnderWay;
