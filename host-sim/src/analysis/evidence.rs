@@ -4,21 +4,11 @@ use crate::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict}
 use identifier_core::parameters::{Parameter, Term, Terms, Unknown};
 use identifier_core::stability::SampledLoop;
 
-use super::batch::Batch;
+use super::assessment::Assessment;
 use super::estimate::Tracked;
-use super::whole_record::WholeRecord;
 use crate::experiment::{AbortCause, Outcome, TermEstimate};
-use crate::result::{Finding, Residual as Left};
+use crate::result::Residual as Left;
 use crate::scenario::Scenario;
-
-/// A finding that explains less of the rest than this is none.
-const MIN_SHARE: f64 = 0.04;
-
-/// Standard errors by which a finding must differ from nothing.
-const MIN_SIGNIFICANCE: f64 = 4.0;
-
-/// A finding stands out if what it leaves over is this much smaller than what the next leaves.
-const MAX_REST_RATIO: f64 = 0.97;
 
 /// The fraction of slowed samples from which a result says that the guard sets the pace.
 const MAX_SLOWED_SHARE: f64 = 0.5;
@@ -32,8 +22,7 @@ pub(super) struct Known<'a> {
     pub(super) required: Terms,
     /// The parameters that are estimated, and how each went.
     pub(super) parameters: &'a [(Parameter, &'a Tracked, f64)],
-    pub(super) batch: Option<&'a Batch>,
-    pub(super) whole: Option<&'a WholeRecord>,
+    pub(super) assessment: Option<&'a Assessment>,
 }
 
 /// The evidence.
@@ -43,8 +32,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         outcome,
         required,
         parameters,
-        batch,
-        whole,
+        assessment,
     } = *known;
     let mut evidence = Evidence::from_motion(motion);
     evidence.aborted = outcome.abort.is_some();
@@ -59,76 +47,42 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         .iter()
         .find(|(parameter, ..)| *parameter == Parameter::B)
         .map_or(0.0, |(.., value)| *value);
-    let scales = batch
-        .map(|batch| &batch.scales)
-        .or(whole.map(|whole| &whole.scales));
-    evidence.fit = whole.map(|whole| whole.evidence);
     let begin = |unknown: Unknown, estimate: f64| {
-        let asked = batch.and_then(|batch| batch.unknowns.iter().find(|of| of.unknown == unknown));
+        let asked = assessment.and_then(|found| found.of(unknown));
+        let scale = assessment.map_or(0.0, |found| found.scales.scale_of(unknown, b));
         UnknownEvidence {
             estimate,
-            // An unknown that the batch lacks has an infinite standard error.
-            std_error: Some(match whole {
-                Some(whole) => whole.std_error(unknown),
-                None => asked.map_or(f64::INFINITY, |asked| asked.std_error),
-            }),
+            std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
             pull: asked.map(|asked| asked.pull),
-            ..UnknownEvidence::at(scales.map_or(0.0, |scales| scales.scale_of(unknown, b)))
+            ..UnknownEvidence::at(scale)
         }
     };
+    let finding = assessment.and_then(|found| found.finding.as_ref());
     for (parameter, tracked, value) in parameters {
         let unknown = Unknown::from(*parameter);
         let mut of = begin(unknown, *value);
         let tolerance = of.still(unknown);
         let course = tracked.estimate(|_| tolerance);
-        of.movement = course.tail_std.max(course.to_go);
+        // Where the data have an estimate that moved, it has arrived.
+        if !of.is_in_place(unknown, finding.is_some()) {
+            of.movement = course.tail_std.max(course.to_go);
+        }
         of.at_bound = course.at_bound;
         evidence.add(unknown, of);
     }
     for TermEstimate { unknown, value, .. } in &outcome.terms {
         evidence.add(*unknown, begin(*unknown, *value));
     }
-    if let Some(batch) = batch {
-        let Left {
-            rms,
-            resolution_rms,
-            correlation,
-        } = batch.residual;
-        evidence.residual = Some(Residual {
-            beyond_encoder: rms / resolution_rms,
-            correlation,
-        });
-        evidence.lack = lack(batch);
-    }
+    let residual = assessment.and_then(|found| found.residual);
+    evidence.residual = residual.map(|left: Left| Residual {
+        beyond_encoder: left.rms / left.resolution_rms,
+        correlation: left.correlation,
+    });
+    evidence.lack = finding.map(|finding| {
+        let cause = finding.or.is_none().then_some(finding.cause);
+        Lack::new(cause, finding.share, &finding.shifts)
+    });
     evidence
-}
-
-/// The lack of the model: the finding that stands out, or else that something does.
-fn lack(batch: &Batch) -> Option<Lack> {
-    let found = batch
-        .findings
-        .iter()
-        .find(|finding| is_significant(finding))?;
-    let cause = cause(batch).map(|named| named.cause);
-    Some(Lack::new(cause, found.share, &found.shifts))
-}
-
-fn is_significant(finding: &Finding) -> bool {
-    finding.share >= MIN_SHARE && finding.significance >= MIN_SIGNIFICANCE
-}
-
-/// The finding that stands out, if one does.
-pub(super) fn cause(batch: &Batch) -> Option<&Finding> {
-    let mut significant = batch
-        .findings
-        .iter()
-        .filter(|finding| is_significant(finding));
-    let best = significant.next()?;
-    let left = |finding: &Finding| 1.0 - finding.share;
-    let stands_out = significant
-        .next()
-        .is_none_or(|next| left(best) < MAX_REST_RATIO * left(next));
-    stands_out.then_some(best)
 }
 
 /// The verdict in words, with what else a user should know.

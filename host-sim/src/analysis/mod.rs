@@ -1,8 +1,9 @@
 //! Conclusions from the samples of an experiment; their presentation is in `present`.
 
-mod batch;
+mod assessment;
 mod estimate;
 mod evidence;
+mod scaled_recording;
 mod sensor_noise;
 mod statistics;
 mod stretch;

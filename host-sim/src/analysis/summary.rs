@@ -5,7 +5,7 @@ use identifier_core::settings::TermSettings;
 
 use crate::verdict::{Motion, Status, Verdict};
 
-use super::batch::{Batch, Effort, Judged};
+use super::assessment::{Assessment, Effort, Judged};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
 use super::sensor_noise::NoiseMeter;
@@ -84,6 +84,11 @@ impl Summariser {
     }
 
     fn with(scenario: &Scenario, duration: f64, effort: Effort) -> Self {
+        let kept = if scenario.identifier.law.takes_whole_record() {
+            effort.whole
+        } else {
+            effort.samples
+        };
         Self {
             tail_from: (1.0 - TAIL) * duration,
             duration,
@@ -91,7 +96,7 @@ impl Summariser {
             sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
             standard_errors: None,
-            stretch: Stretch::new(effort.samples),
+            stretch: Stretch::new(kept),
             effort,
             travelled: 0.0,
             last_position: None,
@@ -234,21 +239,20 @@ impl Summariser {
             noise.moving_counts = Some(whole.noise);
             noise.moving = Some(whole.noise * scenario.stated.resolution);
         }
-        // Its code is a third of an identification's, and the fit of a whole record does without.
-        #[cfg(not(feature = "experiments"))]
-        let batch: Option<Batch> = None;
-        #[cfg(feature = "experiments")]
-        let batch = (outcome.abort.is_none() && !is_whole)
-            .then(|| {
-                let judged = Judged {
-                    scenario,
-                    servo: judged,
-                    terms: &outcome.terms,
-                    unknowns: &unknowns,
-                };
-                Batch::evaluate(&judged, self.stretch.samples(), self.effort)
-            })
-            .flatten();
+        let assessment = if is_whole {
+            let whole = whole.as_ref();
+            whole.map(|whole| Assessment::of_fit(whole, &unknowns))
+        } else if outcome.abort.is_none() {
+            let judged = Judged {
+                scenario,
+                servo: judged,
+                terms: &outcome.terms,
+                unknowns: &unknowns,
+            };
+            Assessment::of_law(&judged, self.stretch.samples(), self.effort)
+        } else {
+            None
+        };
         let parameters: Vec<(Parameter, &Tracked, f64)> = (PARAMETERS.iter().zip(&self.tracked))
             .filter(|(parameter, _)| estimated.contains(parameter))
             .map(|(parameter, tracked)| (*parameter, tracked, parameter.value_in(&judged)))
@@ -261,9 +265,10 @@ impl Summariser {
             outcome: &outcome,
             required: scenario.stated.identifier.terms.demanded,
             parameters: &parameters,
-            batch: batch.as_ref(),
-            whole: whole.as_ref(),
+            assessment: assessment.as_ref(),
         });
+        let fit = assessment.as_ref().and_then(|found| found.fit);
+        [evidence.fit, evidence.judged_by] = if is_whole { [fit, None] } else { [None, fit] };
         evidence.prediction = self.prediction;
         evidence.not_a_servo = is_whole && whole.is_none();
         let verdict = Verdict::on(&evidence);
@@ -308,6 +313,7 @@ impl Summariser {
             terms: outcome.terms.iter().map(term).collect(),
         };
         let ratios = estimates.ratios(scenario.is_linear());
+        let finding = assessment.as_ref().and_then(|found| found.finding.clone());
         let scale = scenario.physical.scale();
         let is_voltage = scenario.physical.command_unit == CommandUnit::Volt;
         Summary {
@@ -318,7 +324,7 @@ impl Summariser {
             verdict,
             reason,
             obstacle: outcome.obstacle,
-            cause: batch.as_ref().and_then(evidence::cause).cloned(),
+            cause: finding.filter(|finding| finding.or.is_none()),
             // Where there is no servo, there are no units of it.
             physical: scale.and_then(|scale| ratios.scaled(scale).ok()),
             voltage_gains: (is_voltage.then(|| ratios.voltage_gains().ok())).flatten(),
@@ -335,9 +341,8 @@ impl Summariser {
             terms_entered: (outcome.entered.iter())
                 .map(|(term, since)| (*term, seconds(*since)))
                 .collect(),
-            residual: batch.as_ref().map(|batch| batch.residual),
+            residual: assessment.as_ref().and_then(|found| found.residual),
             noise,
-            findings: batch.map_or_else(Vec::new, |batch| batch.findings),
             outcome,
             fit: whole.map(|whole| whole.notes),
             replay: ReplayNotes::default(),

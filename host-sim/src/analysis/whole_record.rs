@@ -1,13 +1,14 @@
 //! The servo of a whole record in SI, by the fit that takes all of it at once.
 
-use identifier_core::identification::{Effect, Values};
-use identifier_core::parameters::{Quantity, ServoParameters, Terms, Unknown};
+use identifier_core::identification::Effect;
+use identifier_core::parameters::{ServoParameters, Terms, Unknown};
 use identifier_core::settings::TermSettings;
 
-use super::batch::Scales;
+use super::assessment::Scales;
+use super::scaled_recording::{Scale, ScaledRecording, effect, term};
 use super::stretch::Kept;
 use crate::experiment::TermEstimate;
-use crate::identify::{Identified, Logged, ModelDemand, Recording, identify};
+use crate::identify::{Identified, ModelDemand, identify};
 use crate::result::{EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
@@ -46,35 +47,13 @@ impl WholeRecord {
     ) -> Option<Self> {
         /// Effects that may enter.
         const MAX_EFFECTS: usize = 4;
-        let units = scenario.units();
         let terms = &scenario.stated.identifier.terms;
-        let logged = samples.map(|sample| Logged {
-            position: sample.position,
-            command: sample.command,
-            begins: sample.begins,
-        });
-        let fitted = logged.len() as u64;
-        let recording = Recording::new(logged, units.position(), terms.revolution);
-        let scale = Scale {
-            time: units.sample_time() * recording.block,
-            position: units.position_unit(),
-        };
-        let mut known = Values::NONE;
-        for (effect, value) in [
-            (Effect::DeadBand, terms.dead_band),
-            (Effect::CurrentLoop, terms.current_loop),
-            (
-                Effect::LowSpeedVelocity,
-                terms.low_speed_velocity.unwrap_or(0.0),
-            ),
-        ] {
-            known.set(effect, value / scale.of(effect));
-        }
-        known.order = terms.ripple_order.unwrap_or(known.order);
+        let fitted = samples.len() as u64;
+        let ScaledRecording { recording, scale } = ScaledRecording::new(scenario, samples);
         let found = identify(
             &recording,
             &ModelDemand {
-                known,
+                known: scale.declared(terms),
                 required: required(terms.demanded),
                 max_effects: MAX_EFFECTS,
             },
@@ -89,23 +68,11 @@ fn required(terms: Terms) -> Vec<Effect> {
         // A delay is part of every fit.
         *unknown != Unknown::Delay && unknown.term().is_some_and(|own| terms.has(own))
     });
-    let effects = unknowns.filter_map(|unknown| {
-        let mut all = Effect::ALL.into_iter();
-        all.find(|&effect| term(effect) == Some(unknown))
-    });
-    let mut required: Vec<Effect> = effects.collect();
+    let mut required: Vec<Effect> = unknowns.filter_map(effect).collect();
     if required.contains(&Effect::LowSpeed) {
         required.push(Effect::LowSpeedVelocity);
     }
     required
-}
-
-/// Units of a record.
-struct Scale {
-    /// Seconds to a sample.
-    time: f64,
-    /// Radians to a count.
-    position: f64,
 }
 
 impl Scale {
@@ -136,12 +103,6 @@ impl Scale {
                 since: 0,
             })
         });
-        let velocity = found.velocity * self.position / self.time;
-        let scales = Scales {
-            velocity: 0.5 * velocity,
-            command: found.command,
-            position: 0.0,
-        };
         let sizes = |cause: Cause| {
             let own_size = match cause {
                 Cause::Ripple => Some(("order", found.values.order)),
@@ -184,46 +145,9 @@ impl Scale {
                 command_recorded_late: found.lateness,
                 effects: effects.collect(),
             },
-            scales,
+            scales: self.scales(&found.survey, found.survey.command),
         }
     }
-
-    /// SI units to one of the record.
-    fn of(&self, effect: Effect) -> f64 {
-        let acceleration = self.position / (self.time * self.time);
-        match term(effect).map(Unknown::quantity) {
-            Some(Quantity::Rate) => 1.0 / self.time,
-            Some(Quantity::Gain | Quantity::Acceleration) => acceleration,
-            Some(Quantity::Time) => self.time,
-            Some(Quantity::Command) => 1.0,
-            None => match effect {
-                Effect::CurrentLoop => self.time,
-                Effect::Quadratic => 1.0 / self.position,
-                Effect::LowSpeedVelocity => self.position / self.time,
-                Effect::Compliance => self.time * self.time,
-                _ => 1.0,
-            },
-        }
-    }
-}
-
-/// The unknown of the recursion's model that an effect is.
-const fn term(effect: Effect) -> Option<Unknown> {
-    Some(match effect {
-        Effect::A => Unknown::A,
-        Effect::B => Unknown::B,
-        Effect::Coulomb => Unknown::Coulomb,
-        Effect::Load => Unknown::Load,
-        Effect::Delay => Unknown::Delay,
-        Effect::Asymmetry => Unknown::Asymmetry,
-        Effect::LowSpeed => Unknown::LowSpeed,
-        Effect::GravitySine => Unknown::GravitySine,
-        Effect::GravityCosine => Unknown::GravityCosine,
-        Effect::RippleSine => Unknown::RippleSine,
-        Effect::RippleCosine => Unknown::RippleCosine,
-        Effect::DeadBand => Unknown::DeadBand,
-        _ => return None,
-    })
 }
 
 /// The name of an effect's size in results, with its unit where it has one.
@@ -234,6 +158,7 @@ const fn name(effect: Effect) -> &'static str {
         Effect::LowSpeedVelocity => "velocity_rad_per_s",
         Effect::HiddenLimit => "limit",
         Effect::Compliance => "twist_s2",
+        Effect::Play => "play_rad",
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
         Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",
         _ => "size",

@@ -22,6 +22,8 @@ use crate::scenario::{Fault, Scenario};
 pub fn check(scenario: &Scenario) -> Result<CheckResult, Fault> {
     /// The correction's bandwidth where there is no loop to take it from, in 1/T.
     const PER_SAMPLE: f64 = 0.05;
+    /// The time for which the fit of a verdict trusts its model, over the reciprocal of the motion's bandwidth.
+    const HORIZON: f64 = 2.8;
     let plant = scenario
         .plant
         .ok_or_else(|| Fault::new("plant", "a check needs a servo to look at"))?;
@@ -29,6 +31,7 @@ pub fn check(scenario: &Scenario) -> Result<CheckResult, Fault> {
     let closed_loop = response.map(|response| response.figures(scenario));
     let omega = closed_loop
         .and_then(|found| found.crossover)
+        .map(|crossover| crossover / HORIZON)
         .unwrap_or(PER_SAMPLE / scenario.sample_time());
     let rehearsal = Rehearsal::run(scenario, omega)?;
     let resolution = scenario.stated.resolution;

@@ -24,8 +24,14 @@ const INERTIA_ORDERS: [f64; 2] = [1.0, 2.0];
 /// Speeds at which friction may fade, of a large velocity of the motion.
 const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 
+/// Plays that are looked for, counts.
+const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
+
 /// Way above which both parts of a wave may show, and above which no part does alone, rad.
 const SEPARABLE: [f64; 2] = [0.1 * TAU, 0.5 * TAU];
+
+/// The longest delay with which a search for one begins, samples.
+const MAX_FIRST_DELAY: f64 = 3.0;
 
 /// The figures of a record that candidates depend on.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +46,8 @@ pub(super) struct Range {
     pub(super) peak: f64,
     /// Levels of the command below which half, three quarters, nine tenths and most of it lies, where it has several.
     pub(super) levels: Vec<f64>,
+    /// Plays between motor and encoder that are looked for, counts.
+    pub(super) plays: &'static [f64],
 }
 
 impl Range {
@@ -56,6 +64,15 @@ impl Range {
             mean_wave: recording.mean_wave(),
             peak,
             levels: levels.into_iter().filter(|level| *level > small).collect(),
+            plays: &[],
+        }
+    }
+
+    /// The same, with play.
+    pub(super) fn with_play(self) -> Self {
+        Self {
+            plays: &PLAYS,
+            ..self
         }
     }
 
@@ -111,7 +128,9 @@ impl Candidate {
     pub(super) fn all(range: &Range, free: &[Effect]) -> Vec<Self> {
         use Effect as E;
         let mut all = vec![
-            Self::plain(Cause::CurrentLoop, &[E::CurrentLoop]),
+            Self::plain(Cause::Coulomb, &[E::Coulomb]),
+            Self::plain(Cause::Load, &[E::Load]),
+            Self::plain(Cause::Delay, &[E::Delay]),
             Self::plain(Cause::Asymmetry, &[E::Asymmetry]),
             Self::plain(Cause::QuadraticFriction, &[E::Quadratic]),
             Self::plain(Cause::DeadBand, &[E::DeadBand]),
@@ -121,8 +140,15 @@ impl Candidate {
             Self::plain(Cause::GainAsymmetry, &[E::GainAsymmetry]),
             Self::plain(Cause::Resonance, &[E::Compliance]),
         ];
+        // Without a delay in the model a current loop looks like one.
+        if free.contains(&E::Delay) {
+            all.push(Self::plain(Cause::CurrentLoop, &[E::CurrentLoop]));
+        }
         for &level in &range.levels {
             all.push(Self::at(Cause::HiddenLimit, &[E::LimitSlope], level));
+        }
+        for &play in range.plays {
+            all.push(Self::at(Cause::Backlash, &[E::Play], play));
         }
         for share in FADING {
             let fading = share * range.velocity;
@@ -158,9 +184,12 @@ impl Candidate {
     pub(super) fn is_positive(&self) -> bool {
         matches!(
             self.cause,
-            Cause::DeadBand
+            Cause::Coulomb
+                | Cause::Delay
+                | Cause::DeadBand
                 | Cause::CurrentLoop
                 | Cause::LoadFriction
+                | Cause::Backlash
                 | Cause::Resonance
                 | Cause::HiddenLimit
         )
@@ -169,10 +198,12 @@ impl Candidate {
     /// Its usual size.
     pub(super) fn usual_size(&self, usual: &Usual) -> f64 {
         match self.cause {
-            Cause::CurrentLoop => 0.1 * usual.time,
+            Cause::Delay | Cause::CurrentLoop => 0.1 * usual.time,
             Cause::Asymmetry => 0.05 * usual.acceleration / usual.velocity,
             Cause::QuadraticFriction => 0.05 * usual.acceleration / usual.velocity.powi(2),
-            Cause::LowSpeedFriction | Cause::Gravity => 0.05 * usual.acceleration,
+            Cause::Coulomb | Cause::Load | Cause::LowSpeedFriction | Cause::Gravity => {
+                0.05 * usual.acceleration
+            }
             Cause::Ripple => 0.02 * usual.acceleration,
             Cause::DeadBand => 0.02 * usual.command,
             Cause::LoadFriction => 0.07,
@@ -184,6 +215,7 @@ impl Candidate {
                 let beyond = usual.command - self.columns[0].setting;
                 (0.05 * usual.command / beyond.max(f64::MIN_POSITIVE)).min(0.5)
             }
+            Cause::Backlash => 0.01 * usual.velocity * usual.time,
             Cause::Resonance => 0.03 * usual.time.powi(2),
             _ => 0.02,
         }
@@ -227,7 +259,10 @@ impl Candidate {
         for (column, &size) in self.columns.iter().zip(sizes) {
             let effect = column.effect;
             free.push(effect);
+            let known = values.get(effect);
+            let size = known + size;
             let value = match effect {
+                Effect::Delay => size.clamp(0.0, known + MAX_FIRST_DELAY),
                 Effect::CurrentLoop => {
                     // A current loop begins with half of the delay; one that begins at zero ends nowhere.
                     let delay = values.get(Effect::Delay);
@@ -235,7 +270,7 @@ impl Candidate {
                     values.set(Effect::Delay, delay - lag);
                     lag
                 }
-                Effect::DeadBand => size.clamp(0.0, 0.05 * range.peak),
+                Effect::DeadBand => size.clamp(0.0, known + 0.05 * range.peak),
                 Effect::LoadFriction => size.clamp(0.0, 0.2),
                 Effect::GainDrift
                 | Effect::GainAsymmetry
@@ -266,6 +301,8 @@ impl Candidate {
 pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
     use Effect as E;
     match cause {
+        Cause::Coulomb => &[E::Coulomb],
+        Cause::Load => &[E::Load],
         Cause::Delay => &[E::Delay],
         Cause::CurrentLoop => &[E::CurrentLoop],
         Cause::Asymmetry => &[E::Asymmetry],
@@ -276,6 +313,7 @@ pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
         Cause::FrictionDrift => &[E::FrictionDrift],
         Cause::GainAsymmetry => &[E::GainAsymmetry],
         Cause::Resonance => &[E::Compliance],
+        Cause::Backlash => &[E::Play],
         Cause::HiddenLimit => &[E::HiddenLimit],
         Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
         Cause::Gravity => &[E::GravitySine, E::GravityCosine],

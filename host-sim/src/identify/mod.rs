@@ -2,6 +2,7 @@
 
 mod beside;
 mod candidate;
+mod examine;
 mod finish;
 mod grams;
 mod load_steps;
@@ -11,7 +12,7 @@ mod tournament;
 mod uncertainty;
 
 use identifier_core::identification::{
-    Effect, Fitted, Fitter, Lateness, ROUNDING_DEVIATION, Search, Values,
+    Effect, Fitted, Fitter, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
 };
 
 use candidate::Range;
@@ -21,7 +22,8 @@ use tournament::{Model, Tournament};
 pub(crate) use tournament::Entered;
 
 pub(crate) use candidate::effects;
-pub(crate) use recording::{Logged, Recording};
+pub(crate) use examine::{Estimated, Lacking, examine};
+pub(crate) use recording::{Logged, MAX_SAMPLES, Recording};
 
 /// A servo identified from a record, counts and samples.
 #[derive(Debug, Clone)]
@@ -44,9 +46,8 @@ pub(crate) struct Identified {
     pub(crate) condition: f64,
     /// True if the delay is the longest that is looked for.
     pub(crate) delay_at_bound: bool,
-    /// The largest velocity and command of the record.
-    pub(crate) velocity: f64,
-    pub(crate) command: f64,
+    /// Figures of the record.
+    pub(crate) survey: Survey,
     /// True if the servo moved in both directions.
     pub(crate) reverses: bool,
 }
@@ -108,7 +109,8 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     tournament.refine(&model, &mut answers);
     let steps = LoadSteps::find(&fitter, &model.fitted);
     let load = fitter.load(&model.fitted, &model.free);
-    let std_errors = uncertainty::std_errors(&fitter, &model, load.1, &answers);
+    let beyond = uncertainty::Beyond::ALL;
+    let std_errors = uncertainty::std_errors(&fitter, &model, load.1, &answers, beyond);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
@@ -136,8 +138,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         profile,
         condition: covariances.condition,
         delay_at_bound,
-        velocity: fitter.survey.velocity,
-        command: fitter.survey.command,
+        survey: fitter.survey,
         reverses: recording.reverses(),
     })
 }

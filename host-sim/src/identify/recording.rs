@@ -36,7 +36,7 @@ pub(crate) struct Logged {
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
-const MAX_SAMPLES: usize = 1 << 15;
+pub(crate) const MAX_SAMPLES: usize = 1 << 15;
 
 impl Recording {
     /// Of the samples of a log with the counts per rad, and the way after which forces that go with the angle repeat, rad;
@@ -144,6 +144,32 @@ impl Recording {
         [0, 1].map(|axis| self.angles.iter().map(|wave| wave[axis]).sum::<f64>() / count)
     }
 
+    /// The waves of values, and the orders in which they go with the angle.
+    const WAVES: [[Effect; 2]; 4] = [
+        [Effect::GravitySine, Effect::GravityCosine],
+        [Effect::RippleSine, Effect::RippleCosine],
+        [Effect::TorqueRippleSine, Effect::TorqueRippleCosine],
+        [Effect::InertiaSine, Effect::InertiaCosine],
+    ];
+
+    /// Values whose waves count from another angle, farther by `angle`, rad.
+    fn turned(values: &Values, angle: f64) -> Values {
+        let orders = [1.0, values.order, values.gain_order, values.inertia_order];
+        let mut turned = *values;
+        for (wave, order) in Self::WAVES.into_iter().zip(orders) {
+            let (sin, cos) = (order * angle).sin_cos();
+            let [sine, cosine] = wave.map(|effect| values.get(effect));
+            turned.set(wave[0], sine * cos - cosine * sin);
+            turned.set(wave[1], cosine * cos + sine * sin);
+        }
+        turned
+    }
+
+    /// Values whose waves count from the middle of the motion, of some that count from angle zero.
+    pub(super) fn about_middle(&self, values: &Values) -> Values {
+        Self::turned(values, self.middle)
+    }
+
     /// Values whose waves count from angle zero, and the standard errors of effects with them: a wave of which one
     /// part was estimated has both.
     pub(super) fn about_zero(
@@ -151,21 +177,11 @@ impl Recording {
         values: &Values,
         estimated: &[(Effect, f64)],
     ) -> (Values, Vec<(Effect, f64)>) {
-        use Effect as E;
-        let (mut values, mut estimated) = (*values, estimated.to_vec());
+        let mut estimated = estimated.to_vec();
         let orders = [1.0, values.order, values.gain_order, values.inertia_order];
-        let waves = [
-            [E::GravitySine, E::GravityCosine],
-            [E::RippleSine, E::RippleCosine],
-            [E::TorqueRippleSine, E::TorqueRippleCosine],
-            [E::InertiaSine, E::InertiaCosine],
-        ];
-        for (wave, order) in waves.into_iter().zip(orders) {
+        for (wave, order) in Self::WAVES.into_iter().zip(orders) {
             let (sin, cos) = (order * self.middle).sin_cos();
-            let [sine, cosine] = wave.map(|effect| values.get(effect));
-            values.set(wave[0], sine * cos + cosine * sin);
-            values.set(wave[1], cosine * cos - sine * sin);
-            let error = |effect: E| estimated.iter().find(|(one, _)| *one == effect);
+            let error = |effect| estimated.iter().find(|(one, _)| *one == effect);
             if wave.iter().all(|&effect| error(effect).is_none()) {
                 continue;
             }
@@ -175,7 +191,7 @@ impl Recording {
             estimated.push((wave[0], (odd * cos).hypot(even * sin)));
             estimated.push((wave[1], (odd * sin).hypot(even * cos)));
         }
-        (values, estimated)
+        (Self::turned(values, -self.middle), estimated)
     }
 
     /// True if the servo moved in both directions, by more than its encoder's noise can.

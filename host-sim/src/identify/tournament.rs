@@ -90,14 +90,19 @@ impl Tournament<'_> {
         fitted.sums.minus_two_log_likelihood()
     }
 
-    /// Lets the effect enter that wins; false if none does.
+    /// A round: false if no effect enters.
     pub(super) fn round(&self, model: &mut Model) -> bool {
         // A model that is not at its best yet would let any effect gain.
         if let Some(fitted) = self.fit(&model.fitted.values, &model.free, &model.fitted) {
             model.fit_is(fitted);
         }
         let answers = self.answers(model);
-        let promising = self.promising(&answers, model);
+        self.enter(model, &answers)
+    }
+
+    /// Lets the effect of some answers enter that wins; false if none does.
+    pub(super) fn enter(&self, model: &mut Model, answers: &[Answer]) -> bool {
+        let promising = self.promising(answers, model);
         let price = (segments(self.fitter.record.len()) as f64).ln();
         let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
         for answer in promising {

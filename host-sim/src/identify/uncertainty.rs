@@ -7,8 +7,25 @@ use super::scan::Answer;
 use super::tournament::Model;
 use crate::verdict::Cause;
 
-/// The part of a usual size to which a servo is its model.
-const MODEL_ACCURACY: f64 = 1e-3;
+/// What standard errors hold beside chance, colour, rounding and effects that may be missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beyond {
+    /// The part of a usual size to which a servo is its model.
+    pub(super) accuracy: f64,
+    /// True if they hold the spread over the horizons, which takes two fits.
+    pub(super) has_spread: bool,
+    /// True if no friction and no dead band are known as well as all else leaves them, and not unknown.
+    pub(super) none_is_known: bool,
+}
+
+impl Beyond {
+    /// Of a servo that is identified.
+    pub(super) const ALL: Self = Self {
+        accuracy: 1e-3,
+        has_spread: true,
+        none_is_known: false,
+    };
+}
 
 /// The share of an encoder's rounding that goes with a motion of a deviation of one count, as if the motion were larger
 /// or smaller: what no length of a record averages out. It falls with the square root of the deviation, as the first
@@ -28,25 +45,33 @@ pub(super) fn std_errors(
     model: &Model,
     load: f64,
     answers: &[Answer],
+    beyond: Beyond,
 ) -> Vec<f64> {
     let count = model.free.len();
     let own = model.fitted.std_errors();
     let missing = missing(answers, count, &Usual::new(fitter, &model.fitted.values));
-    let spread = spread(fitter, model);
+    let spread = if beyond.has_spread {
+        spread(fitter, model)
+    } else {
+        vec![0.0; count]
+    };
     let sums = &model.fitted.sums;
     let rounding = SYSTEMATIC_ROUNDING * ROUNDING_DEVIATION * fitter.survey.amplitude().powf(-1.5);
+    let alone = |i: usize| {
+        let variance = sums.noise() / sums.hessian[i][i].max(f64::MIN_POSITIVE);
+        (variance * model.rows_per_row).sqrt()
+    };
+    let none_is_known = |i: usize| beyond.none_is_known && !own[i].is_finite();
     (0..count)
         .map(|i| {
             let own = match model.free[i] {
                 Effect::Load => load,
-                // No delay is a bound at which everything else is free.
-                Effect::Delay if !own[i].is_finite() => {
-                    let variance = sums.noise() / sums.hessian[i][i].max(f64::MIN_POSITIVE);
-                    (variance * model.rows_per_row).sqrt()
-                }
+                // None is a bound at which everything else is free.
+                Effect::Delay if !own[i].is_finite() => alone(i),
+                Effect::Coulomb | Effect::DeadBand if none_is_known(i) => alone(i),
                 _ => own[i],
             };
-            let ideal = MODEL_ACCURACY * fitter.usual_size(&model.fitted.values, model.free[i])
+            let ideal = beyond.accuracy * fitter.usual_size(&model.fitted.values, model.free[i])
                 + match model.free[i] {
                     Effect::B | Effect::Coulomb | Effect::Load => {
                         rounding * model.fitted.values.get(model.free[i]).abs()
@@ -144,13 +169,16 @@ enum Kind {
 impl Kind {
     const fn of(cause: Cause) -> Self {
         match cause {
-            Cause::Gravity | Cause::Ripple | Cause::TorqueRipple | Cause::VaryingInertia => {
-                Self::Angle
-            }
+            Cause::Load
+            | Cause::Gravity
+            | Cause::Ripple
+            | Cause::TorqueRipple
+            | Cause::VaryingInertia => Self::Angle,
             Cause::Asymmetry
             | Cause::QuadraticFriction
             | Cause::LowSpeedFriction
             | Cause::FrictionDrift
+            | Cause::Coulomb
             | Cause::LoadFriction => Self::Velocity,
             _ => Self::Command,
         }

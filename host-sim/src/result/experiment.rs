@@ -58,9 +58,6 @@ pub struct Summary {
     pub residual: Option<Residual>,
     /// Noise of the position sensor over the end of the run.
     pub noise: SensorNoise,
-    /// Effects that the model may lack, the largest first.
-    #[serde(skip)]
-    pub findings: Vec<Finding>,
     /// Findings of a fit to the whole record, for the law that makes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<FitNotes>,

@@ -49,12 +49,12 @@ pub struct Finding {
     /// The effect.
     #[serde(flatten, serialize_with = "described")]
     pub cause: Cause,
-    /// The part of the whitened rest of the output error that it explains.
-    pub share: f64,
-    /// Its size over how far groups of samples disagree on it.
+    /// Another effect that explains the record nearly as well; none if this one stands out.
     #[serde(skip)]
-    pub significance: f64,
-    /// Its size after one step of Gauss and Newton.
+    pub or: Option<Cause>,
+    /// The part of the output error's square that it explains.
+    pub share: f64,
+    /// Its size, of a model that has it.
     pub size: f64,
     /// The unit of the size.
     pub unit: &'static str,

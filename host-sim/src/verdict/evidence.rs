@@ -26,6 +26,8 @@ pub struct Evidence {
     pub not_a_servo: bool,
     /// The evidence of a fit to the whole record, whose standard errors hold model errors too.
     pub fit: Option<FitEvidence>,
+    /// The evidence of the fit by which the estimates of another law are judged.
+    pub judged_by: Option<FitEvidence>,
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
 }
 
@@ -148,6 +150,7 @@ impl Evidence {
             missing_term: None,
             not_a_servo: false,
             fit: None,
+            judged_by: None,
             unknowns: [None; Unknown::ALL.len()],
         }
     }

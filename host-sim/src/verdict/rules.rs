@@ -3,7 +3,7 @@ use std::fmt;
 use identifier_core::commission::Reason;
 use identifier_core::parameters::{Tolerance, Unknown};
 
-use super::{Evidence, Lack, Residual, UnknownEvidence, VerdictReason};
+use super::{Evidence, UnknownEvidence, VerdictReason};
 
 /// The reliability of estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,9 +43,10 @@ pub struct Verdict {
     pub reason: VerdictReason,
 }
 
-/// [`Tolerance::STD_ERROR`] for standard errors that hold model errors too, and not chance alone: an interval of two of them
-/// is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by the command.
-const MAX_FIT_STD_ERROR: Tolerance = Tolerance {
+/// The standard error up to which an unknown is known, wider than [`Tolerance::STD_ERROR`] as it holds model errors too, and
+/// not chance alone: an interval of two of them is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by
+/// the command.
+const MAX_STD_ERROR: Tolerance = Tolerance {
     gain: 0.04,
     force: [0.1, 0.005],
     other: [0.1, 0.025],
@@ -58,25 +59,20 @@ const MAX_MOVEMENT: Tolerance = Tolerance {
     other: [0.02, 0.003],
 };
 
-/// The distance up to which an estimate is where the data say.
+/// The distance up to which an estimate is where the data say. It does not grow with the standard error, which holds model
+/// errors and not chance alone.
 const MAX_PULL: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.08, 0.005],
     other: [0.05, 0.01],
 };
 
-/// The shift by what the model lacks up to which it may lack it.
+/// The same of where they say with an effect that the model lacks: the shift up to which it may lack it.
 const MAX_SHIFT: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.08, 0.001],
     other: [0.1, 0.02],
 };
-
-/// Standard errors that chance may pull an estimate away from where the data say.
-const CHANCE_STD_ERRORS: f64 = 3.0;
-
-/// An estimate that the data would move by no more than this multiple of the tolerance is near.
-const NEAR_FACTOR: f64 = 5.0;
 
 /// Minimum samples for a verdict.
 const MIN_SAMPLES: u64 = 100;
@@ -86,10 +82,6 @@ pub const MIN_TRAVEL_COUNTS: f64 = 20.0;
 
 /// The output error over the encoder's from which it has a cause, named or not.
 const ENCODER_RATIO: f64 = 1.5;
-
-/// The output error over the encoder's from which it is large, and the share of it that is most of it.
-const LARGE_ENCODER_RATIO: f64 = 3.0;
-const MAIN_SHARE: f64 = 0.5;
 
 /// The prediction error from which estimates do not hold outside the data that they come from.
 const MAX_PREDICTION_ERROR: f64 = 0.1;
@@ -107,7 +99,7 @@ impl Verdict {
             .or_else(|| without_estimate(evidence))
             .or_else(|| not_separated(evidence))
             .or_else(|| not_entered(evidence))
-            .or_else(|| named(evidence))
+            .or_else(|| lacking(evidence))
             .or_else(|| not_excited(evidence))
             .or_else(|| moving(evidence))
             .or_else(|| unexplained(evidence))
@@ -121,6 +113,14 @@ impl UnknownEvidence {
     #[must_use]
     pub fn still(&self, unknown: Unknown) -> f64 {
         MAX_MOVEMENT.limit(unknown, self.estimate, self.scale)
+    }
+
+    /// True if the data say, with an effect that the model `lacks` or without one, that it is where they would have it.
+    #[must_use]
+    pub fn is_in_place(&self, unknown: Unknown, lacks: bool) -> bool {
+        let tolerance = if lacks { MAX_SHIFT } else { MAX_PULL };
+        let limit = tolerance.limit(unknown, self.estimate, self.scale);
+        self.pull.is_some_and(|pull| within(pull, limit))
     }
 }
 
@@ -174,7 +174,7 @@ const MIN_PROFILE: f64 = 9.0;
 const MAX_CONDITION: f64 = 1e8;
 
 fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
-    let fit = evidence.fit.as_ref()?;
+    let fit = evidence.fit.as_ref().or(evidence.judged_by.as_ref())?;
     let increase = fit.profile[0].min(fit.profile[1]);
     let is_separated = increase >= MIN_PROFILE && fit.condition <= MAX_CONDITION;
     let reason = if !fit.reverses {
@@ -202,13 +202,11 @@ fn not_entered(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
-        let tolerance = match evidence.fit {
-            // The errors of the four hold what the size of an effect leaves open.
-            Some(_) if unknown.parameter().is_none() => return None,
-            Some(_) => MAX_FIT_STD_ERROR,
-            None => Tolerance::STD_ERROR,
-        };
-        let limit = tolerance.limit(unknown, of.estimate, of.scale);
+        // In a fit the errors of the four hold what the size of an effect leaves open.
+        if evidence.fit.is_some() && unknown.parameter().is_none() {
+            return None;
+        }
+        let limit = MAX_STD_ERROR.limit(unknown, of.estimate, of.scale);
         let std_error = of.std_error.filter(|error| !within(*error, limit))?;
         Some(VerdictReason::NotExcited {
             unknown,
@@ -219,16 +217,20 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::NoInformation, reason))
 }
 
-/// A lack with a name that moves an estimate which is where the data say is the reason why it moves too.
-fn named(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
-    let lack = evidence.lack.filter(|lack| lack.cause.is_some())?;
-    let near = |(unknown, of): (Unknown, &UnknownEvidence)| {
-        let limit = NEAR_FACTOR * MAX_PULL.limit(unknown, of.estimate, of.scale);
-        of.pull.is_some_and(|pull| within(pull, limit))
-    };
-    let reason = lacking(evidence, &lack)?;
-    let there = evidence.unknowns().all(near);
-    there.then_some((Status::Unexplained, reason))
+/// What the model lacks, where it moves an estimate: it is the reason for movement, too.
+fn lacking(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let lack = evidence.lack.as_ref()?;
+    let reason = first(evidence, |unknown, of| {
+        let shift = lack.shift(unknown);
+        let limit = MAX_SHIFT.limit(unknown, of.estimate, of.scale);
+        (!within(shift, limit)).then_some(VerdictReason::Lacks {
+            cause: lack.cause,
+            share: lack.share,
+            unknown,
+            shift,
+        })
+    })?;
+    Some((Status::Unexplained, reason))
 }
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
@@ -245,39 +247,18 @@ fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 }
 
 fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
-    let lack = evidence.lack.as_ref();
-    let reason = lack
-        .and_then(|lack| lacking(evidence, lack))
-        .or_else(|| elsewhere(evidence))
-        .or_else(|| unpredicted(evidence))?;
+    let reason = elsewhere(evidence).or_else(|| unpredicted(evidence))?;
     Some((Status::Unexplained, reason))
 }
 
-/// The effect that the model lacks moves an estimate; of one that explains most of a large rest it is not asked how
-/// far, as the first step towards it may be short of the way.
-fn lacking(evidence: &Evidence, lack: &Lack) -> Option<VerdictReason> {
-    let large = |residual: Residual| residual.beyond_encoder > LARGE_ENCODER_RATIO;
-    let plain =
-        lack.cause.is_some() && lack.share > MAIN_SHARE && evidence.residual.is_some_and(large);
-    first(evidence, |unknown, of| {
-        let shift = lack.shift(unknown);
-        (plain || !within(shift, MAX_SHIFT.limit(unknown, of.estimate, of.scale))).then_some(
-            VerdictReason::Lacks {
-                cause: lack.cause,
-                share: lack.share,
-                unknown,
-                shift,
-            },
-        )
-    })
-}
-
-/// The data would have an estimate elsewhere, beyond chance.
+/// The data would have an estimate elsewhere; if by an effect that the model lacks, that is the reason.
 fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
+    if evidence.lack.is_some() {
+        return None;
+    }
     first(evidence, |unknown, of| {
         let pull = of.pull?;
-        let chance = CHANCE_STD_ERRORS * of.std_error.unwrap_or(0.0);
-        let limit = MAX_PULL.limit(unknown, of.estimate, of.scale).max(chance);
+        let limit = MAX_PULL.limit(unknown, of.estimate, of.scale);
         (!within(pull, limit)).then_some(VerdictReason::Elsewhere {
             unknown,
             pull,
@@ -299,10 +280,10 @@ fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
     (!within(error, limit)).then_some(VerdictReason::NotPredicted { error, limit })
 }
 
-fn first(
+fn first<T>(
     evidence: &Evidence,
-    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<VerdictReason>,
-) -> Option<VerdictReason> {
+    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<T>,
+) -> Option<T> {
     evidence
         .unknowns()
         .find_map(|(unknown, of)| objection(unknown, of))

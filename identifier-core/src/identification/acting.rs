@@ -128,7 +128,11 @@ impl Acting<'_> {
             Effect::InertiaCosine => {
                 -shape.acceleration * self.ease * wave_of(self.values.inertia_order)[1]
             }
-            Effect::A | Effect::Asymmetry | Effect::Quadratic | Effect::Compliance => 0.0,
+            Effect::A
+            | Effect::Asymmetry
+            | Effect::Quadratic
+            | Effect::Compliance
+            | Effect::Play => 0.0,
         }
     }
 }

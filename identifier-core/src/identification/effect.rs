@@ -61,6 +61,8 @@ pub enum Effect {
     InertiaCosine,
     /// Twist of a compliant shaft per acceleration, sample².
     Compliance,
+    /// Play between motor and encoder, counts.
+    Play,
 }
 
 impl Effect {
@@ -68,7 +70,7 @@ impl Effect {
     pub const COUNT: usize = Self::ALL.len();
 
     /// All effects.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 27] = [
         Self::A,
         Self::B,
         Self::Coulomb,
@@ -95,6 +97,7 @@ impl Effect {
         Self::InertiaSine,
         Self::InertiaCosine,
         Self::Compliance,
+        Self::Play,
     ];
 
     /// The effects of every servo.
@@ -102,7 +105,7 @@ impl Effect {
 }
 
 /// An effect whose tangent a pass carries, with the setting at which it is asked for: the order of a
-/// wave, the speed at which friction fades or the level of a limit; zero for that of the model.
+/// wave, the speed at which friction fades, the level of a limit or a play; zero for that of the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// The effect.

@@ -76,7 +76,7 @@ impl<'a> Fitter<'a> {
             | Effect::InertiaSine
             | Effect::InertiaCosine => [-0.9, 0.9],
             Effect::GainDrift | Effect::FrictionDrift => [-1.9, 1.9],
-            Effect::Compliance => [0.0, ends],
+            Effect::Compliance | Effect::Play => [0.0, ends],
             _ => [-ends, ends],
         }
     }

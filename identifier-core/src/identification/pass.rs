@@ -69,6 +69,8 @@ impl ModelPass<'_> {
         let columns = &columns[..columns.len().min(C)];
         let front_end = FrontEnd::new(values, columns);
         let mut waves = Waves::new(columns);
+        let plays = values.get(Effect::Play) != 0.0
+            || columns.iter().any(|column| column.effect == Effect::Play);
         let mut regressor = [0.0; C];
         for motion in self.record.motions() {
             let mut state = State::<C> {
@@ -76,6 +78,8 @@ impl ModelPass<'_> {
                 velocity: 0.0,
                 load: 0.0,
                 acceleration: 0.0,
+                play: 0.0,
+                plays,
                 columns,
                 tangents: [Tangent::default(); C],
             };
@@ -128,7 +132,7 @@ impl ModelPass<'_> {
     ) {
         use Effect::{
             B, Coulomb, Delay, FrictionDrift, GainDrift, GravityCosine, GravitySine, InertiaCosine,
-            InertiaSine, LoadFriction, RippleCosine, RippleSine, TorqueRippleCosine,
+            InertiaSine, LoadFriction, Play, RippleCosine, RippleSine, TorqueRippleCosine,
             TorqueRippleSine,
         };
         let record = self.record;
@@ -167,6 +171,14 @@ impl ModelPass<'_> {
         if twists {
             for (velocity, tangent) in velocities.iter_mut().zip(&state.tangents) {
                 *velocity = tangent.velocity;
+            }
+        }
+        let play = values.get(Play);
+        let error = state.error;
+        let mut ways = [0.0; C];
+        if state.plays {
+            for (way, tangent) in ways.iter_mut().zip(&state.tangents) {
+                *way = tangent.error;
             }
         }
         let mut last = None;
@@ -208,6 +220,12 @@ impl ModelPass<'_> {
             for (tangent, velocity) in state.tangents.iter_mut().zip(velocities) {
                 tangent.acceleration = tangent.velocity - velocity;
             }
+        }
+        if state.plays {
+            for (way, tangent) in ways.iter_mut().zip(&state.tangents) {
+                *way -= tangent.error;
+            }
+            state.take_up_play(play, error - state.error, &ways);
         }
     }
 }

@@ -13,6 +13,10 @@ pub(super) struct State<'c, const C: usize> {
     pub(super) load: f64,
     /// Acceleration over the last sample.
     pub(super) acceleration: f64,
+    /// The encoder's place within the play, from its middle.
+    pub(super) play: f64,
+    /// True if there is play, or a column of it.
+    pub(super) plays: bool,
     pub(super) columns: &'c [Column],
     pub(super) tangents: [Tangent; C],
 }
@@ -28,6 +32,8 @@ pub(super) struct Tangent {
     pub(super) shaped: f64,
     /// Derivative of the acceleration over the last sample.
     pub(super) acceleration: f64,
+    /// Derivative of the place within the play; of a column with a play of its own that place.
+    play: f64,
 }
 
 /// (1 − e^(−z))/z and (1 − (1 − e^(−z))/z)/z times powers of the length, and their derivatives by a.
@@ -65,11 +71,31 @@ impl<const C: usize> State<'_, C> {
         for (i, column) in self.columns.iter().enumerate() {
             let tangent = &self.tangents[i];
             regressor[i] = -tangent.error + twist * tangent.acceleration;
-            if column.effect == Effect::Compliance {
-                regressor[i] += self.acceleration;
-            }
+            regressor[i] += match column.effect {
+                Effect::Compliance => self.acceleration,
+                Effect::Play if column.setting > 0.0 => tangent.play / column.setting,
+                _ => tangent.play,
+            };
         }
-        self.error - twist * self.acceleration
+        self.error - twist * self.acceleration - self.play
+    }
+
+    /// The motor has moved by a way, counts, and each tangent with it: within the play, or it takes the encoder along.
+    pub(super) fn take_up_play(&mut self, play: f64, way: f64, ways: &[f64; C]) {
+        let half = 0.5 * play;
+        let wanted = self.play - way;
+        self.play = wanted.max(-half).min(half);
+        for ((column, tangent), way_per) in self.columns.iter().zip(&mut self.tangents).zip(ways) {
+            tangent.play = match column.effect {
+                Effect::Play if column.setting > 0.0 => {
+                    let half = 0.5 * column.setting;
+                    (tangent.play - way).max(-half).min(half)
+                }
+                _ if wanted.abs() < half => tangent.play - way_per,
+                Effect::Play => 0.5 * wanted.signum(),
+                _ => 0.0,
+            };
+        }
     }
 
     /// Takes the innovation in.

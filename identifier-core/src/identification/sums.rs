@@ -18,6 +18,8 @@ pub struct Sums {
     pub scores: Matrix,
     /// ∑ e²/S.
     pub squares: f64,
+    /// The same of each innovation and the one before it.
+    pub lagged: f64,
     /// ∑ ln S.
     pub log_variances: f64,
     /// Segments.
@@ -39,6 +41,7 @@ impl Sums {
         gradient: [0.0; MAX_UNKNOWNS],
         scores: [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS],
         squares: 0.0,
+        lagged: 0.0,
         log_variances: 0.0,
         segments: 0.0,
     };
@@ -61,6 +64,7 @@ impl Sums {
         let mut score = [0.0; MAX_UNKNOWNS];
         let mut segment = 0;
         let mut product = 1.0;
+        let mut last = 0.0;
         let ran = pass.run(values, &columns[..count], &mut |row| {
             let here = row.sample * segments / length;
             if here != segment {
@@ -70,6 +74,8 @@ impl Sums {
             let weight = 1.0 / row.variance;
             let error = row.innovation;
             sums.squares += error * error * weight;
+            sums.lagged += error * last * weight;
+            last = error;
             sums.rows += 1.0;
             // One logarithm for many samples.
             product *= row.variance;
@@ -110,6 +116,12 @@ impl Sums {
     #[must_use]
     pub fn noise(&self) -> f64 {
         self.squares / self.rows
+    }
+
+    /// The correlation of the innovations from one measurement to the next.
+    #[must_use]
+    pub fn correlation(&self) -> f64 {
+        self.lagged / self.squares
     }
 
     /// −2 ln L, but for a constant, with the variance of the measurements at its best.

@@ -97,6 +97,7 @@ fn every_tangent_is_the_derivative() {
             (Effect::GainAsymmetry, 0.03),
             (Effect::TorqueRippleSine, 0.02),
             (Effect::InertiaCosine, 0.05),
+            (Effect::Play, 3.0),
         ] {
             values.set(effect, value);
         }

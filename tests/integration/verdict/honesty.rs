@@ -118,7 +118,7 @@ fn a_result_called_converged_is_right() {
                 summary.estimates.load,
                 scenario.effects,
                 scenario.sensor,
-                (summary.residual, summary.findings.first())
+                (summary.residual, &summary.cause)
             );
         }
     }
@@ -154,7 +154,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
                 "{} {} {:?}",
                 kind.name,
                 summary.reason,
-                (summary.residual, summary.findings.first())
+                (summary.residual, &summary.cause)
             );
         }
         for parameter in [

@@ -1,0 +1,238 @@
+//! The evidence of the end of a run for a law's estimates: the record is fitted once more, from the estimates, with the
+//! law's own model, so that every law is judged alike.
+
+use identifier_core::identification::{Effect, Survey, Values};
+use identifier_core::parameters::{PerQuantity, ServoParameters, Unknown};
+
+use super::Statistics;
+use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
+use super::stretch::Kept;
+use super::whole_record::WholeRecord;
+use crate::experiment::TermEstimate;
+use crate::identify::{Estimated, Lacking, MAX_SAMPLES, effects, examine};
+use crate::result::{Finding, Residual};
+use crate::scenario::Scenario;
+use crate::verdict::FitEvidence;
+
+/// The run that is judged.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Judged<'a> {
+    pub(super) scenario: &'a Scenario,
+    /// The estimates; of what is not estimated, what the model takes for it.
+    pub(super) servo: ServoParameters,
+    /// The terms that have entered.
+    pub(super) terms: &'a [TermEstimate],
+    /// The unknowns that are estimated.
+    pub(super) unknowns: &'a [Unknown],
+}
+
+/// The extent of an assessment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Effort {
+    /// Samples at most.
+    pub(super) samples: usize,
+    /// The same of a law that takes the whole record.
+    pub(super) whole: usize,
+    /// True if it may take many passes.
+    is_thorough: bool,
+}
+
+impl Effort {
+    /// For a single result.
+    pub(super) const THOROUGH: Self = Self {
+        // In blocks a servo that is stopped by friction would look like one that its model does not explain.
+        samples: MAX_SAMPLES,
+        whole: 1 << 17,
+        is_thorough: true,
+    };
+    /// For one of many.
+    pub(super) const BRIEF: Self = Self {
+        samples: 1 << 12,
+        whole: 1 << 13,
+        is_thorough: false,
+    };
+}
+
+/// The evidence for estimates.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Assessment {
+    /// Of every unknown that is estimated.
+    unknowns: Vec<Asked>,
+    /// The output error of the model, where it was fitted again.
+    pub(super) residual: Option<Residual>,
+    /// The effect that the model lacks.
+    pub(super) finding: Option<Finding>,
+    /// The evidence of the fit.
+    pub(super) fit: Option<FitEvidence>,
+    /// The usual sizes beside which unknowns act.
+    pub(super) scales: Scales,
+}
+
+/// The evidence for an unknown, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Asked {
+    unknown: Unknown,
+    /// The distance from the estimate to where the record would have it, with the effect that the model lacks.
+    pub(super) pull: f64,
+    /// Infinite where the motion says nothing of it.
+    pub(super) std_error: f64,
+}
+
+/// Usual sizes of the motion, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scales {
+    /// Deviation of the velocity, rad/s.
+    pub(super) velocity: f64,
+    /// Deviation of the command; of a fit the largest.
+    pub(super) command: f64,
+}
+
+impl Scales {
+    /// The size beside which an error of an unknown is small or large, in its unit.
+    pub(super) fn scale_of(&self, unknown: Unknown, b: f64) -> f64 {
+        let acceleration = b.abs() * self.command;
+        let rate = acceleration / self.velocity.max(f64::MIN_POSITIVE);
+        let scales = PerQuantity {
+            rate,
+            gain: b.abs(),
+            acceleration,
+            time: 1.0 / rate.max(f64::MIN_POSITIVE),
+            command: self.command,
+        };
+        scales.get(unknown)
+    }
+}
+
+impl Assessment {
+    /// The evidence on an unknown; none where it is not estimated.
+    pub(super) fn of(&self, unknown: Unknown) -> Option<&Asked> {
+        self.unknowns.iter().find(|asked| asked.unknown == unknown)
+    }
+
+    /// Of the estimates of a law by the end of its run; none where there is too little of it, or no servo follows it.
+    pub(super) fn of_law(
+        judged: &Judged<'_>,
+        samples: impl ExactSizeIterator<Item = Kept> + Clone,
+        effort: Effort,
+    ) -> Option<Self> {
+        let mut command = Statistics::default();
+        samples.clone().for_each(|one| command.add(one.command));
+        let ScaledRecording { recording, scale } = ScaledRecording::new(judged.scenario, samples);
+        let own: Vec<(Unknown, Effect)> = (judged.unknowns.iter())
+            .filter_map(|&unknown| Some((unknown, effect(unknown)?)))
+            .collect();
+        let values = judged.values(&scale);
+        let law = Estimated {
+            values,
+            free: own.iter().map(|(_, effect)| *effect).collect(),
+            is_thorough: effort.is_thorough,
+        };
+        let residual = |noise: f64, correlation| Residual {
+            rms: noise * scale.position,
+            resolution_rms: scale.position / 12.0_f64.sqrt(),
+            correlation,
+        };
+        let found = examine(&recording, &law, |noise, correlation| {
+            residual(noise, correlation).is_the_encoders()
+        })?;
+        // A drifting parameter is farther from its mean at the end of the run.
+        let drift = |effect: Effect| match effect {
+            Effect::B => found.values.get(Effect::GainDrift),
+            Effect::A | Effect::Coulomb => found.values.get(Effect::FrictionDrift),
+            _ => 0.0,
+        };
+        let asked = |&(unknown, effect): &(Unknown, Effect)| {
+            let mut errors = found.estimated.iter();
+            let error = errors.find(|(one, _)| *one == effect);
+            let at_end = found.values.get(effect) * (1.0 + 0.5 * drift(effect));
+            Asked {
+                unknown,
+                pull: (at_end - values.get(effect)) * scale.of(effect),
+                std_error: error.map_or(f64::INFINITY, |(_, error)| error * scale.of(effect)),
+            }
+        };
+        let unknowns: Vec<Asked> = own.iter().map(asked).collect();
+        let finding = found.lacking.as_ref();
+        Some(Self {
+            residual: Some(residual(found.noise, found.correlation)),
+            finding: finding.map(|lacking| scale.finding(&found.values, lacking, &unknowns)),
+            unknowns,
+            fit: found.profile.map(|profile| FitEvidence {
+                profile,
+                condition: found.condition,
+                // The model of a law may have nothing for which that matters.
+                reverses: true,
+                delay_at_bound: false,
+            }),
+            scales: scale.scales(&found.survey, command.deviation()?),
+        })
+    }
+
+    /// Of a fit to the whole record, which is where the record would have it.
+    pub(super) fn of_fit(whole: &WholeRecord, unknowns: &[Unknown]) -> Self {
+        let asked = |&unknown: &Unknown| Asked {
+            unknown,
+            pull: 0.0,
+            std_error: whole.std_error(unknown),
+        };
+        Self {
+            unknowns: unknowns.iter().map(asked).collect(),
+            residual: None,
+            finding: None,
+            fit: Some(whole.evidence),
+            scales: whole.scales,
+        }
+    }
+}
+
+impl Judged<'_> {
+    /// The law's model in the units of a record.
+    fn values(&self, scale: &Scale) -> Values {
+        let declared = &self.scenario.stated.identifier.terms;
+        let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
+        let of_servo =
+            |unknown: Unknown| Some((unknown, unknown.parameter()?.value_in(&self.servo)));
+        let found = self.terms.iter().map(|term| (term.unknown, term.value));
+        let sizes = std::iter::once((Unknown::Delay, declared.delay))
+            .chain(four.into_iter().filter_map(of_servo))
+            .chain(found);
+        let mut values = scale.declared(declared);
+        for (unknown, size) in sizes {
+            if let Some(effect) = effect(unknown) {
+                values.set(effect, size / scale.of(effect));
+            }
+        }
+        values
+    }
+}
+
+impl Scale {
+    /// The usual sizes of a motion with a usual command.
+    pub(super) fn scales(&self, survey: &Survey, command: f64) -> Scales {
+        Scales {
+            velocity: 0.5 * survey.velocity * self.position / self.time,
+            command,
+        }
+    }
+
+    /// An effect that a law's model lacks, in SI, of a model that has it.
+    fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
+        let Lacking { entered, share } = lacking;
+        let parts = effects(entered.cause);
+        // Of a size that has a speed or a slope beside it the size itself; of a wave both parts.
+        let size = match parts {
+            [Effect::LowSpeed, _] => values.get(Effect::LowSpeed),
+            _ => parts
+                .iter()
+                .fold(0.0, |all, part| f64::hypot(all, values.get(*part))),
+        };
+        Finding {
+            cause: entered.cause,
+            or: entered.rival(),
+            share: *share,
+            size: parts.first().map_or(0.0, |part| size * self.of(*part)),
+            unit: parts.first().map_or("", |part| unit(*part)),
+            shifts: own.iter().map(|one| (one.unknown, one.pull)).collect(),
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! A run or a log as the fit takes it, and the units of its effects.
+
+use identifier_core::identification::{Effect, Values};
+use identifier_core::parameters::{Quantity, Unknown};
+use identifier_core::settings::TermSettings;
+
+use super::stretch::Kept;
+use crate::identify::{Logged, Recording};
+use crate::scenario::Scenario;
+
+/// A recording with its units in SI.
+pub(super) struct ScaledRecording {
+    pub(super) recording: Recording,
+    pub(super) scale: Scale,
+}
+
+impl ScaledRecording {
+    /// Of samples of a scenario's servo.
+    pub(super) fn new(scenario: &Scenario, samples: impl ExactSizeIterator<Item = Kept>) -> Self {
+        let units = scenario.units();
+        let logged = samples.map(|sample| Logged {
+            position: sample.position,
+            command: sample.command,
+            begins: sample.begins,
+        });
+        let revolution = scenario.stated.identifier.terms.revolution;
+        let recording = Recording::new(logged, units.position(), revolution);
+        let scale = Scale {
+            time: units.sample_time() * recording.block,
+            position: units.position_unit(),
+        };
+        Self { recording, scale }
+    }
+}
+
+/// Units of a record.
+pub(super) struct Scale {
+    /// Seconds to a sample.
+    pub(super) time: f64,
+    /// Radians to a count.
+    pub(super) position: f64,
+}
+
+impl Scale {
+    /// The declared amplifier and the settings of declared terms, but for the delay.
+    pub(super) fn declared(&self, terms: &TermSettings) -> Values {
+        let mut declared = Values::NONE;
+        for (effect, value) in [
+            (Effect::DeadBand, terms.dead_band),
+            (Effect::CurrentLoop, terms.current_loop),
+            (
+                Effect::LowSpeedVelocity,
+                terms.low_speed_velocity.unwrap_or(0.0),
+            ),
+        ] {
+            declared.set(effect, value / self.of(effect));
+        }
+        declared.order = terms.ripple_order.unwrap_or(declared.order);
+        declared
+    }
+
+    /// SI units to one of the record.
+    pub(super) fn of(&self, effect: Effect) -> f64 {
+        let acceleration = self.position / (self.time * self.time);
+        match term(effect).map(Unknown::quantity) {
+            Some(Quantity::Rate) => 1.0 / self.time,
+            Some(Quantity::Gain | Quantity::Acceleration) => acceleration,
+            Some(Quantity::Time) => self.time,
+            Some(Quantity::Command) => 1.0,
+            None => match effect {
+                Effect::CurrentLoop => self.time,
+                Effect::Quadratic => 1.0 / self.position,
+                Effect::LowSpeedVelocity => self.position / self.time,
+                Effect::Compliance => self.time * self.time,
+                Effect::Play => self.position,
+                _ => 1.0,
+            },
+        }
+    }
+}
+
+/// The unknown of the recursion's model that an effect is.
+pub(super) const fn term(effect: Effect) -> Option<Unknown> {
+    Some(match effect {
+        Effect::A => Unknown::A,
+        Effect::B => Unknown::B,
+        Effect::Coulomb => Unknown::Coulomb,
+        Effect::Load => Unknown::Load,
+        Effect::Delay => Unknown::Delay,
+        Effect::Asymmetry => Unknown::Asymmetry,
+        Effect::LowSpeed => Unknown::LowSpeed,
+        Effect::GravitySine => Unknown::GravitySine,
+        Effect::GravityCosine => Unknown::GravityCosine,
+        Effect::RippleSine => Unknown::RippleSine,
+        Effect::RippleCosine => Unknown::RippleCosine,
+        Effect::DeadBand => Unknown::DeadBand,
+        _ => return None,
+    })
+}
+
+/// The effect that an unknown of the recursion's model is.
+pub(super) fn effect(unknown: Unknown) -> Option<Effect> {
+    Effect::ALL
+        .into_iter()
+        .find(|&effect| term(effect) == Some(unknown))
+}
+
+/// The unit of an effect's size.
+pub(super) fn unit(effect: Effect) -> &'static str {
+    match term(effect) {
+        Some(unknown) => unknown.unit(),
+        None => match effect {
+            Effect::CurrentLoop => "s",
+            Effect::Quadratic => "1/rad",
+            Effect::Compliance => "s²",
+            Effect::Play => "rad",
+            Effect::HiddenLimit => Unknown::DeadBand.unit(),
+            Effect::GainDrift
+            | Effect::GainAsymmetry
+            | Effect::TorqueRippleSine
+            | Effect::TorqueRippleCosine => "of b",
+            Effect::FrictionDrift => "of the friction",
+            Effect::InertiaSine | Effect::InertiaCosine => "of the inertia",
+            _ => "of the command's acceleration",
+        },
+    }
+}

@@ -1,0 +1,144 @@
+//! Estimates that a law has found, beside a record: where the record would have them, how sure it is, and the effect that
+//! the law's model lacks.
+
+use identifier_core::identification::{Effect, Fitter, Horizon, Search, Survey, Values};
+
+use super::candidate::Range;
+use super::recording::Recording;
+use super::tournament::{Entered, Model, Tournament};
+use super::uncertainty::{self, Beyond};
+
+/// Estimates and their model, counts and samples of a recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Estimated {
+    /// The estimates, and the values that the model takes for granted.
+    pub(crate) values: Values,
+    /// The effects that are estimated.
+    pub(crate) free: Vec<Effect>,
+    /// True if the errors and the effects may take many passes.
+    pub(crate) is_thorough: bool,
+}
+
+/// The evidence of a record for a law's estimates, counts and samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Examined {
+    /// The law's model where the record would have it, with the effect that it lacks.
+    pub(crate) values: Values,
+    /// The effects that are estimated in it, and their standard errors.
+    pub(crate) estimated: Vec<(Effect, f64)>,
+    /// Deviation of a measurement from the law's model where the record would have it, counts.
+    pub(crate) noise: f64,
+    /// Correlation of its innovations from sample to sample.
+    pub(crate) correlation: f64,
+    /// The effect that the law's model lacks.
+    pub(crate) lacking: Option<Lacking>,
+    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
+    pub(crate) profile: Option<[f64; 2]>,
+    /// Condition number of the normal equations.
+    pub(crate) condition: f64,
+    /// Figures of the record.
+    pub(crate) survey: Survey,
+}
+
+/// An effect that a law's model lacks.
+#[derive(Debug, Clone)]
+pub(crate) struct Lacking {
+    pub(crate) entered: Entered,
+    /// The part of the innovations' squares that it explains.
+    pub(crate) share: f64,
+}
+
+/// The horizon at which estimates are examined, of the shortest: long enough for the model to show what it is.
+const HORIZON: f64 = 4.0;
+
+const SEARCH: Search = Search {
+    steps: 6,
+    tolerance: 1e-6,
+};
+
+/// Examines estimates; none where there is no motion or the model cannot follow the record. `is_explained` says of the
+/// noise and the correlation of the innovations whether they need no further effect.
+pub(crate) fn examine(
+    recording: &Recording,
+    law: &Estimated,
+    is_explained: impl Fn(f64, f64) -> bool,
+) -> Option<Examined> {
+    let record = recording.record();
+    let fitter = Fitter::new(&record)?;
+    let start = || fitter.start();
+    let on_time = Fitter {
+        earliest: 0.0,
+        ..fitter
+    };
+    let fitter = &on_time;
+    let horizon = Horizon {
+        white: HORIZON * fitter.survey.shortest_horizon(record.len()),
+        walk: None,
+    };
+    let own = recording.about_middle(&law.values);
+    let from_estimates = || {
+        let is_servo = law.free.iter().all(|&effect| own.get(effect).is_finite());
+        let gain = own.get(Effect::B);
+        (is_servo && gain > 0.0).then(|| fitter.fit(&own, &law.free, horizon, SEARCH))?
+    };
+    let from_start = || {
+        let start = start()?;
+        let mut values = own;
+        for &effect in &law.free {
+            values.set(effect, start.get(effect));
+        }
+        fitter.fit(&values, &law.free, horizon, SEARCH)
+    };
+    let fitted = from_estimates().or_else(from_start)?;
+    let mut model = Model {
+        free: law.free.clone(),
+        rows_per_row: fitted.covariances.rows_per_independent_row(),
+        fitted,
+        entered: Vec::new(),
+    };
+    let noise = model.fitted.sums.noise().sqrt();
+    let correlation = model.fitted.sums.correlation();
+    let mut answers = Vec::new();
+    let mut lacking = None;
+    if !is_explained(noise, correlation) {
+        let range = Range::new(recording, fitter.survey.velocity).with_play();
+        let tournament = Tournament {
+            fitter,
+            range: &range,
+        };
+        answers = tournament.answers(&model);
+        if tournament.enter(&mut model, &answers) {
+            tournament.mark_short_waves(&mut model);
+            let left = model.fitted.sums.noise() / (noise * noise);
+            lacking = model.entered.last().cloned().map(|entered| Lacking {
+                entered,
+                share: 1.0 - left,
+            });
+            answers = tournament.answers(&model);
+        }
+    }
+    let load = fitter.load(&model.fitted, &model.free);
+    // How well a servo is its model no law's model says.
+    let beyond = Beyond {
+        accuracy: 0.0,
+        has_spread: law.is_thorough,
+        none_is_known: true,
+    };
+    let std_errors = uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
+    let has_profile = law.is_thorough && model.free.contains(&Effect::B);
+    let profile =
+        has_profile.then(|| [0.8, 1.25].map(|factor| uncertainty::profile(fitter, &model, factor)));
+    let condition = model.fitted.covariances.condition;
+    let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
+    let (values, estimated) = recording.about_zero(&model.fitted.values, &estimated);
+    Some(Examined {
+        values,
+        estimated,
+        noise,
+        correlation,
+        lacking,
+        profile,
+        condition,
+        survey: fitter.survey,
+    })
+}
