@@ -135,19 +135,12 @@ impl Assessment {
         let found = examine(&recording, &law, |noise, correlation| {
             residual(noise, correlation).is_the_encoders()
         })?;
-        // A drifting parameter is farther from its mean at the end of the run.
-        let drift = |effect: Effect| match effect {
-            Effect::B => found.values.get(Effect::GainDrift),
-            Effect::A | Effect::Coulomb => found.values.get(Effect::FrictionDrift),
-            _ => 0.0,
-        };
         let asked = |&(unknown, effect): &(Unknown, Effect)| {
             let mut errors = found.estimated.iter();
             let error = errors.find(|(one, _)| *one == effect);
-            let at_end = found.values.get(effect) * (1.0 + 0.5 * drift(effect));
             Asked {
                 unknown,
-                pull: (at_end - values.get(effect)) * scale.of(effect),
+                pull: (found.values.get(effect) - values.get(effect)) * scale.of(effect),
                 std_error: error.map_or(f64::INFINITY, |(_, error)| error * scale.of(effect)),
             }
         };

@@ -80,7 +80,8 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     });
     evidence.lack = finding.map(|finding| {
         let cause = finding.or.is_none().then_some(finding.cause);
-        Lack::new(cause, finding.share, &finding.shifts)
+        let share = finding.share;
+        Lack { cause, share }
     });
     evidence
 }

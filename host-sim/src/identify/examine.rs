@@ -108,6 +108,8 @@ pub(crate) fn examine(
         };
         answers = tournament.answers(&model);
         if tournament.enter(&mut model, &answers) {
+            // Without the effect it may have stood far off.
+            tournament.settle(&mut model);
             tournament.mark_short_waves(&mut model);
             let left = model.fitted.sums.noise() / (noise * noise);
             lacking = model.entered.last().cloned().map(|entered| Lacking {

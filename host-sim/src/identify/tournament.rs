@@ -93,11 +93,16 @@ impl Tournament<'_> {
     /// A round: false if no effect enters.
     pub(super) fn round(&self, model: &mut Model) -> bool {
         // A model that is not at its best yet would let any effect gain.
+        self.settle(model);
+        let answers = self.answers(model);
+        self.enter(model, &answers)
+    }
+
+    /// Goes on with the search for the model's values.
+    pub(super) fn settle(&self, model: &mut Model) {
         if let Some(fitted) = self.fit(&model.fitted.values, &model.free, &model.fitted) {
             model.fit_is(fitted);
         }
-        let answers = self.answers(model);
-        self.enter(model, &answers)
     }
 
     /// Lets the effect of some answers enter that wins; false if none does.

@@ -66,7 +66,8 @@ pub struct UnknownEvidence {
     pub std_error: Option<f64>,
     /// The distance that it still moved, or still had to go, at the end.
     pub movement: f64,
-    /// The distance by which the data would move it from where it ended, if they were fitted once more.
+    /// The distance by which the data would move it from where it ended, if they were fitted once more, with the effect
+    /// that the model lacks.
     pub pull: Option<f64>,
     /// True if it stands at a bound.
     pub at_bound: bool,
@@ -104,36 +105,13 @@ pub struct Residual {
     pub correlation: f64,
 }
 
-/// An effect that a model lacks, and its influence on the estimates.
+/// An effect that a model lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lack {
     /// The effect that stands out; none where several could be it.
     pub cause: Option<Cause>,
     /// The part of the output error that it explains.
     pub share: f64,
-    shifts: [f64; Unknown::ALL.len()],
-}
-
-impl Lack {
-    /// An effect that explains a `share`, with the unknowns that it would move, and how far.
-    #[must_use]
-    pub fn new(cause: Option<Cause>, share: f64, shifts: &[(Unknown, f64)]) -> Self {
-        let mut lack = Self {
-            cause,
-            share,
-            shifts: [0.0; Unknown::ALL.len()],
-        };
-        for (unknown, shift) in shifts {
-            lack.shifts[*unknown as usize] = *shift;
-        }
-        lack
-    }
-
-    /// The shift of an unknown in a model that has the effect.
-    #[must_use]
-    pub fn shift(&self, unknown: Unknown) -> f64 {
-        self.shifts[unknown as usize]
-    }
 }
 
 impl Evidence {

@@ -266,7 +266,7 @@ impl fmt::Display for VerdictReason {
                 match cause {
                     Some(cause) => write!(
                         f,
-                        "the model lacks {cause}, which explains {:.0} % of what it leaves over and",
+                        "the model lacks {cause}, which explains {:.0} % of what it leaves over; a model with it",
                         100.0 * share
                     )?,
                     None => f.write_str(

@@ -63,15 +63,14 @@ const MAX_MOVEMENT: Tolerance = Tolerance {
 /// errors and not chance alone.
 const MAX_PULL: Tolerance = Tolerance {
     gain: 0.02,
-    force: [0.08, 0.005],
+    force: [0.08, 0.003],
     other: [0.05, 0.01],
 };
 
-/// The same of where they say with an effect that the model lacks: the shift up to which it may lack it.
+/// The same of where they say in a model with an effect that the law's lacks: that is no chance.
 const MAX_SHIFT: Tolerance = Tolerance {
-    gain: 0.02,
     force: [0.08, 0.001],
-    other: [0.1, 0.02],
+    ..MAX_PULL
 };
 
 /// Minimum samples for a verdict.
@@ -217,13 +216,12 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::NoInformation, reason))
 }
 
-/// What the model lacks, where it moves an estimate: it is the reason for movement, too.
+/// What the model lacks, where it holds an estimate off where the data say: it is the reason for movement, too.
 fn lacking(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.as_ref()?;
     let reason = first(evidence, |unknown, of| {
-        let shift = lack.shift(unknown);
-        let limit = MAX_SHIFT.limit(unknown, of.estimate, of.scale);
-        (!within(shift, limit)).then_some(VerdictReason::Lacks {
+        let shift = of.pull?;
+        (!of.is_in_place(unknown, true)).then_some(VerdictReason::Lacks {
             cause: lack.cause,
             share: lack.share,
             unknown,
@@ -251,18 +249,13 @@ fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::Unexplained, reason))
 }
 
-/// The data would have an estimate elsewhere; if by an effect that the model lacks, that is the reason.
 fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
-    if evidence.lack.is_some() {
-        return None;
-    }
     first(evidence, |unknown, of| {
         let pull = of.pull?;
-        let limit = MAX_PULL.limit(unknown, of.estimate, of.scale);
-        (!within(pull, limit)).then_some(VerdictReason::Elsewhere {
+        (!of.is_in_place(unknown, false)).then(|| VerdictReason::Elsewhere {
             unknown,
             pull,
-            limit,
+            limit: MAX_PULL.limit(unknown, of.estimate, of.scale),
         })
     })
 }

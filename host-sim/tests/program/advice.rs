@@ -103,10 +103,14 @@ fn cause(of: Cause) -> Row {
         ),
         Cause::Load => row(
             &[
-                ("plant", "load = 40.0"),
+                ("=plant", "a = 0.2174\nb = 257.7\nload = 40.0"),
                 (
                     "=controller",
                     "kp = 9.0\nkd = 0.19\nki = 0.0\nsample_time = 0.001",
+                ),
+                (
+                    "=excitation",
+                    "kind = \"band-limited-white-noise\"\npower = 0.001\nseed = 7",
                 ),
                 (
                     "=identifier",
@@ -212,7 +216,7 @@ fn cause(of: Cause) -> Row {
             ],
         ),
         Cause::FrictionDrift => row(
-            &[("plant", "friction_drift = -0.04")],
+            &[("plant", "coulomb = 40.0\nfriction_drift = -0.04")],
             &[
                 Followed(FIT_SAYS, FIT),
                 Followed("warm up first", &[("=plant", SERVO[0].1)]),
@@ -474,7 +478,14 @@ const VERDICTS: [(u8, Row); 17] = [
     (
         30,
         Row {
-            case: &[("encoder", "noise = 0.02"), ("=run", "duration = 4.0")],
+            case: &[
+                ("encoder", "noise = 0.02"),
+                (
+                    "=identifier",
+                    "law = \"gradient\"\ninitial = { a = 0.0, b = 110.0 }\ngamma = [0.1, 10.0]",
+                ),
+                ("=run", "duration = 2.0"),
+            ],
             remedies: &[
                 Followed("Run longer: run.duration", &[("=run", "duration = 60.0")]),
                 Followed(FIT_SAYS, FIT),
@@ -504,7 +515,7 @@ const VERDICTS: [(u8, Row); 17] = [
         42,
         Row {
             case: &[
-                ("plant", "load = 40.0"),
+                ("=plant", "a = 0.2174\nb = 257.7\nload = 40.0"),
                 (
                     "=controller",
                     "kp = 9.0\nkd = 0.19\nki = 0.0\nsample_time = 0.001",

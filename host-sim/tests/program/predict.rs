@@ -193,7 +193,7 @@ fn a_second_log_continues_from_the_first_estimates() {
     let [one, both] = [&[a.as_path()][..], &[&a, &b]].map(|logs| result(logs, &[], &scenario));
     assert_eq!(one["samples"], 4000);
     assert_eq!(both["samples"], 8000);
-    let error = |result: &Value| number(&result["estimates"]["a"]["std_error"]);
+    let error = |result: &Value| number(&result["estimates"]["b"]["std_error"]);
     assert!(error(&both) < 0.9 * error(&one), "{one}\n{both}");
     assert_eq!(both["agreement"]["holds"], true, "{both}");
     for (name, truth, within) in [

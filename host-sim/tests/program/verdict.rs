@@ -53,8 +53,8 @@ fn moved(motion: Motion) -> Evidence {
 }
 
 fn lacking(cause: Option<Cause>, unknown: Unknown, shift: f64) -> Evidence {
-    let mut evidence = known();
-    evidence.lack = Some(Lack::new(cause, 0.9, &[(unknown, shift)]));
+    let mut evidence = with(unknown, |of| of.pull = Some(shift));
+    evidence.lack = Some(Lack { cause, share: 0.9 });
     evidence
 }
 
@@ -207,19 +207,18 @@ fn friction_at_the_bound_of_zero_is_a_result() {
     assert_verdict(&none, Status::Converged, 0, None);
 }
 
-/// A named cause goes before moving estimates, but not while these are far from the data's minimum: then
-/// it is their error that has the shape.
+/// It was found where the data would have the estimates, and not where they are on their way.
 #[test]
 fn a_lack_precedes_movement() {
     let mut moving = with(Unknown::B, |b| {
         b.movement = 12.0;
         b.pull = Some(80.0);
     });
-    moving.lack = Some(Lack::new(
-        Some(Cause::GainDrift),
-        0.7,
-        &[(Unknown::B, 20.0)],
-    ));
+    assert_verdict(&moving, Status::Moving, 30, Some(Unknown::B));
+    moving.lack = Some(Lack {
+        cause: Some(Cause::GainDrift),
+        share: 0.7,
+    });
     assert_verdict(&moving, Status::Unexplained, 40, Some(Unknown::B));
 }
 

@@ -10,7 +10,7 @@ use super::{Effect, Horizon, ModelPass, Values};
 pub struct Search {
     /// The most steps.
     pub steps: u32,
-    /// Relative gain below which a step is the last, and one that promises less is not taken.
+    /// Relative gain below which a step is the last.
     pub tolerance: f64,
 }
 
@@ -111,18 +111,10 @@ impl Fitter<'_> {
         let mut values = *values;
         let mut sums = Sums::new(&pass, &values, free)?;
         let [mut damping, least, factor] = DAMPING;
-        let enough = search.tolerance.max(0.02 / sums.rows);
         for _ in 0..search.steps {
             let mut better = None;
             for number in 0..TRIALS {
                 let trial = self.trial(&values, free, horizon, &sums, damping);
-                // The gain of Gauss's and Newton's step is its product with the gradient.
-                let moved = |&effect: &Effect| trial.get(effect) - values.get(effect);
-                let promised = free.iter().map(moved).zip(&sums.gradient);
-                let promised: f64 = promised.map(|(step, slope)| step * slope).sum();
-                if promised < enough * sums.squares {
-                    break;
-                }
                 // The first is nearly always better, and its tangents are needed then.
                 if number == 0 || squares(&pass, &trial) < sums.squares {
                     let found = Sums::new(&pass, &trial, free);
@@ -140,7 +132,7 @@ impl Fitter<'_> {
             values = trial;
             sums = found;
             damping = (damping / factor).max(least);
-            if gain < enough {
+            if gain < search.tolerance.max(0.02 / sums.rows) {
                 break;
             }
         }
