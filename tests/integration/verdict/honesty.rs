@@ -34,12 +34,7 @@ fn drawn(random: &mut Random) -> Kind {
 fn wrongness(summary: &Summary, kind: &Kind) -> f64 {
     let truth = summary.truth.expect("known");
     let off = |parameter: Parameter| {
-        let estimate = summary.estimate(parameter)?;
-        let found = if estimate.std_error.is_some() && summary.law == "gauss-newton" {
-            estimate.last
-        } else {
-            estimate.tail_mean
-        };
+        let found = summary.estimate(parameter)?.value;
         Some((found - parameter.value_in(&truth)).abs())
     };
     let push = 0.01 * truth.b * kind.command;
