@@ -152,9 +152,6 @@ impl<N: Number> Probing<N> {
                 state.enter(ProbingStage::Stop);
             }
         }
-        if state.is_swinging() && state.broke_away.is_some() && state.ending.is_none() {
-            self.end_ringing(state);
-        }
         let wanted = match state.stage {
             ProbingStage::Seek => self.seek(state),
             ProbingStage::Push | ProbingStage::Brake | ProbingStage::Stop => self.swing(state),
@@ -221,6 +218,9 @@ impl<N: Number> Probing<N> {
             self.begin_regression(state, &guess);
         }
         self.regress(state, increment);
+        if state.is_swinging() && state.broke_away.is_some() && state.ending.is_none() {
+            self.end_ringing(state);
+        }
         self.progress(state)
     }
 
