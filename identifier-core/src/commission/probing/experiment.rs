@@ -293,3 +293,48 @@ impl<N: Number> Probing<N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::tests::unknown_servos::Unknown;
+    use super::*;
+
+    /// Two swings of a tenth of the relay's shortest half-cycle, at half of the planned speed, end it at every rate; the loop then holds
+    /// with 0.4 of its bandwidth, 0.16 of its stiffness.
+    #[test]
+    fn a_servo_whose_relay_rings_is_held_with_less_bandwidth() {
+        for sample_time in [4e-3, 1e-3, 5e-5] {
+            let unknown = Unknown {
+                sample_time,
+                held: None,
+                ..Unknown::from_seed(2)
+            };
+            let probing = Probing::<f32>::new(&unknown.settings()).expect("allowed");
+            let servo = RoughModel {
+                gain: 0.01,
+                per_gain: 100.0,
+                ..RoughModel::UNKNOWN
+            };
+            let mut state = probing.start_from_known(&servo, 0.0, 1.0);
+            let half_cycle = (0.1 * 2.0 * probing.plan.swing_speed).round().max(1.0) as u32;
+            let speed = 0.5 * probing.plan.usable_speed;
+            let swings = |sample: &u32| sample / half_cycle;
+            let ended = (0..5 * half_cycle).find(|sample| {
+                let way = if swings(sample) % 2 == 0 { 1.0 } else { -1.0 };
+                state.position += way * speed;
+                probing.end_ringing(&mut state);
+                state.ending.is_some()
+            });
+            assert_eq!(ended.as_ref().map(swings), Some(2), "{sample_time}");
+            assert_eq!(state.ending, Some(Err(Reason::Oscillating)));
+            let pulled = |held_by| {
+                let mut held = state;
+                held.held_by = held_by;
+                held.position = held.held_at + 10.0;
+                probing.hold(&mut held)
+            };
+            let [usual, part] = [1.0, state.held_by].map(pulled);
+            assert!((part / usual - 0.16).abs() < 1e-4, "{}", part / usual);
+        }
+    }
+}

@@ -279,3 +279,80 @@ impl<N: Number> Probing<N> {
         rest - back * servo.per_gain
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::tests::unknown_servos::Unknown;
+    use super::*;
+    use crate::commission::RoughModel;
+
+    const SIDES: [f32; 2] = [1.0, -1.0];
+
+    /// A motion of a servo whose friction is thought to be 8 of 10 command units: gentle brakes push along then.
+    fn rubbing() -> (Probing<f32>, ProbingState<f32>) {
+        let unknown = Unknown {
+            held: None,
+            ..Unknown::from_seed(2)
+        };
+        let probing = Probing::new(&unknown.settings()).expect("allowed");
+        let gain = 0.01;
+        let servo = RoughModel {
+            gain,
+            per_gain: 1.0 / gain,
+            forward: -8.0 * gain,
+            backward: 8.0 * gain,
+            viscous: 0.0,
+        };
+        let state = probing.start_from_known(&servo, 0.0, 1.0);
+        (probing, state)
+    }
+
+    /// A part of the travel that is planned with, to a side.
+    fn at_part(probing: &Probing<f32>, side: f32, part: f32) -> f32 {
+        probing.plan.middle() + side * part * probing.plan.half_room()
+    }
+
+    #[test]
+    fn nothing_pushes_outwards_beyond_the_travel_that_is_planned_with() {
+        for side in SIDES {
+            for stage in [ProbingStage::Push, ProbingStage::Brake, ProbingStage::Stop] {
+                let outwards = |part| {
+                    let (probing, mut state) = rubbing();
+                    state.position = at_part(&probing, side, part);
+                    // It creeps outwards.
+                    state.aim(side);
+                    state.way = side;
+                    state.observed.velocity = 0.01 * side;
+                    state.samples = 1;
+                    state.enter(stage);
+                    state.samples = 2;
+                    side * probing.swing(&mut state)
+                };
+                assert!(outwards(0.999) > 0.0, "{side} {stage:?}");
+                assert!(outwards(1.001) <= 0.0, "{side} {stage:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_servo_that_a_spring_turns_beyond_the_travel_is_pushed_inwards_again() {
+        for side in SIDES {
+            let turned = |part| {
+                let (probing, mut state) = rubbing();
+                state.position = at_part(&probing, side, part);
+                // It was on its way back, and has been turned by a count.
+                state.aim(-side);
+                state.extreme -= side;
+                state.enter(ProbingStage::Brake);
+                let command = probing.swing(&mut state);
+                (side * state.direction, side * command, state.reversals)
+            };
+            let (direction, command, reversals) = turned(0.999);
+            assert!(direction > 0.0 && command > 0.0, "{direction} {command}");
+            assert_eq!(reversals[0] + reversals[1], 1);
+            let (direction, command, reversals) = turned(1.001);
+            assert!(direction < 0.0 && command < 0.0, "{direction} {command}");
+            assert_eq!(reversals, [0; 2]);
+        }
+    }
+}
