@@ -22,6 +22,19 @@ pub(crate) struct RoughModel<N> {
 pub(crate) struct Breakaway<N> {
     pub command: N,
     pub is_forward: bool,
+    /// The farthest command the other way under which it stood, and whether commands that grew were needed to move it there.
+    pub other: N,
+    pub is_other_known: bool,
+}
+
+impl<N: Number> Breakaway<N> {
+    /// It stands under a command that grows in a direction.
+    pub(crate) fn stand(&mut self, command: N, direction: N) {
+        let is_other = self.is_forward != (direction > N::ZERO);
+        if is_other && direction * (command - self.other) > N::ZERO {
+            (self.other, self.is_other_known) = (command, true);
+        }
+    }
 }
 
 impl<N: Number> RoughModel<N> {
@@ -82,22 +95,29 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
-    /// Confines friction and load to those that commands of up to `most` overcome, and in the direction in which the servo
-    /// broke away that command: a servo that moves hardly needs more. Of a load that rings on a spring the motion itself says
+    /// Confines friction and load to those that commands of up to `most` overcome, and where the servo broke away those commands:
+    /// a servo that moves hardly needs more, nor much less than held it. Of a load that rings on a spring the motion itself says
     /// anything.
     pub(crate) fn confine(&mut self, seen: &Breakaway<N>, most: N) {
         /// The part of the command by which a motion may need more.
         const SLACK: f64 = 0.1;
-        let command = seen.command;
         let slack = N::from_f64(SLACK) * most;
-        let (lowest, highest) = if seen.is_forward {
-            (-most, command + slack)
+        let (low, high, is_low_known, is_high_known) = if seen.is_forward {
+            (seen.other, seen.command, seen.is_other_known, true)
         } else {
-            (command - slack, most)
+            (seen.command, seen.other, true, seen.is_other_known)
         };
-        let [low, high] = [-(self.gain * highest), -(self.gain * lowest)];
-        self.forward = self.forward.limited(low, high);
-        self.backward = self.backward.limited(low, high);
+        let lowest = if is_low_known { low - slack } else { -most };
+        let highest = if is_high_known { high + slack } else { most };
+        let without = |command| -(self.gain * command);
+        let confined = [highest, lowest].map(without);
+        let shown = [high, low].map(without);
+        self.forward = self.forward.limited(confined[0], confined[1]);
+        self.backward = self.backward.limited(confined[0], confined[1]);
+        if low < high && self.backward <= self.forward {
+            self.forward = self.forward.limited(confined[0], shown[0]);
+            self.backward = self.backward.limited(shown[1], confined[1]);
+        }
     }
 
     /// d, counts per sample².
@@ -185,12 +205,58 @@ mod tests {
             let seen = Breakaway {
                 command: 2.0 * way,
                 is_forward: way > 0.0,
+                other: 0.0,
+                is_other_known: false,
             };
             let [forward, backward] = found;
             let mut servo: RoughModel<f64> = with(forward, backward);
             servo.confine(&seen, 10.0);
             let [forward, backward] = confined;
             assert_eq!(servo, with(forward, backward));
+        }
+    }
+
+    /// A servo that broke away at 2 one way and stood under up to 3 of 10 command units the other way.
+    #[test]
+    fn friction_both_ways_is_that_of_both_breakaways() {
+        for way in [1.0, -1.0] {
+            let mut seen = Breakaway {
+                command: 2.0 * way,
+                is_forward: way > 0.0,
+                other: 0.0,
+                is_other_known: false,
+            };
+            for command in [-1.0, -3.0, -2.0] {
+                seen.stand(command * way, -way);
+            }
+            seen.stand(5.0 * way, way);
+            // What the motion seems to need that way and the other, and what is believed.
+            for (found, confined) in [
+                // Hardly more than at the break-away.
+                ([8.0, -9.0], [3.0, -4.0]),
+                ([2.5, -2.5], [2.5, -2.5]),
+                // Friction that drives is none: it is that which held the servo.
+                ([2.6, 2.6], [2.6, -3.0]),
+                ([-2.0, -2.0], [2.0, -3.0]),
+            ] {
+                let needing = |[own, other]: [f64; 2]| {
+                    let [forward, backward] = if way > 0.0 {
+                        [own, other]
+                    } else {
+                        [-other, -own]
+                    };
+                    RoughModel {
+                        gain: 3.0,
+                        per_gain: 1.0 / 3.0,
+                        forward: -3.0 * forward,
+                        backward: -3.0 * backward,
+                        viscous: 0.0,
+                    }
+                };
+                let mut servo = needing(found);
+                servo.confine(&seen, 10.0);
+                assert_eq!(servo, needing(confined), "{way} {found:?}");
+            }
         }
     }
 }

@@ -218,10 +218,23 @@ impl<N: Number> Probing<N> {
             self.begin_regression(state, &guess);
         }
         self.regress(state, increment);
+        self.stand(state);
         if state.is_swinging() && state.broke_away.is_some() && state.ending.is_none() {
             self.end_ringing(state);
         }
         self.progress(state)
+    }
+
+    /// A push that grows does not move the servo yet.
+    fn stand(&self, state: &mut ProbingState<N>) {
+        let is_timed = state.servo.gain >= self.plan.timed_gain;
+        let is_pushed = state.stage == ProbingStage::Push && state.extra > N::ZERO;
+        if is_timed && is_pushed && state.still > self.plan.reaction {
+            let command = state.given(self.plan.delay);
+            if let Some(seen) = &mut state.broke_away {
+                seen.stand(command, state.direction);
+            }
+        }
     }
 
     /// Takes a sample into the regression, and the estimate that it gives.
@@ -243,6 +256,9 @@ impl<N: Number> Probing<N> {
             }
             // A model fitted in many passes is better than the estimate of one.
             if !state.known_before {
+                if state.stage == ProbingStage::Push {
+                    state.push_on_with(&estimate);
+                }
                 state.observed.adopt(&state.servo, &estimate, acted);
                 state.servo = estimate;
             }

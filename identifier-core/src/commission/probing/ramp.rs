@@ -185,6 +185,8 @@ impl<N: Number> Probing<N> {
         let is_forward = state.direction > N::ZERO;
         possible.then(|| {
             let gain = N::from_f64(6.0) * way * (slope * all * all * all).reciprocal();
+            // It stood under the command from which the ramp began, unless it has moved since.
+            let has_stood = state.origin == N::ZERO && gain >= plan.timed_gain;
             Guess {
                 gain,
                 without: -(gain * command),
@@ -192,6 +194,8 @@ impl<N: Number> Probing<N> {
                 broke_away: Some(Breakaway {
                     command,
                     is_forward,
+                    other: if has_stood { state.held } else { command },
+                    is_other_known: false,
                 }),
             }
         })
@@ -201,11 +205,18 @@ impl<N: Number> Probing<N> {
     fn know(&self, state: &mut ProbingState<N>, guess: &Guess<N>) -> N {
         let plan = &self.plan;
         let Guess { gain, without, .. } = *guess;
+        // The other way it stood under the command from which the ramp began, at least.
+        let stood = (guess.broke_away).map_or(without, |seen| -(gain * seen.other));
+        let [forward, backward] = if guess.forward {
+            [without, stood]
+        } else {
+            [stood, without]
+        };
         let servo = RoughModel {
             gain,
             per_gain: gain.reciprocal(),
-            forward: without,
-            backward: without,
+            forward,
+            backward,
             viscous: N::ZERO,
         };
         state.broke_away = guess.broke_away;
