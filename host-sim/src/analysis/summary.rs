@@ -242,7 +242,8 @@ impl Summariser {
         let assessment = if is_whole {
             let whole = whole.as_ref();
             whole.map(|whole| Assessment::of_fit(whole, &unknowns))
-        } else if outcome.abort.is_none() {
+        } else if cfg!(feature = "experiments") && outcome.abort.is_none() {
+            // A page with the fit of a whole record has no other law.
             let judged = Judged {
                 scenario,
                 servo: judged,

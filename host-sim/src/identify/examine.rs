@@ -64,38 +64,14 @@ pub(crate) fn examine(
     is_explained: impl Fn(f64, f64) -> bool,
 ) -> Option<Examined> {
     let record = recording.record();
-    let fitter = Fitter::new(&record)?;
-    let start = || fitter.start();
+    let earliest = Fitter::new(&record)?;
     let on_time = Fitter {
         earliest: 0.0,
-        ..fitter
+        ..earliest
     };
     let fitter = &on_time;
-    let horizon = Horizon {
-        white: HORIZON * fitter.survey.shortest_horizon(record.len()),
-        walk: None,
-    };
     let own = recording.about_middle(&law.values);
-    let from_estimates = || {
-        let is_servo = law.free.iter().all(|&effect| own.get(effect).is_finite());
-        let gain = own.get(Effect::B);
-        (is_servo && gain > 0.0).then(|| fitter.fit(&own, &law.free, horizon, SEARCH))?
-    };
-    let from_start = || {
-        let start = start()?;
-        let mut values = own;
-        for &effect in &law.free {
-            values.set(effect, start.get(effect));
-        }
-        fitter.fit(&values, &law.free, horizon, SEARCH)
-    };
-    let fitted = from_estimates().or_else(from_start)?;
-    let mut model = Model {
-        free: law.free.clone(),
-        rows_per_row: fitted.covariances.rows_per_independent_row(),
-        fitted,
-        entered: Vec::new(),
-    };
+    let mut model = follow(fitter, &own, &law.free, || earliest.start())?;
     let noise = model.fitted.sums.noise().sqrt();
     let correlation = model.fitted.sums.correlation();
     let mut answers = Vec::new();
@@ -142,5 +118,40 @@ pub(crate) fn examine(
         profile,
         condition,
         survey: fitter.survey,
+    })
+}
+
+/// A law's model where the record would have it: by a search from the law's estimates, or from a start of its own where
+/// they are none.
+fn follow(
+    fitter: &Fitter<'_>,
+    estimates: &Values,
+    free: &[Effect],
+    start: impl FnOnce() -> Option<Values>,
+) -> Option<Model> {
+    let horizon = Horizon {
+        white: HORIZON * fitter.survey.shortest_horizon(fitter.record.len()),
+        walk: None,
+    };
+    let fit = |values: &Values| fitter.fit(values, free, horizon, SEARCH);
+    let is_servo = estimates.get(Effect::B) > 0.0
+        && free.iter().all(|&effect| estimates.get(effect).is_finite());
+    let from_start = || {
+        let start = start()?;
+        let mut values = *estimates;
+        for &effect in free {
+            values.set(effect, start.get(effect));
+        }
+        fit(&values)
+    };
+    let fitted = is_servo
+        .then(|| fit(estimates))
+        .flatten()
+        .or_else(from_start)?;
+    Some(Model {
+        free: free.to_vec(),
+        rows_per_row: fitted.covariances.rows_per_independent_row(),
+        fitted,
+        entered: Vec::new(),
     })
 }

@@ -49,7 +49,7 @@ impl ModelPass<'_> {
         &self,
         values: &Values,
         columns: &[Column],
-        observe: &mut impl FnMut(&Row<'_>),
+        observe: &mut dyn FnMut(&Row<'_>),
     ) -> bool {
         // The tangents of a plain fit stay where the processor has them.
         match columns.len() {
@@ -64,7 +64,7 @@ impl ModelPass<'_> {
         &self,
         values: &Values,
         columns: &[Column],
-        observe: &mut impl FnMut(&Row<'_>),
+        observe: &mut dyn FnMut(&Row<'_>),
     ) -> bool {
         let columns = &columns[..columns.len().min(C)];
         let front_end = FrontEnd::new(values, columns);
@@ -167,20 +167,13 @@ impl ModelPass<'_> {
         let before = state.velocity;
         // Of a stiff shaft the accelerations' derivatives do not show.
         let twists = values.get(Effect::Compliance) != 0.0;
-        let mut velocities = [0.0; C];
-        if twists {
-            for (velocity, tangent) in velocities.iter_mut().zip(&state.tangents) {
-                *velocity = tangent.velocity;
-            }
-        }
         let play = values.get(Play);
         let error = state.error;
-        let mut ways = [0.0; C];
-        if state.plays {
-            for (way, tangent) in ways.iter_mut().zip(&state.tangents) {
-                *way = tangent.error;
-            }
-        }
+        let earlier = if twists || state.plays {
+            state.tangents
+        } else {
+            [Tangent::default(); C]
+        };
         let mut last = None;
         for (i, part) in parts.iter().enumerate() {
             let drive = gain * part.command * ease;
@@ -217,15 +210,12 @@ impl ModelPass<'_> {
         }
         state.acceleration = state.velocity - before;
         if twists {
-            for (tangent, velocity) in state.tangents.iter_mut().zip(velocities) {
-                tangent.acceleration = tangent.velocity - velocity;
+            for (tangent, earlier) in state.tangents.iter_mut().zip(&earlier) {
+                tangent.acceleration = tangent.velocity - earlier.velocity;
             }
         }
         if state.plays {
-            for (way, tangent) in ways.iter_mut().zip(&state.tangents) {
-                *way -= tangent.error;
-            }
-            state.take_up_play(play, error - state.error, &ways);
+            state.take_up_play(play, error - state.error, &earlier);
         }
     }
 }

@@ -32,8 +32,25 @@ pub(super) struct Tangent {
     pub(super) shaped: f64,
     /// Derivative of the acceleration over the last sample.
     pub(super) acceleration: f64,
-    /// Derivative of the place within the play; of a column with a play of its own that place.
+    /// Derivative of the place within the play; of a column with a play of its own that place in it.
     play: f64,
+}
+
+impl Tangent {
+    /// Those of some columns after a way of the motor, the place that it wanted to have, and half of the play.
+    fn take_up_play(tangents: &mut [Self], columns: &[Column], earlier: &[Self], of: [f64; 3]) {
+        let [way, wanted, half] = of;
+        for ((column, tangent), earlier) in columns.iter().zip(tangents).zip(earlier) {
+            tangent.play = match column.effect {
+                Effect::Play if column.setting > 0.0 => {
+                    (tangent.play - way / column.setting).max(-0.5).min(0.5)
+                }
+                _ if wanted.abs() < half => tangent.play - (earlier.error - tangent.error),
+                Effect::Play => 0.5 * wanted.signum(),
+                _ => 0.0,
+            };
+        }
+    }
 }
 
 /// (1 − e^(−z))/z and (1 − (1 − e^(−z))/z)/z times powers of the length, and their derivatives by a.
@@ -73,29 +90,23 @@ impl<const C: usize> State<'_, C> {
             regressor[i] = -tangent.error + twist * tangent.acceleration;
             regressor[i] += match column.effect {
                 Effect::Compliance => self.acceleration,
-                Effect::Play if column.setting > 0.0 => tangent.play / column.setting,
                 _ => tangent.play,
             };
         }
         self.error - twist * self.acceleration - self.play
     }
 
-    /// The motor has moved by a way, counts, and each tangent with it: within the play, or it takes the encoder along.
-    pub(super) fn take_up_play(&mut self, play: f64, way: f64, ways: &[f64; C]) {
-        let half = 0.5 * play;
+    /// The motor has moved by a way, counts, and each tangent from an earlier one: within the play, or it takes the encoder along.
+    pub(super) fn take_up_play(&mut self, play: f64, way: f64, earlier: &[Tangent; C]) {
         let wanted = self.play - way;
+        let half = 0.5 * play;
         self.play = wanted.max(-half).min(half);
-        for ((column, tangent), way_per) in self.columns.iter().zip(&mut self.tangents).zip(ways) {
-            tangent.play = match column.effect {
-                Effect::Play if column.setting > 0.0 => {
-                    let half = 0.5 * column.setting;
-                    (tangent.play - way).max(-half).min(half)
-                }
-                _ if wanted.abs() < half => tangent.play - way_per,
-                Effect::Play => 0.5 * wanted.signum(),
-                _ => 0.0,
-            };
-        }
+        Tangent::take_up_play(
+            &mut self.tangents,
+            self.columns,
+            earlier,
+            [way, wanted, half],
+        );
     }
 
     /// Takes the innovation in.
