@@ -43,7 +43,7 @@ impl Tangent {
         for ((column, tangent), earlier) in columns.iter().zip(tangents).zip(earlier) {
             tangent.play = match column.effect {
                 Effect::Play if column.setting > 0.0 => {
-                    (tangent.play - way / column.setting).max(-0.5).min(0.5)
+                    (tangent.play - way / column.setting).clamp(-0.5, 0.5)
                 }
                 _ if wanted.abs() < half => tangent.play - (earlier.error - tangent.error),
                 Effect::Play => 0.5 * wanted.signum(),
