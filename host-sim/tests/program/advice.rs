@@ -283,7 +283,7 @@ fn cause(of: Cause) -> Row {
                     "",
                     &[(
                         "=excitation",
-                        "kind = \"band-limited-white-noise\"\npower = 0.001\nseed = 7",
+                        "kind = \"band-limited-white-noise\"\npower = 0.00005\nseed = 7",
                     )],
                 ),
             ],
