@@ -22,7 +22,8 @@ use crate::scenario::{Fault, Scenario};
 pub fn check(scenario: &Scenario) -> Result<CheckResult, Fault> {
     /// The correction's bandwidth where there is no loop to take it from, in 1/T.
     const PER_SAMPLE: f64 = 0.05;
-    /// The time for which the fit of a verdict trusts its model, over the reciprocal of the motion's bandwidth.
+    /// The time for which the fit of a verdict trusts its model, over the reciprocal of the motion's bandwidth: four of the
+    /// shortest, of 0.7.
     const HORIZON: f64 = 2.8;
     let plant = scenario
         .plant

@@ -207,7 +207,7 @@ fn friction_at_the_bound_of_zero_is_a_result() {
     assert_verdict(&none, Status::Converged, 0, None);
 }
 
-/// It was found where the data would have the estimates, and not where they are on their way.
+/// A lack is found where the data would have the estimates, and not where these are on their way.
 #[test]
 fn a_lack_precedes_movement() {
     let mut moving = with(Unknown::B, |b| {
