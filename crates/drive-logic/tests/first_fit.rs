@@ -70,10 +70,13 @@ fn a_new_run_begins_without_the_reason_of_the_last() {
     drive.done(Command::Configure(first_contact()));
     drive.done(Command::Start);
     assert_eq!(drive.status().obstacle, None);
+    assert_eq!(drive.status().noise, None);
     let obstacles = obstacles(&drive.pass(3000));
     assert!(obstacles.iter().all(Option::is_none), "{obstacles:?}");
     drive.done(Command::Stop);
     drive.pass(1);
+    let noise = drive.status().noise.expect("known by the first fit");
+    assert!((0.2..0.4).contains(&noise), "rounding alone, not {noise}");
     let found = drive.supervisor.estimates().expect("identified").servo;
     assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
 }

@@ -17,6 +17,8 @@ pub struct DriveStatus {
     pub reason: Option<Reason>,
     /// Estimates of the servo, of this run or of the last.
     pub estimates: Option<Estimates>,
+    /// Standard deviation of the encoder's noise in motion by the run's first fit, encoder counts; rounding alone is 0.29.
+    pub noise_counts: Option<f32>,
     /// The gains in force.
     pub gains: Option<Gains>,
     /// The gains over those that were commissioned; none for gains that were given.
@@ -42,6 +44,7 @@ impl From<&Status> for DriveStatus {
             code: reason.map_or(0, Reason::number),
             reason,
             estimates: status.estimates,
+            noise_counts: status.noise,
             gains: status
                 .gains
                 .map(|gains| Gains::of(&gains.controller, gains.cutoff)),

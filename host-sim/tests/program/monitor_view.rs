@@ -55,6 +55,7 @@ fn status(state: Does) -> Status {
         home: Home::Unknown,
         estimates: None,
         obstacle: None,
+        noise: None,
         servo_change: None,
         not_followed: None,
         noticed: Noticed::default(),

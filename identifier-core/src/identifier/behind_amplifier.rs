@@ -139,6 +139,10 @@ impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<
         self.identifier.obstacle(&state.identification)
     }
 
+    fn noise(&self, state: &Self::State) -> Option<f64> {
+        self.identifier.noise(&state.identification)
+    }
+
     fn place(&self, state: &mut Self::State, position: N) {
         self.identifier.place(&mut state.identification, position);
     }

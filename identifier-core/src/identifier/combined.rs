@@ -135,6 +135,10 @@ where
         self.fitter.obstacle(&state.fitter)
     }
 
+    fn noise(&self, state: &Self::State) -> Option<f64> {
+        self.fitter.noise(&state.fitter)
+    }
+
     fn place(&self, state: &mut Self::State, position: N) {
         self.recorder.place(&mut state.recorder, position);
         self.fitter.place(&mut state.fitter, position);

@@ -100,4 +100,7 @@ pub trait FitBlocks<N: Copy> {
     /// Why no first fit has succeeded after a second of motion: see
     /// [`Identify::obstacle`](super::Identify::obstacle).
     fn obstacle(&self, state: &Self::State) -> Option<Reason>;
+
+    /// Noise of the position: see [`Identify::noise`](super::Identify::noise).
+    fn noise(&self, state: &Self::State) -> Option<f64>;
 }

@@ -121,6 +121,12 @@ pub trait Identify<N: Copy> {
         None
     }
 
+    /// Standard deviation of the position's noise in motion, position units, for laws that begin by a fit: by the last
+    /// fit that was accepted; that of the settings, rounding alone, where it is not clearly more.
+    fn noise(&self, _: &Self::State) -> Option<f64> {
+        None
+    }
+
     /// Says at which position (position units) the servo is before the first sample, for models that
     /// depend on the angle.
     fn place(&self, _: &mut Self::State, _: N) {}

@@ -213,6 +213,44 @@ fn a_window_reports_why_there_is_no_first_fit_after_a_second_of_motion() {
     each_reason_is_reported::<Window>("window");
 }
 
+/// The noise by a first fit, counts, of a position that is wrong by so many counts to one side or the other.
+fn noise_found<I: Identify<f32> + FromSettings>(sample_time: f64, counts: f64) -> Option<f64> {
+    let servo = servo(sample_time);
+    let (mut motion, mut draw, mut off) = (lively(&servo), Draw::new(9), 0.0);
+    let mut run = Run::<I>::new(&settings(&servo));
+    let before = run.identifier.noise(&run.state);
+    assert_eq!(before, None);
+    run.run(3.0, || {
+        let (moved, command) = motion.sample();
+        let next = counts * draw.uniform(-1.0, 1.0).signum();
+        (moved + next - std::mem::replace(&mut off, next), command)
+    });
+    run.identifier.noise(&run.state)
+}
+
+fn finds_the_noise<I: Identify<f32> + FromSettings>(sample_time: f64) {
+    for counts in [0.0, 1.0, 3.0] {
+        let expected = f64::hypot(counts, 12.0_f64.sqrt().recip());
+        let found = noise_found::<I>(sample_time, counts).expect("a first fit");
+        let off = found / expected - 1.0;
+        assert!(
+            off.abs() < 0.15,
+            "{sample_time} s: {found} of {expected} counts"
+        );
+    }
+}
+
+#[test]
+fn a_first_fit_finds_the_noise_of_the_position() {
+    for sample_time in SAMPLE_TIMES {
+        finds_the_noise::<Window>(sample_time);
+        // The errors of a block's mean command are noise to the fit: in blocks of 16 ms a count.
+        if sample_time < 4e-3 {
+            finds_the_noise::<GaussNewton>(sample_time);
+        }
+    }
+}
+
 fn later_motion_identifies<I: Identify<f32> + FromSettings>(sample_time: f64) {
     let servo = servo(sample_time);
     for reason in [

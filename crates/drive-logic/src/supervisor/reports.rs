@@ -92,6 +92,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             home: self.origin.home(),
             estimates: self.estimates,
             obstacle: self.solver.obstacle(),
+            noise: self.solver.noise().map(|counts| counts as f32),
             servo_change: self.changes.reported().copied(),
             not_followed: self.following.refused(),
             noticed: self.counts.noticed,

@@ -92,6 +92,12 @@ impl Solver {
         fitter.obstacle(state)
     }
 
+    /// Standard deviation of the encoder's noise by a run's first fit, counts.
+    pub(super) fn noise(&self) -> Option<f64> {
+        let (fitter, state) = self.first_fit.as_ref()?;
+        fitter.noise(state)
+    }
+
     /// The servo as a commissioning knows it so far.
     pub(super) fn servo(&self) -> Option<&IdentifiedServo> {
         self.servo.as_ref()

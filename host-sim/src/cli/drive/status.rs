@@ -112,6 +112,9 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     if let Some(obstacle) = &status.obstacle {
         show!("{}", no_first_fit(*obstacle))?;
     }
+    if let Some(noise) = status.noise {
+        show!("encoder noise {noise:.2} counts in motion (0.29: rounding alone)")?;
+    }
     for line in change_lines(status) {
         show!("{line}")?;
     }

@@ -48,6 +48,8 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
             let mut lines = known("the drive's estimates", state.status().estimates.as_ref());
             let obstacle = state.status().obstacle;
             lines.extend(obstacle.map(|of| Line::from(format!("  no first fit: {}", of.name()))));
+            let noise = state.status().noise;
+            lines.extend(noise.map(|noise| Line::from(format!("noise {noise:.2} counts"))));
             let change = state.status().servo_change.map(|change| change.reason);
             lines.extend(change.map(|of| Line::from(format!("  {} {}", of.number(), of.name()))));
             lines.extend(followed(state.status()));

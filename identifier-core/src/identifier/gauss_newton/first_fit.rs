@@ -34,6 +34,8 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
+    /// Standard deviation of the position's noise, by the last result that was good.
+    noise: Option<f64>,
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
@@ -112,7 +114,10 @@ where
     type Fitted = GaussNewtonFitted<N>;
 
     fn start(&self) -> Self::State {
-        GaussNewtonFitterState { fits: Fits::none() }
+        GaussNewtonFitterState {
+            fits: Fits::none(),
+            noise: None,
+        }
     }
 
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
@@ -139,7 +144,8 @@ where
             .result
             .filter(|result| Self::is_good(result, ended.full));
         let explained = good.map(|result| self.explained(&result));
-        if explained.is_some() {
+        if let Some(result) = good {
+            state.noise = Some(result.noise_deviation());
             fitter.begin_anew(fits);
             fits.end_wait();
         } else if !fitter.object(fits, &ended) {
@@ -153,5 +159,9 @@ where
 
     fn obstacle(&self, state: &Self::State) -> Option<Reason> {
         self.fitter.obstacle(&state.fits)
+    }
+
+    fn noise(&self, state: &Self::State) -> Option<f64> {
+        state.noise
     }
 }

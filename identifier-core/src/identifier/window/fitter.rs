@@ -213,4 +213,8 @@ where
     fn obstacle(&self, state: &Self::State) -> Option<Reason> {
         self.fitter.obstacle(&state.fits)
     }
+
+    fn noise(&self, state: &Self::State) -> Option<f64> {
+        Some(state.result.as_ref()?.noise_deviation())
+    }
 }
