@@ -4,10 +4,11 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use host_sim::analysis::remarks as remarks_about;
 use host_sim::experiment::Sample;
 use host_sim::log::Log;
 use host_sim::replay::{fitted, replay};
-use host_sim::scan::{Remark, scan};
+use host_sim::scan::Remark;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use integration_tests::{Random, in_parallel, parse};
@@ -114,7 +115,7 @@ fn scanned(name: &str, log: &str, scenario: &str) -> Result<(Log, Scenario, Vec<
     let log = Log::read(&path, &scenario.log_columns(), scenario.log_sample_time());
     let log = log.map_err(|error| error.to_string())?;
     let scenario = fitted(scenario, &log);
-    let remarks = scan(&scenario, &log);
+    let remarks = remarks_about(&scenario, &log);
     Ok((log, scenario, remarks))
 }
 

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::Summariser;
+use host_sim::analysis::{self, Summariser};
 use host_sim::log::Log;
 use host_sim::provenance::{LogFile, Task};
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
 use host_sim::replay;
-use host_sim::result::{LogReading, ReplayNotes};
+use host_sim::result::ReplayNotes;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -135,7 +135,7 @@ fn identified(
 ) -> PyResult<(String, Trace)> {
     let logs = std::slice::from_ref(log);
     let scenario = replay::fitted(read.scenario.clone(), logs);
-    let reading = LogReading::scanned(&scenario, log).map_err(value_error)?;
+    let reading = analysis::scanned(&scenario, log).map_err(value_error)?;
     let mut summariser = Summariser::lasting(&scenario, log.duration());
     let mut trace = Trace::new(is_wanted);
     let replayed = replay::replay(&scenario, logs, 1, &mut |_, sample| {

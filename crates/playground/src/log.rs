@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use host_sim::analysis::Summariser;
+use host_sim::analysis::{Summariser, remarks};
 use host_sim::log::Log;
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
 use host_sim::replay;
 use host_sim::result::Summary;
-use host_sim::scan;
 use host_sim::scenario::{Fault, Law, Purpose, Scenario};
 use host_sim::tune::{KnownConditions, Tuned};
 
@@ -67,7 +66,7 @@ pub fn identify(path: &Path, stated: &Stated) -> Result<Identified, String> {
     let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
         .map_err(|error| error.to_string())?;
     let scenario = replay::fitted(scenario, std::slice::from_ref(&log));
-    let remarks = scan::scan(&scenario, &log);
+    let remarks = remarks(&scenario, &log);
     let refused: Vec<_> = remarks.iter().filter(|remark| remark.refuses).collect();
     if let Some(remark) = refused.first() {
         return Err(remark.to_string());

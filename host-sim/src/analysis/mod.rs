@@ -3,6 +3,7 @@
 mod assessment;
 mod estimate;
 mod evidence;
+mod log_scan;
 mod scaled_recording;
 mod sensor_noise;
 mod statistics;
@@ -11,6 +12,7 @@ mod summary;
 mod whole_record;
 
 pub use crate::verdict::Status;
+pub use log_scan::{remarks, scanned};
 pub(crate) use sensor_noise::NoiseMeter;
 pub use statistics::Statistics;
 pub use summary::{FoundServo, Summariser};

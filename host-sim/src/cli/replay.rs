@@ -6,7 +6,7 @@ use super::output::Outputs;
 use super::recording::Recording;
 use super::required::Required;
 use super::standard_output::show;
-use crate::analysis::Status;
+use crate::analysis::{self, Status};
 use crate::log::Log;
 use crate::predict;
 use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
@@ -105,7 +105,7 @@ impl Replay<'_> {
         let scenario = replay::fitted(scenario, learnt);
         let mut readings = Vec::new();
         for log in learnt {
-            readings.push(LogReading::scanned(&scenario, log).map_err(Fault::Input)?);
+            readings.push(analysis::scanned(&scenario, log).map_err(Fault::Input)?);
         }
         let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
         readings.extend(predicted_only.map(LogReading::new));

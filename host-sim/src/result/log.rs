@@ -4,8 +4,7 @@ use serde::Serialize;
 
 use crate::log::Log;
 use crate::predict::{ClosedLoop, Predicted};
-use crate::scan::{self, Remark};
-use crate::scenario::{Scan, Scenario};
+use crate::scan::Remark;
 
 /// Properties of a log as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,25 +42,6 @@ pub struct LogReading {
 }
 
 impl LogReading {
-    /// Of a log that is to be identified with a scenario, with the findings of its scan.
-    ///
-    /// # Errors
-    /// Where it contradicts itself or the scenario, a line each, unless `log.scan` makes warnings of them.
-    pub fn scanned(scenario: &Scenario, log: &Log) -> Result<Self, String> {
-        let remarks = scan::scan(scenario, log);
-        let refused = remarks.iter().filter(|remark| remark.refuses);
-        let refused: Vec<_> = (refused)
-            .map(|remark| format!("{}: {remark}", log.path().display()))
-            .collect();
-        if log.settings().scan == Scan::Refuse && !refused.is_empty() {
-            return Err(refused.join("\n"));
-        }
-        Ok(Self {
-            remarks,
-            ..Self::new(log)
-        })
-    }
-
     /// Of a log.
     #[must_use]
     pub fn new(log: &Log) -> Self {

@@ -28,8 +28,7 @@ const MIN_SAMPLES: u64 = 100;
 
 /// The findings about a log that is to be identified with a scenario, which is [`fitted`](crate::replay::fitted) to it;
 /// none about a log in order.
-#[must_use]
-pub fn scan(scenario: &Scenario, log: &Log) -> Vec<Remark> {
+pub(crate) fn scan(scenario: &Scenario, log: &Log) -> Vec<Remark> {
     if log.samples < MIN_SAMPLES {
         let text = format!(
             "the log has {} samples: at least {MIN_SAMPLES} are needed, and seconds are better",

@@ -40,6 +40,11 @@ pub enum RemarkKind {
 }
 
 impl RemarkKind {
+    /// True if it is concluded from how the motion goes with its command.
+    pub(crate) const fn is_inferred(self) -> bool {
+        matches!(self, Self::Reversed | Self::WrongColumn | Self::NoEffect)
+    }
+
     /// Its name in results.
     #[must_use]
     pub const fn name(self) -> &'static str {
