@@ -152,7 +152,6 @@ impl Assessment {
             unknowns,
             fit: found.profile.map(|profile| FitEvidence {
                 profile,
-                condition: found.condition,
                 // The model of a law may have nothing for which that matters.
                 reverses: true,
                 delay_at_bound: false,

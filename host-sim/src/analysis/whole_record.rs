@@ -135,7 +135,6 @@ impl Scale {
             },
             evidence: FitEvidence {
                 profile: found.profile,
-                condition: found.condition,
                 reverses: found.reverses,
                 delay_at_bound: found.delay_at_bound,
             },

@@ -24,7 +24,7 @@ const INERTIA_ORDERS: [f64; 2] = [1.0, 2.0];
 /// Speeds at which friction may fade, of a large velocity of the motion.
 const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 
-/// Plays that are looked for, counts.
+/// Plays between motor and encoder that are looked for, counts.
 const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
 
 /// Way above which both parts of a wave may show, and above which no part does alone, rad.
@@ -46,8 +46,6 @@ pub(super) struct Range {
     pub(super) peak: f64,
     /// Levels of the command below which half, three quarters, nine tenths and most of it lies, where it has several.
     pub(super) levels: Vec<f64>,
-    /// Plays between motor and encoder that are looked for, counts.
-    pub(super) plays: &'static [f64],
 }
 
 impl Range {
@@ -64,15 +62,6 @@ impl Range {
             mean_wave: recording.mean_wave(),
             peak,
             levels: levels.into_iter().filter(|level| *level > small).collect(),
-            plays: &[],
-        }
-    }
-
-    /// The same, with play.
-    pub(super) fn with_play(self) -> Self {
-        Self {
-            plays: &PLAYS,
-            ..self
         }
     }
 
@@ -147,7 +136,7 @@ impl Candidate {
         for &level in &range.levels {
             all.push(Self::at(Cause::HiddenLimit, &[E::LimitSlope], level));
         }
-        for &play in range.plays {
+        for play in PLAYS {
             all.push(Self::at(Cause::Backlash, &[E::Play], play));
         }
         for share in FADING {
@@ -218,6 +207,17 @@ impl Candidate {
             Cause::Backlash => 0.01 * usual.velocity * usual.time,
             Cause::Resonance => 0.03 * usual.time.powi(2),
             _ => 0.02,
+        }
+    }
+
+    /// Odds that a servo has it, before its record is seen.
+    pub(super) const fn prior_odds(&self) -> f64 {
+        match self.cause {
+            // Every bridge has a dead time.
+            Cause::DeadBand => 1.0,
+            // Every gear has some.
+            Cause::LoadFriction => 0.3,
+            _ => 0.1,
         }
     }
 

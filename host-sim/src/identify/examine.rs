@@ -34,8 +34,6 @@ pub(crate) struct Examined {
     pub(crate) lacking: Option<Lacking>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
     pub(crate) profile: Option<[f64; 2]>,
-    /// Condition number of the normal equations.
-    pub(crate) condition: f64,
     /// Figures of the record.
     pub(crate) survey: Survey,
 }
@@ -77,7 +75,7 @@ pub(crate) fn examine(
     let mut answers = Vec::new();
     let mut lacking = None;
     if !is_explained(noise, correlation) {
-        let range = Range::new(recording, fitter.survey.velocity).with_play();
+        let range = Range::new(recording, fitter.survey.velocity);
         let tournament = Tournament {
             fitter,
             range: &range,
@@ -106,7 +104,6 @@ pub(crate) fn examine(
     let has_profile = law.is_thorough && model.free.contains(&Effect::B);
     let profile =
         has_profile.then(|| [0.8, 1.25].map(|factor| uncertainty::profile(fitter, &model, factor)));
-    let condition = model.fitted.covariances.condition;
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
     let (values, estimated) = recording.about_zero(&model.fitted.values, &estimated);
     Some(Examined {
@@ -116,7 +113,6 @@ pub(crate) fn examine(
         correlation,
         lacking,
         profile,
-        condition,
         survey: fitter.survey,
     })
 }

@@ -12,7 +12,7 @@ mod tournament;
 mod uncertainty;
 
 use identifier_core::identification::{
-    Effect, Fitted, Fitter, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
+    Effect, Fitter, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
 };
 
 use candidate::Range;
@@ -42,8 +42,6 @@ pub(crate) struct Identified {
     pub(crate) lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
     pub(crate) profile: [f64; 2],
-    /// Condition number of the normal equations.
-    pub(crate) condition: f64,
     /// True if the delay is the longest that is looked for.
     pub(crate) delay_at_bound: bool,
     /// Figures of the record.
@@ -116,11 +114,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     model.entered.extend(shown);
     let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
-    let Fitted {
-        values,
-        covariances,
-        ..
-    } = &model.fitted;
+    let values = &model.fitted.values;
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
     // Of a quick motion third differences see more than noise, and so do the innovations of a model that lacks much.
@@ -136,7 +130,6 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         last_load: steps.map(|steps| steps.last as f64),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile,
-        condition: covariances.condition,
         delay_at_bound,
         survey: fitter.survey,
         reverses: recording.reverses(),

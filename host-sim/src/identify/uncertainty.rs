@@ -86,12 +86,10 @@ pub(super) fn std_errors(
 /// Squares of the shifts by effects that may be missing.
 ///
 /// Each has a size of which a usual one is known beforehand, s₀, and the record tells ŝ ± σ. The odds that it is there
-/// are those of Bayes' factor, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [`PRIOR_ODDS`]; its size is then
+/// are those of Bayes' factor, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [those before](super::candidate::Candidate::prior_odds); its size is then
 /// ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of one [kind](Kind) explain the same of a record and share its weight, each
 /// being the one; those of another kind may be missing beside them, and so may what the record leaves open of a size.
 fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
-    /// Odds that a servo has a certain effect of those that are looked for.
-    const PRIOR_ODDS: f64 = 0.1;
     /// An effect that is possible.
     struct Missing<'a> {
         kind: Kind,
@@ -117,7 +115,7 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
         seen.push(candidate.cause);
         let sizes = answer.sizes.len() as f64;
         let square: f64 = answer.sizes.iter().map(|size| size * size).sum();
-        let ratio = answer.significance.min(answer.gain).max(f64::EPSILON);
+        let ratio = answer.significance.min(answer.gain).max(f64::MIN_POSITIVE);
         // Variances over ŝ².
         let own = sizes / ratio;
         let before = candidate.usual_size(usual).powi(2) / square.max(f64::MIN_POSITIVE);
@@ -133,7 +131,7 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
         };
         missing.push(Missing {
             kind: Kind::of(candidate.cause),
-            log_odds: log_factor + PRIOR_ODDS.ln(),
+            log_odds: log_factor + candidate.prior_odds().ln(),
             found,
             open: before * (1.0 - kept),
             shifts: &answer.shifts,

@@ -36,8 +36,6 @@ pub struct Evidence {
 pub struct FitEvidence {
     /// Increase of −2 ln L, in independent samples, where b is 0.8 and 1.25 of itself and all else is fitted again.
     pub profile: [f64; 2],
-    /// Condition number of the normal equations, scaled to a unit diagonal.
-    pub condition: f64,
     /// True if the servo moved in both directions.
     pub reverses: bool,
     /// True if the delay is the longest that was looked for.

@@ -169,18 +169,14 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 /// The least increase of −2 ln L by which a gain a quarter off must be worse.
 const MIN_PROFILE: f64 = 9.0;
 
-/// The condition number from which the unknowns of a fit cannot be told apart.
-const MAX_CONDITION: f64 = 1e8;
-
 fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let fit = evidence.fit.as_ref().or(evidence.judged_by.as_ref())?;
     let increase = fit.profile[0].min(fit.profile[1]);
-    let is_separated = increase >= MIN_PROFILE && fit.condition <= MAX_CONDITION;
     let reason = if !fit.reverses {
         VerdictReason::OneDirection
     } else if fit.delay_at_bound {
         VerdictReason::LongestDelay
-    } else if !is_separated {
+    } else if increase.is_nan() || increase < MIN_PROFILE {
         VerdictReason::NotSeparated {
             increase,
             needed: MIN_PROFILE,
