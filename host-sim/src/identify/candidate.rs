@@ -101,7 +101,7 @@ impl Usual {
 }
 
 impl Candidate {
-    fn plain(cause: Cause, effects: &[Effect]) -> Self {
+    pub(super) fn plain(cause: Cause, effects: &[Effect]) -> Self {
         Self::at(cause, effects, 0.0)
     }
 

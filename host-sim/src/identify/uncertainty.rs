@@ -262,3 +262,47 @@ pub(super) fn profile(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
     };
     (sums.squares - model.fitted.sums.squares) / (model.fitted.sums.noise() * model.rows_per_row)
 }
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::identification::{Record, Values};
+
+    use super::*;
+    use crate::identify::candidate::Candidate;
+
+    /// A record leaves a size open that it hardly shows, and one that is the same as the model's own but for rounding.
+    #[test]
+    fn a_size_that_a_record_does_not_tell_is_open_at_any_rounding() {
+        let phase = |k: i32| 0.02 * f64::from(k);
+        let positions: Vec<f64> = (0..500).map(|k| (1e3 * phase(k).sin()).round()).collect();
+        let commands: Vec<f64> = (0..500).map(|k| -phase(k).sin()).collect();
+        let record = Record {
+            positions: &positions,
+            commands: &commands,
+            angles: &[],
+            begins: &[0],
+            stride: 1,
+            recorded: &[],
+        };
+        let fitter = Fitter::new(&record).expect("a motion");
+        let usual = Usual::new(&fitter, &Values::NONE.with(Effect::B, 0.4));
+        let answer = |size: f64, gain: f64| Answer {
+            candidate: Candidate::plain(Cause::LoadFriction, &[Effect::LoadFriction]),
+            held_out: 0.0,
+            consistency: 0.0,
+            gain,
+            significance: gain,
+            sizes: vec![size],
+            // A unit of it moves the parameter by one.
+            shifts: vec![-size],
+        };
+        let open = |size, gain| missing(&[answer(size, gain)], 1, &usual)[0].sqrt();
+        let usual_size = answer(1.0, 1.0).candidate.usual_size(&usual);
+        for (size, gain) in [(1e-2, 1e-6), (1e-11, 1e-24)] {
+            let found = open(size, gain);
+            let of_usual = found / usual_size;
+            assert!((0.4..0.6).contains(&of_usual), "{size}: {of_usual}");
+        }
+        assert!(open(1e-4, 1e-2) < 0.05 * usual_size);
+    }
+}

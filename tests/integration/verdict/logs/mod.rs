@@ -81,3 +81,13 @@ fn of_a_few_drawn_logs_as_many_are_right_as_ever() {
     let exact_and_wrong = |j: &Judgement| j.present.is_empty() && j.is_converged && !j.is_right();
     assert_eq!(count(&judged, exact_and_wrong), 0);
 }
+
+/// Servos that stick most of the time, or follow slowly: a regression without friction sees no effect of the command in two
+/// of them, and a velocity in the third.
+#[test]
+fn a_log_that_the_fit_knows_is_not_refused() {
+    let judged = judge(&[FIT], &[8, 118, 125], |&number| drawn(31_415, number));
+    for judgement in &judged[0] {
+        assert!(judgement.is_converged, "{}", judgement.reason);
+    }
+}
