@@ -22,6 +22,19 @@ pub(crate) struct RoughModel<N> {
 pub(crate) struct Breakaway<N> {
     pub command: N,
     pub is_forward: bool,
+    /// The farthest command the other way under which it stood, if commands that grew were needed to move it there.
+    pub other: Option<N>,
+}
+
+impl<N: Number> Breakaway<N> {
+    /// It stands under a command that grows in a direction.
+    pub(crate) fn stand(&mut self, command: N, direction: N) {
+        let is_other = self.is_forward != (direction > N::ZERO);
+        let is_farther = |other| direction * (command - other) > N::ZERO;
+        if is_other && self.other.is_none_or(is_farther) {
+            self.other = Some(command);
+        }
+    }
 }
 
 impl<N: Number> RoughModel<N> {
@@ -82,22 +95,24 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
-    /// Confines friction and load to those that commands of up to `most` overcome, and in the direction in which the servo
-    /// broke away that command: a servo that moves hardly needs more. Of a load that rings on a spring the motion itself says
-    /// anything.
+    /// Confines friction and load to those that commands of up to `most` overcome, and where the servo broke away those commands:
+    /// a servo that moves hardly needs more. How much less it needs they leave open: they show friction at rest, and a motor in
+    /// its play stands by the encoder. Of a load that rings on a spring the motion itself says anything.
     pub(crate) fn confine(&mut self, seen: &Breakaway<N>, most: N) {
         /// The part of the command by which a motion may need more.
         const SLACK: f64 = 0.1;
-        let command = seen.command;
         let slack = N::from_f64(SLACK) * most;
-        let (lowest, highest) = if seen.is_forward {
-            (-most, command + slack)
+        let own = Some(seen.command);
+        let (low, high) = if seen.is_forward {
+            (seen.other, own)
         } else {
-            (command - slack, most)
+            (own, seen.other)
         };
-        let [low, high] = [-(self.gain * highest), -(self.gain * lowest)];
-        self.forward = self.forward.limited(low, high);
-        self.backward = self.backward.limited(low, high);
+        let without = |command| -(self.gain * command);
+        let least = without(high.map_or(most, |high| high + slack));
+        let largest = without(low.map_or(-most, |low| low - slack));
+        self.forward = self.forward.limited(least, largest);
+        self.backward = self.backward.limited(least, largest);
     }
 
     /// d, counts per sample².
@@ -185,12 +200,54 @@ mod tests {
             let seen = Breakaway {
                 command: 2.0 * way,
                 is_forward: way > 0.0,
+                other: None,
             };
             let [forward, backward] = found;
             let mut servo: RoughModel<f64> = with(forward, backward);
             servo.confine(&seen, 10.0);
             let [forward, backward] = confined;
             assert_eq!(servo, with(forward, backward));
+        }
+    }
+
+    /// A servo that broke away at 2 one way and stood under up to 3 of 10 command units the other way.
+    #[test]
+    fn friction_both_ways_is_that_of_both_breakaways() {
+        for way in [1.0, -1.0] {
+            let mut seen = Breakaway {
+                command: 2.0 * way,
+                is_forward: way > 0.0,
+                other: None,
+            };
+            for command in [-1.0, -3.0, -2.0] {
+                seen.stand(command * way, -way);
+            }
+            seen.stand(5.0 * way, way);
+            // Commands that the motion seems to need that way and the other, and those that are adopted.
+            for (found, confined) in [
+                // Hardly more than at the break-away.
+                ([8.0, -9.0], [3.0, -4.0]),
+                // Much less.
+                ([0.5, -0.5], [0.5, -0.5]),
+            ] {
+                let needing = |[own, other]: [f64; 2]| {
+                    let [forward, backward] = if way > 0.0 {
+                        [own, other]
+                    } else {
+                        [-other, -own]
+                    };
+                    RoughModel {
+                        gain: 3.0,
+                        per_gain: 1.0 / 3.0,
+                        forward: -3.0 * forward,
+                        backward: -3.0 * backward,
+                        viscous: 0.0,
+                    }
+                };
+                let mut servo = needing(found);
+                servo.confine(&seen, 10.0);
+                assert_eq!(servo, needing(confined), "{way} {found:?}");
+            }
         }
     }
 }

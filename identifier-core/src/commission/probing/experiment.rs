@@ -218,10 +218,23 @@ impl<N: Number> Probing<N> {
             self.begin_regression(state, &guess);
         }
         self.regress(state, increment);
+        self.stand(state);
         if state.is_swinging() && state.broke_away.is_some() && state.ending.is_none() {
             self.end_ringing(state);
         }
         self.progress(state)
+    }
+
+    /// Notes the command under which the servo stands in a push that grows, where counts show its break-away in time.
+    fn stand(&self, state: &mut ProbingState<N>) {
+        let is_timed = state.servo.gain >= self.plan.timed_gain;
+        let is_pushed = state.stage == ProbingStage::Push && state.extra > N::ZERO;
+        if is_timed && is_pushed && state.still > self.plan.reaction {
+            let command = state.given(self.plan.delay);
+            if let Some(seen) = &mut state.broke_away {
+                seen.stand(command, state.direction);
+            }
+        }
     }
 
     /// Takes a sample into the regression, and the estimate that it gives.
@@ -243,6 +256,9 @@ impl<N: Number> Probing<N> {
             }
             // A model fitted in many passes is better than the estimate of one.
             if !state.known_before {
+                if state.stage == ProbingStage::Push {
+                    state.push_on_with(&estimate);
+                }
                 state.observed.adopt(&state.servo, &estimate, acted);
                 state.servo = estimate;
             }
@@ -296,6 +312,7 @@ impl<N: Number> Probing<N> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::rough_model::Breakaway;
     use super::super::super::tests::unknown_servos::Unknown;
     use super::*;
 
@@ -335,6 +352,66 @@ mod tests {
             };
             let [usual, part] = [1.0, state.held_by].map(pulled);
             assert!((part / usual - 0.16).abs() < 1e-4, "{}", part / usual);
+        }
+    }
+
+    /// A push against friction of 2 of 10 command units, after a break-away in the other direction.
+    fn pushing(way: f32) -> (Probing<f32>, ProbingState<f32>) {
+        let unknown = Unknown {
+            held: None,
+            ..Unknown::from_seed(2)
+        };
+        let probing = Probing::new(&unknown.settings()).expect("allowed");
+        let gain = 2.0 * probing.plan.timed_gain;
+        let servo = RoughModel {
+            gain,
+            per_gain: 1.0 / gain,
+            forward: -2.0 * gain,
+            backward: 2.0 * gain,
+            viscous: 0.0,
+        };
+        let mut state = probing.start_from_known(&servo, 0.0, 1.0);
+        state.aim(way);
+        state.extra = 1.0;
+        state.broke_away = Some(Breakaway {
+            command: -2.0 * way,
+            is_forward: way < 0.0,
+            other: None,
+        });
+        (probing, state)
+    }
+
+    #[test]
+    fn only_a_push_that_grows_against_rest_shows_the_other_break_away() {
+        for way in [1.0, -1.0] {
+            let shown = |change: fn(&mut ProbingState<f32>)| {
+                let (probing, mut state) = pushing(way);
+                state.commands = [3.0 * way; COMMANDS];
+                state.still = probing.plan.reaction + 1;
+                change(&mut state);
+                probing.stand(&mut state);
+                state.broke_away.and_then(|seen| seen.other)
+            };
+            assert_eq!(shown(|_| {}), Some(3.0 * way));
+            assert_eq!(shown(|state| state.extra = 0.0), None);
+            assert_eq!(shown(|state| state.still = 0), None);
+            assert_eq!(shown(|state| state.stage = ProbingStage::Brake), None);
+            // A count comes long after such a servo has broken away.
+            assert_eq!(shown(|state| state.servo.gain *= 0.4), None);
+        }
+    }
+
+    #[test]
+    fn a_late_push_does_not_add_friction_that_the_model_has_learnt_since() {
+        for way in [1.0, -1.0] {
+            for (friction, extra) in [(2.75, 0.25), (4.0, 0.0), (1.0, 1.0)] {
+                let (_, mut state) = pushing(way);
+                let mut servo = state.servo;
+                servo.forward = -friction * servo.gain;
+                servo.backward = friction * servo.gain;
+                state.push_on_with(&servo);
+                assert!((state.extra - extra).abs() < 1e-5, "{}", state.extra);
+            }
         }
     }
 }

@@ -14,8 +14,9 @@
 //! where it is when a command of now acts at the latest: a sample, the delay that is known and two samples
 //! more. While it is braked, what is needed to stop within the travel is reckoned anew in every sample. A
 //! turn is what the counts show, not what is thought. Meanwhile a linear least-squares estimate refines
-//! b, d − c, d + c and a, with friction and load that the command overcomes, and in the direction of the break-away hardly more
-//! than the command of that.
+//! b, d − c, d + c and a, with friction and load that the command overcomes, and in either direction hardly more than the command
+//! of the break-away there, where counts show that in time. A push that is late has command added, which becomes less by the
+//! friction that the estimate has learnt.
 //!
 //! **End.** It ends by evidence: two turns at either end, and accelerations predicted within a standard error
 //! of 0.8 % in both directions. On the last turn the servo is held where it stands, by a loop that

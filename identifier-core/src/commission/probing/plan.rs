@@ -26,6 +26,9 @@ pub(super) struct Plan<N> {
     pub(super) growth: N,
     pub(super) per_growth: N,
     pub(super) steepest: N,
+    /// The least b of a servo that shows at which command it broke away: it passes a count, q = b u̇ t³/6, before the steepest command
+    /// has grown by much.
+    pub(super) timed_gain: N,
     /// The square of half a swing's time, over two: swing over acceleration.
     pub(super) swing: N,
     /// Speed over acceleration for such a swing.
@@ -81,6 +84,9 @@ impl<N: Number> Plan<N> {
     /// The part of the planned speed beyond which, and that of the shortest half-cycle within which a swing is not the relay's.
     const RINGING: [f64; 2] = [0.1, 0.5];
 
+    /// The part of the command that may grow from a break-away to the count that shows it.
+    const TIMED: f64 = 0.2;
+
     /// Time for which a released servo must stand, s.
     const RELEASED: f64 = 0.02;
 
@@ -123,6 +129,8 @@ impl<N: Number> Plan<N> {
         let half_swing = 0.042_f64
             .max(16.0 * time)
             .max(Self::SWING_DELAYS * settings.command_delay);
+        // That of a push that does not move the servo.
+        let steepest = 40.0 * time * most;
         let usable_speed = Self::USED_SPEED * limits.speed * time * counts;
         let [ringing_speed, ringing_time] = Self::RINGING;
         let bandwidth = 60.0_f64.min(0.1 / time);
@@ -145,6 +153,7 @@ impl<N: Number> Plan<N> {
             growth: number((200.0 * time).min(0.5)),
             per_growth: number(1.0 / (200.0 * time).min(0.5)),
             steepest: number(20.0 * time * most),
+            timed_gain: number(6.0 * steepest * steepest / libm::pow(Self::TIMED * most, 3.0)),
             swing: number(half_swing * half_swing / (8.0 * time * time)),
             swing_speed: number(half_swing / (2.0 * time)),
             least_swing: number(40.0),

@@ -192,6 +192,7 @@ impl<N: Number> Probing<N> {
                 broke_away: Some(Breakaway {
                     command,
                     is_forward,
+                    other: None,
                 }),
             }
         })

@@ -302,6 +302,14 @@ impl<N: Number> ProbingState<N> {
         self.way = way;
     }
 
+    /// A push goes on with another model: what that has learnt of friction is no longer added to it.
+    pub(super) fn push_on_with(&mut self, servo: &RoughModel<N>) {
+        let way = self.direction;
+        let slides = |servo: &RoughModel<N>| way * servo.command(N::ZERO, way);
+        let learnt = slides(servo) - slides(&self.servo);
+        self.extra = (self.extra - learnt).limited(N::ZERO, self.extra);
+    }
+
     /// An acceleration at which a servo that may not turn comes to rest.
     pub(super) fn gentle(&self) -> N {
         N::from_f64(0.02) * self.guessed_limit
