@@ -197,14 +197,9 @@ impl Equations {
         // Signs of the speed between samples a quarter of the window apart.
         let reach = (half / 4).max(1);
         let threshold = MIN_SPEED * std::f64::consts::SQRT_2 * noise;
+        // Without a branch, which of a motion that turns round would be foreseen as often as not.
         let sign = |output: f64| {
-            if output > threshold {
-                1.0
-            } else if output < -threshold {
-                -1.0
-            } else {
-                0.0
-            }
+            f64::from(u8::from(output > threshold)) - f64::from(u8::from(output < -threshold))
         };
         let inputs = &of.input[centre - half..centre + half];
         let (mut push, mut push_slope, mut signs) = (0.0, 0.0, 0.0);

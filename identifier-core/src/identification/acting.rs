@@ -5,7 +5,7 @@ use super::waves::Waves;
 use super::{Column, Effect, Record, Values};
 
 /// The least relative friction by which is divided.
-pub(super) const MIN_DRIFT: f64 = 1e-3;
+const MIN_DRIFT: f64 = 1e-3;
 
 /// The servo and the commands that act over a part of a sample.
 pub(super) struct Acting<'a> {
@@ -42,7 +42,10 @@ pub(super) struct Acting<'a> {
 
 /// Friction and motion over a piece of a sample.
 pub(super) struct Shape {
+    pub(super) velocity: f64,
     pub(super) direction: f64,
+    /// Viscous friction over inertia.
+    pub(super) viscous: f64,
     pub(super) bell: f64,
     pub(super) low_speed: f64,
     pub(super) middle: f64,
@@ -53,7 +56,7 @@ pub(super) struct Shape {
 impl Acting<'_> {
     /// The change of the relative inertia over the sample per unit of a column of it.
     #[inline]
-    pub(super) fn inertia_change_per(&self, column: &Column) -> f64 {
+    fn inertia_change_per(&self, column: &Column) -> f64 {
         let order = match column.setting {
             order if order > 0.0 => order,
             _ => self.values.inertia_order,
@@ -62,11 +65,19 @@ impl Acting<'_> {
         change[usize::from(column.effect == Effect::InertiaCosine)]
     }
 
-    /// The acceleration per unit of a column, `shaped` being the derivative of the command.
-    #[inline]
-    pub(super) fn forcing(&self, column: &Column, shape: &Shape, shaped: f64) -> f64 {
+    /// The acceleration per unit of each column, and the viscous friction per unit of it; `shaped` are the derivatives of the
+    /// command. A loop over slices and no function of a column: what columns have in common is computed once, and there is
+    /// one such loop whatever the number of columns.
+    pub(super) fn force(
+        &self,
+        columns: &[Column],
+        shape: &Shape,
+        shaped: &[f64],
+        forcing: &mut [f64],
+        per_rate: &mut [f64],
+    ) {
         // At the column's order where it has one, else at the model's.
-        let wave_of = |own: f64| {
+        let wave_of = |column: &Column, own: f64| {
             let order = if column.setting > 0.0 {
                 column.setting
             } else {
@@ -79,60 +90,76 @@ impl Acting<'_> {
         let slowing = self.values.get(Effect::LoadFriction) * self.drift * shape.direction;
         let kept = 1.0 - slowing * self.drive.signum();
         let driven = self.drive - slowing * self.effort;
-        match column.effect {
-            Effect::B => driven / self.values.get(Effect::B),
-            Effect::Coulomb => -shape.direction * self.friction,
-            Effect::Load => self.ease,
-            Effect::Delay => -kept * self.gain * self.part.slope,
-            Effect::CurrentLoop => kept * self.gain * self.part.per_lag,
-            Effect::LowSpeed => {
-                let bell = if column.setting > 0.0 {
-                    let ratio = shape.middle / column.setting;
-                    libm::exp(-ratio * ratio)
-                } else {
-                    shape.bell
-                };
-                -shape.direction * bell * self.friction
-            }
-            Effect::LowSpeedVelocity => {
-                let ratio = shape.middle / shape.fading.max(f64::MIN_POSITIVE);
-                -shape.low_speed * shape.bell * 2.0 * ratio * ratio
-                    / shape.fading.max(f64::MIN_POSITIVE)
-                    * shape.direction
-            }
-            Effect::GravitySine => wave_of(1.0)[0] * self.ease,
-            Effect::GravityCosine => wave_of(1.0)[1] * self.ease,
-            Effect::RippleSine => wave_of(self.values.order)[0] * self.ease,
-            Effect::RippleCosine => wave_of(self.values.order)[1] * self.ease,
-            Effect::DeadBand | Effect::GainAsymmetry | Effect::LimitSlope | Effect::HiddenLimit => {
-                kept * self.gain * shaped
-            }
-            Effect::LoadFriction => -self.effort * self.drift * shape.direction,
-            Effect::GainDrift => {
-                let drift = self.values.get(Effect::GainDrift) * self.passed;
-                driven * self.passed / (1.0 + drift)
-            }
-            Effect::FrictionDrift => {
-                let friction = self.coulomb + shape.low_speed * shape.bell;
-                -shape.direction * friction * self.passed / self.drift.max(MIN_DRIFT)
-            }
-            Effect::TorqueRippleSine => {
-                driven * self.per_ripple * wave_of(self.values.gain_order)[0]
-            }
-            Effect::TorqueRippleCosine => {
-                driven * self.per_ripple * wave_of(self.values.gain_order)[1]
-            }
-            Effect::InertiaSine => {
-                -shape.acceleration * self.ease * wave_of(self.values.inertia_order)[0]
-            }
-            Effect::InertiaCosine => {
-                -shape.acceleration * self.ease * wave_of(self.values.inertia_order)[1]
-            }
-            Effect::A
-            | Effect::Asymmetry
-            | Effect::Quadratic
-            | Effect::Compliance
-            | Effect::Play => 0.0,
+        let outputs = forcing.iter_mut().zip(per_rate);
+        for ((column, shaped), (forcing, per_rate)) in columns.iter().zip(shaped).zip(outputs) {
+            *per_rate = 0.0;
+            *forcing = match column.effect {
+                Effect::A => {
+                    *per_rate = self.friction;
+                    0.0
+                }
+                Effect::Asymmetry => {
+                    *per_rate = self.friction * shape.direction;
+                    0.0
+                }
+                Effect::Quadratic => {
+                    *per_rate = self.friction * shape.velocity.abs();
+                    0.0
+                }
+                Effect::B => driven / self.values.get(Effect::B),
+                Effect::Coulomb => -shape.direction * self.friction,
+                Effect::Load => self.ease,
+                Effect::Delay => -kept * self.gain * self.part.slope,
+                Effect::CurrentLoop => kept * self.gain * self.part.per_lag,
+                Effect::LowSpeed => {
+                    let bell = if column.setting > 0.0 {
+                        let ratio = shape.middle / column.setting;
+                        libm::exp(-ratio * ratio)
+                    } else {
+                        shape.bell
+                    };
+                    -shape.direction * bell * self.friction
+                }
+                Effect::LowSpeedVelocity => {
+                    let ratio = shape.middle / shape.fading.max(f64::MIN_POSITIVE);
+                    -shape.low_speed * shape.bell * 2.0 * ratio * ratio
+                        / shape.fading.max(f64::MIN_POSITIVE)
+                        * shape.direction
+                }
+                Effect::GravitySine => wave_of(column, 1.0)[0] * self.ease,
+                Effect::GravityCosine => wave_of(column, 1.0)[1] * self.ease,
+                Effect::RippleSine => wave_of(column, self.values.order)[0] * self.ease,
+                Effect::RippleCosine => wave_of(column, self.values.order)[1] * self.ease,
+                Effect::DeadBand
+                | Effect::GainAsymmetry
+                | Effect::LimitSlope
+                | Effect::HiddenLimit => kept * self.gain * shaped,
+                Effect::LoadFriction => -self.effort * self.drift * shape.direction,
+                Effect::GainDrift => {
+                    let drift = self.values.get(Effect::GainDrift) * self.passed;
+                    driven * self.passed / (1.0 + drift)
+                }
+                Effect::FrictionDrift => {
+                    *per_rate = shape.viscous * self.passed / self.drift.max(MIN_DRIFT);
+                    let friction = self.coulomb + shape.low_speed * shape.bell;
+                    -shape.direction * friction * self.passed / self.drift.max(MIN_DRIFT)
+                }
+                Effect::TorqueRippleSine => {
+                    driven * self.per_ripple * wave_of(column, self.values.gain_order)[0]
+                }
+                Effect::TorqueRippleCosine => {
+                    driven * self.per_ripple * wave_of(column, self.values.gain_order)[1]
+                }
+                Effect::InertiaSine => {
+                    *per_rate = 0.5 * self.ease * self.inertia_change_per(column);
+                    -shape.acceleration * self.ease * wave_of(column, self.values.inertia_order)[0]
+                }
+                Effect::InertiaCosine => {
+                    *per_rate = 0.5 * self.ease * self.inertia_change_per(column);
+                    -shape.acceleration * self.ease * wave_of(column, self.values.inertia_order)[1]
+                }
+                Effect::Compliance | Effect::Play => 0.0,
+            };
         }
     }
 }

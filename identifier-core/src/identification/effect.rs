@@ -102,6 +102,11 @@ impl Effect {
 
     /// The effects of every servo.
     pub const BASE: [Self; 5] = [Self::A, Self::B, Self::Coulomb, Self::Load, Self::Delay];
+
+    /// True of an effect of every servo.
+    pub(super) const fn is_base(self) -> bool {
+        (self as usize) < Self::BASE.len()
+    }
 }
 
 /// An effect whose tangent a pass carries, with the setting at which it is asked for: the order of a
@@ -148,6 +153,12 @@ impl Values {
     #[must_use]
     pub const fn get(&self, effect: Effect) -> f64 {
         self.values[effect as usize]
+    }
+
+    /// True if there are the effects of every servo alone.
+    pub(super) fn is_plain(&self) -> bool {
+        let mut extra = self.values[Effect::BASE.len()..].iter();
+        extra.all(|&value| value == 0.0)
     }
 
     /// Sets the value of an effect.

@@ -43,7 +43,8 @@ pub(super) struct Part {
     pub(super) size: f64,
     /// The sample of the record whose command it is.
     sample: usize,
-    last: usize,
+    /// The part of the sample, 0 or 1.
+    pub(super) last: usize,
 }
 
 /// The current in the loop, and its derivative by the time constant.
@@ -88,37 +89,48 @@ impl FrontEnd {
         }
     }
 
-    /// The commands over the two parts of a sample of a motion, first sample and end.
+    /// The recorded commands that act over the two parts of a sample of a motion, first sample and end.
     #[inline]
-    pub(super) fn process(
+    pub(super) fn recorded(
         &self,
         record: &Record<'_>,
         motion: (usize, usize),
         sample: usize,
-        current: &mut Current,
     ) -> [Part; 2] {
         let mut parts = [Part::default(); 2];
         for (i, part) in parts.iter_mut().enumerate() {
             let wanted = sample as i64 - self.whole - i64::from(i == 0);
             let place = wanted.clamp(motion.0 as i64, motion.1 as i64 - 1) as usize;
-            part.command = if self.is_linear() {
-                record.commands[place]
-            } else {
-                record.over(place, |command| self.shape(command))
-            };
-            part.size = if self.has_load_friction && record.has_blocks() {
-                record.over(place, |command| self.shape(command).abs())
-            } else {
-                part.command.abs()
-            };
+            part.command = record.commands[place];
             part.sample = place;
             part.last = i;
         }
+        parts
+    }
+
+    /// What the amplifier makes of the commands over the two parts of a sample.
+    #[inline]
+    pub(super) fn process(
+        &self,
+        record: &Record<'_>,
+        parts: &mut [Part; 2],
+        current: &mut Current,
+    ) {
+        for part in &mut *parts {
+            if !self.is_linear() {
+                part.command = record.over(part.sample, |command| self.shape(command));
+            }
+            part.size = if self.has_load_friction && record.has_blocks() {
+                record.over(part.sample, |command| self.shape(command).abs())
+            } else {
+                part.command.abs()
+            };
+        }
         let Some(lags) = &self.lag else {
             // The first derivative of a current loop that is none: what a step loses.
-            let [earlier, later] = &mut parts;
+            let [earlier, later] = parts;
             later.per_lag = (earlier.command - later.command) / self.lengths[1];
-            return parts;
+            return;
         };
         if !current.is_known {
             *current = Current {
@@ -137,7 +149,6 @@ impl FrontEnd {
             current.per_lag = current.per_lag * lag.left + off * lag.left_per_lag;
             current.value = target + off * lag.left;
         }
-        parts
     }
 
     /// True if the command acts as it is.

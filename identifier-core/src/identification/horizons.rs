@@ -149,6 +149,8 @@ impl Fitter<'_> {
         let samples = self.record.len();
         let shortest = self.survey.shortest_horizon(samples);
         let longest = samples as f64 / 6.0;
+        // At either end several are one.
+        let mut last = None;
         [1.0 / 1.8, 1.0, 1.8, 4.0]
             .into_iter()
             .filter_map(move |factor| match horizon.walk {
@@ -162,5 +164,6 @@ impl Fitter<'_> {
                     walk: Some((walk * factor).max((0.5 * shortest).max(4.0))),
                 }),
             })
+            .filter(move |&one| last.replace(one) != Some(one))
     }
 }

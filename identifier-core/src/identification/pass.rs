@@ -3,7 +3,7 @@
 use super::acting::Acting;
 use super::front_end::{Current, FrontEnd, Part};
 use super::gain::{Diffuse, Riccati};
-use super::state::{State, Tangent};
+use super::state::{Response, State, Tangents};
 use super::waves::Waves;
 use super::{Column, Effect, Horizon, Record, Values};
 
@@ -51,29 +51,47 @@ impl ModelPass<'_> {
         columns: &[Column],
         observe: &mut dyn FnMut(&Row<'_>),
     ) -> bool {
-        // The tangents of a plain fit stay where the processor has them.
-        match columns.len() {
-            0 => self.run_with::<0>(values, columns, observe),
-            1..=6 => self.run_with::<6>(values, columns, observe),
-            7..=16 => self.run_with::<16>(values, columns, observe),
-            _ => self.run_with::<MAX_COLUMNS>(values, columns, observe),
+        let is_plain = values.is_plain() && columns.iter().all(|column| column.effect.is_base());
+        let has_delay = columns.iter().any(|column| column.effect == Effect::Delay);
+        match (is_plain, columns.len()) {
+            (true, 0) => self.run_with::<0, true>(values, columns, observe),
+            (true, 1..=4) if !has_delay => self.run_with::<4, true>(values, columns, observe),
+            (true, 1..=6) => self.run_with::<6, true>(values, columns, observe),
+            (_, 0) => self.run_with::<0, false>(values, columns, observe),
+            (_, 1..=8) => self.run_with::<8, false>(values, columns, observe),
+            (_, 9..=16) => self.run_with::<16, false>(values, columns, observe),
+            _ => self.run_with::<MAX_COLUMNS, false>(values, columns, observe),
         }
     }
 
-    fn run_with<const C: usize>(
+    fn run_with<const C: usize, const PLAIN: bool>(
         &self,
         values: &Values,
-        columns: &[Column],
+        asked: &[Column],
         observe: &mut dyn FnMut(&Row<'_>),
     ) -> bool {
-        let columns = &columns[..columns.len().min(C)];
+        let asked = &asked[..asked.len().min(C)];
+        let base = Effect::BASE.map(Column::from);
+        // A plain model has all columns at fixed places: of which effect one is takes no time then.
+        let columns = if PLAIN {
+            &base[..C.min(base.len())]
+        } else {
+            asked
+        };
+        let place_of = |effect| columns.iter().position(|one| one.effect == effect);
+        let mut places = [0; C];
+        for (place, one) in places.iter_mut().zip(asked) {
+            *place = place_of(one.effect).unwrap_or(0);
+        }
         let front_end = FrontEnd::new(values, columns);
         let mut waves = Waves::new(columns);
-        let plays = values.get(Effect::Play) != 0.0
-            || columns.iter().any(|column| column.effect == Effect::Play);
+        let plays = !PLAIN
+            && (values.get(Effect::Play) != 0.0
+                || columns.iter().any(|column| column.effect == Effect::Play));
         let mut regressor = [0.0; C];
+        let mut ordered = [0.0; C];
         for motion in self.record.motions() {
-            let mut state = State::<C> {
+            let mut state = State::<C, PLAIN> {
                 error: 0.0,
                 velocity: 0.0,
                 load: 0.0,
@@ -81,7 +99,9 @@ impl ModelPass<'_> {
                 play: 0.0,
                 plays,
                 columns,
-                tangents: [Tangent::default(); C],
+                delay: place_of(Effect::Delay),
+                tangents: Tangents::NONE,
+                responses: [Response::default(); 2],
             };
             let mut current = Current::default();
             let mut filter = Riccati::new(self.damping, self.horizon, &self.diffuse);
@@ -92,18 +112,29 @@ impl ModelPass<'_> {
                     if innovation.is_nan() || innovation.abs() > DIVERGED {
                         return false;
                     }
+                    let shown = if PLAIN {
+                        for (ordered, &place) in ordered.iter_mut().zip(&places) {
+                            *ordered = regressor[place];
+                        }
+                        &ordered
+                    } else {
+                        &regressor
+                    };
                     observe(&Row {
                         sample,
                         innovation,
                         variance: filter.variance,
                         walk: state.load,
-                        regressor: &regressor[..columns.len()],
+                        regressor: &shown[..asked.len()],
                     });
                     state.correct(&filter.gain, innovation, &regressor);
                 }
                 filter.predict();
-                let parts = front_end.process(self.record, motion, sample, &mut current);
-                waves.place(self.record.wave(sample, 1.0));
+                let mut parts = front_end.recorded(self.record, motion, sample);
+                if !PLAIN {
+                    front_end.process(self.record, &mut parts, &mut current);
+                    waves.place(self.record.wave(sample, 1.0));
+                }
                 self.advance(
                     values,
                     &front_end,
@@ -121,26 +152,31 @@ impl ModelPass<'_> {
     }
 
     #[inline]
-    fn advance<const C: usize>(
+    fn advance<const C: usize, const PLAIN: bool>(
         &self,
         values: &Values,
         front_end: &FrontEnd,
         parts: &[Part; 2],
         waves: &Waves,
         (motion, sample): ((usize, usize), usize),
-        state: &mut State<'_, C>,
+        state: &mut State<'_, C, PLAIN>,
     ) {
         use Effect::{
-            B, Coulomb, Delay, FrictionDrift, GainDrift, GravityCosine, GravitySine, InertiaCosine,
+            B, Coulomb, FrictionDrift, GainDrift, GravityCosine, GravitySine, InertiaCosine,
             InertiaSine, LoadFriction, Play, RippleCosine, RippleSine, TorqueRippleCosine,
             TorqueRippleSine,
         };
         let record = self.record;
         let passed = sample as f64 / record.len() as f64 - 0.5;
-        let has = |one: Effect, other: Effect| values.get(one) != 0.0 || values.get(other) != 0.0;
+        let extra = |effect| State::<C, PLAIN>::extra(values, effect);
+        let has = |one: Effect, other: Effect| extra(one) != 0.0 || extra(other) != 0.0;
         let along = |one: Effect, other: Effect, order: f64| {
             let [sine, cosine] = record.wave(sample, order);
             values.get(one) * sine + values.get(other) * cosine
+        };
+        let drifted = |effect| match extra(effect) {
+            0.0 => 1.0,
+            change => 1.0 + change * passed,
         };
         let mut load = values.get(Effect::Load) + state.load;
         if has(GravitySine, GravityCosine) {
@@ -149,7 +185,7 @@ impl ModelPass<'_> {
         if has(RippleSine, RippleCosine) {
             load += along(RippleSine, RippleCosine, values.order);
         }
-        let mut gain = values.get(B) * (1.0 + values.get(GainDrift) * passed);
+        let mut gain = values.get(B) * drifted(GainDrift);
         let mut per_ripple = 1.0;
         if has(TorqueRippleSine, TorqueRippleCosine) {
             let ripple = 1.0 + along(TorqueRippleSine, TorqueRippleCosine, values.gain_order);
@@ -163,21 +199,27 @@ impl ModelPass<'_> {
             let [sine, cosine] = record.wave_change(motion, sample, order);
             inertia_change = values.get(InertiaSine) * sine + values.get(InertiaCosine) * cosine;
         }
-        let drift = (1.0 + values.get(FrictionDrift) * passed).max(0.0);
+        let drift = f64::max(drifted(FrictionDrift), 0.0);
         let before = state.velocity;
         // Of a stiff shaft the accelerations' derivatives do not show.
-        let twists = values.get(Effect::Compliance) != 0.0;
-        let play = values.get(Play);
+        let twists = extra(Effect::Compliance) != 0.0;
+        if twists {
+            state.tangents.acceleration = state.tangents.velocity;
+        }
         let error = state.error;
-        let earlier = if twists || state.plays {
-            state.tangents
+        let errors = if state.plays {
+            state.tangents.error
         } else {
-            [Tangent::default(); C]
+            [0.0; C]
         };
         let mut last = None;
         for (i, part) in parts.iter().enumerate() {
             let drive = gain * part.command * ease;
             let effort = (gain * ease).abs() * part.size;
+            let mut coulomb = values.get(Coulomb) * ease * drift;
+            if !PLAIN {
+                coulomb += values.get(LoadFriction) * effort * drift;
+            }
             let acting = Acting {
                 values,
                 front_end,
@@ -191,7 +233,7 @@ impl ModelPass<'_> {
                 drive,
                 effort,
                 push: drive + load * ease,
-                coulomb: (values.get(Coulomb) * ease + values.get(LoadFriction) * effort) * drift,
+                coulomb,
                 drift,
                 ease,
                 friction: drift * ease,
@@ -200,8 +242,10 @@ impl ModelPass<'_> {
                 passed,
             };
             // Behind a current loop the command has a slope and no step.
-            if let Some(earlier) = last.filter(|_| !front_end.has_lag()) {
-                state.pass_step(&acting, earlier, Delay);
+            if let (Some(earlier), Some(place)) = (last, state.delay)
+                && (PLAIN || !front_end.has_lag())
+            {
+                state.pass_step(&acting, earlier, place);
             }
             if acting.length > 0.0 {
                 state.advance(&acting);
@@ -210,12 +254,13 @@ impl ModelPass<'_> {
         }
         state.acceleration = state.velocity - before;
         if twists {
-            for (tangent, earlier) in state.tangents.iter_mut().zip(&earlier) {
-                tangent.acceleration = tangent.velocity - earlier.velocity;
+            for i in 0..C {
+                let tangents = &mut state.tangents;
+                tangents.acceleration[i] = tangents.velocity[i] - tangents.acceleration[i];
             }
         }
         if state.plays {
-            state.take_up_play(play, error - state.error, &earlier);
+            state.take_up_play(extra(Play), error - state.error, &errors);
         }
     }
 }

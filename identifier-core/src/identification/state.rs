@@ -1,11 +1,12 @@
 //! The motion of the model with its derivatives, moved over a part of a sample.
 
-use super::acting::{Acting, MIN_DRIFT, Shape};
+use super::acting::{Acting, Shape};
 use super::front_end::FrontEnd;
 use super::{Column, Effect, Values};
 
-/// The motion of the model and its derivatives, relative to the record.
-pub(super) struct State<'c, const C: usize> {
+/// The motion of the model and its derivatives, relative to the record. A `PLAIN` one has the effects of every servo
+/// alone, and columns of the first of them.
+pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     /// Measured less model position, counts.
     pub(super) error: f64,
     pub(super) velocity: f64,
@@ -18,44 +19,45 @@ pub(super) struct State<'c, const C: usize> {
     /// True if there is play, or a column of it.
     pub(super) plays: bool,
     pub(super) columns: &'c [Column],
-    pub(super) tangents: [Tangent; C],
+    /// The column of the delay.
+    pub(super) delay: Option<usize>,
+    pub(super) tangents: Tangents<C>,
+    /// The response over either part of a sample, which is nearly always that of the last sample.
+    pub(super) responses: [Response; 2],
 }
 
-/// Derivatives of the state by a column.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Tangent {
-    pub(super) error: f64,
-    pub(super) velocity: f64,
-    pub(super) load: f64,
-    /// Derivative of the current by a shape of the command, and of the command over the part.
-    pub(super) current: f64,
-    pub(super) shaped: f64,
-    /// Derivative of the acceleration over the last sample.
-    pub(super) acceleration: f64,
-    /// Derivative of the place within the play; of a column with a play of its own that place in it.
-    play: f64,
+/// Derivatives of the state by each column, by quantity: the processor takes several columns at once.
+#[derive(Clone, Copy)]
+pub(super) struct Tangents<const C: usize> {
+    pub(super) error: [f64; C],
+    pub(super) velocity: [f64; C],
+    load: [f64; C],
+    /// Of the current by a shape of the command.
+    current: [f64; C],
+    /// Of the acceleration over the last sample.
+    pub(super) acceleration: [f64; C],
+    /// Of the place within the play; of a column with a play of its own that place in it.
+    play: [f64; C],
 }
 
-impl Tangent {
-    /// Those of some columns after a way of the motor, the place that it wanted to have, and half of the play.
-    fn take_up_play(tangents: &mut [Self], columns: &[Column], earlier: &[Self], of: [f64; 3]) {
-        let [way, wanted, half] = of;
-        for ((column, tangent), earlier) in columns.iter().zip(tangents).zip(earlier) {
-            tangent.play = match column.effect {
-                Effect::Play if column.setting > 0.0 => {
-                    (tangent.play - way / column.setting).clamp(-0.5, 0.5)
-                }
-                _ if wanted.abs() < half => tangent.play - (earlier.error - tangent.error),
-                Effect::Play => 0.5 * wanted.signum(),
-                _ => 0.0,
-            };
-        }
-    }
+impl<const C: usize> Tangents<C> {
+    pub(super) const NONE: Self = Self {
+        error: [0.0; C],
+        velocity: [0.0; C],
+        load: [0.0; C],
+        current: [0.0; C],
+        acceleration: [0.0; C],
+        play: [0.0; C],
+    };
 }
 
 /// (1 − e^(−z))/z and (1 − (1 − e^(−z))/z)/z times powers of the length, and their derivatives by a.
-#[derive(Clone, Copy)]
-struct Response {
+#[derive(Clone, Copy, Default)]
+pub(super) struct Response {
+    a: f64,
+    length: f64,
+    /// The part of a velocity that is left at the end.
+    kept: f64,
     velocity: f64,
     position: f64,
     velocity_per_a: f64,
@@ -68,8 +70,12 @@ impl Response {
         let z = a * length;
         let square = length * length;
         let series = |c: [f64; 5]| c[0] - z * (c[1] - z * (c[2] - z * (c[3] - z * c[4])));
+        let velocity = length * series([1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0]);
         Self {
-            velocity: length * series([1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0]),
+            a,
+            length,
+            kept: 1.0 - a * velocity,
+            velocity,
             position: square * series([1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0]),
             velocity_per_a: -square
                 * series([1.0 / 2.0, 1.0 / 3.0, 1.0 / 8.0, 1.0 / 30.0, 1.0 / 144.0]),
@@ -78,35 +84,63 @@ impl Response {
                 * series([1.0 / 6.0, 1.0 / 12.0, 1.0 / 40.0, 1.0 / 180.0, 1.0 / 1008.0]),
         }
     }
+
+    /// That over another length, which is its own where it has been computed.
+    #[inline]
+    fn over(&mut self, a: f64, length: f64) -> Self {
+        if self.a.to_bits() != a.to_bits() || self.length.to_bits() != length.to_bits() {
+            *self = Self::new(a, length);
+        }
+        *self
+    }
+
+    /// The velocity at the end.
+    #[inline]
+    fn after(&self, velocity: f64, pushed: f64) -> f64 {
+        self.kept * velocity + self.velocity * pushed
+    }
 }
 
-impl<const C: usize> State<'_, C> {
+impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
     /// The innovation, and the regressor of each column.
     #[inline]
     pub(super) fn innovation(&self, values: &Values, regressor: &mut [f64; C]) -> f64 {
+        let tangents = &self.tangents;
+        for (regressor, error) in regressor.iter_mut().zip(&tangents.error) {
+            *regressor = -error;
+        }
+        if PLAIN {
+            return self.error;
+        }
         let twist = values.get(Effect::Compliance);
         for (i, column) in self.columns.iter().enumerate() {
-            let tangent = &self.tangents[i];
-            regressor[i] = -tangent.error + twist * tangent.acceleration;
+            regressor[i] += twist * tangents.acceleration[i];
             regressor[i] += match column.effect {
                 Effect::Compliance => self.acceleration,
-                _ => tangent.play,
+                _ => tangents.play[i],
             };
         }
         self.error - twist * self.acceleration - self.play
     }
 
-    /// The motor has moved by a way, counts, and each tangent from an earlier one: within the play, or it takes the encoder along.
-    pub(super) fn take_up_play(&mut self, play: f64, way: f64, earlier: &[Tangent; C]) {
+    /// The motor has moved by a way, counts, from earlier derivatives of the error: within the play, or it takes the encoder
+    /// along.
+    pub(super) fn take_up_play(&mut self, play: f64, way: f64, earlier: &[f64; C]) {
         let wanted = self.play - way;
         let half = 0.5 * play;
         self.play = wanted.max(-half).min(half);
-        Tangent::take_up_play(
-            &mut self.tangents,
-            self.columns,
-            earlier,
-            [way, wanted, half],
-        );
+        let tangents = &mut self.tangents;
+        for (i, column) in self.columns.iter().enumerate() {
+            let place = &mut tangents.play[i];
+            *place = match column.effect {
+                Effect::Play if column.setting > 0.0 => {
+                    (*place - way / column.setting).clamp(-0.5, 0.5)
+                }
+                _ if wanted.abs() < half => *place - (earlier[i] - tangents.error[i]),
+                Effect::Play => 0.5 * wanted.signum(),
+                _ => 0.0,
+            };
+        }
     }
 
     /// Takes the innovation in.
@@ -115,31 +149,35 @@ impl<const C: usize> State<'_, C> {
         self.error -= gain[0] * innovation;
         self.velocity += gain[1] * innovation;
         self.load += gain[2] * innovation;
-        let count = self.columns.len();
-        for (tangent, predicted) in self.tangents.iter_mut().zip(&regressor[..count]) {
-            tangent.error += gain[0] * predicted;
-            tangent.velocity -= gain[1] * predicted;
-            tangent.load -= gain[2] * predicted;
+        let tangents = &mut self.tangents;
+        for i in 0..C {
+            tangents.error[i] += gain[0] * regressor[i];
+            tangents.velocity[i] -= gain[1] * regressor[i];
+            tangents.load[i] -= gain[2] * regressor[i];
         }
     }
 
-    /// The command steps between two parts of a sample: a longer delay lets the earlier push act longer.
+    /// The value of an effect that a plain servo does not have.
     #[inline]
-    pub(super) fn pass_step(&mut self, acting: &Acting<'_>, earlier: f64, delay: Effect) {
-        let Some(place) = self.columns.iter().position(|one| one.effect == delay) else {
-            return;
-        };
-        let change = if self.velocity != 0.0 {
+    pub(super) fn extra(values: &Values, effect: Effect) -> f64 {
+        if PLAIN { 0.0 } else { values.get(effect) }
+    }
+
+    /// The command steps between two parts of a sample: a longer delay, the column at `place`, lets the earlier push act
+    /// longer.
+    #[inline]
+    pub(super) fn pass_step(&mut self, acting: &Acting<'_>, earlier: f64, place: usize) {
+        self.tangents.velocity[place] += if self.velocity != 0.0 {
             earlier - acting.push
         } else {
-            let friction = acting.coulomb + acting.values.get(Effect::LowSpeed) * acting.friction;
+            let low_speed = Self::extra(acting.values, Effect::LowSpeed);
+            let friction = acting.coulomb + low_speed * acting.friction;
             if acting.push.abs() <= friction {
                 0.0
             } else {
                 friction * acting.push.signum() - acting.push
             }
         };
-        self.tangents[place].velocity += change;
     }
 
     /// Moves the model over a part of a sample in which the command is constant; friction may stop it or
@@ -147,31 +185,31 @@ impl<const C: usize> State<'_, C> {
     #[inline]
     pub(super) fn advance(&mut self, acting: &Acting<'_>) {
         let values = acting.values;
-        let low_speed = values.get(Effect::LowSpeed) * acting.friction;
-        let fading = values.get(Effect::LowSpeedVelocity);
+        let friction_by = |effect| Self::extra(values, effect) * acting.friction;
+        let low_speed = friction_by(Effect::LowSpeed);
+        let fading = Self::extra(values, Effect::LowSpeedVelocity);
         let per_square = if fading > 0.0 {
             1.0 / (fading * fading)
         } else {
             0.0
         };
-        let friction_by = |effect: Effect| values.get(effect) * acting.friction;
-        let viscous = friction_by(Effect::A);
+        let viscous = values.get(Effect::A) * acting.friction;
         let asymmetry = friction_by(Effect::Asymmetry);
         let quadratic = friction_by(Effect::Quadratic);
         // Half of the inertia's change takes momentum as friction does: ½ i′(q) q̇².
         let swing = 0.5 * acting.inertia_change * acting.ease;
         let mut left = acting.length;
-        // The derivative of the length that is left, for each column.
         let mut turned = false;
+        // The derivative of the length that is left, for each column, and that of the command.
         let mut lengths = [0.0; C];
-        let count = self.columns.len();
-        for (column, tangent) in self.columns.iter().zip(&mut self.tangents) {
-            if FrontEnd::is_shape(column.effect) {
-                let current = &mut tangent.current;
-                tangent.shaped =
-                    acting
-                        .front_end
-                        .derivative(acting.record, acting.part, column, current);
+        let mut shaped = [0.0; C];
+        if !PLAIN {
+            for (i, column) in self.columns.iter().enumerate() {
+                if FrontEnd::is_shape(column.effect) {
+                    let current = &mut self.tangents.current[i];
+                    let front_end = acting.front_end;
+                    shaped[i] = front_end.derivative(acting.record, acting.part, column, current);
+                }
             }
         }
         // From the second piece on the model begins at rest.
@@ -183,15 +221,19 @@ impl<const C: usize> State<'_, C> {
                 -1.0
             } else {
                 if acting.push.abs() <= acting.coulomb + low_speed {
-                    for tangent in &mut self.tangents[..count] {
-                        tangent.velocity = 0.0;
-                    }
+                    self.tangents.velocity = [0.0; C];
                     return;
                 }
                 acting.push.signum()
             };
-            let rate = viscous + swing + asymmetry * direction + quadratic * velocity.abs();
-            let response = Response::new(rate, left);
+            let mut rate = viscous + swing;
+            let mut coupling = 0.0;
+            if asymmetry != 0.0 || quadratic != 0.0 {
+                rate += asymmetry * direction + quadratic * velocity.abs();
+                // ∂(push)/∂velocity of what grows with the velocity's square, and below of what fades with it.
+                coupling = -quadratic * velocity.abs();
+            }
+            let mut response = self.responses[acting.part.last].over(rate, left);
             let mut bell = 0.0;
             let mut friction = acting.coulomb;
             if low_speed != 0.0 {
@@ -199,21 +241,20 @@ impl<const C: usize> State<'_, C> {
                 friction += low_speed * bell;
             }
             let mut pushed = acting.push - friction * direction;
-            let mut after = velocity + (pushed - rate * velocity) * response.velocity;
+            let mut after = response.after(velocity, pushed);
             let mut middle = velocity;
-            if low_speed != 0.0 && after * direction > 0.0 {
-                middle = 0.5 * (velocity + after);
-                bell = libm::exp(-middle * middle * per_square);
-                pushed = acting.push - (acting.coulomb + low_speed * bell) * direction;
-                after = velocity + (pushed - rate * velocity) * response.velocity;
+            if low_speed != 0.0 {
+                if after * direction > 0.0 {
+                    middle = 0.5 * (velocity + after);
+                    bell = libm::exp(-middle * middle * per_square);
+                    pushed = acting.push - (acting.coulomb + low_speed * bell) * direction;
+                    after = response.after(velocity, pushed);
+                }
+                coupling += 2.0 * middle.abs() * per_square * low_speed * bell;
             }
             let acceleration = pushed - rate * velocity;
-            // ∂(push)/∂velocity of what fades with speed and of what grows with its square.
-            let coupling =
-                2.0 * middle.abs() * per_square * low_speed * bell - quadratic * velocity.abs();
             let crosses = velocity != 0.0 && after * direction < 0.0;
             let mut length = left;
-            let mut response = response;
             if crosses {
                 // The time at which it stops: along a straight line at first, then Newton's steps.
                 length *= velocity / (velocity - after);
@@ -224,55 +265,51 @@ impl<const C: usize> State<'_, C> {
                 }
                 response = Response::new(rate, length);
             }
-            let kept = 1.0 - rate * response.velocity + coupling * response.velocity;
             let shape = Shape {
+                velocity,
                 direction,
+                viscous: rate - swing,
                 bell,
                 low_speed,
                 middle,
                 fading,
                 acceleration,
             };
-            for i in 0..count {
-                let column = &self.columns[i];
-                let tangent = &mut self.tangents[i];
-                let mut forcing = acting.ease * tangent.load;
-                let mut per_rate = 0.0;
-                match column.effect {
-                    Effect::A => per_rate = acting.friction,
-                    Effect::Asymmetry => per_rate = acting.friction * direction,
-                    Effect::Quadratic => per_rate = acting.friction * velocity.abs(),
-                    Effect::FrictionDrift => {
-                        per_rate = (rate - swing) * acting.passed / acting.drift.max(MIN_DRIFT);
-                        forcing += acting.forcing(column, &shape, tangent.shaped);
-                    }
-                    Effect::InertiaSine | Effect::InertiaCosine => {
-                        per_rate = 0.5 * acting.ease * acting.inertia_change_per(column);
-                        forcing += acting.forcing(column, &shape, tangent.shaped);
-                    }
-                    _ => forcing += acting.forcing(column, &shape, tangent.shaped),
+            let (mut forcing, mut per_rate) = ([0.0; C], [0.0; C]);
+            if PLAIN {
+                let of_base = [
+                    (0.0, 1.0),
+                    (acting.part.command, 0.0),
+                    (-direction, 0.0),
+                    (1.0, 0.0),
+                ];
+                for (i, own) in of_base.into_iter().enumerate().take(C) {
+                    (forcing[i], per_rate[i]) = own;
                 }
-                let before = tangent.velocity;
-                let mut change = kept * before + forcing * response.velocity;
-                let mut shift = before * response.velocity + forcing * response.position;
+            } else {
+                acting.force(self.columns, &shape, &shaped, &mut forcing, &mut per_rate);
+            }
+            let tangents = &mut self.tangents;
+            let kept = response.kept + coupling * response.velocity;
+            for i in 0..C {
+                let before = tangents.velocity[i];
+                let forcing = forcing[i] + acting.ease * tangents.load[i];
+                tangents.velocity[i] = kept * before + forcing * response.velocity;
+                tangents.error[i] -= before * response.velocity + forcing * response.position;
+            }
+            for (i, &per_rate) in per_rate.iter().enumerate() {
                 if per_rate != 0.0 {
-                    change += per_rate
+                    tangents.velocity[i] += per_rate
                         * (acceleration * response.velocity_per_a - velocity * response.velocity);
-                    shift += per_rate
+                    tangents.error[i] -= per_rate
                         * (velocity * response.velocity_per_a + pushed * response.position_per_a);
                 }
-                if turned {
-                    // The model left rest later or earlier.
-                    change += pushed * (1.0 - rate * response.velocity) * lengths[i];
-                    shift += pushed * response.velocity * lengths[i];
-                }
-                tangent.error -= shift;
-                if crosses {
-                    // It stops later, and less of the sample is left.
-                    lengths[i] = change / pushed;
-                    tangent.velocity = 0.0;
-                } else {
-                    tangent.velocity = change;
+            }
+            if turned {
+                // The model left rest later or earlier.
+                for (i, length) in lengths.iter().enumerate() {
+                    tangents.velocity[i] += pushed * response.kept * length;
+                    tangents.error[i] -= pushed * response.velocity * length;
                 }
             }
             self.error -= velocity * response.velocity + pushed * response.position;
@@ -280,6 +317,9 @@ impl<const C: usize> State<'_, C> {
                 self.velocity = after;
                 return;
             }
+            // It stops later, and less of the sample is left.
+            lengths = tangents.velocity.map(|change| change / pushed);
+            tangents.velocity = [0.0; C];
             self.velocity = 0.0;
             left -= length;
             turned = true;
