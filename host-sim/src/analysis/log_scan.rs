@@ -14,14 +14,14 @@ use super::Summariser;
 /// The findings about a log that is to be identified with a scenario, which is [`fitted`](crate::replay::fitted) to it.
 ///
 /// A regression without a model of friction may miss the command of a servo that sticks most of the time, or take a slow
-/// motion for a velocity. If the fit of the whole record knows b, the log is that of a servo: of 320 drawn logs with a wrong
-/// sign or column it knew one.
+/// motion for a velocity: if the fit of the whole record knows b, it did. Other readings stand: a servo with a position loop
+/// of its own explains how it follows its goal.
 #[must_use]
 pub fn remarks(scenario: &Scenario, log: &Log) -> Vec<Remark> {
     let mut remarks = scan(scenario, log);
     let mut refusing = remarks.iter().filter(|remark| remark.refuses);
-    if refusing.any(|remark| remark.kind.is_inferred()) && knows_gain(scenario, log) {
-        remarks.retain(|remark| !remark.kind.is_inferred());
+    if refusing.any(|remark| remark.kind.is_refutable()) && knows_gain(scenario, log) {
+        remarks.retain(|remark| !remark.kind.is_refutable());
     }
     remarks
 }

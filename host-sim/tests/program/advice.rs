@@ -682,7 +682,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::LacksBacklash,
         Row {
-            case: &[("plant", "coulomb = 20.0\nbacklash = 0.0125")],
+            case: &[("plant", "coulomb = 30.0\nbacklash = 0.015")],
             remedies: &[Followed("remove the play", &[("plant", "backlash = 0.0")])],
         },
     ),
