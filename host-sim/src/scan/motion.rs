@@ -186,14 +186,12 @@ fn wrong_column(log: &Log, plain: &[Response], beside_place: &[Response]) -> Opt
              acted as log.command; or, if this is the goal of a servo with a position loop of its own, as log.reference with \
              inner.kp, the gain of that loop; or log.scan = \"warn\" where a spring or a weight holds it there"
         )
+    } else if explains(Of::Position, Of::Command, Order::First) {
+        format!(
+            "the column {position} seems to hold the velocity: state the column of the measured position as log.position"
+        )
     } else {
-        return explains(Of::Position, Of::Command, Order::First).then(|| {
-            let text = format!(
-                "the column {position} seems to hold the velocity: state the column of the measured position as \
-                 log.position"
-            );
-            Remark::refusing(RemarkKind::Velocity, text)
-        });
+        return None;
     };
     Some(Remark::refusing(RemarkKind::WrongColumn, text))
 }

@@ -33,8 +33,6 @@ pub enum RemarkKind {
     Reversed,
     /// A column holds another quantity than stated.
     WrongColumn,
-    /// The position seems to be the velocity.
-    Velocity,
     /// The command does not act on the motion.
     NoEffect,
     /// The motion has one direction.
@@ -42,9 +40,9 @@ pub enum RemarkKind {
 }
 
 impl RemarkKind {
-    /// True if it holds only where no servo explains the motion: a regression without friction may have missed it.
-    pub(crate) const fn is_refutable(self) -> bool {
-        matches!(self, Self::NoEffect | Self::Velocity)
+    /// True if it is concluded from how the motion goes with its command.
+    pub(crate) const fn is_inferred(self) -> bool {
+        matches!(self, Self::Reversed | Self::WrongColumn | Self::NoEffect)
     }
 
     /// Its name in results.
@@ -58,7 +56,6 @@ impl RemarkKind {
             Self::ReferenceUnit => "reference-unit",
             Self::Reversed => "reversed",
             Self::WrongColumn => "wrong-column",
-            Self::Velocity => "velocity",
             Self::NoEffect => "no-effect",
             Self::OneDirection => "one-direction",
         }
