@@ -113,11 +113,6 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         finite && self.is_explained() && known
     }
 
-    /// Standard deviation of the position's noise, counts.
-    pub(crate) fn noise_deviation(&self) -> f64 {
-        libm::sqrt(self.noise.to_f64())
-    }
-
     fn is_explained(&self) -> bool {
         /// The largest part of the motion that a fit may leave unexplained.
         const MAX_UNEXPLAINED: f64 = 0.1;

@@ -34,8 +34,8 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,
-    /// Standard deviation of the position's noise, by the last result that was good.
-    noise: Option<f64>,
+    /// Variance of the position's noise, by the last result that was good.
+    noise: Option<N>,
 }
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonFitter<N, S, P, W>
@@ -145,7 +145,7 @@ where
             .filter(|result| Self::is_good(result, ended.full));
         let explained = good.map(|result| self.explained(&result));
         if let Some(result) = good {
-            state.noise = Some(result.noise_deviation());
+            state.noise = Some(result.noise);
             fitter.begin_anew(fits);
             fits.end_wait();
         } else if !fitter.object(fits, &ended) {
@@ -162,6 +162,6 @@ where
     }
 
     fn noise(&self, state: &Self::State) -> Option<f64> {
-        state.noise
+        Some(libm::sqrt(state.noise?.to_f64()))
     }
 }

@@ -215,6 +215,6 @@ where
     }
 
     fn noise(&self, state: &Self::State) -> Option<f64> {
-        Some(state.result.as_ref()?.noise_deviation())
+        Some(libm::sqrt(state.result.as_ref()?.noise.to_f64()))
     }
 }
