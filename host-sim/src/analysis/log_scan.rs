@@ -1,4 +1,4 @@
-//! The scan of a log, of which the fit has the last word.
+//! The scan of a log, whose conclusions from the motion are checked by the fit.
 
 use crate::log::Log;
 use crate::replay::replay;
@@ -12,8 +12,8 @@ use super::{Status, Summariser};
 /// The findings about a log that is to be identified with a scenario, which is [`fitted`](crate::replay::fitted) to it.
 ///
 /// A regression without a model of friction may miss the command of a servo that sticks most of the time, or take a slow
-/// motion for a velocity. If the fit of the whole record knows the servo, it is one: of 320 drawn logs with a wrong sign or
-/// column it knew none.
+/// motion for a velocity. If the fit of the whole record knows the servo, it is one: it knows none of the logs with a
+/// wrong sign or column on which the scan is tested.
 #[must_use]
 pub fn remarks(scenario: &Scenario, log: &Log) -> Vec<Remark> {
     let mut remarks = scan(scenario, log);

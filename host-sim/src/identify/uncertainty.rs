@@ -265,25 +265,23 @@ pub(super) fn profile(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::identification::{Record, Values};
+    use identifier_core::identification::Values;
 
     use super::*;
     use crate::identify::candidate::Candidate;
+    use crate::identify::{Logged, Recording};
 
     /// A record leaves a size open that it hardly shows, and one that is the same as the model's own but for rounding.
     #[test]
     fn a_size_that_a_record_does_not_tell_is_open_at_any_rounding() {
-        let phase = |k: i32| 0.02 * f64::from(k);
-        let positions: Vec<f64> = (0..500).map(|k| (1e3 * phase(k).sin()).round()).collect();
-        let commands: Vec<f64> = (0..500).map(|k| -phase(k).sin()).collect();
-        let record = Record {
-            positions: &positions,
-            commands: &commands,
-            angles: &[],
-            begins: &[0],
-            stride: 1,
-            recorded: &[],
+        let sample = |k: i32| Logged {
+            position: (0.02 * f64::from(k)).sin(),
+            command: -(0.02 * f64::from(k)).sin(),
+            begins: k == 0,
         };
+        let samples: Vec<Logged> = (0..500).map(sample).collect();
+        let recording = Recording::new(samples.into_iter(), 1000.0, 0.0);
+        let record = recording.record();
         let fitter = Fitter::new(&record).expect("a motion");
         let usual = Usual::new(&fitter, &Values::NONE.with(Effect::B, 0.4));
         let answer = |size: f64, gain: f64| Answer {

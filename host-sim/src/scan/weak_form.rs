@@ -197,7 +197,7 @@ impl Equations {
         // Signs of the speed between samples a quarter of the window apart.
         let reach = (half / 4).max(1);
         let threshold = MIN_SPEED * std::f64::consts::SQRT_2 * noise;
-        // Without a branch, which of a motion that turns round would be foreseen as often as not.
+        // Without a branch, whose prediction fails at the turns of the motion.
         let sign = |output: f64| {
             f64::from(u8::from(output > threshold)) - f64::from(u8::from(output < -threshold))
         };
