@@ -22,6 +22,8 @@ pub(super) struct ReadingsState<N> {
     missing: i32,
     /// By how many counts an increment may differ from the one before.
     change: N,
+    /// By how many counts it last did: the most, halved with every reading since.
+    swing: N,
 }
 
 impl<N: Number> Readings<N> {
@@ -35,6 +37,8 @@ impl<N: Number> Readings<N> {
     const FAST: f64 = 0.1;
     /// The part of an increment beyond that by which a servo that moves may have become faster within a sample.
     const SUDDEN: f64 = 0.5;
+    /// The factor by which a command changes an increment more than just before: a jump comes out of nothing.
+    const GROWTH: f64 = 4.0;
     /// Counts that rounding and noise may add.
     const ROUNDING: f64 = 4.0;
 
@@ -52,6 +56,7 @@ impl<N: Number> Readings<N> {
             last: None,
             missing: 0,
             change: N::REACH,
+            swing: N::ZERO,
         }
     }
 
@@ -76,12 +81,13 @@ impl<N: Number> Readings<N> {
         by_speed.min(state.change.to_f64() * (1.0 + 1.0 / Self::SPEED_MARGIN))
     }
 
-    /// Takes a reading of a servo of this mean speed, counts a sample.
+    /// Takes a reading of a servo of this mean speed, counts a sample, under a command.
     pub(super) fn process(
         &self,
         state: &mut ReadingsState<N>,
         increment: Option<N>,
         speed: N,
+        command: N,
     ) -> Result<(), Reason> {
         let Some(increment) = increment else {
             state.last = None;
@@ -101,10 +107,15 @@ impl<N: Number> Readings<N> {
         let near = |other: N| (increment - other).magnitude() <= state.change;
         let mirrored = (increment + last).magnitude() <= N::from_f64(0.5) * state.change;
         let possible = increment.magnitude() <= farthest;
+        let change = (increment - last).magnitude();
         // One that was nearly as fast a sample before is a motion, however fast; noise moves nothing on the average.
-        let is_motion = near(last)
-            && (increment - last).magnitude() <= N::from_f64(Self::SUDDEN) * increment.magnitude()
-            && speed.magnitude() > N::from_f64(Self::FAST) * self.farthest;
+        let is_fast = speed.magnitude() > N::from_f64(Self::FAST) * self.farthest
+            && change <= N::from_f64(Self::SUDDEN) * increment.magnitude();
+        // A motor that swings on its spring is that fast to and fro.
+        let swings = command != N::ZERO && change <= N::from_f64(Self::GROWTH) * state.swing;
+        let is_motion = near(last) && (is_fast || swings);
+        let less = N::from_f64(0.5) * state.swing;
+        state.swing = if change > less { change } else { less };
         // A counter that stands is no jump: whether the servo can have stopped is another question.
         if possible && (near(last) || increment == N::ZERO) {
             Ok(())

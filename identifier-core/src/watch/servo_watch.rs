@@ -155,7 +155,7 @@ impl<N: Number> ServoWatch<N> {
         self.bounds.time(&mut state.bounds, seen.late)?;
         let command = state.acting(seen.command);
         let speed = state.bounds.speed;
-        (self.readings).process(&mut state.readings, seen.increment, speed)?;
+        (self.readings).process(&mut state.readings, seen.increment, speed, command)?;
         let Some(increment) = seen.increment else {
             state.restart_comparison();
             return Ok(());

@@ -166,6 +166,33 @@ fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
     }
 }
 
+/// A motor that swings ever faster on its spring is too fast, and its encoder right; one that swings and jumps is not.
+#[test]
+fn swings_that_grow_are_no_jump_and_a_jump_amid_swings_is_one() {
+    for rate in RATES {
+        let settings = settings(rate);
+        let watch = ServoWatch::<f64>::new(&settings).expect("allowed");
+        let far = watch.detection_times(&watch.start()).smallest_jump;
+        let swinging = |k: u32, size: f64, growth: f64| Observation {
+            increment: Some((size * growth.powi(k as i32) * f64::from(k).sin()).round()),
+            command: 1.0,
+            setpoint: None,
+            ..REST
+        };
+        let (seen, _) = found(&settings, |k| swinging(k, 0.01 * far, 1.3));
+        let (reason, _) = seen.expect("it is too fast");
+        assert_eq!(reason, Reason::SpeedExceeded, "{rate}");
+        let (seen, _) = found(&settings, |k| match swinging(k, 0.1 * far, 1.0) {
+            swings if k == 100 => Observation {
+                increment: swings.increment.map(|small| small + 1.2 * far),
+                ..swings
+            },
+            swings => swings,
+        });
+        assert_eq!(seen, Some((Reason::EncoderJumped, 101)), "{rate}");
+    }
+}
+
 const SERVO: IdentifiedServo = IdentifiedServo {
     parameters: ServoParameters {
         a: 1.0,
