@@ -211,9 +211,9 @@ impl Scale {
     fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
         let Lacking { entered, share } = lacking;
         let parts = effects(entered.cause);
-        // Of a size that has a speed or a slope beside it the size itself; of a wave both parts.
+        // Of a size that has a speed or a frequency beside it the size itself; of a wave both parts.
         let size = match parts {
-            [Effect::LowSpeed, _] => values.get(Effect::LowSpeed),
+            [size @ (Effect::LowSpeed | Effect::Compliance), ..] => values.get(*size),
             _ => parts
                 .iter()
                 .fold(0.0, |all, part| f64::hypot(all, values.get(*part))),

@@ -24,8 +24,8 @@ pub fn remarks(scenario: &Scenario, log: &Log) -> Vec<Remark> {
     remarks
 }
 
-/// True if the fit of a whole log knows its servo, and needs no force that goes with the position: a loop that follows its
-/// goal is one.
+/// True if the fit of a whole log knows its servo, and needs no force that may grow with the position: a loop that follows its
+/// goal is one. A ripple of which the motion shows periods does not grow.
 fn is_known(scenario: &Scenario, log: &Log) -> bool {
     let mut scenario = scenario.clone();
     scenario.identifier.set_law(Law::Fit);
@@ -35,8 +35,10 @@ fn is_known(scenario: &Scenario, log: &Log) -> bool {
     replayed.is_ok_and(|replayed| {
         let summary = summariser.finish(&scenario, replayed.outcome);
         let mut effects = summary.fit.iter().flat_map(|fit| &fit.effects);
-        let forces = [Cause::Gravity, Cause::Ripple].map(Cause::name);
-        summary.status() == Status::Converged && !effects.any(|of| forces.contains(&of.name))
+        let [gravity, ripple] = [Cause::Gravity, Cause::Ripple].map(Cause::name);
+        let grows = effects
+            .any(|one| one.name == gravity || (one.name == ripple && one.or == Some(gravity)));
+        summary.status() == Status::Converged && !grows
     })
 }
 

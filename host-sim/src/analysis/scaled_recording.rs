@@ -72,6 +72,7 @@ impl Scale {
                 Effect::Quadratic => 1.0 / self.position,
                 Effect::LowSpeedVelocity => self.position / self.time,
                 Effect::Compliance => self.time * self.time,
+                Effect::ResonanceFrequency => 1.0 / self.time,
                 Effect::Play => self.position,
                 _ => 1.0,
             },
@@ -113,6 +114,8 @@ pub(super) fn unit(effect: Effect) -> &'static str {
             Effect::CurrentLoop => "s",
             Effect::Quadratic => "1/rad",
             Effect::Compliance => "s²",
+            Effect::ResonanceFrequency => "rad/s",
+            Effect::ResonanceDamping => "of the critical damping",
             Effect::Play => "rad",
             Effect::HiddenLimit => Unknown::DeadBand.unit(),
             Effect::GainDrift
@@ -120,7 +123,7 @@ pub(super) fn unit(effect: Effect) -> &'static str {
             | Effect::TorqueRippleSine
             | Effect::TorqueRippleCosine => "of b",
             Effect::FrictionDrift => "of the friction",
-            Effect::InertiaSine | Effect::InertiaCosine => "of the inertia",
+            Effect::InertiaSine | Effect::InertiaCosine | Effect::LoadShare => "of the inertia",
             _ => "of the command's acceleration",
         },
     }

@@ -112,7 +112,9 @@ impl Scale {
                 _ => None,
             };
             let own = crate::identify::effects(cause).iter();
-            let no_terms = own.filter(|effect| term(**effect).is_none());
+            // Of a shaft its twist, or the second mass.
+            let is_there = |effect: &Effect| cause != Cause::Resonance || value(*effect) != 0.0;
+            let no_terms = own.filter(|effect| term(**effect).is_none() && is_there(effect));
             let sizes = no_terms.map(|&effect| (name(effect), value(effect)));
             own_size.into_iter().chain(sizes).collect()
         };
@@ -157,6 +159,9 @@ const fn name(effect: Effect) -> &'static str {
         Effect::LowSpeedVelocity => "velocity_rad_per_s",
         Effect::HiddenLimit => "limit",
         Effect::Compliance => "twist_s2",
+        Effect::ResonanceFrequency => "resonance_rad_per_s",
+        Effect::ResonanceDamping => "damping",
+        Effect::LoadShare => "load_share",
         Effect::Play => "play_rad",
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
         Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",

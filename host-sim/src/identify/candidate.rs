@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::identification::{Column, Effect, Fitter, Values};
+use identifier_core::identification::{Column, Effect, Fitter, Survey, Values};
 
 use super::recording::Recording;
 use super::scan::Answer;
@@ -27,6 +27,16 @@ const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 /// Plays between motor and encoder that are looked for, counts.
 const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
 
+/// Ratio of the resonances that are looked for.
+const RESONANCES_APART: f64 = 1.5;
+
+/// The unknowns of a second mass.
+const TWO_MASSES: [Effect; 3] = [
+    Effect::LoadShare,
+    Effect::ResonanceFrequency,
+    Effect::ResonanceDamping,
+];
+
 /// Way above which both parts of a wave may show, and above which no part does alone, rad.
 const SEPARABLE: [f64; 2] = [0.1 * TAU, 0.5 * TAU];
 
@@ -46,22 +56,28 @@ pub(super) struct Range {
     pub(super) peak: f64,
     /// Levels of the command below which half, three quarters, nine tenths and most of it lies, where it has several.
     pub(super) levels: Vec<f64>,
+    /// Resonances faster than the motion, rad/sample.
+    pub(super) resonances: Vec<f64>,
 }
 
 impl Range {
-    /// Of a record with a large velocity, counts/sample.
-    pub(super) fn new(recording: &Recording, velocity: f64) -> Self {
+    /// Of a record with these figures.
+    pub(super) fn new(recording: &Recording, survey: &Survey) -> Self {
         let [small, half, most, nearly, all, peak] =
             recording.levels([0.1, 0.5, 0.75, 0.9, 0.97, 0.99]);
         // Of a command of few sizes none is between them, but a share of the largest is; of one size there is none.
         let levels = [(half, 0.6), (most, 0.75), (nearly, 0.85), (all, 0.95)]
             .map(|(level, share)| level.min(share * peak));
+        let [slowest, fastest] = Fitter::RESONANCES;
+        let first = (2.0 * survey.bandwidth).max(slowest);
+        let resonances = std::iter::successors(Some(first), |last| Some(RESONANCES_APART * last));
         Self {
-            velocity,
+            velocity: survey.velocity,
             angle: recording.span(),
-            mean_wave: recording.mean_wave(),
+            mean_wave: recording.mean_wave(1.0),
             peak,
             levels: levels.into_iter().filter(|level| *level > small).collect(),
+            resonances: resonances.take_while(|one| *one < fastest).collect(),
         }
     }
 
@@ -136,6 +152,9 @@ impl Candidate {
         for &level in &range.levels {
             all.push(Self::at(Cause::HiddenLimit, &[E::LimitSlope], level));
         }
+        for &resonance in &range.resonances {
+            all.push(Self::at(Cause::Resonance, &[E::Compliance], resonance));
+        }
         for play in PLAYS {
             all.push(Self::at(Cause::Backlash, &[E::Play], play));
         }
@@ -167,6 +186,11 @@ impl Candidate {
         let is_free = |effect| free.contains(effect);
         all.retain(|candidate| !effects(candidate.cause).iter().any(is_free));
         all
+    }
+
+    /// True of a shaft without a resonance.
+    pub(super) fn is_stiff(&self) -> bool {
+        self.cause == Cause::Resonance && self.columns[0].setting == 0.0
     }
 
     /// True if its size cannot be negative.
@@ -224,8 +248,14 @@ impl Candidate {
     /// True if an effect of this size matters: no servo is its model to better than a fiftieth of usual sizes.
     pub(super) fn matters(&self, values: &Values, usual: &Usual) -> bool {
         const MIN_SHARE: f64 = 0.02;
-        let squares = (self.columns.iter()).map(|column| values.get(column.effect).powi(2));
-        squares.sum::<f64>().sqrt() >= MIN_SHARE * self.usual_size(usual)
+        let size = if values.get(Effect::LoadShare) > 0.0 && self.cause == Cause::Resonance {
+            let share = values.get(Effect::LoadShare);
+            share / (1.0 - share) / values.get(Effect::ResonanceFrequency).powi(2)
+        } else {
+            let squares = (self.columns.iter()).map(|column| values.get(column.effect).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        size >= MIN_SHARE * self.usual_size(usual)
     }
 
     /// The values with which a search for it begins, its sizes by linear algebra, and the effects that are
@@ -288,6 +318,16 @@ impl Candidate {
                 values.set(Effect::LowSpeedVelocity, setting.min(range.velocity));
                 free.push(Effect::LowSpeedVelocity);
             }
+            Cause::Resonance if setting > 0.0 => {
+                // The scan has the twist of a spring, κ = ρ/((1 − ρ) ω²); the fit has both masses.
+                let twist = values.get(Effect::Compliance) * setting * setting;
+                values.set(Effect::Compliance, 0.0);
+                values.set(Effect::LoadShare, (twist / (1.0 + twist)).clamp(0.05, 0.9));
+                values.set(Effect::ResonanceFrequency, setting);
+                values.set(Effect::ResonanceDamping, Values::USUAL_DAMPING);
+                free.pop();
+                free.extend(TWO_MASSES);
+            }
             Cause::Ripple => values.order = setting,
             Cause::TorqueRipple => values.gain_order = setting,
             Cause::VaryingInertia => values.inertia_order = setting,
@@ -312,7 +352,12 @@ pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
         Cause::GainDrift => &[E::GainDrift],
         Cause::FrictionDrift => &[E::FrictionDrift],
         Cause::GainAsymmetry => &[E::GainAsymmetry],
-        Cause::Resonance => &[E::Compliance],
+        Cause::Resonance => &[
+            E::Compliance,
+            E::LoadShare,
+            E::ResonanceFrequency,
+            E::ResonanceDamping,
+        ],
         Cause::Backlash => &[E::Play],
         Cause::HiddenLimit => &[E::HiddenLimit],
         Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
@@ -338,7 +383,13 @@ mod tests {
                 begins: k == 0,
             };
             let samples: Vec<Logged> = (0..1000).map(sample).collect();
-            Range::new(&Recording::new(samples.into_iter(), 100.0, TAU), 1.0)
+            let survey = Survey {
+                noise: 1.0,
+                velocity: 1.0,
+                command: large,
+                bandwidth: 0.1,
+            };
+            Range::new(&Recording::new(samples.into_iter(), 100.0, TAU), &survey)
         };
         let levels = range(2.0, 5.0).levels;
         let between = levels.iter().filter(|level| (2.0..5.0).contains(*level));

@@ -75,7 +75,7 @@ pub(crate) fn examine(
     let mut answers = Vec::new();
     let mut lacking = None;
     if !is_explained(noise, correlation) {
-        let range = Range::new(recording, fitter.survey.velocity);
+        let range = Range::new(recording, &fitter.survey);
         let tournament = Tournament {
             fitter,
             range: &range,

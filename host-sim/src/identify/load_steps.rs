@@ -24,6 +24,9 @@ const MIN_STEP_SHARE: f64 = 0.02;
 /// drawn servos without steps they explain at most 0.74.
 const MIN_SHARE: f64 = 0.9;
 
+/// Neighbours of a load that walks agree more than strangers.
+const COLOUR: f64 = 1.5;
+
 /// The least deviation of the load, of the acceleration by the largest command.
 const MIN_SIZE: f64 = 0.001;
 
@@ -34,6 +37,8 @@ pub(super) struct LoadSteps {
     share: f64,
     /// The sample of the record from which on the last load acts.
     pub(super) last: usize,
+    /// That load and its standard error by the disagreement of its parts.
+    pub(super) load: (f64, f64),
 }
 
 impl LoadSteps {
@@ -55,9 +60,16 @@ impl LoadSteps {
             return None;
         }
         let last = parts().next_back()?;
+        let count = last.len() as f64;
+        let beside = last.iter().sum::<f64>() / count;
+        let variance = scatter(last) / (count - 1.0).max(1.0) / count;
         Some(Self {
             share,
             last: (means.len() - last.len() + FIRST_PARTS) * length / PARTS,
+            load: (
+                fitted.values.get(Effect::Load) + beside,
+                COLOUR * variance.sqrt(),
+            ),
         })
     }
 

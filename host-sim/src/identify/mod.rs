@@ -19,6 +19,8 @@ use candidate::Range;
 use load_steps::LoadSteps;
 use tournament::{Model, Tournament};
 
+use crate::verdict::Cause;
+
 pub(crate) use tournament::Entered;
 
 pub(crate) use candidate::effects;
@@ -70,7 +72,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     for effect in Effect::BASE {
         values.set(effect, start.get(effect));
     }
-    let range = Range::new(recording, earliest.survey.velocity);
+    let range = Range::new(recording, &earliest.survey);
     let on_time = Fitter {
         earliest: 0.0,
         ..earliest
@@ -106,7 +108,15 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     let mut answers = tournament.answers(&model);
     tournament.refine(&model, &mut answers);
     let steps = LoadSteps::find(&fitter, &model.fitted);
-    let load = fitter.load(&model.fitted, &model.free);
+    // Of several loads the last is the servo's.
+    let load = steps.map_or_else(
+        || fitter.load(&model.fitted, &model.free),
+        |steps| steps.load,
+    );
+    // A servo that was held has no load beyond its command; one that is found is the error of an effect's form.
+    let authority = fitter.usual_size(&model.fitted.values, Effect::Load);
+    let load = (load.0, load.1.max(load.0.abs() - authority));
+    let load = (load.0, load.1.hypot(ripple_as_load(recording, &model)));
     let beyond = uncertainty::Beyond::ALL;
     let std_errors = uncertainty::std_errors(&fitter, &model, load.1, &answers, beyond);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
@@ -134,6 +144,21 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         survey: fitter.survey,
         reverses: recording.reverses(),
     })
+}
+
+/// The mean over the motion of a ripple of which it shows less than a period: that is a load as well.
+fn ripple_as_load(recording: &Recording, model: &Model) -> f64 {
+    let mut ripples = model
+        .entered
+        .iter()
+        .filter(|one| one.cause == Cause::Ripple);
+    if !ripples.any(|ripple| ripple.error_of == Some(Cause::Gravity)) {
+        return 0.0;
+    }
+    let values = &model.fitted.values;
+    let sizes = [Effect::RippleSine, Effect::RippleCosine].map(|effect| values.get(effect));
+    let means = recording.mean_wave(values.order);
+    sizes[0] * means[0] + sizes[1] * means[1]
 }
 
 /// The model of a record with the effects that it shows; none if every search runs away.

@@ -138,10 +138,16 @@ impl Recording {
         self.span
     }
 
-    /// The means of sin and cos over the motion.
-    pub(super) fn mean_wave(&self) -> [f64; 2] {
-        let count = self.angles.len().max(1) as f64;
-        [0, 1].map(|axis| self.angles.iter().map(|wave| wave[axis]).sum::<f64>() / count)
+    /// The means of sin Nq and cos Nq over the motion, for a whole N.
+    pub(super) fn mean_wave(&self, order: f64) -> [f64; 2] {
+        let per_sample = 1.0 / self.angles.len().max(1) as f64;
+        let mut mean = [0.0; 2];
+        for [sine, cosine] in &self.angles {
+            let (sine, cosine) = (order * sine.atan2(*cosine)).sin_cos();
+            mean[0] += sine * per_sample;
+            mean[1] += cosine * per_sample;
+        }
+        mean
     }
 
     /// The waves of values, and the orders in which they go with the angle.

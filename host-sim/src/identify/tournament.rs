@@ -148,8 +148,11 @@ impl Tournament<'_> {
                 .enter(&model.fitted.values, &model.free, answer, self.range);
         let fitted = self.fit(&values, &free, &model.fitted)?;
         // An effect that the record would have beyond its bounds is another.
-        let own = &fitted.std_errors()[model.free.len()..free.len()];
-        let is_inside = own.iter().all(|error| error.is_finite());
+        let errors = fitted.std_errors();
+        let mut own = (model.free.len()..free.len()).map(|i| (free[i], errors[i]));
+        // But a resonance without damping.
+        let is_inside =
+            own.all(|(effect, error)| error.is_finite() || effect == Effect::ResonanceDamping);
         is_inside.then_some((fitted, free))
     }
 
@@ -228,10 +231,9 @@ impl Tournament<'_> {
         let mut promising: Vec<&Answer> = Vec::new();
         for answer in answers.iter().filter(is_worth) {
             let cause = answer.candidate.cause;
-            let is_new = promising.iter().all(|other| {
-                let sizes = other.sizes.len();
-                (other.candidate.cause, sizes) != (cause, answer.sizes.len())
-            });
+            let form = |answer: &Answer| (answer.candidate.is_stiff(), answer.sizes.len());
+            let is_new = (promising.iter())
+                .all(|other| (other.candidate.cause, form(other)) != (cause, form(answer)));
             let is_weak = answer.held_out < MIN_SHARE * best && cause != Cause::CurrentLoop;
             if is_new && !is_weak && promising.len() < MAX_FITTED {
                 promising.push(answer);

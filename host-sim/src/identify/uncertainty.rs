@@ -1,6 +1,8 @@
 //! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
 
-use identifier_core::identification::{Effect, Fitter, Horizon, ROUNDING_DEVIATION, Search};
+use identifier_core::identification::{
+    Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search,
+};
 
 use super::candidate::Usual;
 use super::scan::Answer;
@@ -62,6 +64,8 @@ pub(super) fn std_errors(
         (variance * model.rows_per_row).sqrt()
     };
     let none_is_known = |i: usize| beyond.none_is_known && !own[i].is_finite();
+    // At its bound a friction is as uncertain as it were without one.
+    let unbounded = sums.covariances(&[false; MAX_UNKNOWNS]).variances;
     (0..count)
         .map(|i| {
             let own = match model.free[i] {
@@ -69,6 +73,7 @@ pub(super) fn std_errors(
                 // None is a bound at which everything else is free.
                 Effect::Delay if !own[i].is_finite() => alone(i),
                 Effect::Coulomb | Effect::DeadBand if none_is_known(i) => alone(i),
+                Effect::A | Effect::Coulomb if !own[i].is_finite() => unbounded[i].sqrt(),
                 _ => own[i],
             };
             let ideal = beyond.accuracy * fitter.usual_size(&model.fitted.values, model.free[i])

@@ -30,6 +30,9 @@ pub(super) struct Acting<'a> {
     pub(super) drift: f64,
     /// Reciprocal of the relative inertia.
     pub(super) ease: f64,
+    /// Of that the part of the angle, and the reciprocal of the motor's share of the inertia.
+    pub(super) per_inertia: f64,
+    pub(super) per_motor: f64,
     /// Relative friction over relative inertia.
     pub(super) friction: f64,
     /// Change of the relative inertia over the sample.
@@ -51,6 +54,8 @@ pub(super) struct Shape {
     pub(super) middle: f64,
     pub(super) fading: f64,
     pub(super) acceleration: f64,
+    /// The part of it that does not go with the velocity.
+    pub(super) pushed: f64,
 }
 
 impl Acting<'_> {
@@ -151,14 +156,25 @@ impl Acting<'_> {
                     driven * self.per_ripple * wave_of(column, self.values.gain_order)[1]
                 }
                 Effect::InertiaSine => {
-                    *per_rate = 0.5 * self.ease * self.inertia_change_per(column);
-                    -shape.acceleration * self.ease * wave_of(column, self.values.inertia_order)[0]
+                    *per_rate = 0.5 * self.per_inertia * self.inertia_change_per(column);
+                    -shape.acceleration
+                        * self.per_inertia
+                        * wave_of(column, self.values.inertia_order)[0]
                 }
                 Effect::InertiaCosine => {
-                    *per_rate = 0.5 * self.ease * self.inertia_change_per(column);
-                    -shape.acceleration * self.ease * wave_of(column, self.values.inertia_order)[1]
+                    *per_rate = 0.5 * self.per_inertia * self.inertia_change_per(column);
+                    -shape.acceleration
+                        * self.per_inertia
+                        * wave_of(column, self.values.inertia_order)[1]
                 }
-                Effect::Compliance | Effect::Play => 0.0,
+                Effect::Compliance
+                | Effect::ResonanceFrequency
+                | Effect::ResonanceDamping
+                | Effect::Play => 0.0,
+                Effect::LoadShare => {
+                    *per_rate = shape.viscous * self.per_motor;
+                    shape.pushed * self.per_motor
+                }
             };
         }
     }

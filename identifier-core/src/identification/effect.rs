@@ -59,8 +59,14 @@ pub enum Effect {
     InertiaSine,
     /// i_c, inertia with cos Kq, 1.
     InertiaCosine,
-    /// Twist of a compliant shaft per acceleration, sample².
+    /// Twist of a compliant shaft per acceleration, which it follows at once, sample².
     Compliance,
+    /// ω, resonance of motor and load on the spring between them, both free, rad/sample.
+    ResonanceFrequency,
+    /// ζ, its damping, 1.
+    ResonanceDamping,
+    /// ρ, the load's share of the inertia behind that spring, 1; zero without one.
+    LoadShare,
     /// Play between motor and encoder, counts.
     Play,
 }
@@ -70,7 +76,7 @@ impl Effect {
     pub const COUNT: usize = Self::ALL.len();
 
     /// All effects.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 30] = [
         Self::A,
         Self::B,
         Self::Coulomb,
@@ -97,6 +103,9 @@ impl Effect {
         Self::InertiaSine,
         Self::InertiaCosine,
         Self::Compliance,
+        Self::ResonanceFrequency,
+        Self::ResonanceDamping,
+        Self::LoadShare,
         Self::Play,
     ];
 
@@ -110,7 +119,8 @@ impl Effect {
 }
 
 /// An effect whose tangent a pass carries, with the setting at which it is asked for: the order of a
-/// wave, the speed at which friction fades, the level of a limit or a play; zero for that of the model.
+/// wave, the speed at which friction fades, the level of a limit, the frequency of a resonance or a play; zero for that of the
+/// model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// The effect.
@@ -141,6 +151,9 @@ pub struct Values {
 }
 
 impl Values {
+    /// The damping with which a resonance is looked for, 1.
+    pub const USUAL_DAMPING: f64 = 0.05;
+
     /// No effect.
     pub const NONE: Self = Self {
         values: [0.0; Effect::COUNT],

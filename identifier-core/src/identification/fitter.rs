@@ -19,6 +19,8 @@ impl<'a> Fitter<'a> {
     const MAX_DELAY: [f64; 2] = [6.0, 0.3];
     /// The earliest command that a start may have, samples.
     const EARLIEST: f64 = -3.5;
+    /// The resonances that a record may show, rad/sample.
+    pub const RESONANCES: [f64; 2] = [0.005, 1.5];
     /// The largest a, 1/sample.
     const MAX_RATE: f64 = 0.5;
 
@@ -77,6 +79,9 @@ impl<'a> Fitter<'a> {
             | Effect::InertiaCosine => [-0.9, 0.9],
             Effect::GainDrift | Effect::FrictionDrift => [-1.9, 1.9],
             Effect::Compliance | Effect::Play => [0.0, ends],
+            Effect::ResonanceFrequency => Self::RESONANCES,
+            Effect::ResonanceDamping => [1e-3, 0.9],
+            Effect::LoadShare => [0.0, 0.95],
             _ => [-ends, ends],
         }
     }

@@ -11,6 +11,7 @@
 //! search for their minimum).
 
 mod acting;
+mod coupling;
 mod effect;
 mod fitter;
 mod front_end;

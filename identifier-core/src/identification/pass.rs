@@ -1,6 +1,7 @@
 //! A pass of the model over a record, with the derivatives of its output error.
 
 use super::acting::Acting;
+use super::coupling::{Coupling, Twisting};
 use super::front_end::{Current, FrontEnd, Part};
 use super::gain::{Diffuse, Riccati};
 use super::state::{Response, State, Tangents};
@@ -57,8 +58,7 @@ impl ModelPass<'_> {
             (true, 0) => self.run_with::<0, true>(values, columns, observe),
             (true, 1..=4) if !has_delay => self.run_with::<4, true>(values, columns, observe),
             (true, 1..=6) => self.run_with::<6, true>(values, columns, observe),
-            (_, 0) => self.run_with::<0, false>(values, columns, observe),
-            (_, 1..=8) => self.run_with::<8, false>(values, columns, observe),
+            (_, 0..=8) => self.run_with::<8, false>(values, columns, observe),
             (_, 9..=16) => self.run_with::<16, false>(values, columns, observe),
             _ => self.run_with::<MAX_COLUMNS, false>(values, columns, observe),
         }
@@ -96,6 +96,7 @@ impl ModelPass<'_> {
                 velocity: 0.0,
                 load: 0.0,
                 acceleration: 0.0,
+                twisting: Twisting::NONE,
                 play: 0.0,
                 plays,
                 columns,
@@ -143,6 +144,9 @@ impl ModelPass<'_> {
                     (motion, sample),
                     &mut state,
                 );
+                if !PLAIN {
+                    state.twist_columns();
+                }
                 if sample + 1 < motion.1 {
                     state.error += self.record.increment(sample);
                 }
@@ -192,13 +196,16 @@ impl ModelPass<'_> {
             gain *= ripple;
             per_ripple = 1.0 / ripple;
         }
-        let (mut ease, mut inertia_change) = (1.0, 0.0);
+        let (mut per_inertia, mut inertia_change) = (1.0, 0.0);
         if has(InertiaSine, InertiaCosine) {
             let order = values.inertia_order;
-            ease = 1.0 / (1.0 + along(InertiaSine, InertiaCosine, order)).max(0.1);
+            per_inertia = 1.0 / (1.0 + along(InertiaSine, InertiaCosine, order)).max(0.1);
             let [sine, cosine] = record.wave_change(motion, sample, order);
             inertia_change = values.get(InertiaSine) * sine + values.get(InertiaCosine) * cosine;
         }
+        let coupling = if PLAIN { None } else { Coupling::of(values) };
+        let per_motor = coupling.map_or(1.0, |coupling| coupling.ease());
+        let ease = per_inertia * per_motor;
         let drift = f64::max(drifted(FrictionDrift), 0.0);
         let before = state.velocity;
         // Of a stiff shaft the accelerations' derivatives do not show.
@@ -220,7 +227,7 @@ impl ModelPass<'_> {
             if !PLAIN {
                 coulomb += values.get(LoadFriction) * effort * drift;
             }
-            let acting = Acting {
+            let mut acting = Acting {
                 values,
                 front_end,
                 part,
@@ -236,6 +243,8 @@ impl ModelPass<'_> {
                 coulomb,
                 drift,
                 ease,
+                per_inertia,
+                per_motor,
                 friction: drift * ease,
                 inertia_change,
                 per_ripple,
@@ -245,12 +254,13 @@ impl ModelPass<'_> {
             if let (Some(earlier), Some(place)) = (last, state.delay)
                 && (PLAIN || !front_end.has_lag())
             {
-                state.pass_step(&acting, earlier, place);
-            }
-            if acting.length > 0.0 {
-                state.advance(&acting);
+                let held = coupling.map_or(0.0, |coupling| coupling.holds(&state.twisting));
+                state.pass_step(&acting, earlier, ease * held, place);
             }
             last = Some(acting.push);
+            if acting.length > 0.0 {
+                state.advance(coupling.as_ref(), &mut acting);
+            }
         }
         state.acceleration = state.velocity - before;
         if twists {

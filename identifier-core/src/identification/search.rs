@@ -40,6 +40,8 @@ impl Fitter<'_> {
     fn moved(&self, values: &Values, effect: Effect, step: f64) -> f64 {
         /// Factor by which a positive quantity changes at most.
         const FACTOR: f64 = 3.0;
+        /// The same of a resonance, beyond which its phase is another.
+        const RESONANCE: f64 = 1.2;
         /// Change of a delay: samples, and of the longest.
         const DELAY: [f64; 2] = [1.0, 0.15];
         let value = values.get(effect);
@@ -48,7 +50,10 @@ impl Fitter<'_> {
         }
         let wanted = value + step;
         let wanted = match effect {
-            Effect::B | Effect::LowSpeedVelocity => wanted.clamp(value / FACTOR, value * FACTOR),
+            Effect::B | Effect::LowSpeedVelocity | Effect::ResonanceDamping => {
+                wanted.clamp(value / FACTOR, value * FACTOR)
+            }
+            Effect::ResonanceFrequency => wanted.clamp(value / RESONANCE, value * RESONANCE),
             Effect::Delay => {
                 let most = DELAY[0].max(DELAY[1] * self.longest_delay());
                 wanted.clamp(value - most, value + most)

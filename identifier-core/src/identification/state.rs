@@ -1,6 +1,7 @@
 //! The motion of the model with its derivatives, moved over a part of a sample.
 
 use super::acting::{Acting, Shape};
+use super::coupling::Twisting;
 use super::front_end::FrontEnd;
 use super::{Column, Effect, Values};
 
@@ -14,6 +15,8 @@ pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     pub(super) load: f64,
     /// Acceleration over the last sample.
     pub(super) acceleration: f64,
+    /// The twist of the spring between motor and load.
+    pub(super) twisting: Twisting,
     /// The encoder's place within the play, from its middle.
     pub(super) play: f64,
     /// True if there is play, or a column of it.
@@ -36,6 +39,12 @@ pub(super) struct Tangents<const C: usize> {
     current: [f64; C],
     /// Of the acceleration over the last sample.
     pub(super) acceleration: [f64; C],
+    /// Of a column with a resonance of its own the twist per κ, and its rate.
+    twisted: [[f64; 2]; C],
+    /// Of the twist of the spring.
+    pub(super) twisting: [Twisting; C],
+    /// Of the force with which it holds the motor back.
+    pub(super) held: [f64; C],
     /// Of the place within the play; of a column with a play of its own that place in it.
     play: [f64; C],
 }
@@ -47,6 +56,9 @@ impl<const C: usize> Tangents<C> {
         load: [0.0; C],
         current: [0.0; C],
         acceleration: [0.0; C],
+        twisted: [[0.0; 2]; C],
+        twisting: [Twisting::NONE; C],
+        held: [0.0; C],
         play: [0.0; C],
     };
 }
@@ -116,11 +128,25 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         for (i, column) in self.columns.iter().enumerate() {
             regressor[i] += twist * tangents.acceleration[i];
             regressor[i] += match column.effect {
+                Effect::Compliance if column.setting > 0.0 => tangents.twisted[i][0],
                 Effect::Compliance => self.acceleration,
                 _ => tangents.play[i],
             };
         }
         self.error - twist * self.acceleration - self.play
+    }
+
+    /// The acceleration over the last sample has twisted the shafts of columns that have a resonance of their own: y of
+    /// ÿ + 2ζω ẏ + ω² y = ω² q̈, by which a motor is ahead of both masses as one per κ = ρ/((1 − ρ) ω²).
+    pub(super) fn twist_columns(&mut self) {
+        for (column, [y, rate]) in self.columns.iter().zip(&mut self.tangents.twisted) {
+            if column.effect == Effect::Compliance {
+                let frequency = column.setting;
+                let damping = 2.0 * Values::USUAL_DAMPING * *rate;
+                *rate += frequency * (frequency * (self.acceleration - *y) - damping);
+                *y += *rate;
+            }
+        }
     }
 
     /// The motor has moved by a way, counts, from earlier derivatives of the error: within the play, or it takes the encoder
@@ -164,26 +190,47 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
     }
 
     /// The command steps between two parts of a sample: a longer delay, the column at `place`, lets the earlier push act
-    /// longer.
+    /// longer. A spring takes `held` of either.
     #[inline]
-    pub(super) fn pass_step(&mut self, acting: &Acting<'_>, earlier: f64, place: usize) {
-        self.tangents.velocity[place] += if self.velocity != 0.0 {
+    pub(super) fn pass_step(&mut self, acting: &Acting<'_>, earlier: f64, held: f64, place: usize) {
+        let push = acting.push - held;
+        let longer = if self.velocity != 0.0 {
             earlier - acting.push
         } else {
             let low_speed = Self::extra(acting.values, Effect::LowSpeed);
             let friction = acting.coulomb + low_speed * acting.friction;
-            if acting.push.abs() <= friction {
+            if push.abs() <= friction {
                 0.0
             } else {
-                friction * acting.push.signum() - acting.push
+                friction * push.signum() - push
             }
         };
+        self.tangents.velocity[place] += longer;
+        if !PLAIN {
+            self.tangents.twisting[place].rate += longer;
+        }
     }
 
-    /// Moves the model over a part of a sample in which the command is constant; friction may stop it or
+    /// The derivatives of the command over a part of a sample by the columns that are a shape of it.
+    #[inline]
+    pub(super) fn shaped(&mut self, acting: &Acting<'_>) -> [f64; C] {
+        let mut shaped = [0.0; C];
+        if !PLAIN {
+            for (i, column) in self.columns.iter().enumerate() {
+                if FrontEnd::is_shape(column.effect) {
+                    let current = &mut self.tangents.current[i];
+                    let front_end = acting.front_end;
+                    shaped[i] = front_end.derivative(acting.record, acting.part, column, current);
+                }
+            }
+        }
+        shaped
+    }
+
+    /// Moves the model over a piece of a part of a sample in which the command is constant; friction may stop it or
     /// turn it round on the way.
     #[inline]
-    pub(super) fn advance(&mut self, acting: &Acting<'_>) {
+    pub(super) fn advance_motor(&mut self, acting: &Acting<'_>, shaped: &[f64; C]) {
         let values = acting.values;
         let friction_by = |effect| Self::extra(values, effect) * acting.friction;
         let low_speed = friction_by(Effect::LowSpeed);
@@ -197,21 +244,11 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         let asymmetry = friction_by(Effect::Asymmetry);
         let quadratic = friction_by(Effect::Quadratic);
         // Half of the inertia's change takes momentum as friction does: ½ i′(q) q̇².
-        let swing = 0.5 * acting.inertia_change * acting.ease;
+        let swing = 0.5 * acting.inertia_change * acting.per_inertia;
         let mut left = acting.length;
         let mut turned = false;
-        // The derivative of the length that is left, for each column, and that of the command.
+        // The derivative of the length that is left, for each column.
         let mut lengths = [0.0; C];
-        let mut shaped = [0.0; C];
-        if !PLAIN {
-            for (i, column) in self.columns.iter().enumerate() {
-                if FrontEnd::is_shape(column.effect) {
-                    let current = &mut self.tangents.current[i];
-                    let front_end = acting.front_end;
-                    shaped[i] = front_end.derivative(acting.record, acting.part, column, current);
-                }
-            }
-        }
         // From the second piece on the model begins at rest.
         for _ in 0..4 {
             let velocity = self.velocity;
@@ -274,6 +311,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                 middle,
                 fading,
                 acceleration,
+                pushed,
             };
             let (mut forcing, mut per_rate) = ([0.0; C], [0.0; C]);
             if PLAIN {
@@ -287,13 +325,18 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                     (forcing[i], per_rate[i]) = own;
                 }
             } else {
-                acting.force(self.columns, &shape, &shaped, &mut forcing, &mut per_rate);
+                acting.force(self.columns, &shape, shaped, &mut forcing, &mut per_rate);
             }
             let tangents = &mut self.tangents;
             let kept = response.kept + coupling * response.velocity;
             for i in 0..C {
                 let before = tangents.velocity[i];
-                let forcing = forcing[i] + acting.ease * tangents.load[i];
+                let load = if PLAIN {
+                    tangents.load[i]
+                } else {
+                    tangents.load[i] - tangents.held[i]
+                };
+                let forcing = forcing[i] + acting.ease * load;
                 tangents.velocity[i] = kept * before + forcing * response.velocity;
                 tangents.error[i] -= before * response.velocity + forcing * response.position;
             }

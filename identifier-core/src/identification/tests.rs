@@ -85,7 +85,13 @@ fn every_tangent_is_the_derivative() {
         },
     };
     let mut failed = false;
-    for (delay, lag) in [(0.0, 0.0), (0.3, 0.0), (-1.2, 0.0), (1.4, 0.8), (0.2, 1.7)] {
+    for (delay, lag, share) in [
+        (0.0, 0.0, 0.3),
+        (0.3, 0.0, 0.0),
+        (-1.2, 0.0, 0.6),
+        (1.4, 0.8, 0.0),
+        (0.2, 1.7, 0.3),
+    ] {
         let mut values = Values::NONE;
         for (effect, value) in [
             (Effect::A, 0.012),
@@ -117,6 +123,9 @@ fn every_tangent_is_the_derivative() {
             (Effect::GainAsymmetry, 0.03),
             (Effect::TorqueRippleSine, 0.02),
             (Effect::InertiaCosine, 0.05),
+            (Effect::LoadShare, share),
+            (Effect::ResonanceFrequency, 0.7),
+            (Effect::ResonanceDamping, 0.2),
             (Effect::Play, 3.0),
         ] {
             values.set(effect, value);
@@ -124,8 +133,17 @@ fn every_tangent_is_the_derivative() {
         values.order = 3.0;
         values.gain_order = 3.0;
         values.inertia_order = 2.0;
+        // A shaft that follows at once is no second mass.
+        let is_there = |effect| match effect {
+            Effect::CurrentLoop => lag > 0.0,
+            Effect::ResonanceFrequency | Effect::ResonanceDamping | Effect::LoadShare => {
+                share > 0.0
+            }
+            Effect::Compliance => share == 0.0,
+            _ => true,
+        };
         for effect in Effect::ALL {
-            if effect != Effect::CurrentLoop || lag > 0.0 {
+            if is_there(effect) {
                 failed |= !is_the_derivative(&pass, &values, effect);
             }
         }
@@ -164,6 +182,8 @@ fn is_the_derivative(pass: &ModelPass<'_>, values: &Values, effect: Effect) -> b
         // A whole delay has two derivatives; behind a current loop its mean over a part is passed on.
         Effect::Delay if delay == 0.0 => 0.2,
         Effect::Delay if lag > 0.0 => 0.08,
+        // A spring moves on in pieces, which begin at the steps of the command.
+        Effect::Delay if values.get(Effect::LoadShare) > 0.0 => 0.05,
         _ => 0.02,
     };
     relative < most
@@ -212,6 +232,107 @@ fn a_fit_needs_no_guess_whatever_the_noise() {
         let found = Survey::new(&record).expect("a motion").noise;
         // The noise of the dice is of this deviation to a hundredth.
         assert!((found / truth - 1.0).abs() < 0.05, "{noise}: {found}");
+    }
+}
+
+/// A motor with friction and a load on a spring, in fine steps under a random command, the encoder on the motor.
+fn two_masses(samples: usize, [b, c]: [f64; 2], [frequency, damping, share]: [f64; 3]) -> Motion {
+    const STEPS: usize = 200;
+    let mut dice = Dice(11);
+    let [mut motor, mut load] = [[0.0_f64; 2]; 2];
+    let mut made = Motion {
+        positions: Vec::new(),
+        commands: Vec::new(),
+        angles: Vec::new(),
+    };
+    let dt = 1.0 / STEPS as f64;
+    let mut u = 0.0;
+    for k in 0..samples {
+        if k % 17 == 0 {
+            u = dice.roll();
+        }
+        let command = (u - 2e-4 * motor[0] - 1e-3 * motor[1]).clamp(-1.0, 1.0);
+        made.positions.push(motor[0].round());
+        made.commands.push(command);
+        for _ in 0..STEPS {
+            let twist = [0, 1].map(|i| motor[i] - load[i]);
+            let spring = share
+                * (1.0 - share)
+                * frequency
+                * (frequency * twist[0] + 2.0 * damping * twist[1]);
+            load[1] += dt * spring / share;
+            load[0] += dt * load[1];
+            let push = b * command - spring;
+            if motor[1] == 0.0 && push.abs() <= c {
+                continue;
+            }
+            let direction = if motor[1] == 0.0 { push } else { motor[1] }.signum();
+            let next = motor[1] + dt * (push - c * direction) / (1.0 - share);
+            motor[1] = if next * direction < 0.0 { 0.0 } else { next };
+            motor[0] += dt * motor[1];
+        }
+    }
+    made
+}
+
+#[test]
+fn a_load_on_a_spring_is_found_with_friction_at_the_motor() {
+    for (frequency, damping, share, c) in [
+        (0.25, 0.03, 0.3, 0.2),
+        (0.6, 0.05, 0.6, 0.5),
+        (1.0, 0.02, 0.5, 0.1),
+    ] {
+        let b = 1.5;
+        let made = two_masses(6000, [b, c], [frequency, damping, share]);
+        let record = Record {
+            begins: &[0],
+            angles: &[],
+            ..made.record()
+        };
+        let fitter = Fitter {
+            earliest: 0.0,
+            ..Fitter::new(&record).expect("a motion")
+        };
+        let mut values = Values::NONE;
+        for (effect, value) in [
+            (Effect::B, 0.8 * b),
+            (Effect::Coulomb, 0.5 * c),
+            (Effect::ResonanceFrequency, 1.1 * frequency),
+            (Effect::ResonanceDamping, Values::USUAL_DAMPING),
+            (Effect::LoadShare, 0.4),
+        ] {
+            values.set(effect, value);
+        }
+        let own = [
+            Effect::LoadShare,
+            Effect::ResonanceFrequency,
+            Effect::ResonanceDamping,
+        ];
+        let free = [&Effect::BASE[..], &own].concat();
+        let horizon = Horizon {
+            white: 100.0,
+            walk: None,
+        };
+        let search = Search {
+            steps: 30,
+            tolerance: 1e-9,
+        };
+        let found = fitter.fit(&values, &free, horizon, search).expect("a fit");
+        let of = |effect| found.values.get(effect);
+        for (effect, truth, most) in [
+            (Effect::B, b, 2e-3),
+            (Effect::Coulomb, c, 0.01),
+            (Effect::ResonanceFrequency, frequency, 3e-3),
+            (Effect::ResonanceDamping, damping, 0.1),
+            (Effect::LoadShare, share, 0.01),
+        ] {
+            let off = of(effect) / truth - 1.0;
+            assert!(
+                off.abs() < most,
+                "{effect:?} of {frequency}: {}",
+                of(effect)
+            );
+        }
     }
 }
 
