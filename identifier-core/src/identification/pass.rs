@@ -53,11 +53,8 @@ impl ModelPass<'_> {
         observe: &mut dyn FnMut(&Row<'_>),
     ) -> bool {
         let is_plain = values.is_plain() && columns.iter().all(|column| column.effect.is_base());
-        let has_delay = columns.iter().any(|column| column.effect == Effect::Delay);
         match (is_plain, columns.len()) {
-            (true, 0) => self.run_with::<0, true>(values, columns, observe),
-            (true, 1..=4) if !has_delay => self.run_with::<4, true>(values, columns, observe),
-            (true, 1..=6) => self.run_with::<6, true>(values, columns, observe),
+            (true, 0..=5) => self.run_with::<5, true>(values, columns, observe),
             (_, 0..=8) => self.run_with::<8, false>(values, columns, observe),
             (_, 9..=16) => self.run_with::<16, false>(values, columns, observe),
             _ => self.run_with::<MAX_COLUMNS, false>(values, columns, observe),
