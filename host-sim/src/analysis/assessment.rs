@@ -211,9 +211,10 @@ impl Scale {
     fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
         let Lacking { entered, share } = lacking;
         let parts = effects(entered.cause);
-        // Of a size that has a speed or a frequency beside it the size itself; of a wave both parts.
+        // Of a size that has a speed or a slope beside it the size itself, of two masses their twist; of a wave both parts.
         let size = match parts {
-            [size @ (Effect::LowSpeed | Effect::Compliance), ..] => values.get(*size),
+            [Effect::LowSpeed, _] => values.get(Effect::LowSpeed),
+            [Effect::Compliance, ..] => values.twist(),
             _ => parts
                 .iter()
                 .fold(0.0, |all, part| f64::hypot(all, values.get(*part))),

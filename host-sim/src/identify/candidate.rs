@@ -248,14 +248,12 @@ impl Candidate {
     /// True if an effect of this size matters: no servo is its model to better than a fiftieth of usual sizes.
     pub(super) fn matters(&self, values: &Values, usual: &Usual) -> bool {
         const MIN_SHARE: f64 = 0.02;
-        let size = if values.get(Effect::LoadShare) > 0.0 && self.cause == Cause::Resonance {
-            let share = values.get(Effect::LoadShare);
-            share / (1.0 - share) / values.get(Effect::ResonanceFrequency).powi(2)
-        } else {
-            let squares = (self.columns.iter()).map(|column| values.get(column.effect).powi(2));
-            squares.sum::<f64>().sqrt()
+        let size = |column: &Column| match column.effect {
+            Effect::Compliance => values.twist(),
+            effect => values.get(effect),
         };
-        size >= MIN_SHARE * self.usual_size(usual)
+        let squares = self.columns.iter().map(|column| size(column).powi(2));
+        squares.sum::<f64>().sqrt() >= MIN_SHARE * self.usual_size(usual)
     }
 
     /// The values with which a search for it begins, its sizes by linear algebra, and the effects that are
@@ -284,6 +282,15 @@ impl Candidate {
                 }
             }
             free.push(Effect::HiddenLimit);
+            return (values, free);
+        }
+        if self.cause == Cause::Resonance && !self.is_stiff() {
+            // The scan has the twist of the spring, the fit both masses: see `Values::twist`.
+            let ratio = sizes[0] * setting * setting;
+            values.set(Effect::LoadShare, (ratio / (1.0 + ratio)).clamp(0.05, 0.9));
+            values.set(Effect::ResonanceFrequency, setting);
+            values.set(Effect::ResonanceDamping, Values::USUAL_DAMPING);
+            free.extend(TWO_MASSES);
             return (values, free);
         }
         for (column, &size) in self.columns.iter().zip(sizes) {
@@ -317,16 +324,6 @@ impl Candidate {
             Cause::LowSpeedFriction => {
                 values.set(Effect::LowSpeedVelocity, setting.min(range.velocity));
                 free.push(Effect::LowSpeedVelocity);
-            }
-            Cause::Resonance if setting > 0.0 => {
-                // The scan has the twist of a spring, κ = ρ/((1 − ρ) ω²); the fit has both masses.
-                let twist = values.get(Effect::Compliance) * setting * setting;
-                values.set(Effect::Compliance, 0.0);
-                values.set(Effect::LoadShare, (twist / (1.0 + twist)).clamp(0.05, 0.9));
-                values.set(Effect::ResonanceFrequency, setting);
-                values.set(Effect::ResonanceDamping, Values::USUAL_DAMPING);
-                free.pop();
-                free.extend(TWO_MASSES);
             }
             Cause::Ripple => values.order = setting,
             Cause::TorqueRipple => values.gain_order = setting,

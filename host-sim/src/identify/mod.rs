@@ -11,6 +11,9 @@ mod scan;
 mod tournament;
 mod uncertainty;
 
+#[cfg(test)]
+mod tests;
+
 use identifier_core::identification::{
     Effect, Fitter, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
 };
@@ -109,16 +112,16 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     tournament.refine(&model, &mut answers);
     let steps = LoadSteps::find(&fitter, &model.fitted);
     // Of several loads the last is the servo's.
-    let load = steps.map_or_else(
+    let (load, by_chance) = steps.map_or_else(
         || fitter.load(&model.fitted, &model.free),
         |steps| steps.load,
     );
-    // A servo that was held has no load beyond its command; one that is found is the error of an effect's form.
     let authority = fitter.usual_size(&model.fitted.values, Effect::Load);
-    let load = (load.0, load.1.max(load.0.abs() - authority));
-    let load = (load.0, load.1.hypot(ripple_as_load(recording, &model)));
+    let load_error = beyond_authority(load, authority)
+        .max(by_chance)
+        .hypot(ripple_as_load(recording, &model));
     let beyond = uncertainty::Beyond::ALL;
-    let std_errors = uncertainty::std_errors(&fitter, &model, load.1, &answers, beyond);
+    let std_errors = uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
@@ -131,7 +134,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     let innovations = model.fitted.sums.noise().sqrt();
     let noise = fitter.survey.noise.min(innovations.max(ROUNDING_DEVIATION));
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load.0), &estimated);
+    let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load), &estimated);
     Some(Identified {
         values: found,
         estimated,
@@ -144,6 +147,11 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         survey: fitter.survey,
         reverses: recording.reverses(),
     })
+}
+
+/// By how much a load is larger than the force that held the servo against it: that much of it is the error of an effect's form.
+fn beyond_authority(load: f64, authority: f64) -> f64 {
+    (load.abs() - authority).max(0.0)
 }
 
 /// The mean over the motion of a ripple of which it shows less than a period: that is a load as well.

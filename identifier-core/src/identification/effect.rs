@@ -168,6 +168,18 @@ impl Values {
         self.values[effect as usize]
     }
 
+    /// By how much a shaft twists per acceleration, sample²: a stiff one, or the spring behind the motor with
+    /// κ = ρ/((1 − ρ) ω²).
+    #[must_use]
+    pub fn twist(&self) -> f64 {
+        let share = self.get(Effect::LoadShare);
+        if share > 0.0 {
+            let frequency = self.get(Effect::ResonanceFrequency);
+            return share / ((1.0 - share) * frequency * frequency);
+        }
+        self.get(Effect::Compliance)
+    }
+
     /// True if there are the effects of every servo alone.
     pub(super) fn is_plain(&self) -> bool {
         let mut extra = self.values[Effect::BASE.len()..].iter();

@@ -70,11 +70,7 @@ impl ModelPass<'_> {
         let asked = &asked[..asked.len().min(C)];
         let base = Effect::BASE.map(Column::from);
         // A plain model has all columns at fixed places: of which effect one is takes no time then.
-        let columns = if PLAIN {
-            &base[..C.min(base.len())]
-        } else {
-            asked
-        };
+        let columns = if PLAIN { &base[..] } else { asked };
         let place_of = |effect| columns.iter().position(|one| one.effect == effect);
         let mut places = [0; C];
         for (place, one) in places.iter_mut().zip(asked) {

@@ -319,6 +319,9 @@ fn a_load_on_a_spring_is_found_with_friction_at_the_motor() {
         };
         let found = fitter.fit(&values, &free, horizon, search).expect("a fit");
         let of = |effect| found.values.get(effect);
+        // At low frequency a stiff shaft of that twist moves as much.
+        let twist = share / (1.0 - share) / frequency.powi(2);
+        assert!((found.values.twist() / twist - 1.0).abs() < 0.02);
         for (effect, truth, most) in [
             (Effect::B, b, 2e-3),
             (Effect::Coulomb, c, 0.01),

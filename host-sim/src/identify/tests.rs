@@ -1,0 +1,104 @@
+use std::f64::consts::TAU;
+
+use super::*;
+
+const SAMPLES: usize = 9000;
+const GAIN: f64 = 0.4;
+const COULOMB: f64 = 0.02;
+
+/// A servo that holds against a load, in fine steps, counts and samples: friction, the load at a sample, a position
+/// and a velocity, and the motion.
+fn recorded(coulomb: f64, load: impl Fn(usize, f64, f64) -> f64, amplitude: f64) -> Recording {
+    const STEPS: usize = 50;
+    let (mut q, mut v) = (0.0_f64, 0.0_f64);
+    let dt = 1.0 / STEPS as f64;
+    let samples: Vec<Logged> = (0..SAMPLES)
+        .map(|k| {
+            let phase = 0.011 * k as f64;
+            let goal = amplitude * (phase.sin() + 0.5 * (2.7 * phase).sin());
+            let command = (2e-3 * (goal - q) - 0.1 * v).clamp(-1.0, 1.0);
+            let position = q.round();
+            for _ in 0..STEPS {
+                let push = GAIN * command + load(k, q, v);
+                if v == 0.0 && push.abs() <= coulomb {
+                    continue;
+                }
+                let direction = if v == 0.0 { push } else { v }.signum();
+                let next = v + dt * (push - coulomb * direction - 0.003 * v);
+                v = if next * direction < 0.0 && coulomb > 0.0 {
+                    0.0
+                } else {
+                    next
+                };
+                q += dt * v;
+            }
+            Logged {
+                position,
+                command,
+                begins: k == 0,
+            }
+        })
+        .collect();
+    Recording::new(samples.into_iter(), 1.0, 10_000.0)
+}
+
+fn identified(recording: &Recording) -> Identified {
+    let demand = ModelDemand {
+        known: Values::NONE,
+        required: Vec::new(),
+        max_effects: 4,
+    };
+    identify(recording, &demand).expect("a servo")
+}
+
+fn std_error(found: &Identified, wanted: Effect) -> f64 {
+    let mut estimated = found.estimated.iter();
+    let found = estimated.find(|(effect, _)| *effect == wanted);
+    found.expect("it is estimated").1
+}
+
+#[test]
+fn of_a_load_that_steps_the_last_is_the_servos() {
+    let step = SAMPLES * 2 / 3;
+    let level = |k: usize| if k < step { 0.06 } else { -0.03 };
+    let found = identified(&recorded(COULOMB, |k, _, _| level(k), 400.0));
+    let load = found.values.get(Effect::Load);
+    let error = std_error(&found, Effect::Load);
+    assert!(
+        (load - level(SAMPLES)).abs() < 2.0 * error,
+        "{load} ± {error}"
+    );
+    assert!(error < 0.01 * GAIN, "{error}");
+    let last = found.last_load.expect("it steps");
+    assert!((last - step as f64).abs() < 0.03 * SAMPLES as f64, "{last}");
+}
+
+#[test]
+fn a_servo_without_friction_has_a_standard_error_of_it() {
+    // By chance it would have a little less than none.
+    let found = identified(&recorded(0.0, |_, _, v| 5e-4 * v.signum(), 400.0));
+    let coulomb = found.values.get(Effect::Coulomb);
+    let error = std_error(&found, Effect::Coulomb);
+    assert!(coulomb == 0.0 && error < 0.01 * GAIN, "{coulomb} ± {error}");
+}
+
+/// A ripple of which the motion shows a part is a load as well: its mean is in the load's error.
+#[test]
+fn a_load_is_as_uncertain_as_the_mean_of_a_ripple_beside_it() {
+    let ripple = |q: f64| 0.05 * (30.0 * TAU / 10_000.0 * q + 0.8).sin();
+    let recording = recorded(COULOMB, |_, q, _| 0.03 + ripple(q), 70.0);
+    let found = identified(&recording);
+    let load = found.values.get(Effect::Load);
+    let error = std_error(&found, Effect::Load);
+    assert!((load - 0.03).abs() < 2.0 * error, "{load} ± {error}");
+}
+
+#[test]
+fn a_load_that_no_command_holds_is_not_known() {
+    for (load, beyond) in [(0.3, 0.0), (-0.4, 0.0), (0.5, 0.1), (-1.4, 1.0)] {
+        assert!(
+            (beyond_authority(load, 0.4) - beyond).abs() < 1e-12,
+            "{load}"
+        );
+    }
+}
