@@ -70,6 +70,7 @@ pub mod monitor;
 pub mod nearest;
 #[cfg(feature = "program")]
 pub mod paper;
+mod parallel;
 pub mod physical;
 #[cfg(feature = "program")]
 pub mod port;

@@ -32,8 +32,8 @@ pub(crate) struct Examined {
     pub(crate) correlation: f64,
     /// The effect that the law's model lacks.
     pub(crate) lacking: Option<Lacking>,
-    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
-    pub(crate) profile: Option<[f64; 2]>,
+    /// The lesser gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
+    pub(crate) profile: Option<f64>,
     /// Figures of the record.
     pub(crate) survey: Survey,
 }
@@ -69,7 +69,7 @@ pub(crate) fn examine(
     };
     let fitter = &on_time;
     let own = recording.about_middle(&law.values);
-    let mut model = follow(fitter, &own, &law.free, || earliest.start())?;
+    let mut model = follow(fitter, &own, &law.free, || super::start(&earliest))?;
     let noise = model.fitted.sums.noise().sqrt();
     let correlation = model.fitted.sums.correlation();
     let mut answers = Vec::new();
@@ -102,8 +102,7 @@ pub(crate) fn examine(
     };
     let std_errors = uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
     let has_profile = law.is_thorough && model.free.contains(&Effect::B);
-    let profile =
-        has_profile.then(|| [0.8, 1.25].map(|factor| uncertainty::profile(fitter, &model, factor)));
+    let profile = has_profile.then(|| uncertainty::profile(fitter, &model));
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
     let (values, estimated) = recording.about_zero(&model.fitted.values, &estimated);
     Some(Examined {

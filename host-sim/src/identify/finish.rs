@@ -6,6 +6,7 @@ use identifier_core::identification::{Effect, Fitted};
 
 use super::candidate::effects;
 use super::tournament::{Entered, MIN_GAIN, Model, Tournament};
+use crate::parallel;
 use crate::verdict::Cause;
 
 /// The gain below which an effect goes again.
@@ -31,29 +32,23 @@ impl Tournament<'_> {
     /// form.
     pub(super) fn prune(&self, model: &mut Model) {
         let mut losses: Vec<(Cause, f64)> = Vec::new();
-        let causes: Vec<Cause> = model.entered.iter().map(|entry| entry.cause).collect();
-        for cause in causes {
-            let own = own(model, cause);
-            let is_sure = is_sure(model, &own);
-            if is_sure && model.entered.len() == 1 {
-                continue;
-            }
-            let Some((without, free, loss)) = self.without(model, cause, &own) else {
-                continue;
-            };
-            let is_pair = own.len() > 1 || cause == Cause::HiddenLimit;
-            let least = if is_sure || is_pair {
-                MIN_KEPT_GAIN
-            } else {
-                MIN_UNSURE_GAIN
-            };
-            if loss < least {
-                model.free = free;
-                model.fitted = without;
-                model.entered.retain(|entry| entry.cause != cause);
-            } else {
-                losses.push((cause, loss));
-            }
+        let mut kept = 0;
+        loop {
+            let rest = model.entered.iter().skip(kept);
+            let causes: Vec<Cause> = rest.map(|entry| entry.cause).collect();
+            let mut fits = parallel::map(&causes, |&cause| self.reduced(model, cause));
+            let superfluous = |fit: &Option<Reduced>| fit.as_ref().is_some_and(|fit| fit.explains);
+            // Where one goes, those after it are asked again without it.
+            let first = fits.iter().position(superfluous);
+            let goes = first.and_then(|place| fits.swap_remove(place));
+            fits.truncate(first.unwrap_or(fits.len()));
+            kept += fits.len();
+            let stay = causes.into_iter().zip(fits);
+            losses.extend(stay.filter_map(|(cause, fit)| Some((cause, fit?.loss))));
+            let Some(reduced) = goes else { break };
+            model.free = reduced.free;
+            model.fitted = reduced.fitted;
+            model.entered.remove(kept);
         }
         let most = losses.iter().max_by(|one, other| one.1.total_cmp(&other.1));
         let Some(&(strongest, most)) = most else {
@@ -104,6 +99,28 @@ impl Tournament<'_> {
         })
     }
 
+    /// The model without the effects of a cause; none where they are all that entered, and sure, or the fit runs away.
+    fn reduced(&self, model: &Model, cause: Cause) -> Option<Reduced> {
+        let own = own(model, cause);
+        let is_sure = is_sure(model, &own);
+        if is_sure && model.entered.len() == 1 {
+            return None;
+        }
+        let is_pair = own.len() > 1 || cause == Cause::HiddenLimit;
+        let least = if is_sure || is_pair {
+            MIN_KEPT_GAIN
+        } else {
+            MIN_UNSURE_GAIN
+        };
+        let (fitted, free, loss) = self.without(model, cause, &own)?;
+        Some(Reduced {
+            fitted,
+            free,
+            loss,
+            explains: loss < least,
+        })
+    }
+
     /// A fit of the model without the effects of a cause, those that are free in it, and by how much −2 ln L is larger, in
     /// independent rows.
     fn without(
@@ -127,6 +144,16 @@ impl Tournament<'_> {
         let loss = model.gain_over(&without);
         Some((without, free, loss))
     }
+}
+
+/// A model without the effects of a cause.
+struct Reduced {
+    fitted: Fitted,
+    free: Vec<Effect>,
+    /// By how much −2 ln L is larger, in independent rows.
+    loss: f64,
+    /// True if it explains the record as well.
+    explains: bool,
 }
 
 /// The effects of a cause that are free in a model.

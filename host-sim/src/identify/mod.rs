@@ -15,13 +15,15 @@ mod uncertainty;
 mod tests;
 
 use identifier_core::identification::{
-    Effect, Fitter, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
+    Beginning, Effect, Fitter, Horizon, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
+    likeliest,
 };
 
 use candidate::Range;
 use load_steps::LoadSteps;
 use tournament::{Model, Tournament};
 
+use crate::parallel;
 use crate::verdict::Cause;
 
 pub(crate) use tournament::Entered;
@@ -45,8 +47,8 @@ pub(crate) struct Identified {
     pub(crate) last_load: Option<f64>,
     /// By how much the command was recorded late, samples of the log; none where it was not.
     pub(crate) lateness: Option<f64>,
-    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
-    pub(crate) profile: [f64; 2],
+    /// The lesser gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
+    pub(crate) profile: f64,
     /// True if the delay is the longest that is looked for.
     pub(crate) delay_at_bound: bool,
     /// Figures of the record.
@@ -70,7 +72,7 @@ pub(crate) struct ModelDemand {
 pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
     let record = recording.record();
     let earliest = Fitter::new(&record)?;
-    let start = earliest.start()?;
+    let start = start(&earliest)?;
     let mut values = demand.known;
     for effect in Effect::BASE {
         values.set(effect, start.get(effect));
@@ -126,7 +128,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     model.entered.extend(shown);
-    let profile = [0.8, 1.25].map(|factor| uncertainty::profile(&fitter, &model, factor));
+    let profile = uncertainty::profile(&fitter, &model);
     let values = &model.fitted.values;
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
@@ -147,6 +149,13 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         survey: fitter.survey,
         reverses: recording.reverses(),
     })
+}
+
+/// The first estimates.
+fn start(fitter: &Fitter<'_>) -> Option<Values> {
+    let beginnings: Vec<Beginning> = fitter.beginnings().collect();
+    let searched = parallel::map(&beginnings, |one| fitter.search_from(one));
+    likeliest(searched.into_iter().flatten())
 }
 
 /// By how much a load is larger than the force that held the servo against it: that much of it is the error of an effect's form.
@@ -192,7 +201,12 @@ fn model(
     let delay = values.get(Effect::Delay).max(fitter.earliest);
     values.set(Effect::Delay, delay);
     let free = [&Effect::BASE[..], &demand.required].concat();
-    let fitted = fitter.best_horizon(&values, &free, fitter.horizons(), FIRST)?;
+    let best = |values: &Values, free: &[Effect], horizons: Vec<Horizon>, search: Search| {
+        let fit = |&horizon: &Horizon| fitter.fit(values, free, horizon, search);
+        let fits = parallel::map(&horizons, fit);
+        fitter.best_horizon(fits.into_iter().flatten(), free)
+    };
+    let fitted = best(&values, &free, fitter.horizons().collect(), FIRST)?;
     let tournament = Tournament { fitter, range };
     let mut model = Model {
         free,
@@ -201,13 +215,12 @@ fn model(
         entered: Vec::new(),
     };
     let rehorizon = |model: &mut Model, search: Search, wide: bool| {
-        let found = if wide {
-            fitter.best_horizon(&model.fitted.values, &model.free, fitter.horizons(), search)
+        let horizons = if wide {
+            fitter.horizons().collect()
         } else {
-            let about = fitter.horizons_about(model.fitted.horizon);
-            fitter.best_horizon(&model.fitted.values, &model.free, about, search)
+            fitter.horizons_about(model.fitted.horizon).collect()
         };
-        if let Some(fitted) = found {
+        if let Some(fitted) = best(&model.fitted.values, &model.free, horizons, search) {
             model.fit_is(fitted);
         }
     };

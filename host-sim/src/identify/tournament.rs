@@ -7,6 +7,7 @@ use identifier_core::identification::{
 
 use super::candidate::{Candidate, Range, Usual};
 use super::scan::{Answer, scan};
+use crate::parallel;
 use crate::verdict::Cause;
 
 /// The state of a tournament: the model so far.
@@ -109,9 +110,10 @@ impl Tournament<'_> {
     pub(super) fn enter(&self, model: &mut Model, answers: &[Answer]) -> bool {
         let promising = self.promising(answers, model);
         let price = (segments(self.fitter.record.len()) as f64).ln();
+        let fitted = parallel::map(&promising, |answer| self.with(model, answer));
         let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
-        for answer in promising {
-            let Some((fitted, free)) = self.with(model, answer) else {
+        for (answer, with) in promising.into_iter().zip(fitted) {
+            let Some((fitted, free)) = with else {
                 continue;
             };
             let change = Self::likelihood(&model.fitted) - Self::likelihood(&fitted);
@@ -163,16 +165,24 @@ impl Tournament<'_> {
         /// Effects that are fitted.
         const MAX_REFINED: usize = 8;
         let (load, _) = self.fitter.load(&model.fitted, &model.free);
-        let mut seen = Vec::new();
         answers.sort_by(|one, other| other.gain.total_cmp(&one.gain));
-        for answer in answers {
+        let mut seen = Vec::new();
+        let mut refined: Vec<&mut Answer> = (answers.iter_mut())
+            .filter(|answer| {
+                let cause = answer.candidate.cause;
+                let is_new = answer.is_possible() && !seen.contains(&cause);
+                let is_worth = is_new && answer.gain >= MIN_GAIN;
+                if is_worth {
+                    seen.push(cause);
+                }
+                is_worth
+            })
+            .take(MAX_REFINED)
+            .collect();
+        let fits = parallel::map(&refined, |answer| self.with(model, answer));
+        for (answer, with) in refined.iter_mut().zip(fits) {
             let candidate = &answer.candidate;
-            let is_new = answer.is_possible() && !seen.contains(&candidate.cause);
-            if !is_new || answer.gain < MIN_GAIN || seen.len() == MAX_REFINED {
-                continue;
-            }
-            seen.push(candidate.cause);
-            let Some((fitted, free)) = self.with(model, answer) else {
+            let Some((fitted, free)) = with else {
                 continue;
             };
             let values = &fitted.values;
@@ -202,10 +212,9 @@ impl Tournament<'_> {
         let candidates = Candidate::all(self.range, &model.free);
         // Two columns at most each, beside those of the model.
         let at_once = (MAX_COLUMNS - model.free.len()) / 2;
-        let mut answers: Vec<Answer> = candidates
-            .chunks(at_once)
-            .flat_map(|some| scan(self.fitter, model, self.range, some))
-            .collect();
+        let parts: Vec<&[Candidate]> = candidates.chunks(at_once).collect();
+        let found = parallel::map(&parts, |some| scan(self.fitter, model, self.range, some));
+        let mut answers = found.concat();
         answers.sort_by(|one, other| other.held_out.total_cmp(&one.held_out));
         answers
     }

@@ -7,6 +7,7 @@ use identifier_core::identification::{
 use super::candidate::Usual;
 use super::scan::Answer;
 use super::tournament::Model;
+use crate::parallel;
 use crate::verdict::Cause;
 
 /// What standard errors hold beside chance, colour, rounding and effects that may be missing.
@@ -210,10 +211,10 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
     };
     let own = model.fitted.std_errors();
     let mut spread = vec![0.0_f64; model.free.len()];
-    for horizon in others {
-        let Some(other) = fitter.fit(&model.fitted.values, &model.free, horizon, SEARCH) else {
-            continue;
-        };
+    let fits = parallel::map(&others, |&horizon| {
+        fitter.fit(&model.fitted.values, &model.free, horizon, SEARCH)
+    });
+    for other in fits.into_iter().flatten() {
         let errors = other.std_errors();
         for (i, effect) in model.free.iter().enumerate() {
             let shift = if *effect == Effect::Load {
@@ -239,9 +240,14 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
     spread
 }
 
-/// The increase of −2 ln L in independent rows where b is fixed at a multiple of itself and the rest is fitted
-/// again.
-pub(super) fn profile(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
+/// The lesser increase of −2 ln L in independent rows where b is fixed at 0.8 and 1.25 of itself and the rest is fitted again.
+pub(super) fn profile(fitter: &Fitter<'_>, model: &Model) -> f64 {
+    let increases = parallel::map(&[0.8, 1.25], |&factor| increase(fitter, model, factor));
+    increases.into_iter().reduce(f64::min).unwrap_or(f64::NAN)
+}
+
+/// The same at one multiple.
+fn increase(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
     const SEARCH: Search = Search {
         steps: 5,
         tolerance: 1e-6,

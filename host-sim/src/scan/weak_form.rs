@@ -9,6 +9,8 @@
 //! taken up by its powers and by its sine and cosine. The window is (1 − x²)³, as in the modulating-function method
 //! (M. Shinbrot, 1957; H. Preisig and D. Rippin, 1993).
 
+use crate::parallel;
+
 /// A motion and the input that is to explain it, of a range without a break.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signals<'a> {
@@ -77,15 +79,15 @@ pub(super) fn responses(
     let longest = (segments.iter().map(|of| of.output.len())).max();
     let longest = longest.unwrap_or(0) as f64;
     let widest = (MAX_HALF_WIDTHS.0 * longest).min(MAX_HALF_WIDTHS.1);
-    std::iter::successors(Some(MIN_HALF_WIDTH), |width| Some(width * RATIO))
-        .take_while(|width| *width <= widest)
-        .filter_map(|width| {
-            let mut equations = Equations::new(order, beside);
-            let window = Window::new(width as usize);
-            equations.fill(segments, &window, noise);
-            equations.solve(&window)
-        })
-        .collect()
+    let widths = std::iter::successors(Some(MIN_HALF_WIDTH), |width| Some(width * RATIO));
+    let widths: Vec<f64> = widths.take_while(|width| *width <= widest).collect();
+    let responses = parallel::map(&widths, |&width| {
+        let mut equations = Equations::new(order, beside);
+        let window = Window::new(width as usize);
+        equations.fill(segments, &window, noise);
+        equations.solve(&window)
+    });
+    responses.into_iter().flatten().collect()
 }
 
 /// The window and its derivatives at the samples, per sample.

@@ -110,6 +110,29 @@ fn without_call(mut result: Value) -> Value {
     result
 }
 
+/// The geared axis has effects that enter one after the other, among candidates that are fitted at once.
+#[test]
+fn a_fit_is_the_same_for_any_number_of_threads() {
+    let axis = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/geared_axis.toml");
+    let axis = std::fs::read_to_string(axis).expect("the scenario is there");
+    let scenario = folder("identify-threads").join("servo.toml");
+    std::fs::write(&scenario, axis.replace("duration = 20.0", "duration = 5.0")).expect("written");
+    let log = log("identify-threads", &Motion::of(&scenario).text());
+    let identified = |threads: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
+            .env("RAYON_NUM_THREADS", threads)
+            .args(["identify", &log, "--counts-per-rev", "4096", "--json", "-"])
+            .output()
+            .expect("the program runs");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let one = identified("1");
+    let result: Value = serde_json::from_str(&one).expect("JSON");
+    let effects = result["fit"]["effects"].as_array().expect("effects");
+    assert!(effects.len() > 1, "{one}");
+    assert_eq!(one, identified("3"));
+}
+
 #[test]
 fn the_saved_scenario_gives_the_same_result() {
     let motion = Motion::new();

@@ -1,20 +1,18 @@
 //! The choice of the horizon.
 
 use super::fitter::Fitter;
-use super::search::{Fitted, Search};
-use super::{Effect, Horizon, Values};
+use super::search::Fitted;
+use super::{Effect, Horizon};
 
 impl Fitter<'_> {
-    /// The horizon with the least robust variance, and the likeliest of those that are nearly as good; the
-    /// noise of a filter that trusts its model less than the model deserves costs variance, that of one that
-    /// trusts it more costs bias, which the segments' disagreement shows.
+    /// Of fits of the same effects at several [horizons](Self::horizons) the one with the least robust variance, and the
+    /// likeliest of those that are nearly as good; the noise of a filter that trusts its model less than the model deserves
+    /// costs variance, that of one that trusts it more costs bias, which the segments' disagreement shows.
     #[must_use]
     pub fn best_horizon(
         &self,
-        values: &Values,
+        fits: impl IntoIterator<Item = Fitted>,
         free: &[Effect],
-        horizons: impl Iterator<Item = Horizon>,
-        search: Search,
     ) -> Option<Fitted> {
         /// Logarithm of a standard error within which two horizons are as good.
         const AS_GOOD: f64 = 0.25;
@@ -23,15 +21,12 @@ impl Fitter<'_> {
         let mut best: [Option<Fitted>; 2] = [None; 2];
         let mut least = [f64::INFINITY; 2];
         let mut scores = [f64::INFINITY; 2];
-        for horizon in horizons {
-            let Some(fitted) = self.fit(values, free, horizon, search) else {
-                continue;
-            };
+        for fitted in fits {
             let score = self.spread(&fitted, free);
             if score.is_nan() || fitted.covariances.condition.is_infinite() {
                 continue;
             }
-            let family = usize::from(horizon.walk.is_some());
+            let family = usize::from(fitted.horizon.walk.is_some());
             let likelihood = |fitted: &Fitted| fitted.sums.minus_two_log_likelihood();
             // Of those as good as the least so far the likeliest stands.
             let stands = match &best[family] {

@@ -35,7 +35,7 @@ pub use pass::{MAX_COLUMNS, ModelPass, Row};
 pub use record::Record;
 pub use search::{Fitted, Search};
 pub use spectrum::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
-pub use start::Lateness;
+pub use start::{Beginning, Lateness, likeliest};
 pub use sums::{Covariances, Sums, segments};
 pub use survey::Survey;
 

@@ -5,34 +5,39 @@ use super::search::Search;
 use super::weak_form::{Start, starts};
 use super::{Effect, Horizon, Values};
 
+/// Starts that are searched from.
+const TRIED: usize = 3;
+
+/// First estimates, and the horizons at which they are searched from one after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beginning {
+    values: Values,
+    horizons: [Horizon; 2],
+}
+
 impl Fitter<'_> {
-    /// The first estimates, at the likeliest of the starts, their delay free.
+    /// The first estimates, at the likeliest of the [beginnings](Self::beginnings), their delay free.
     #[must_use]
     pub fn start(&self) -> Option<Values> {
+        let beginnings = self.beginnings();
+        likeliest(beginnings.filter_map(|one| self.search_from(&one)))
+    }
+
+    /// The starts that explain most, of different gains.
+    pub fn beginnings(&self) -> impl Iterator<Item = Beginning> {
         /// Starts whose gains differ by less than this factor are one.
         const SAME: f64 = 1.22;
-        /// Starts that are searched from.
-        const TRIED: usize = 3;
         /// Horizons of the search, widths of the start's weights, and the least of each, samples.
         const HORIZONS: [[f64; 2]; 2] = [[2.0, 6.0], [8.0, 25.0]];
-        let found = starts(self.record, &self.survey);
-        let mut order = [0; super::weak_form::MAX_STARTS];
-        for (i, place) in order.iter_mut().enumerate() {
-            *place = i;
-        }
-        let explained = |place: &usize| {
-            found[*place].map_or(f64::NEG_INFINITY, |start| {
-                if start.values.get(Effect::B) > 0.0 {
-                    start.explained
-                } else {
-                    f64::NEG_INFINITY
-                }
-            })
+        let mut found = starts(self.record, &self.survey);
+        let explained = |start: &Option<Start>| {
+            let servo = start.filter(|start| start.values.get(Effect::B) > 0.0);
+            servo.map_or(f64::NEG_INFINITY, |start| start.explained)
         };
-        order.sort_unstable_by(|one, other| explained(other).total_cmp(&explained(one)));
+        found.sort_unstable_by(|one, other| explained(other).total_cmp(&explained(one)));
         let mut tried: [Option<Start>; TRIED] = [None; TRIED];
         let mut count = 0;
-        for start in order.iter().filter_map(|&place| found[place]) {
+        for start in found.into_iter().flatten() {
             let gain = start.values.get(Effect::B);
             let is_new = gain > 0.0
                 && tried.iter().flatten().all(|other| {
@@ -45,39 +50,39 @@ impl Fitter<'_> {
             }
         }
         let most = self.record.len() as f64 / 6.0;
-        let widest = tried
-            .iter()
-            .flatten()
-            .map(|start| (HORIZONS[1][0] * start.width).max(HORIZONS[1][1]))
-            .fold(0.0, f64::max)
-            .min(most);
-        let mut best: Option<(f64, Values)> = None;
-        for start in tried.iter().flatten() {
+        let horizon = move |start: &Start, [widths, least]: [f64; 2]| {
+            (widths * start.width).max(least).min(most)
+        };
+        // The last is the same for all, so that their likelihoods are of one filter.
+        let widest = (tried.iter().flatten())
+            .map(|start| horizon(start, HORIZONS[1]))
+            .fold(0.0, f64::max);
+        tried.into_iter().flatten().map(move |start| {
             let mut values = start.values;
             let [low, high] = self.bounds(&values, Effect::Delay);
             values.set(Effect::Delay, values.get(Effect::Delay).clamp(low, high));
-            let first = (HORIZONS[0][0] * start.width)
-                .max(HORIZONS[0][1])
-                .min(widest);
-            let mut likelihood = f64::INFINITY;
-            for white in [first, widest] {
-                let horizon = Horizon { white, walk: None };
-                let search = Search {
-                    steps: 6,
-                    tolerance: 1e-5,
-                };
-                let Some((found, sums)) = self.search(&values, &Effect::BASE, horizon, search)
-                else {
-                    continue;
-                };
+            let first = horizon(&start, HORIZONS[0]).min(widest);
+            let horizons = [first, widest].map(|white| Horizon { white, walk: None });
+            Beginning { values, horizons }
+        })
+    }
+
+    /// The estimates to which a beginning leads, and their −2 ln L; none where every search runs away.
+    #[must_use]
+    pub fn search_from(&self, beginning: &Beginning) -> Option<(Values, f64)> {
+        let search = Search {
+            steps: 6,
+            tolerance: 1e-5,
+        };
+        let mut values = beginning.values;
+        let mut likelihood = f64::INFINITY;
+        for horizon in beginning.horizons {
+            if let Some((found, sums)) = self.search(&values, &Effect::BASE, horizon, search) {
                 values = found;
                 likelihood = sums.minus_two_log_likelihood();
             }
-            if best.is_none_or(|(least, _)| likelihood < least) && likelihood.is_finite() {
-                best = Some((likelihood, values));
-            }
         }
-        best.map(|(_, values)| values)
+        likelihood.is_finite().then_some((values, likelihood))
     }
 
     /// Where the command acts before it was recorded it was recorded late: by how much, samples, and its
@@ -99,6 +104,12 @@ impl Fitter<'_> {
             values: fitted.values,
         })
     }
+}
+
+/// The estimates with the least −2 ln L.
+pub fn likeliest(searched: impl Iterator<Item = (Values, f64)>) -> Option<Values> {
+    let least = searched.reduce(|least, one| if one.1 < least.1 { one } else { least });
+    least.map(|(values, _)| values)
 }
 
 /// How late the command was recorded.

@@ -203,8 +203,9 @@ fn fitted(record: &Record<'_>) -> (Fitted, Lateness) {
         steps: 6,
         tolerance: 1e-8,
     };
-    let horizons = fitter.horizons();
-    let fitted = fitter.best_horizon(&values, &Effect::BASE, horizons, search);
+    let fits = (fitter.horizons())
+        .filter_map(|horizon| fitter.fit(&values, &Effect::BASE, horizon, search));
+    let fitted = fitter.best_horizon(fits, &Effect::BASE);
     (fitted.expect("a fit"), late)
 }
 
