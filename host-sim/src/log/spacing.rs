@@ -258,7 +258,7 @@ pub(super) fn usual_step(
     if steps.is_empty() {
         return Ok(None);
     }
-    steps.sort_by(f64::total_cmp);
+    steps.sort_unstable_by(f64::total_cmp);
     let longest = MIN_GAP * steps[steps.len() / 2];
     let whole = steps.partition_point(|step| *step <= longest);
     let few = (steps.len() - whole) as f64 <= MAX_GAP_SHARE * steps.len() as f64;

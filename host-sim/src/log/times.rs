@@ -93,6 +93,6 @@ fn median_step(rows: Box<dyn Rows + '_>) -> Result<f64, LogError> {
             break;
         }
     }
-    steps.sort_by(f64::total_cmp);
+    steps.sort_unstable_by(f64::total_cmp);
     Ok(steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN))
 }

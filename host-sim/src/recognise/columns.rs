@@ -399,7 +399,7 @@ impl TableColumn {
         if steps.len() < MIN_STEPS || !self.advances() {
             return false;
         }
-        steps.sort_by(f64::total_cmp);
+        steps.sort_unstable_by(f64::total_cmp);
         let usual = steps[steps.len() / 2];
         let within =
             (steps.iter()).filter(|step| **step < MAX_STEP * usual && **step > usual / MAX_STEP);

@@ -92,7 +92,7 @@ pub(super) fn check(path: &Path, table: &Table, chosen: &Chosen) -> Result<(), L
     let positions = table.columns[chosen.index].continued();
     let steps: Vec<f64> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
+    sizes.sort_unstable_by(f64::total_cmp);
     let usual = sizes[sizes.len() - 1 - sizes.len() / QUICKER];
     let is_spike =
         |pair: &[f64]| pair[0] * pair[1] < 0.0 && pair[0].abs().min(pair[1].abs()) > SIZE * usual;

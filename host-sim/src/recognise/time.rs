@@ -66,7 +66,7 @@ fn is_one(step: f64) -> bool {
 fn usual_step(values: &[f64]) -> f64 {
     let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
     let mut steps: Vec<_> = steps.filter(|step| *step > 0.0).collect();
-    steps.sort_by(f64::total_cmp);
+    steps.sort_unstable_by(f64::total_cmp);
     let median = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
     // To six digits: a stamp is not exact.
     format!("{median:.5e}").parse().unwrap_or(median)

@@ -165,7 +165,7 @@ fn spread(
         .filter_map(of)
         .filter(|value| value.is_finite())
         .collect();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     (!sorted.is_empty()).then(|| Spread {
         name,
         unit,

@@ -15,7 +15,7 @@ impl Positions {
     /// Those among some; none where there are too few to show a grid.
     pub(crate) fn of(positions: impl Iterator<Item = f64>) -> Option<Self> {
         let mut all: Vec<f64> = positions.collect();
-        all.sort_by(f64::total_cmp);
+        all.sort_unstable_by(f64::total_cmp);
         let (lowest, highest) = (*all.first()?, *all.last()?);
         let least = Self::ROUNDING * (highest - lowest);
         all.iter_mut().for_each(|position| *position -= lowest);
