@@ -36,7 +36,8 @@ impl Tournament<'_> {
         loop {
             let rest = model.entered.iter().skip(kept);
             let causes: Vec<Cause> = rest.map(|entry| entry.cause).collect();
-            let mut fits = parallel::map(&causes, |&cause| self.reduced(model, cause));
+            let fits = parallel::map(&causes, |&cause| self.reduced(model, cause));
+            let mut fits: Vec<Option<Reduced>> = fits.collect();
             let superfluous = |fit: &Option<Reduced>| fit.as_ref().is_some_and(|fit| fit.explains);
             // Where one goes, those after it are asked again without it.
             let first = fits.iter().position(superfluous);

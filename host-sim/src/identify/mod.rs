@@ -155,7 +155,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
 fn start(fitter: &Fitter<'_>) -> Option<Values> {
     let beginnings: Vec<Beginning> = fitter.beginnings().collect();
     let searched = parallel::map(&beginnings, |one| fitter.search_from(one));
-    likeliest(searched.into_iter().flatten())
+    likeliest(searched.flatten())
 }
 
 /// By how much a load is larger than the force that held the servo against it: that much of it is the error of an effect's form.
@@ -204,7 +204,7 @@ fn model(
     let best = |values: &Values, free: &[Effect], horizons: Vec<Horizon>, search: Search| {
         let fit = |&horizon: &Horizon| fitter.fit(values, free, horizon, search);
         let fits = parallel::map(&horizons, fit);
-        fitter.best_horizon(fits.into_iter().flatten(), free)
+        fitter.best_horizon(fits.flatten(), free)
     };
     let fitted = best(&values, &free, fitter.horizons().collect(), FIRST)?;
     let tournament = Tournament { fitter, range };

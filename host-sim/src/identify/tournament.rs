@@ -112,7 +112,7 @@ impl Tournament<'_> {
         let price = (segments(self.fitter.record.len()) as f64).ln();
         let fitted = parallel::map(&promising, |answer| self.with(model, answer));
         let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
-        for (answer, with) in promising.into_iter().zip(fitted) {
+        for (answer, with) in promising.iter().zip(fitted) {
             let Some((fitted, free)) = with else {
                 continue;
             };
@@ -124,20 +124,19 @@ impl Tournament<'_> {
                 fits.push((gain, answer.candidate.cause, fitted, free));
             }
         }
-        fits.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let Some((gain, cause, fitted, free)) = fits.first().cloned() else {
+        let best_but = |cause: Option<Cause>| {
+            let others = fits.iter().filter(|fit| Some(fit.1) != cause);
+            others.reduce(|best, fit| if fit.0 > best.0 { fit } else { best })
+        };
+        let Some((gain, cause, fitted, free)) = best_but(None).filter(|best| best.0 >= MIN_GAIN)
+        else {
             return false;
         };
-        let runner_up = (fits.iter().find(|(_, other, ..)| *other != cause))
-            .map(|(gain, other, ..)| (*other, *gain));
-        if gain < MIN_GAIN {
-            return false;
-        }
-        model.free = free;
-        model.fitted = fitted;
+        model.free.clone_from(free);
+        model.fitted = *fitted;
         model.entered.push(Entered {
-            runner_up,
-            ..Entered::certain(cause, gain)
+            runner_up: best_but(Some(*cause)).map(|(gain, other, ..)| (*other, *gain)),
+            ..Entered::certain(*cause, *gain)
         });
         true
     }
@@ -179,7 +178,7 @@ impl Tournament<'_> {
             })
             .take(MAX_REFINED)
             .collect();
-        let fits = parallel::map(&refined, |answer| self.with(model, answer));
+        let fits: Vec<_> = parallel::map(&refined, |answer| self.with(model, answer)).collect();
         for (answer, with) in refined.iter_mut().zip(fits) {
             let candidate = &answer.candidate;
             let Some((fitted, free)) = with else {
@@ -213,8 +212,8 @@ impl Tournament<'_> {
         // Two columns at most each, beside those of the model.
         let at_once = (MAX_COLUMNS - model.free.len()) / 2;
         let parts: Vec<&[Candidate]> = candidates.chunks(at_once).collect();
-        let found = parallel::map(&parts, |some| scan(self.fitter, model, self.range, some));
-        let mut answers = found.concat();
+        let scanned = parallel::map(&parts, |some| scan(self.fitter, model, self.range, some));
+        let mut answers: Vec<Answer> = scanned.flatten().collect();
         answers.sort_by(|one, other| other.held_out.total_cmp(&one.held_out));
         answers
     }

@@ -214,7 +214,7 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
     let fits = parallel::map(&others, |&horizon| {
         fitter.fit(&model.fitted.values, &model.free, horizon, SEARCH)
     });
-    for other in fits.into_iter().flatten() {
+    for other in fits.flatten() {
         let errors = other.std_errors();
         for (i, effect) in model.free.iter().enumerate() {
             let shift = if *effect == Effect::Load {
@@ -243,7 +243,7 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
 /// The lesser increase of −2 ln L in independent rows where b is fixed at 0.8 and 1.25 of itself and the rest is fitted again.
 pub(super) fn profile(fitter: &Fitter<'_>, model: &Model) -> f64 {
     let increases = parallel::map(&[0.8, 1.25], |&factor| increase(fitter, model, factor));
-    increases.into_iter().reduce(f64::min).unwrap_or(f64::NAN)
+    increases.reduce(f64::min).unwrap_or(f64::NAN)
 }
 
 /// The same at one multiple.

@@ -87,7 +87,7 @@ pub(super) fn responses(
         equations.fill(segments, &window, noise);
         equations.solve(&window)
     });
-    responses.into_iter().flatten().collect()
+    responses.flatten().collect()
 }
 
 /// The window and its derivatives at the samples, per sample.
