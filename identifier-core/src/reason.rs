@@ -207,6 +207,9 @@ catalogue! {
     PartlyExplained = 184, "partly-explained":
         "the model explains only a part of the motion, and the rest is more than noise",
         "record a log and identify it with the law fit";
+    EarlyCommand = 185, "early-command":
+        "the command acts earlier than it is recorded or declared to",
+        "record the command that acts until the next reading, not the one before it, and declare no longer delay than there is";
     InertiaChanged = 190, "inertia-changed":
         "the inertia is not the one that the gains promise for, or the command acts more or less than it did",
         "commission it again with this inertia";

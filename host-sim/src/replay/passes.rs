@@ -189,17 +189,18 @@ fn run<V: VelocityEstimate<f64>>(
         }
     }
     let Progress {
-        mut outcome,
+        outcome: run,
         identifier,
         declared,
         ..
     } = progress;
-    let known = identifier.outcome();
-    outcome.bandwidth = known.bandwidth;
-    outcome.entered = known.entered;
-    outcome.terms = known.terms;
     Ok(Replayed {
-        outcome,
+        outcome: Outcome {
+            samples: run.samples,
+            events: run.events,
+            abort: run.abort,
+            ..identifier.outcome()
+        },
         agreement: declared.and_then(|declared| declared.agreement()),
         estimates: identifier.estimates(),
         term_settings: scenario.stated.identifier.terms,

@@ -893,7 +893,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
 ];
 
 /// The remedies of the reasons why a first fit does not succeed: those that a motion can follow.
-const OBSTACLES: [(Reason, Row); 4] = [
+const OBSTACLES: [(Reason, Row); 5] = [
     (
         Reason::TooLittleMotion,
         Row {
@@ -939,6 +939,16 @@ const OBSTACLES: [(Reason, Row); 4] = [
                     ("=excitation", SERVO[4].1),
                 ],
             )],
+        },
+    ),
+    (
+        Reason::EarlyCommand,
+        Row {
+            case: &[("amplifier", "delay = 0.003")],
+            remedies: &[
+                Followed("declare no longer delay", &[("amplifier", "delay = 0.0")]),
+                NotHere("record the command that acts"),
+            ],
         },
     ),
     (

@@ -521,3 +521,27 @@ fn direct_methods_take_a_log_and_methods_with_a_loop_of_their_own_refuse_it() {
         assert!(answer.contains("\"closed-loop-arx\""), "{answer}");
     }
 }
+
+/// As drives log the current that they measured: each row has the command of the row before.
+#[test]
+fn a_recursion_says_why_a_log_with_a_late_command_has_no_first_fit() {
+    let before = lines();
+    let place = before[0]
+        .split(',')
+        .position(|name| name.starts_with("command"));
+    let place = place.expect("a command");
+    let field = |line: &str| line.split(',').nth(place).map(str::to_owned);
+    let mut late = vec![before[0].clone()];
+    for pair in before[1..].windows(2) {
+        late.push(with_field(
+            &pair[1],
+            place,
+            &field(&pair[0]).expect("a command"),
+        ));
+    }
+    let text = late.join("\n") + "\n";
+    let result = printed_json(&replay_text("late", &text, &scenario()));
+    assert_eq!(result["obstacle"]["name"], "early-command", "{result}");
+    let reason = result["reason"].as_str().expect("a reason");
+    assert!(reason.contains("earlier than it is recorded"), "{reason}");
+}

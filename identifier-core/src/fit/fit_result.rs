@@ -1,4 +1,5 @@
 use super::colour::coloured;
+use super::early::{EarlyCommand, early_command};
 use super::fitter::{Fit, Fitter};
 use super::levenberg_marquardt::Explanation;
 use super::pass::PassSums;
@@ -43,6 +44,7 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     pub(crate) left: N,
     /// The direction of the motion if it never reversed, ±1; else zero.
     pub(crate) only_direction: N,
+    pub(crate) early: EarlyCommand,
     is_hardly_motion: bool,
     leaves_gain_open: bool,
     /// See [`Fit::command_share`].
@@ -109,7 +111,10 @@ impl<N: Number, const P: usize> FitResult<N, P> {
             .iter()
             .chain(&self.parameters);
         let finite = numbers.into_iter().all(|number| number.is_finite());
-        let known = !self.leaves_gain_open && !self.at_bound[B] && variance <= b * b;
+        let known = self.early != EarlyCommand::Certain
+            && !self.leaves_gain_open
+            && !self.at_bound[B]
+            && variance <= b * b;
         finite && self.is_explained() && known
     }
 
@@ -134,6 +139,8 @@ impl<N: Number, const P: usize> FitResult<N, P> {
             Reason::TooLittleMotion
         } else if self.command_share < acts && (is_bounded || !self.is_explained()) {
             Reason::DoesNotFollow
+        } else if self.early == EarlyCommand::Certain {
+            Reason::EarlyCommand
         } else if is_bounded {
             Reason::EstimateAtBound
         } else if !self.is_explained() {
@@ -220,6 +227,11 @@ where
             acceleration: fit.survey.usual_command(fit.blocks) * best.unknowns[B] * per[B],
             left: fit.left,
             only_direction: fit.pass.turns.only_direction(),
+            early: if S::UNKNOWNS.contains(&Unknown::Delay) {
+                EarlyCommand::No
+            } else {
+                early_command(best, &free, self.scale[A], fit.blocks)
+            },
             is_hardly_motion: fit.survey.is_hardly_motion(),
             // The variance of an unknown on which nothing depends is zero.
             leaves_gain_open: free[B]
@@ -233,7 +245,7 @@ where
     pub(super) fn errors(
         &self,
         fit: &Fit<N, S::Inputs<N>, P>,
-        pass: &Explanation<N, P, PassSums<N>>,
+        pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> Errors<N> {
         /// The largest correlation from block to block that can be distinguished from one.
         const MAX_CORRELATION: f64 = 0.999;
@@ -253,7 +265,7 @@ where
     fn covariance(
         &self,
         fit: &Fit<N, S::Inputs<N>, P>,
-        pass: &Explanation<N, P, PassSums<N>>,
+        pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> [[N; P]; P] {
         let variance = self.errors(fit, pass).coloured;
         let covariance = pass.equations.covariance();
@@ -265,7 +277,7 @@ where
     pub(super) fn compare(
         &self,
         fit: &mut Fit<N, S::Inputs<N>, P>,
-        pass: &Explanation<N, P, PassSums<N>>,
+        pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> bool {
         /// The square of the standard deviations that chance explains (Hausman, "Specification tests in econometrics",
         /// Econometrica 46(6), 1978: the variance of the difference is the difference of the variances).

@@ -96,8 +96,8 @@ pub(super) struct Fit<N, I, const P: usize> {
     pub(super) standing_cost: N,
     pub(super) left: N,
     pub(super) trial: [N; P],
-    pub(super) descent: Descent<N, P, PassSums<N>>,
-    pub(super) best: Option<Explanation<N, P, PassSums<N>>>,
+    pub(super) descent: Descent<N, P, PassSums<N, P>>,
+    pub(super) best: Option<Explanation<N, P, PassSums<N, P>>>,
     /// The horizon of the best.
     best_horizon: N,
     /// The part of the squared differences between horizons that chance does not explain.
@@ -340,7 +340,7 @@ where
     }
 
     /// Keeps the best pass of a descent.
-    fn keep(&self, fit: &mut Fit<N, S::Inputs<N>, P>, pass: Explanation<N, P, PassSums<N>>) {
+    fn keep(&self, fit: &mut Fit<N, S::Inputs<N>, P>, pass: Explanation<N, P, PassSums<N, P>>) {
         fit.noise = self.errors(fit, &pass).noise;
         fit.best = Some(pass);
         fit.best_horizon = fit.horizon;

@@ -6,6 +6,7 @@
 
 mod block;
 pub(crate) mod colour;
+mod early;
 mod fit_result;
 mod fits;
 mod fitter;
@@ -22,6 +23,7 @@ mod wait;
 
 pub use block::NumberedBlock;
 pub(crate) use block::{Block, Blocking};
+pub(crate) use early::EarlyCommand;
 pub(crate) use fit_result::FitResult;
 pub(crate) use fits::Fits;
 pub(crate) use fitter::Fitter;

@@ -1,6 +1,7 @@
 use super::B;
 use super::block::Block;
 use super::colour::Colour;
+use super::early::{EarlySums, EarlyTangent};
 use super::fitter::{Fit, Fitter};
 use super::gain::KalmanGain;
 use super::survey::Turns;
@@ -19,16 +20,18 @@ pub(super) struct Pass<N, I, const P: usize> {
     pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, P>,
     pub(super) equations: NormalEquations<N, P>,
-    pub(super) sums: PassSums<N>,
+    early: EarlyTangent<N>,
+    pub(super) sums: PassSums<N, P>,
     pub(super) turns: Turns<N>,
 }
 
 /// What a pass sums besides its equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PassSums<N> {
+pub(super) struct PassSums<N, const P: usize> {
     pub(super) colour: Colour<N>,
     pub(super) speed_square: N,
     pub(super) acceleration_square: N,
+    pub(super) early: EarlySums<N, P>,
 }
 
 impl<N: Number, I, const P: usize> Pass<N, I, P> {
@@ -40,10 +43,12 @@ impl<N: Number, I, const P: usize> Pass<N, I, P> {
             model: ObserverModel::alongside(N::ZERO),
             tangents: Tangents::NONE,
             equations: NormalEquations::EMPTY,
+            early: EarlyTangent::NONE,
             sums: PassSums {
                 colour: Colour::NONE,
                 speed_square: N::ZERO,
                 acceleration_square: N::ZERO,
+                early: EarlySums::NONE,
             },
             turns: Turns::beyond(reversal),
         }
@@ -65,10 +70,13 @@ impl<N: Number, I, const P: usize> Pass<N, I, P> {
             {
                 *velocity = *velocity - jump * position;
             }
+            self.early.velocity = self.early.velocity - jump * self.early.position;
         }
         let error = self.model.error * weight;
         self.equations.add(&row, error);
         self.sums.colour.add(error);
+        let early = self.early.position * weight;
+        self.sums.early.add(early, error, &row);
     }
 }
 
@@ -140,9 +148,13 @@ where
                 .advance::<S, P>(&self.step, &response, &values, &acting, &correction);
         pass.tangents
             .advance::<S, P>(&values, &acting, &correction, &moved);
+        let gain = values.parameters.gain;
+        let kept = N::ONE - values.parameters.x;
+        pass.early
+            .advance(block, gain, kept, &correction, moved.phase);
         let (way, phase) = (moved.displacement, moved.phase);
         let moving = phase.moving_part();
-        pass.model.error = pass.model.error - values.parameters.gain * block.lead * moving;
+        pass.model.error = pass.model.error - gain * block.lead * moving;
         // The tangents of first order are half a block ahead of the motion.
         pass.tangents.position[B] += block.lead * moving;
         let change = pass.model.velocity - before;

@@ -14,11 +14,12 @@ type Window = WindowIdentifier<f32, AbCoulombLoad, 4>;
 /// 250 Hz to 20 kHz.
 const SAMPLE_TIMES: [f64; 4] = [4e-3, 1e-3, 0.25e-3, 50e-6];
 
-const REASONS: [Reason; 8] = [
+const REASONS: [Reason; 9] = [
     Reason::TooLittleMotion,
     Reason::OneWayMotion,
     Reason::ConstantCommand,
     Reason::DoesNotFollow,
+    Reason::EarlyCommand,
     Reason::PartlyExplained,
     Reason::TooLittleEvidence,
     Reason::EstimateAtBound,
@@ -71,12 +72,11 @@ impl OpenLoop {
     }
 
     fn sample(&mut self, command: impl Fn(f64) -> f64) -> Sample {
-        let command = command(self.time);
-        let Servo { sample_time, .. } = self.motion.servo;
-        self.time += sample_time;
-        self.motion.plant.advance(command);
         let count = (self.motion.plant.position / self.motion.servo.count()).floor();
         let moved = count - std::mem::replace(&mut self.count, count);
+        let command = command(self.time);
+        self.time += self.motion.servo.sample_time;
+        self.motion.plant.advance(command);
         (moved, command)
     }
 }
@@ -111,6 +111,16 @@ fn case(reason: Reason, sample_time: f64) -> (Settings, Box<dyn FnMut() -> Sampl
         }
         Reason::ConstantCommand => Box::new(move || open.sample(|_| 0.3)),
         Reason::DoesNotFollow => Box::new(move || (motion.sample().0, other.sample().1)),
+        Reason::EarlyCommand => {
+            // By the time of a sample at 250 Hz: a sample of 50 µs would not show.
+            let late = (4e-3 / sample_time).round() as usize;
+            let mut given = std::collections::VecDeque::from(vec![0.0; late]);
+            Box::new(move || {
+                let (moved, command) = motion.sample();
+                given.push_back(command);
+                (moved, given.pop_front().expect("a command"))
+            })
+        }
         Reason::PartlyExplained => {
             // In a shorter window a fit explains enough by chance.
             settings.identifier.start_time = Some(1.0);

@@ -4,10 +4,10 @@ use super::super::halves::FitBlocks;
 use super::beginning::{FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
-use crate::fit::{FitResult, Fits, Fitter, NumberedBlock};
+use crate::fit::{EarlyCommand, FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
 use crate::number::Number;
-use crate::parameters::{Parameter, unknowns_fingerprint};
+use crate::parameters::{Parameter, Unknown, unknowns_fingerprint};
 use crate::reason::Reason;
 
 const COULOMB: usize = Parameter::Coulomb as usize;
@@ -44,12 +44,13 @@ where
     S: IdentifiableSet<P>,
 {
     /// True if a recursion can start from a fit result. It waits for a motion in both directions,
-    /// which separates friction from load.
+    /// which separates friction from load, and for the time at which the command acts.
     fn is_good(result: &FitResult<N>, full: bool) -> bool {
         if full {
             result.is_good(0.2)
         } else {
-            result.is_good(0.03) && result.only_direction == N::ZERO
+            let is_open = result.only_direction != N::ZERO || result.early == EarlyCommand::Perhaps;
+            result.is_good(0.03) && !is_open
         }
     }
 
@@ -139,7 +140,13 @@ where
             }
             fitter.begin(fits, fitter.given());
         }
-        let ended = fitter.advance(fits, budget)?;
+        let mut ended = fitter.advance(fits, budget)?;
+        if let Some(result) = &mut ended.result
+            && S::UNKNOWNS.contains(&Unknown::Delay)
+        {
+            // The recursion finds the time at which the command acts.
+            result.early = EarlyCommand::No;
+        }
         let good = ended
             .result
             .filter(|result| Self::is_good(result, ended.full));
