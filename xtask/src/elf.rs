@@ -146,12 +146,12 @@ impl Elf {
         self.bytes(address).map(u32::from_le_bytes)
     }
 
-    /// The targets of a branch by a table, which lies behind it up to the next code.
-    pub(crate) fn table(&self, branch: &Instruction) -> Vec<u32> {
-        let first = branch.end();
-        let mut marks = self.is_code.range(first..);
+    /// The targets of a branch by a table from an address up to the next code; none without one.
+    pub(crate) fn table(&self, branch: &Instruction, first: u32) -> Vec<u32> {
+        let mut marks = self.is_code.range(first + 1..);
         let end = marks.find(|&(_, &is_code)| is_code);
-        let is_data = self.is_code.get(&first) == Some(&false);
+        let mark = self.is_code.range(..=first).next_back();
+        let is_data = mark.is_some_and(|(_, &is_code)| !is_code);
         let Some((&end, _)) = end.filter(|_| is_data) else {
             return Vec::new();
         };
@@ -162,7 +162,7 @@ impl Elf {
         };
         entries
             .filter_map(entry)
-            .map(|half| first + 2 * half)
+            .map(|half| branch.end() + 2 * half)
             .collect()
     }
 

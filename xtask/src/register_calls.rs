@@ -98,7 +98,11 @@ impl<'a> Code<'a> {
             let jumps = match (instruction.flow, instruction.immediate) {
                 (Flow::Jump, Some(target)) => vec![target],
                 (Flow::Table, _) => {
-                    let table = self.elf.table(instruction);
+                    let behind = Some(instruction.end());
+                    let at = instruction.table;
+                    let first = at.map_or(behind, |register| before[register]);
+                    let table = first.map(|first| self.elf.table(instruction, first));
+                    let table = table.unwrap_or_default();
                     if table.is_empty() {
                         // It may continue anywhere.
                         function.forget(targets);
@@ -360,6 +364,27 @@ mod tests {
         );
         assert_eq!(found(&elf([2, 1], true)), Targets::from([(0x10a, None)]));
         assert!(found(&elf([2, 2], false)).values().all(Option::is_none));
+    }
+
+    #[test]
+    fn a_table_may_lie_at_an_address_in_a_register() {
+        // adr r2, 0x124; tbb [r2, r1], which leads to the call at 0x10a, or to the addition before it.
+        let found = |address: u16, entries: [u8; 2]| {
+            let table = [u16::from_le_bytes(entries)];
+            let own = [LOAD, address, 0xe8d2, 0xf001, 0x3401, CALL, RETURN];
+            let elf = Elf::of_code(&[
+                ("own", 0x100, &own, true),
+                ("", 0x120, &[0x0201, 0], false),
+                ("", 0x124, &table, false),
+                ("next", 0x126, &[RETURN], true),
+            ]);
+            Code::new(&elf).targets()
+        };
+        let adr = 0xa208;
+        assert_eq!(found(adr, [1, 1]), Targets::from([(0x10a, one(0x200))]));
+        assert_eq!(found(adr, [1, 0]), Targets::from([(0x10a, None)]));
+        // mov r2, r0: it may be any.
+        assert!(found(0x4602, [1, 1]).values().all(Option::is_none));
     }
 
     #[test]

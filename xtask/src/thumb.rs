@@ -39,8 +39,10 @@ pub(crate) struct Instruction {
     pub(crate) sets: Option<(usize, Source)>,
     /// The core register that a jump or a call goes through.
     pub(crate) through: Option<usize>,
-    /// Bytes of an entry of the table behind it by which it jumps: 1, 2, or 0 where there is none.
+    /// Bytes of an entry of the table by which it jumps: 1, 2, or 0 where there is none.
     pub(crate) entry: u32,
+    /// The core register with the address of that table, unless it is behind the instruction.
+    pub(crate) table: Option<usize>,
 }
 
 /// A value that an instruction gives to a core register.
@@ -128,6 +130,7 @@ impl Instruction {
             sets: None,
             through: None,
             entry: 0,
+            table: None,
         };
         let [[a, b], [c, d]] = [first.to_le_bytes(), second.to_le_bytes()];
         let known = CAPSTONE.with(|own| Self::known(own.as_ref()?, unknown, [a, b, c, d]));
@@ -182,6 +185,7 @@ impl Instruction {
                 "tbh" => 2,
                 _ => 0,
             },
+            table: only(operands.base & !PC).filter(|_| matches!(&*name, "tbb" | "tbh")),
             ..unknown
         })
     }
@@ -229,8 +233,9 @@ struct Operands {
     /// Registers that are no part of an address, and their number.
     registers: Registers,
     count: u32,
-    /// Registers of which an address is made.
+    /// Registers of which an address is made, and the one that the others are added to.
     address: u32,
+    base: u32,
     has_index: bool,
     /// Bytes that are added to an address, before or after the access.
     displacement: i32,
@@ -284,7 +289,8 @@ impl Operands {
 
     fn take_address(&mut self, memory: ArmOpMem) {
         let index = Registers::one(memory.index()).core;
-        self.address = Registers::one(memory.base()).core | index;
+        self.base = Registers::one(memory.base()).core;
+        self.address = self.base | index;
         self.has_index = index != 0;
         self.displacement = memory.disp();
     }
@@ -356,13 +362,17 @@ fn flow(name: &str, operands: &Operands) -> Flow {
 
 fn sets(address: u32, name: &str, operands: &Operands) -> Option<(usize, Source)> {
     let register = only(operands.written.core)?;
+    // The program counter is two short instructions ahead, and its word is read.
+    let base = (address & !0b11).wrapping_add(4);
     let source = match (name, operands.immediate) {
+        // Capstone calls a short one "adr".
+        ("adr" | "add", Some(ahead)) if operands.read.core & !PC == 0 => {
+            Source::Constant(base.wrapping_add(ahead))
+        }
         ("mov" | "movw", Some(value)) => Source::Constant(value),
         ("movt", Some(value)) => Source::UpperHalf(value),
         ("mov", None) if operands.count == 2 => Source::Register(only(operands.read.core)?),
         ("ldr", None) if operands.address == PC && !operands.has_index => {
-            // The program counter is two short instructions ahead, and its word is read.
-            let base = (address & !0b11).wrapping_add(4);
             Source::Word(base.wrapping_add_signed(operands.displacement))
         }
         _ => return None,
@@ -519,6 +529,10 @@ mod tests {
             ([0xf241, 0x0c01], Some((12, Source::Constant(0x1001)))),
             ([0xf2c2, 0x0c00], Some((12, Source::UpperHalf(0x2000)))),
             ([0x2401, 0], Some((4, Source::Constant(1)))),
+            // adr.w r2, #80; adr r2, #8; adds r2, #8
+            ([0xf20f, 0x0250], Some((2, Source::Constant(0x154)))),
+            ([0xa202, 0], Some((2, Source::Constant(0x10c)))),
+            ([0x3208, 0], None),
             // mov r11, r3; lsls r4, r1, #2; mvn r4, #1; adds r4, #1
             ([0x469b, 0], Some((11, Source::Register(3)))),
             ([0x008c, 0], None),
@@ -575,6 +589,16 @@ mod tests {
         assert_eq!(through([0x4770, 0]), Some(14));
         assert_eq!(through([0xf01d, 0xfd21]), None);
         assert_eq!(through([0x469f, 0]), None);
+    }
+
+    #[test]
+    fn the_register_of_a_table_is_named() {
+        // tbh [pc, r0]; tbh [r2, r1, lsl #1]; tbb [r2, r1]; ldr r0, [r2]
+        let table = |halves| decode(halves).table;
+        assert_eq!(table([0xe8df, 0xf010]), None);
+        assert_eq!(table([0xe8d2, 0xf011]), Some(2));
+        assert_eq!(table([0xe8d2, 0xf001]), Some(2));
+        assert_eq!(table([0x6810, 0]), None);
     }
 
     #[test]
