@@ -76,6 +76,8 @@ pub(super) struct Asked {
     pub(super) pull: f64,
     /// Infinite where the motion says nothing of it.
     pub(super) std_error: f64,
+    /// True if a command of other sizes would tell more of it.
+    pub(super) needs_sizes: bool,
 }
 
 /// Usual sizes of the motion, SI.
@@ -142,6 +144,7 @@ impl Assessment {
                 unknown,
                 pull: (found.values.get(effect) - values.get(effect)) * scale.of(effect),
                 std_error: error.map_or(f64::INFINITY, |(_, error)| error * scale.of(effect)),
+                needs_sizes: found.needs_sizes.contains(&effect),
             }
         };
         let unknowns: Vec<Asked> = own.iter().map(asked).collect();
@@ -166,6 +169,7 @@ impl Assessment {
             unknown,
             pull: 0.0,
             std_error: whole.std_error(unknown),
+            needs_sizes: effect(unknown).is_some_and(|effect| whole.needs_sizes.contains(&effect)),
         };
         Self {
             unknowns: unknowns.iter().map(asked).collect(),

@@ -54,6 +54,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
             estimate,
             std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
             pull: asked.map(|asked| asked.pull),
+            needs_sizes: asked.is_some_and(|asked| asked.needs_sizes),
             ..UnknownEvidence::at(scale)
         }
     };

@@ -24,6 +24,8 @@ pub(super) struct WholeRecord {
     /// Their declared and identified settings.
     pub(super) settings: TermSettings,
     pub(super) evidence: FitEvidence,
+    /// The effects of which a command of other sizes would tell more.
+    pub(super) needs_sizes: Vec<Effect>,
     /// Deviation of the sensor's noise, counts.
     pub(super) noise: f64,
     pub(super) notes: FitNotes,
@@ -140,6 +142,7 @@ impl Scale {
                 reverses: found.reverses,
                 delay_at_bound: found.delay_at_bound,
             },
+            needs_sizes: found.needs_sizes.clone(),
             noise: found.noise,
             notes: FitNotes {
                 samples,

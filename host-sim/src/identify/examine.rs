@@ -26,6 +26,8 @@ pub(crate) struct Examined {
     pub(crate) values: Values,
     /// The effects that are estimated in it, and their standard errors.
     pub(crate) estimated: Vec<(Effect, f64)>,
+    /// Those of which a command of other sizes would tell more.
+    pub(crate) needs_sizes: Vec<Effect>,
     /// Deviation of a measurement from the law's model where the record would have it, counts.
     pub(crate) noise: f64,
     /// Correlation of its innovations from sample to sample.
@@ -100,7 +102,8 @@ pub(crate) fn examine(
         has_spread: law.is_thorough,
         none_is_known: true,
     };
-    let std_errors = uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
+    let (std_errors, needs_sizes) =
+        uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
     let has_profile = law.is_thorough && model.free.contains(&Effect::B);
     let profile = has_profile.then(|| uncertainty::profile(fitter, &model));
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
@@ -108,6 +111,7 @@ pub(crate) fn examine(
     Some(Examined {
         values,
         estimated,
+        needs_sizes,
         noise,
         correlation,
         lacking,

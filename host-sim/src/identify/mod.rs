@@ -39,6 +39,8 @@ pub(crate) struct Identified {
     pub(crate) values: Values,
     /// The effects that were estimated, and their standard errors.
     pub(crate) estimated: Vec<(Effect, f64)>,
+    /// Those of which a command of other sizes would tell more.
+    pub(crate) needs_sizes: Vec<Effect>,
     /// The effects that entered, in the order in which they did.
     pub(crate) entered: Vec<Entered>,
     /// Deviation of the sensor's noise, counts.
@@ -123,7 +125,8 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         .max(by_chance)
         .hypot(ripple_as_load(recording, &model));
     let beyond = uncertainty::Beyond::ALL;
-    let std_errors = uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
+    let (std_errors, needs_sizes) =
+        uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
@@ -140,6 +143,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
     Some(Identified {
         values: found,
         estimated,
+        needs_sizes,
         entered: model.entered,
         noise,
         last_load: steps.map(|steps| steps.last as f64),

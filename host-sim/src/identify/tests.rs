@@ -9,6 +9,17 @@ const COULOMB: f64 = 0.02;
 /// A servo that holds against a load, in fine steps, counts and samples: friction, the load at a sample, a position
 /// and a velocity, and the motion.
 fn recorded(coulomb: f64, load: impl Fn(usize, f64, f64) -> f64, amplitude: f64) -> Recording {
+    let law = |_, error: f64, v: f64| (2e-3 * error - 0.1 * v).clamp(-1.0, 1.0);
+    controlled(law, coulomb, load, amplitude)
+}
+
+/// The same with a control law of a sample, an error and a velocity.
+fn controlled(
+    law: impl Fn(usize, f64, f64) -> f64,
+    coulomb: f64,
+    load: impl Fn(usize, f64, f64) -> f64,
+    amplitude: f64,
+) -> Recording {
     const STEPS: usize = 50;
     let (mut q, mut v) = (0.0_f64, 0.0_f64);
     let dt = 1.0 / STEPS as f64;
@@ -16,7 +27,7 @@ fn recorded(coulomb: f64, load: impl Fn(usize, f64, f64) -> f64, amplitude: f64)
         .map(|k| {
             let phase = 0.011 * k as f64;
             let goal = amplitude * (phase.sin() + 0.5 * (2.7 * phase).sin());
-            let command = (2e-3 * (goal - q) - 0.1 * v).clamp(-1.0, 1.0);
+            let command = law(k, goal - q, v);
             let position = q.round();
             for _ in 0..STEPS {
                 let push = GAIN * command + load(k, q, v);
@@ -55,6 +66,29 @@ fn std_error(found: &Identified, wanted: Effect) -> f64 {
     let mut estimated = found.estimated.iter();
     let found = estimated.find(|(effect, _)| *effect == wanted);
     found.expect("it is estimated").1
+}
+
+/// A dead band is a smaller gain, a loss of the gear friction and an asymmetric gain a load, where the command has one size.
+#[test]
+fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
+    let relay = |low: f64| {
+        let size = move |k: usize| if k / 1000 % 2 == 0 { 0.5 } else { low };
+        let law = move |k, error: f64, v: f64| size(k) * (error - 30.0 * v).signum();
+        let found = identified(&controlled(law, COULOMB, |_, _, _| 0.0, 400.0));
+        (
+            found.needs_sizes.clone(),
+            std_error(&found, Effect::Coulomb),
+        )
+    };
+    let (one, error) = relay(0.5);
+    let needed = [Effect::B, Effect::Coulomb, Effect::Load];
+    assert_eq!(one, needed);
+    assert!(error > 0.02 * GAIN * 0.5, "{error}");
+    let (several, error) = relay(0.3);
+    assert!(
+        !several.contains(&Effect::Coulomb) && error < 0.005 * GAIN * 0.5,
+        "{several:?} {error}"
+    );
 }
 
 #[test]

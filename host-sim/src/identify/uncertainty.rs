@@ -36,7 +36,8 @@ impl Beyond {
 /// changes, and b of drawn servos that move by one to four counts is off by a third of it.
 const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
-/// Standard errors of the free effects, in their order; `load` is the load's by chance and colour.
+/// Standard errors of the free effects, in their order, and those of which they are mostly from effects that a command of
+/// other sizes would tell; `load` is the load's by chance and colour.
 ///
 /// σ² = sandwich + ideal² + ∑ w shift² + spread²: no servo is its model to better than a thousandth (jitter of
 /// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record
@@ -49,7 +50,7 @@ pub(super) fn std_errors(
     load: f64,
     answers: &[Answer],
     beyond: Beyond,
-) -> Vec<f64> {
+) -> (Vec<f64>, Vec<Effect>) {
     let count = model.free.len();
     let own = model.fitted.std_errors();
     let missing = missing(answers, count, &Usual::new(fitter, &model.fitted.values));
@@ -67,7 +68,8 @@ pub(super) fn std_errors(
     let none_is_known = |i: usize| beyond.none_is_known && !own[i].is_finite();
     // At its bound a friction is as uncertain as it were without one.
     let unbounded = sums.covariances(&[false; MAX_UNKNOWNS]).variances;
-    (0..count)
+    let mut needs_sizes = Vec::new();
+    let std_errors = (0..count)
         .map(|i| {
             let own = match model.free[i] {
                 Effect::Load => load,
@@ -84,21 +86,27 @@ pub(super) fn std_errors(
                     }
                     _ => 0.0,
                 };
-            (own * own + ideal * ideal + missing[i] + spread[i]).sqrt()
+            let [all, of_command] = missing[i];
+            let variance = own * own + ideal * ideal + all + spread[i];
+            if of_command > 0.5 * variance {
+                needs_sizes.push(model.free[i]);
+            }
+            variance.sqrt()
         })
-        .collect()
+        .collect();
+    (std_errors, needs_sizes)
 }
 
-/// Squares of the shifts by effects that may be missing.
+/// Squares of the shifts by effects that may be missing: by all, and by those that go with the size of the command.
 ///
 /// Each has a size of which a usual one is known beforehand, s₀, and the record tells ŝ ± σ. The odds that it is there
 /// are those of Bayes' factor, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [those before](super::candidate::Candidate::prior_odds); its size is then
 /// ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of one [kind](Kind) explain the same of a record and share its weight, each
 /// being the one; those of another kind may be missing beside them, and so may what the record leaves open of a size.
-fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
+fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<[f64; 2]> {
     /// An effect that is possible.
     struct Missing<'a> {
-        kind: Kind,
+        cause: Cause,
         log_odds: f64,
         /// Squares of its size over ŝ²: of that which was found, and of that which is open.
         found: f64,
@@ -136,27 +144,42 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<f64> {
             (-0.5 * ratio, 0.0)
         };
         missing.push(Missing {
-            kind: Kind::of(candidate.cause),
+            cause: candidate.cause,
             log_odds: log_factor + candidate.prior_odds().ln(),
             found,
             open: before * (1.0 - kept),
             shifts: &answer.shifts,
         });
     }
-    let mut sum = vec![0.0; count];
+    let mut sums = vec![[0.0; 2]; count];
     for one in &missing {
         // A model that lacks nothing of the kind has odds of one.
         let none = (-one.log_odds).exp();
-        let same = missing.iter().filter(|other| other.kind == one.kind);
+        let same = missing
+            .iter()
+            .filter(|other| Kind::of(other.cause) == Kind::of(one.cause));
         let all: f64 = same
             .map(|other| (other.log_odds - one.log_odds).exp())
             .sum();
         let weight = one.found / (none + all) + one.open / (none + 1.0);
-        for (sum, shift) in sum.iter_mut().zip(one.shifts) {
-            *sum += weight * shift * shift;
+        let goes_with_size = goes_with_size(one.cause);
+        for ([all, of_command], shift) in sums.iter_mut().zip(one.shifts) {
+            let square = weight * shift * shift;
+            *all += square;
+            if goes_with_size {
+                *of_command += square;
+            }
         }
     }
-    sum
+    sums
+}
+
+/// True of an effect that a command of a single size does not tell from gain, friction and load.
+const fn goes_with_size(cause: Cause) -> bool {
+    matches!(
+        cause,
+        Cause::DeadBand | Cause::LoadFriction | Cause::GainAsymmetry | Cause::HiddenLimit
+    )
 }
 
 /// What of a motion an effect goes with.
@@ -305,7 +328,7 @@ mod tests {
             // A unit of it moves the parameter by one.
             shifts: vec![-size],
         };
-        let open = |size, gain| missing(&[answer(size, gain)], 1, &usual)[0].sqrt();
+        let open = |size, gain| missing(&[answer(size, gain)], 1, &usual)[0][0].sqrt();
         let usual_size = answer(1.0, 1.0).candidate.usual_size(&usual);
         for (size, gain) in [(1e-2, 1e-6), (1e-11, 1e-24)] {
             let found = open(size, gain);

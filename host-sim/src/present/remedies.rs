@@ -60,6 +60,16 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
                 .to_owned(),
             "Check that the encoder counts: a cable, or a wrong log.position_unit, looks the same.".to_owned(),
         ],
+        VerdictReason::NotExcited {
+            unknown,
+            needs_sizes: true,
+            ..
+        } => vec![
+            "Give the command several sizes, in both directions: of a relay or a binary sequence another level from \
+             time to time."
+                .to_owned(),
+            leave_out(unknown.name()),
+        ],
         VerdictReason::NotExcited { unknown, .. } => vec![
             format!(
                 "Excite what shows {}: move further, faster, with more turns, or longer.",

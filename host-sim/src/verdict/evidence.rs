@@ -62,6 +62,8 @@ pub struct UnknownEvidence {
     /// Standard error that counts the residual's colour and the encoder's resolution; infinite where
     /// the motion says nothing of it.
     pub std_error: Option<f64>,
+    /// True if most of it is effects of the command's size: a command of other sizes would tell them.
+    pub needs_sizes: bool,
     /// The distance that it still moved, or still had to go, at the end.
     pub movement: f64,
     /// The distance by which the data would move it from where it ended, if they were fitted once more, with the effect
@@ -79,6 +81,7 @@ impl UnknownEvidence {
             estimate: 0.0,
             scale,
             std_error: None,
+            needs_sizes: false,
             movement: 0.0,
             pull: None,
             at_bound: false,

@@ -42,6 +42,8 @@ pub enum VerdictReason {
         std_error: f64,
         /// The largest that would do.
         limit: f64,
+        /// True if a command of other sizes would tell it.
+        needs_sizes: bool,
     },
     /// An estimate stands at a bound.
     AtBound {
@@ -196,13 +198,19 @@ impl fmt::Display for VerdictReason {
                 unknown,
                 std_error,
                 limit,
+                needs_sizes,
             } => write!(
                 f,
-                "{} is not known: its standard error is {}, at most {} would do; move further, \
-                 faster or longer, or leave it out of the parameters",
+                "{} is not known: its standard error is {}, at most {} would do; {}",
                 unknown.name(),
                 Quantity(std_error, unknown),
-                Quantity(limit, unknown)
+                Quantity(limit, unknown),
+                if needs_sizes {
+                    "a dead band, friction that grows with the load or a gain that differs between the directions would look \
+                     the same: give the command several sizes"
+                } else {
+                    "move further, faster or longer, or leave it out of the parameters"
+                }
             ),
             Self::AtBound { unknown, estimate } => write!(
                 f,

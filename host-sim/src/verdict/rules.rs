@@ -207,6 +207,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             unknown,
             std_error,
             limit,
+            needs_sizes: of.needs_sizes,
         })
     })?;
     Some((Status::NoInformation, reason))

@@ -134,6 +134,26 @@ fn a_fit_is_the_same_for_any_number_of_threads() {
 }
 
 #[test]
+fn a_log_of_a_relay_of_one_size_is_refused_with_the_remedy_that_helps() {
+    let folder = folder("identify-relay");
+    let scenario = folder.join("servo.toml");
+    let text = format!(
+        "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 100.0\nload = 5.0\n[encoder]\ncounts_per_rev = {COUNTS:?}\n\
+         [amplifier]\nlimit = 10.0\n[controller]\nkp = 9.0\nkd = 0.5\nki = 4.0\nsample_time = 0.001\n\
+         [identifier]\nlaw = \"relay-least-squares\"\n[run]\nduration = 5.0\n"
+    );
+    std::fs::write(&scenario, text).expect("written");
+    let log = log("identify-relay", &Motion::of(&scenario).text());
+    let result = printed_json(&servo_id(&["identify", &log, "--json", "-"]));
+    let reason = result["reason"].as_str().expect("a text");
+    assert_eq!(result["code"], 23, "{reason}");
+    assert!(
+        reason.contains("give the command several sizes"),
+        "{reason}"
+    );
+}
+
+#[test]
 fn the_saved_scenario_gives_the_same_result() {
     let motion = Motion::new();
     let identified = saved_gives_the_same(&motion.text(), &[]);

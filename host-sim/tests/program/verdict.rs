@@ -101,6 +101,21 @@ fn a_fit_that_does_not_separate_gain_from_friction_is_not_converged() {
 }
 
 #[test]
+fn an_estimate_that_other_sizes_of_the_command_would_tell_has_this_remedy() {
+    for (needs_sizes, remedy) in [
+        (true, "give the command several sizes"),
+        (false, "move further"),
+    ] {
+        let unknown = with(Unknown::Load, |load| {
+            load.std_error = Some(100.0);
+            load.needs_sizes = needs_sizes;
+        });
+        let verdict = Verdict::on(&unknown).to_string();
+        assert!(verdict.contains(remedy), "{verdict}");
+    }
+}
+
+#[test]
 fn a_fit_need_not_know_the_size_of_an_effect_but_the_four_parameters() {
     let unsure = |unknown: Unknown| {
         let mut evidence = fitted(|_| {});
@@ -227,6 +242,7 @@ fn every_reason_names_figure_and_remedy() {
         unknown,
         std_error: 12.345,
         limit: 3.8655,
+        needs_sizes: false,
     });
     assert!(
         not_excited.contains("12.35 rad/s² per command unit"),
