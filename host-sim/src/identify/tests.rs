@@ -72,7 +72,13 @@ fn std_error(found: &Identified, wanted: Effect) -> f64 {
 #[test]
 fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
     let relay = |low: f64| {
-        let size = move |k: usize| if k / 1000 % 2 == 0 { 0.5 } else { low };
+        let size = move |k: usize| {
+            if (k / 1000).is_multiple_of(2) {
+                0.5
+            } else {
+                low
+            }
+        };
         let law = move |k, error: f64, v: f64| size(k) * (error - 30.0 * v).signum();
         let found = identified(&controlled(law, COULOMB, |_, _, _| 0.0, 400.0));
         (
