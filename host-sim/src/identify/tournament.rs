@@ -164,7 +164,7 @@ impl Tournament<'_> {
         /// Effects that are fitted.
         const MAX_REFINED: usize = 8;
         let (load, _) = self.fitter.load(&model.fitted, &model.free);
-        answers.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+        sort(answers, |answer| answer.gain);
         let mut seen = Vec::new();
         let mut refined: Vec<&mut Answer> = (answers.iter_mut())
             .filter(|answer| {
@@ -214,7 +214,7 @@ impl Tournament<'_> {
         let parts: Vec<&[Candidate]> = candidates.chunks(at_once).collect();
         let scanned = parallel::map(&parts, |some| scan(self.fitter, model, self.range, some));
         let mut answers: Vec<Answer> = scanned.flatten().collect();
-        answers.sort_by(|one, other| other.held_out.total_cmp(&one.held_out));
+        sort(&mut answers, |answer| answer.held_out);
         answers
     }
 
@@ -260,4 +260,9 @@ impl Tournament<'_> {
         }
         promising
     }
+}
+
+/// Sorts answers, the largest first.
+fn sort(answers: &mut [Answer], by: fn(&Answer) -> f64) {
+    answers.sort_unstable_by(|one, other| by(other).total_cmp(&by(one)));
 }

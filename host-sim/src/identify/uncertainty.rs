@@ -116,7 +116,7 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<[f64; 2]> {
     // Of each cause the likeliest form counts: those of a limit between the same two sizes of a command are one.
     let mut seen = Vec::new();
     let mut likeliest_first: Vec<&Answer> = answers.iter().collect();
-    likeliest_first.sort_by(|one, other| {
+    likeliest_first.sort_unstable_by(|one, other| {
         let by_sign = other.is_possible().cmp(&one.is_possible());
         by_sign.then(other.gain.total_cmp(&one.gain))
     });
