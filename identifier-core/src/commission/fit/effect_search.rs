@@ -3,7 +3,6 @@ use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
 use super::motion::MotionRecord;
 use super::pass::next_trial;
-use super::prediction::PredictionErrors;
 use super::scales::RecordScales;
 use super::servo_fit::ServoFit;
 use super::servo_fitter::ServoFitter;
@@ -229,16 +228,8 @@ impl<N: Number> EffectSearch<N> {
         self.descent = Descent::begin(&Self::DESCENT);
     }
 
-    /// The largest squared errors that a model leaves which has the cause in it: those of rounding, and of the part of the range
-    /// that any model may lack. A load that changes with the angle fits much of any large misfit, but leaves more.
-    fn max_left(&self) -> f64 {
-        let share = PredictionErrors::SHARE * self.scales.range;
-        let rounding = PredictionErrors::ERRORS * PredictionErrors::ERRORS * ROUNDING;
-        (rounding + share * share) * self.scales.pieces
-    }
-
     fn diagnosis(&self) -> Option<Diagnosis> {
-        let (reason, left) = self.found.filter(|(_, left)| *left <= self.max_left())?;
+        let (reason, left) = self.found?;
         let (dead_band, alone) = self.dead_band;
         let is_there =
             alone <= Self::ALIKE * left && alone <= (1.0 - Self::DEAD_BAND) * self.without;
