@@ -34,8 +34,8 @@ pub(crate) struct Examined {
     pub(crate) correlation: f64,
     /// The effect that the law's model lacks.
     pub(crate) lacking: Option<Lacking>,
-    /// The lesser gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
-    pub(crate) profile: Option<f64>,
+    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
+    pub(crate) profile: Option<[f64; 2]>,
     /// Figures of the record.
     pub(crate) survey: Survey,
 }

@@ -49,8 +49,8 @@ pub(crate) struct Identified {
     pub(crate) last_load: Option<f64>,
     /// By how much the command was recorded late, samples of the log; none where it was not.
     pub(crate) lateness: Option<f64>,
-    /// The lesser gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
-    pub(crate) profile: f64,
+    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
+    pub(crate) profile: [f64; 2],
     /// True if the delay is the longest that is looked for.
     pub(crate) delay_at_bound: bool,
     /// Figures of the record.

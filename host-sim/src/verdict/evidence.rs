@@ -34,8 +34,8 @@ pub struct Evidence {
 /// The evidence of a fit to a whole record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitEvidence {
-    /// The lesser increase of −2 ln L, in independent samples, where b is 0.8 and 1.25 of itself and all else is fitted again.
-    pub profile: f64,
+    /// Increase of −2 ln L, in independent samples, where b is 0.8 and 1.25 of itself and all else is fitted again.
+    pub profile: [f64; 2],
     /// True if the servo moved in both directions.
     pub reverses: bool,
     /// True if the delay is the longest that was looked for.

@@ -171,7 +171,7 @@ const MIN_PROFILE: f64 = 9.0;
 
 fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let fit = evidence.fit.as_ref().or(evidence.judged_by.as_ref())?;
-    let increase = fit.profile;
+    let increase = fit.profile[0].min(fit.profile[1]);
     let reason = if !fit.reverses {
         VerdictReason::OneDirection
     } else if fit.delay_at_bound {

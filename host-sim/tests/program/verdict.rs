@@ -61,7 +61,7 @@ fn lacking(cause: Option<Cause>, unknown: Unknown, shift: f64) -> Evidence {
 /// A fit to a whole record that nothing speaks against, changed.
 fn fitted(change: impl Fn(&mut FitEvidence)) -> Evidence {
     let mut fit = FitEvidence {
-        profile: 1e3,
+        profile: [1e3; 2],
         reverses: true,
         delay_at_bound: false,
     };
@@ -90,8 +90,9 @@ fn a_fully_identified_servo_is_converged() {
 #[test]
 fn a_fit_that_does_not_separate_gain_from_friction_is_not_converged() {
     type Objection = fn(&mut FitEvidence);
-    let objections: [(u8, Objection); 3] = [
-        (25, |fit| fit.profile = 8.0),
+    let objections: [(u8, Objection); 4] = [
+        (25, |fit| fit.profile[0] = 8.0),
+        (25, |fit| fit.profile[1] = 8.0),
         (26, |fit| fit.reverses = false),
         (28, |fit| fit.delay_at_bound = true),
     ];

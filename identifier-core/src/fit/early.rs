@@ -135,3 +135,34 @@ pub(super) fn early_command<N: Number, const P: usize>(
         EarlyCommand::Perhaps
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A command that rises by a straight line moves a mass ahead of time as its own increase does: ∂v/∂s = b (u(t) − u(0)).
+    #[test]
+    fn an_earlier_command_moves_a_free_mass_by_its_increase() {
+        let (gain, slope) = (2.0, 0.3);
+        let (mut tangent, mut velocity, mut position) = (EarlyTangent::<f64>::NONE, 0.0, 0.0);
+        for k in 0..9 {
+            let block = Block {
+                travel: 0.0,
+                command: slope * (f64::from(k) + 0.5),
+                lead: -slope / 12.0,
+            };
+            let correction = Innovation {
+                position: 0.0,
+                velocity: 0.0,
+            };
+            let phase = FrictionPhase::Slid { direction: 1.0 };
+            tangent.advance(&block, gain, 1.0, &correction, phase);
+            velocity = gain * slope * f64::from(k);
+            position += velocity;
+        }
+        assert!((tangent.velocity - velocity).abs() < 1e-12, "{tangent:?}");
+        assert!((tangent.position - position).abs() < 1e-12, "{tangent:?}");
+        let end = tangent.end.expect("blocks");
+        assert!((end - 9.0 * slope).abs() < 1e-12, "{end}");
+    }
+}

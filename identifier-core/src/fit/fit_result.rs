@@ -118,6 +118,11 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         finite && self.is_explained() && known
     }
 
+    /// True if more of the motion would tell friction from load, or when the command acts.
+    pub(crate) fn is_open(&self) -> bool {
+        self.only_direction != N::ZERO || self.early == EarlyCommand::Perhaps
+    }
+
     fn is_explained(&self) -> bool {
         /// The largest part of the motion that a fit may leave unexplained.
         const MAX_UNEXPLAINED: f64 = 0.1;

@@ -49,8 +49,7 @@ where
         if full {
             result.is_good(0.2)
         } else {
-            let is_open = result.only_direction != N::ZERO || result.early == EarlyCommand::Perhaps;
-            result.is_good(0.03) && !is_open
+            result.is_good(0.03) && !result.is_open()
         }
     }
 

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::super::halves::FitBlocks;
 use super::recorder::{WindowFitted, WindowSolution};
 use crate::adaptation::IdentifiableSet;
-use crate::fit::{EarlyCommand, FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
+use crate::fit::{FitResult, Fits, Fitter, MIN_TRAVEL_COUNTS, NumberedBlock};
 use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, Term, Terms};
 use crate::reason::Reason;
@@ -183,8 +183,7 @@ where
         let explained = result.is_good(Self::UNCERTAIN);
         // A motion both ways separates friction from load, and more of it tells when the command acts. Estimates from an
         // earlier one last.
-        let is_open = result.only_direction != N::ZERO || result.early == EarlyCommand::Perhaps;
-        let separated = !is_open || ended.full || state.result.is_some();
+        let separated = !result.is_open() || ended.full || state.result.is_some();
         let good = explained && separated && !result.is_at_bound();
         if F::HAS_TERMS
             && !good
