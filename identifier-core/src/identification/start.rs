@@ -29,25 +29,19 @@ impl Fitter<'_> {
         const SAME: f64 = 1.22;
         /// Horizons of the search, widths of the start's weights, and the least of each, samples.
         const HORIZONS: [[f64; 2]; 2] = [[2.0, 6.0], [8.0, 25.0]];
-        let mut found = starts(self.record, &self.survey);
-        let explained = |start: &Option<Start>| {
-            let servo = start.filter(|start| start.values.get(Effect::B) > 0.0);
-            servo.map_or(f64::NEG_INFINITY, |start| start.explained)
-        };
-        found.sort_unstable_by(|one, other| explained(other).total_cmp(&explained(one)));
+        let found = starts(self.record, &self.survey);
         let mut tried: [Option<Start>; TRIED] = [None; TRIED];
-        let mut count = 0;
-        for start in found.into_iter().flatten() {
-            let gain = start.values.get(Effect::B);
-            let is_new = gain > 0.0
-                && tried.iter().flatten().all(|other| {
-                    let ratio = gain / other.values.get(Effect::B);
-                    !(1.0 / SAME..SAME).contains(&ratio)
-                });
-            if is_new && count < TRIED {
-                tried[count] = Some(start);
-                count += 1;
-            }
+        for place in 0..TRIED {
+            let others = found.iter().flatten().filter(|start| {
+                let gain = start.values.get(Effect::B);
+                gain > 0.0
+                    && tried.iter().flatten().all(|other| {
+                        let ratio = gain / other.values.get(Effect::B);
+                        !(1.0 / SAME..SAME).contains(&ratio)
+                    })
+            });
+            let best = others.max_by(|one, other| one.explained.total_cmp(&other.explained));
+            tried[place] = best.copied();
         }
         let most = self.record.len() as f64 / 6.0;
         let horizon = move |start: &Start, [widths, least]: [f64; 2]| {
