@@ -3,6 +3,7 @@ use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
 use super::motion::MotionRecord;
 use super::pass::next_trial;
+use super::prediction::PredictionErrors;
 use super::scales::RecordScales;
 use super::servo_fit::ServoFit;
 use super::servo_fitter::ServoFitter;
@@ -228,8 +229,19 @@ impl<N: Number> EffectSearch<N> {
         self.descent = Descent::begin(&Self::DESCENT);
     }
 
+    /// The largest squared errors that a model leaves which has the cause in it: those of rounding, and of the part of the range
+    /// that any model may lack. A load that changes with the angle fits much of any large misfit, but leaves more. A second mass
+    /// leaves more even where it is there: the search has its friction on both masses alike.
+    fn max_left(&self) -> f64 {
+        let share = PredictionErrors::SHARE * self.scales.range;
+        let rounding = PredictionErrors::ERRORS * PredictionErrors::ERRORS * ROUNDING;
+        (rounding + share * share) * self.scales.pieces
+    }
+
     fn diagnosis(&self) -> Option<Diagnosis> {
-        let (reason, left) = self.found?;
+        let (reason, left) = self.found.filter(|&(reason, left)| {
+            reason == Reason::LacksResonance || left <= self.max_left()
+        })?;
         let (dead_band, alone) = self.dead_band;
         let is_there =
             alone <= Self::ALIKE * left && alone <= (1.0 - Self::DEAD_BAND) * self.without;

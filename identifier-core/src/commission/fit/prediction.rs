@@ -30,11 +30,11 @@ pub(crate) struct PredictionErrors {
 
 impl PredictionErrors {
     /// The part of the motion's range that a model may lack: what it is tuned for bears more.
-    const SHARE: f64 = 0.005;
+    pub(super) const SHARE: f64 = 0.005;
 
     /// Largest root mean square of the errors, and largest error, in standard deviations of rounding and
     /// of the parameters.
-    const ERRORS: f64 = 3.0;
+    pub(super) const ERRORS: f64 = 3.0;
     const WORST: f64 = 6.0;
 
     /// True if the servo that was identified is not the one that moved.

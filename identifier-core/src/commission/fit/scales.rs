@@ -11,8 +11,11 @@ pub(super) struct RecordScales {
     pub(super) acceleration: f64,
     /// The mean speed.
     pub(super) speed: f64,
-    /// The record, and its longest piece.
+    /// From the lowest to the highest position.
+    pub(super) range: f64,
+    /// The record, its pieces, and the longest of them.
     pub(super) lasting: f64,
+    pub(super) pieces: f64,
     pub(super) longest: f64,
 }
 
@@ -26,6 +29,7 @@ impl RecordScales {
         gain: N,
     ) -> Self {
         let (mut command, mut travel, mut time) = (N::ZERO, N::ZERO, N::ZERO);
+        let (mut position, mut low, mut high) = (N::ZERO, N::ZERO, N::ZERO);
         let mut index = 0;
         while let Some(piece) = motion.get(index) {
             if piece.command.magnitude() > command {
@@ -33,6 +37,13 @@ impl RecordScales {
             }
             travel += piece.travel.magnitude();
             time += piece.samples;
+            position += piece.travel;
+            if position < low {
+                low = position;
+            }
+            if position > high {
+                high = position;
+            }
             index += 1;
         }
         // Nothing is zero that something is divided by.
@@ -42,7 +53,9 @@ impl RecordScales {
             command: positive(command.to_f64()),
             acceleration: positive((gain * command).to_f64()),
             speed: positive(travel.to_f64() / lasting),
+            range: (high - low).to_f64(),
             lasting,
+            pieces: motion.len() as f64,
             longest: motion.longest().to_f64().max(1.0),
         }
     }

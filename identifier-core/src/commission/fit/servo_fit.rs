@@ -140,9 +140,9 @@ impl<N: Number> ServoFit<N> {
     }
 
     /// True if one of the unknowns that explain the motion best is as large as it may be.
-    pub(super) fn is_at_upper_bound(&self, best: &BestServoFit<N>) -> bool {
+    pub(super) fn is_at_upper_bound(&self, best: &BestServoFit<N>, place: usize) -> bool {
         let [_, high] = &self.bounds;
-        best.unknowns[A] >= high[A] || best.unknowns[DELAY] >= high[DELAY]
+        best.unknowns[place] >= high[place]
     }
 
     /// Continues by a piece; true if there is no more to do.

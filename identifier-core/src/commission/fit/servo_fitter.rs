@@ -2,6 +2,7 @@ use super::super::regression::Regression;
 use super::super::{IdentifiedServo, Reason};
 use super::motion::MotionRecord;
 use super::prior::ServoPrior;
+use super::scales::RecordScales;
 use super::servo_fit::ServoFit;
 use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
 use crate::fit::ROUNDING;
@@ -178,13 +179,22 @@ impl<N: Number> ServoFitter<N> {
         const UNCERTAIN: f64 = 0.2;
         /// The largest correlation from piece to piece that can be distinguished from one.
         const MAX_CORRELATION: f64 = 0.95;
+        /// The part of the motion's range that viscous friction at its bound may leave unexplained: where an amplifier holds a
+        /// speed it leaves 0.03. Beyond, something else moves the servo.
+        const MAX_LEFT: f64 = 0.05;
         let best = fit.best().ok_or(Reason::TooLittleEvidence)?;
-        if fit.is_at_upper_bound(best) {
+        let cost = best.equations.cost().to_f64();
+        let [friction, delay] = [A, DELAY].map(|place| fit.is_at_upper_bound(best, place));
+        let range = RecordScales::from_record(motion, best.unknowns[B]).range;
+        let left = libm::sqrt(cost / motion.len() as f64);
+        if friction && !delay && left > MAX_LEFT * range {
+            return Err(Reason::TooLittleEvidence);
+        }
+        if friction || delay {
             return Err(Reason::EstimateAtBound);
         }
         let scale = self.scale();
         let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
-        let cost = best.equations.cost().to_f64();
         let variance = (cost / pieces).max(ROUNDING);
         let products = best.sums.products.to_f64();
         let coloured = coloured(variance, products, cost, MAX_CORRELATION);

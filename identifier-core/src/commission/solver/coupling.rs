@@ -4,7 +4,7 @@ use super::super::message::DecisionKind;
 use super::super::response::ResponseEstimate;
 use super::super::sliding::{Lines, SlidePlan};
 use super::super::{Phase, Reason};
-use super::CommissionSolver;
+use super::{CommissionSolver, Work};
 use crate::number::Number;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
@@ -27,6 +27,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let Some(plan) = plan else {
             return self.fail(Reason::LacksResonance);
         };
+        // The fit that has led here has no more lines.
+        self.work = Work::Nothing;
         self.louder = Some(masses);
         self.tried = None;
         self.response.begin(&lines);
@@ -51,7 +53,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let servo = self.servo.filter(|_| louder.resonance.is_none());
         let together = servo.map_or(louder.gain, |servo| louder.gain.min(servo.parameters.b));
         let alone = libm::log(quieter.gain / together);
-        let is_alone = quieter.resonance.is_none()
+        // Lines that one mass does not explain are not those of the motor alone.
+        let is_alone = quieter.is_one_mass()
             && alone > libm::log(Self::ALONE).max(Self::LOWER * quieter.gain_error);
         self.fail(if is_lower || is_alone {
             Reason::LacksBacklash

@@ -227,7 +227,11 @@ fn an_estimate_at_its_bound_is_refused() {
     // Pieces of the record in which more than half of a velocity dies down.
     unknown.parameters.a = 80.0;
     assert_eq!(fit::<256>(&unknown, 1), Ok(()));
-    assert_eq!(fit::<24>(&unknown, 1), Err(Reason::EstimateAtBound));
+    assert_eq!(fit::<24>(&unknown, 1), Err(Reason::TooLittleEvidence));
+    // The command is a speed.
+    unknown.parameters.a = 800.0;
+    unknown.parameters.b = 2e4;
+    assert_eq!(fit::<256>(&unknown, 1), Err(Reason::EstimateAtBound));
 }
 
 #[test]
