@@ -612,7 +612,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::LacksResonance,
         Row {
-            case: &[("plant", "resonance = 110.0\ninertia_ratio = 0.78")],
+            case: &[("plant", "resonance = 90.0\ninertia_ratio = 0.78")],
             remedies: &[
                 Followed("stiffen the coupling", &[("plant", "resonance = 2000.0")]),
                 Logged,
@@ -759,7 +759,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"load-step\"\ntime = 4.92\nsize = 1000.0",
+                "kind = \"load-step\"\ntime = 4.48\nsize = 1000.0",
             )],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
@@ -787,7 +787,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::OvershootExceeded,
         Row {
-            case: &[("[fault]", "kind = \"load-step\"\ntime = 5.0\nsize = 300.0")],
+            case: &[("[fault]", "kind = \"load-step\"\ntime = 4.56\nsize = 300.0")],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
     ),
@@ -797,7 +797,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[(
                 "[fault]",
                 // After the step, and before the one back.
-                "kind = \"actuator-weak\"\ntime = 5.1\nsize = 0.5",
+                "kind = \"actuator-weak\"\ntime = 4.66\nsize = 0.5",
             )],
             remedies: &[Followed(
                 "a gain of the amplifier that changes",
@@ -828,7 +828,10 @@ const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::DisturbanceExceeded,
         Row {
-            case: &[("[fault]", "kind = \"load-step\"\ntime = 5.2\nsize = 1000.0")],
+            case: &[(
+                "[fault]",
+                "kind = \"load-step\"\ntime = 4.76\nsize = 1000.0",
+            )],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
     ),

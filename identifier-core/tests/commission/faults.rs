@@ -45,11 +45,11 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
         FaultKind::ActuatorDead if is_unknown => {
             (&[ActuatorDead, DoesNotMove, Reversed, TravelLeft], 0.25, 0)
         }
-        // At rest, and until the gains are found, nothing has to move.
-        FaultKind::EncoderStuck | FaultKind::ActuatorDead => {
-            let time = if phase == Phase::Tune { 0.8 } else { 0.25 };
-            (&[ActuatorDead], time, 0)
+        // Until the gains are found nothing has to move; under a step that friction might hold it does not move.
+        FaultKind::EncoderStuck | FaultKind::ActuatorDead if phase == Phase::Tune => {
+            (&[ActuatorDead, DoesNotMove], 0.8, 0)
         }
+        FaultKind::EncoderStuck | FaultKind::ActuatorDead => (&[ActuatorDead], 0.25, 0),
         FaultKind::EncoderLost => (&[EncoderLost], 1e-3, 2),
         FaultKind::EncoderJump => (&[EncoderJumped], 0.0, 1),
         FaultKind::EncoderReversed | FaultKind::ActuatorReversed => {

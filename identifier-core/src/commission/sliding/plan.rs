@@ -87,9 +87,10 @@ impl<N: Number> PlannedLine<N> {
 }
 
 impl<N: Number> SlidePlan<N> {
-    /// Time from constant speed to the window, s: the transient of the turn has died down to a part that the inverted
-    /// slides cancel.
-    const SETTLING: f64 = 0.2;
+    /// Time from constant speed to the window, s, of a servo that is known and of one that is doubted: the transient of the turn
+    /// has died down to a part that the inverted slides cancel.
+    const SETTLING: f64 = 0.1;
+    const DOUBTED_SETTLING: f64 = 0.2;
 
     /// Slides of a round: both ways, and both ways again with the injection inverted.
     const ROUND: u8 = 4;
@@ -187,12 +188,13 @@ impl<N: Number> SlidePlan<N> {
         }
         // From turning point to turning point at ±(v T/2 + v²/2 a), no turn shorter than the shortest.
         let acceleration = Self::TURN * free * b;
-        let half = 0.5 * (Self::SETTLING + lines.window_time() + 0.5 * Self::SHORTEST_TURN);
-        let turns = if is_doubted {
-            Self::DOUBTED_TURNS
+        let (settling, turns) = if is_doubted {
+            (Self::DOUBTED_SETTLING, Self::DOUBTED_TURNS)
         } else {
-            Self::TURNS
+            (Self::SETTLING, Self::TURNS)
         };
+        let sliding = settling + lines.window_time();
+        let half = 0.5 * (sliding + 0.5 * Self::SHORTEST_TURN);
         let turning = turns * room;
         let root = libm::sqrt(half * half + 2.0 * turning / acceleration);
         let speed = (acceleration * (root - half)).min(Self::SPEED * limits.speed);
@@ -200,7 +202,7 @@ impl<N: Number> SlidePlan<N> {
         if speed.is_nan() || speed * counts < Self::MIN_SPEED_COUNTS {
             return None;
         }
-        let slide = 0.5 * speed * (Self::SETTLING + lines.window_time());
+        let slide = 0.5 * speed * sliding;
         let turning = slide + 0.5 * speed * speed / acceleration;
         // As near to where it stands as the travel permits.
         let margin = (turning / turns).min(room);
@@ -244,7 +246,7 @@ impl<N: Number> SlidePlan<N> {
                 start: number((middle - slide) * counts),
                 learning,
                 slides: Self::ROUND * settings.slide_rounds.max(1),
-                settling: libm::ceil(Self::SETTLING / time) as u32,
+                settling: libm::ceil(settling / time) as u32,
                 window: lines.window(),
                 window_rotation: rotation(lines.window_rotation()),
                 fade: number((time / Self::FADE).min(1.0)),
