@@ -16,7 +16,8 @@ pub(crate) struct Rig<'a> {
     /// The reference of the next sample, position units.
     pub(crate) reference: Box<dyn FnMut() -> f64 + 'a>,
     pub(super) sensor: Sensor,
-    pub(super) sensor_errors: SensorErrors,
+    /// The errors of the sensor, if it has any.
+    pub(super) sensor_errors: Option<SensorErrors>,
     pub(super) servo: Servo,
     /// The injected faults, if there are any.
     pub(super) faults: Option<Faults>,
@@ -40,8 +41,11 @@ impl Rig<'_> {
             Some(faults) => faults.begin_sample(&mut self.servo),
             None => Condition::SOUND,
         };
-        let (exact, velocity) = (self.servo.position(), self.servo.velocity());
-        let seen = self.sensor_errors.seen(exact, velocity);
+        let exact = self.servo.position();
+        let seen = match &mut self.sensor_errors {
+            Some(errors) => errors.seen(exact, self.servo.velocity()),
+            None => exact,
+        };
         let shown = match &mut self.faults {
             Some(faults) => faults.seen(seen),
             None => Some(seen),
@@ -114,7 +118,7 @@ mod tests {
     use identifier_core::error::StepError;
     use identifier_core::identifier::Event;
     use identifier_core::parameters::ServoParameters;
-    use virtual_servo::{Effects, SensorEffects};
+    use virtual_servo::Effects;
 
     use super::*;
     use crate::loops::Step;
@@ -172,8 +176,7 @@ mod tests {
                 reference
             }),
             sensor,
-            sensor_errors: SensorErrors::new(&SensorEffects::default(), SAMPLE_TIME, 1)
-                .expect("no errors are allowed"),
+            sensor_errors: None,
             servo: Servo::at_rest(servo, &Effects::NONE, SAMPLE_TIME, 1)
                 .expect("no effects are allowed"),
             faults: None,
