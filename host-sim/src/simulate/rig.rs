@@ -35,7 +35,8 @@ pub(crate) struct Update {
 }
 
 impl Rig<'_> {
-    /// Begins a sample with its readings.
+    /// Begins a sample with its readings; inlined as is [`Summariser::add`](crate::analysis::Summariser::add).
+    #[inline(always)]
     pub(crate) fn sense(&mut self) -> Update {
         let condition = match &mut self.faults {
             Some(faults) => faults.begin_sample(&mut self.servo),
@@ -72,7 +73,7 @@ impl Rig<'_> {
     pub(crate) fn run<L: SimLoop + ?Sized>(
         mut self,
         closed: &mut L,
-        observe: &mut dyn FnMut(&Sample, &L),
+        observe: &mut impl FnMut(&Sample, &L),
     ) -> Outcome {
         let unit = self.position_unit;
         let mut run = Outcome::default();
@@ -82,17 +83,15 @@ impl Rig<'_> {
             let Update {
                 measured, position, ..
             } = self.sense();
-            let step = match measured {
-                None => Err(AbortCause::NoReading),
-                Some(measured) => {
-                    let step = closed.process(reference, measured);
-                    step.map_err(AbortCause::Loop)
-                }
+            let Some(measured) = measured else {
+                let cause = AbortCause::NoReading;
+                run.abort = Some(Abort { time, cause });
+                break;
             };
-            let step = match step {
+            let step = match closed.process(reference, measured) {
                 Ok(step) => step,
-                Err(cause) => {
-                    run.abort = Some(Abort { time, cause });
+                Err(error) => {
+                    run.end_early(time, error);
                     break;
                 }
             };
