@@ -46,7 +46,7 @@ impl fmt::Debug for Simulation {
 
 impl Simulation {
     /// Runs it and shows every sample to `observe`.
-    pub fn run(mut self, observe: &mut dyn FnMut(&Sample)) -> Outcome {
+    pub fn run(mut self, observe: &mut impl FnMut(&Sample)) -> Outcome {
         self.rig
             .run(self.closed.as_mut(), &mut |sample, _| observe(sample))
     }
@@ -56,7 +56,7 @@ impl Simulation {
 ///
 /// # Errors
 /// The key that something cannot be built from; nothing has been observed then.
-pub fn run(scenario: &Scenario, observe: &mut dyn FnMut(&Sample)) -> Result<Outcome, Fault> {
+pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Result<Outcome, Fault> {
     Ok(Simulation::build(scenario)?.run(observe))
 }
 

@@ -25,14 +25,6 @@ pub(crate) struct Held {
     pub(crate) time: f64,
 }
 
-impl Held {
-    /// The command of an absent part.
-    pub(crate) const NOTHING: Self = Self {
-        command: 0.0,
-        time: 0.0,
-    };
-}
-
 impl FrontEnd {
     /// The share of a sample below which a rest of the delay is rounding.
     const ROUNDING: f64 = 1e-9;

@@ -84,30 +84,37 @@ impl Servo {
     }
 
     /// Moves one sample, at whose beginning this command is given.
+    #[inline]
     pub fn advance(&mut self, command: f64) {
-        let undisturbed = Held {
-            command,
-            time: self.sample_time,
-        };
-        let parts = match &mut self.front_end {
-            Some(front_end) => front_end.process(command),
-            None => [Held::NOTHING, undisturbed],
-        };
         if let Mechanics::Integrated(motion) = &mut self.mechanics {
             motion.begin_sample();
         }
+        let Some(front_end) = &mut self.front_end else {
+            self.move_under(&Held {
+                command,
+                time: self.sample_time,
+            });
+            return;
+        };
+        let parts = front_end.process(command);
         for held in parts.iter().filter(|held| held.time > 0.0) {
-            match &mut self.mechanics {
-                Mechanics::ClosedForm(plant) => plant.advance_for(held.time, held.command),
-                Mechanics::Integrated(motion) => motion.advance(held),
-            }
-            if let Some(play) = &mut self.play {
-                play.follow(motor(&self.mechanics)[0]);
-            }
+            self.move_under(held);
+        }
+    }
+
+    /// Moves for the time of a held command.
+    fn move_under(&mut self, held: &Held) {
+        match &mut self.mechanics {
+            Mechanics::ClosedForm(plant) => plant.advance_for(held.time, held.command),
+            Mechanics::Integrated(motion) => motion.advance(held),
+        }
+        if let Some(play) = &mut self.play {
+            play.follow(motor(&self.mechanics)[0]);
         }
     }
 
     /// Position at the encoder, rad.
+    #[inline]
     #[must_use]
     pub fn position(&self) -> f64 {
         match &self.play {
@@ -117,6 +124,7 @@ impl Servo {
     }
 
     /// Velocity at the encoder, rad/s.
+    #[inline]
     #[must_use]
     pub fn velocity(&self) -> f64 {
         let [_, velocity] = motor(&self.mechanics);

@@ -27,14 +27,10 @@ impl Tracked {
     pub(super) fn add(&mut self, value: f64, at_bound: bool, third: Option<usize>) {
         self.last = value;
         self.ends_at_bound = at_bound;
-        if third.is_some() {
-            self.samples += 1.0;
-            self.at_bound += f64::from(u8::from(at_bound));
-        }
-        if !value.is_finite() {
-            return;
-        }
-        if let Some(third) = third {
+        let Some(third) = third else { return };
+        self.samples += 1.0;
+        self.at_bound += f64::from(u8::from(at_bound));
+        if value.is_finite() {
             self.tail.add(value);
             self.thirds[third].add(value);
         }

@@ -2,7 +2,7 @@
 /// sums of squares and products", Technometrics 4(3), 1962).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Statistics {
-    count: u64,
+    count: f64,
     mean: f64,
     squares: f64,
 }
@@ -11,22 +11,22 @@ impl Statistics {
     /// Takes in a value.
     #[inline]
     pub fn add(&mut self, value: f64) {
-        self.count += 1;
+        self.count += 1.0;
         let before = value - self.mean;
-        self.mean += before / self.count as f64;
+        self.mean += before / self.count;
         self.squares += before * (value - self.mean);
     }
 
     /// The mean; none before the first value.
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
-        (self.count > 0).then_some(self.mean)
+        (self.count > 0.0).then_some(self.mean)
     }
 
     /// The standard deviation; none before the first value.
     #[must_use]
     pub fn deviation(&self) -> Option<f64> {
-        (self.count > 0).then(|| (self.squares / self.count as f64).sqrt())
+        (self.count > 0.0).then(|| (self.squares / self.count).sqrt())
     }
 }
 

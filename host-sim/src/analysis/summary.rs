@@ -37,7 +37,7 @@ pub struct Summariser {
     truth: Option<ServoParameters>,
     sample_time: f64,
     tracked: [Tracked; 4],
-    standard_errors: Option<ServoParameters>,
+    has_standard_errors: bool,
     stretch: Stretch,
     effort: Effort,
     travelled: f64,
@@ -95,7 +95,7 @@ impl Summariser {
             truth: scenario.plant,
             sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
-            standard_errors: None,
+            has_standard_errors: false,
             stretch: Stretch::new(kept),
             effort,
             travelled: 0.0,
@@ -111,8 +111,9 @@ impl Summariser {
         }
     }
 
-    /// Takes in a sample.
-    #[inline]
+    /// Takes in a sample. Inlined so that a sample is never put together in memory: the processor would wait for every copy
+    /// of it. A page in a browser is small before fast.
+    #[cfg_attr(feature = "experiments", inline(always))]
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
         let third = (time >= self.tail_from).then(|| {
@@ -123,7 +124,7 @@ impl Summariser {
             let at_bound = sample.at_bounds.get(parameter);
             tracked.add(parameter.value_in(&sample.estimates), at_bound, third);
         }
-        self.standard_errors = sample.standard_errors;
+        self.has_standard_errors = sample.standard_errors.is_some();
         self.stretch.add(sample);
         if let Some(last) = self.last_position.filter(|_| !sample.begins) {
             self.travelled += (sample.position - last).abs();
@@ -169,7 +170,7 @@ impl Summariser {
     fn judged(&self) -> ServoParameters {
         let of = |i: usize| {
             let tail = self.tracked[i].estimate(|_| 0.0);
-            if self.standard_errors.is_some() {
+            if self.has_standard_errors {
                 tail.last
             } else {
                 tail.tail_mean
@@ -185,7 +186,7 @@ impl Summariser {
 
     /// The estimates of a whole record are those of its end.
     fn take(&mut self, whole: &WholeRecord) {
-        self.standard_errors = Some(whole.std_errors);
+        self.has_standard_errors = true;
         for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
             *tracked = Tracked::default();
             tracked.add(parameter.value_in(&whole.servo), false, Some(2));

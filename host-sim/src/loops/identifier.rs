@@ -50,12 +50,17 @@ pub(crate) trait DynIdentifier {
         Outcome::default()
     }
 
-    /// [`DynIdentifier::update`] with the estimates behind it.
-    fn step(&mut self, increment: f64, command: f64) -> Result<Step, StepError> {
+    /// [`DynIdentifier::update`] with the estimates behind it, beside a controller's `velocity`.
+    fn step(
+        &mut self,
+        increment: f64,
+        command: f64,
+        velocity: Option<f64>,
+    ) -> Result<Step, StepError> {
         let Innovation { command, update } = self.update(increment, command)?;
         Ok(Step {
             command,
-            velocity: None,
+            velocity,
             output_error: update.map(|update| update.output_error),
             event: update.map(|update| update.event),
             estimates: self.estimates(),

@@ -40,10 +40,8 @@ impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> SimLoop for PidLoop<N, V, F>
             .controller
             .process(&mut self.control, motion.error, motion.increment)?;
         let (increment, command) = (control.increment.to_f64(), control.command.to_f64());
-        Ok(Step {
-            velocity: Some(control.velocity.to_f64()),
-            ..self.identifier.step(increment, command)?
-        })
+        let velocity = Some(control.velocity.to_f64());
+        self.identifier.step(increment, command, velocity)
     }
 
     fn outcome(&self) -> Outcome {

@@ -129,7 +129,7 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         let Some(input) = self.input(stretch, row, log, pass)? else {
             return Ok(None);
         };
-        let step = self.identifier.step(input.increment, input.command)?;
+        let step = self.identifier.step(input.increment, input.command, None)?;
         self.outcome.count(step.event);
         let time = self.time_of(stretch, row);
         let reference = row.reference.unwrap_or(f64::NAN);

@@ -16,7 +16,8 @@ pub(crate) struct Rig<'a> {
     /// The reference of the next sample, position units.
     pub(crate) reference: Box<dyn FnMut() -> f64 + 'a>,
     pub(super) sensor: Sensor,
-    pub(super) sensor_errors: SensorErrors,
+    /// The errors of the sensor, if it has any.
+    pub(super) sensor_errors: Option<SensorErrors>,
     pub(super) servo: Servo,
     /// The injected faults, if there are any.
     pub(super) faults: Option<Faults>,
@@ -34,14 +35,18 @@ pub(crate) struct Update {
 }
 
 impl Rig<'_> {
-    /// Begins a sample with its readings.
+    /// Begins a sample with its readings; inlined as is [`Summariser::add`](crate::analysis::Summariser::add).
+    #[inline(always)]
     pub(crate) fn sense(&mut self) -> Update {
         let condition = match &mut self.faults {
             Some(faults) => faults.begin_sample(&mut self.servo),
             None => Condition::SOUND,
         };
-        let (exact, velocity) = (self.servo.position(), self.servo.velocity());
-        let seen = self.sensor_errors.seen(exact, velocity);
+        let exact = self.servo.position();
+        let seen = match &mut self.sensor_errors {
+            Some(errors) => errors.seen(exact, self.servo.velocity()),
+            None => exact,
+        };
         let shown = match &mut self.faults {
             Some(faults) => faults.seen(seen),
             None => Some(seen),
@@ -68,7 +73,7 @@ impl Rig<'_> {
     pub(crate) fn run<L: SimLoop + ?Sized>(
         mut self,
         closed: &mut L,
-        observe: &mut dyn FnMut(&Sample, &L),
+        observe: &mut impl FnMut(&Sample, &L),
     ) -> Outcome {
         let unit = self.position_unit;
         let mut run = Outcome::default();
@@ -78,17 +83,15 @@ impl Rig<'_> {
             let Update {
                 measured, position, ..
             } = self.sense();
-            let step = match measured {
-                None => Err(AbortCause::NoReading),
-                Some(measured) => {
-                    let step = closed.process(reference, measured);
-                    step.map_err(AbortCause::Loop)
-                }
+            let Some(measured) = measured else {
+                let cause = AbortCause::NoReading;
+                run.abort = Some(Abort { time, cause });
+                break;
             };
-            let step = match step {
+            let step = match closed.process(reference, measured) {
                 Ok(step) => step,
-                Err(cause) => {
-                    run.abort = Some(Abort { time, cause });
+                Err(error) => {
+                    run.end_early(time, error);
                     break;
                 }
             };
@@ -114,7 +117,7 @@ mod tests {
     use identifier_core::error::StepError;
     use identifier_core::identifier::Event;
     use identifier_core::parameters::ServoParameters;
-    use virtual_servo::{Effects, SensorEffects};
+    use virtual_servo::Effects;
 
     use super::*;
     use crate::loops::Step;
@@ -172,8 +175,7 @@ mod tests {
                 reference
             }),
             sensor,
-            sensor_errors: SensorErrors::new(&SensorEffects::default(), SAMPLE_TIME, 1)
-                .expect("no errors are allowed"),
+            sensor_errors: None,
             servo: Servo::at_rest(servo, &Effects::NONE, SAMPLE_TIME, 1)
                 .expect("no effects are allowed"),
             faults: None,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use identifier_core::excitation::Excitation;
 use identifier_core::number::Number;
 use virtual_servo::faults::Faults;
-use virtual_servo::{SensorErrors, Servo};
+use virtual_servo::{SensorEffects, SensorErrors, Servo};
 
 use super::Rig;
 use super::sensor::Sensor;
@@ -18,7 +18,8 @@ impl Rig<'_> {
         let units = scenario.checked_units()?;
         let (time, seed) = (units.sample_time(), scenario.noise_seed());
         let servo = Servo::at_rest(&scenario.servo()?, &scenario.effects, time, seed);
-        let errors = SensorErrors::new(&scenario.sensor, time, seed);
+        let errors = SensorErrors::new(&scenario.sensor, time, seed)
+            .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?;
         let faults = Faults::new(&scenario.faults, time, units.position_unit())
             .map_err(|error| Fault::new(format!("fault.{}", error.parameter), error))?;
         let mut progress = reference.start();
@@ -31,8 +32,7 @@ impl Rig<'_> {
                 Some(counts) => Sensor::encoder(counts, 0),
                 None => Sensor::ideal::<N>(units.position()),
             },
-            sensor_errors: errors
-                .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?,
+            sensor_errors: (scenario.sensor != SensorEffects::default()).then_some(errors),
             servo: servo.map_err(|error| Fault::in_effect(&error))?,
             faults: (!scenario.faults.is_empty()).then_some(faults),
         })

@@ -78,11 +78,11 @@ impl ModelPass<'_> {
         }
         let front_end = FrontEnd::new(values, columns);
         let mut waves = Waves::new(columns);
-        let plays = !PLAIN
-            && (values.get(Effect::Play) != 0.0
-                || columns.iter().any(|column| column.effect == Effect::Play));
+        let plays = values.get(Effect::Play) != 0.0
+            || columns.iter().any(|column| column.effect == Effect::Play);
         let mut regressor = [0.0; C];
         let mut ordered = [0.0; C];
+        let mut responses = [Response::default(); 2];
         for motion in self.record.motions() {
             let mut state = State::<C, PLAIN> {
                 error: 0.0,
@@ -95,7 +95,7 @@ impl ModelPass<'_> {
                 columns,
                 delay: place_of(Effect::Delay),
                 tangents: Tangents::NONE,
-                responses: [Response::default(); 2],
+                responses: &mut responses,
             };
             let mut current = Current::default();
             let mut filter = Riccati::new(self.damping, self.horizon, &self.diffuse);
@@ -207,7 +207,7 @@ impl ModelPass<'_> {
             state.tangents.acceleration = state.tangents.velocity;
         }
         let error = state.error;
-        let errors = if state.plays {
+        let errors = if state.plays() {
             state.tangents.error
         } else {
             [0.0; C]
@@ -244,7 +244,7 @@ impl ModelPass<'_> {
                 passed,
             };
             // Behind a current loop the command has a slope and no step.
-            if let (Some(earlier), Some(place)) = (last, state.delay)
+            if let (Some(earlier), Some(place)) = (last, state.delay())
                 && (PLAIN || !front_end.has_lag())
             {
                 let held = coupling.map_or(0.0, |coupling| coupling.holds(&state.twisting));
@@ -262,7 +262,7 @@ impl ModelPass<'_> {
                 tangents.acceleration[i] = tangents.velocity[i] - tangents.acceleration[i];
             }
         }
-        if state.plays {
+        if state.plays() {
             state.take_up_play(extra(Play), error - state.error, &errors);
         }
     }

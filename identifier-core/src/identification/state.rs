@@ -25,8 +25,9 @@ pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     /// The column of the delay.
     pub(super) delay: Option<usize>,
     pub(super) tangents: Tangents<C>,
-    /// The response over either part of a sample, which is nearly always that of the last sample.
-    pub(super) responses: [Response; 2],
+    /// The response over either part of a sample, which is nearly always that of the last sample. Elsewhere in memory:
+    /// beside an array that is indexed by a variable the compiler keeps no state in registers.
+    pub(super) responses: &'c mut [Response; 2],
 }
 
 /// Derivatives of the state by each column, by quantity: the processor takes several columns at once.
@@ -181,6 +182,22 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
             tangents.velocity[i] -= gain[1] * regressor[i];
             tangents.load[i] -= gain[2] * regressor[i];
         }
+    }
+
+    /// The column of the delay; of a plain model known to the compiler, which keeps the tangents in registers then.
+    #[inline]
+    pub(super) fn delay(&self) -> Option<usize> {
+        if PLAIN {
+            Some(Effect::Delay as usize)
+        } else {
+            self.delay
+        }
+    }
+
+    /// True if there is play, or a column of it.
+    #[inline]
+    pub(super) fn plays(&self) -> bool {
+        !PLAIN && self.plays
     }
 
     /// The value of an effect that a plain servo does not have.

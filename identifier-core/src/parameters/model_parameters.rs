@@ -1,4 +1,4 @@
-use super::{Parameter, ParameterSet, PerParameter, ServoParameters};
+use super::{Parameter, ParameterSet, PerParameter, PerQuantity, ServoParameters};
 use crate::number::Number;
 use crate::units::Units;
 use crate::unrolled::each;
@@ -49,14 +49,15 @@ impl<N: Number> ModelParameters<N> {
     }
 
     /// The parameters in SI.
+    #[inline]
     #[must_use]
     pub(crate) fn to_si(self, units: &Units) -> ServoParameters {
-        let si = |value: N, parameter: Parameter| value.to_f64() / parameter.scale(units);
+        let machine = PerQuantity::machine(units);
         ServoParameters {
-            a: si(self.x, Parameter::A),
-            b: si(self.gain, Parameter::B),
-            coulomb: si(self.coulomb, Parameter::Coulomb),
-            load: si(self.load, Parameter::Load),
+            a: self.x.to_f64() / machine.rate,
+            b: self.gain.to_f64() / machine.gain,
+            coulomb: self.coulomb.to_f64() / machine.acceleration,
+            load: self.load.to_f64() / machine.acceleration,
         }
     }
 }
