@@ -139,10 +139,13 @@ impl<N: Number> ServoFit<N> {
         self.over = self.ends(step, motion);
     }
 
-    /// True if one of the unknowns that explain the motion best is as large as it may be.
-    pub(super) fn is_at_upper_bound(&self, best: &BestServoFit<N>, place: usize) -> bool {
+    /// For viscous friction and delay that explain the motion best: true if it is as large as it may be.
+    pub(super) fn are_at_upper_bounds(&self, best: &BestServoFit<N>) -> [bool; 2] {
         let [_, high] = &self.bounds;
-        best.unknowns[place] >= high[place]
+        [
+            best.unknowns[A] >= high[A],
+            best.unknowns[DELAY] >= high[DELAY],
+        ]
     }
 
     /// Continues by a piece; true if there is no more to do.

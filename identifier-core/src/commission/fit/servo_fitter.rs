@@ -184,7 +184,7 @@ impl<N: Number> ServoFitter<N> {
         const MAX_LEFT: f64 = 0.05;
         let best = fit.best().ok_or(Reason::TooLittleEvidence)?;
         let cost = best.equations.cost().to_f64();
-        let [friction, delay] = [A, DELAY].map(|place| fit.is_at_upper_bound(best, place));
+        let [friction, delay] = fit.are_at_upper_bounds(best);
         let range = RecordScales::from_record(motion, best.unknowns[B]).range;
         let left = libm::sqrt(cost / motion.len() as f64);
         if friction && !delay && left > MAX_LEFT * range {
