@@ -269,6 +269,8 @@ struct Happened {
     blocks: u32,
     lost: u32,
     started: u32,
+    /// Once it is lost a recursion runs on, and starts again with the next fit.
+    restarted: u32,
     /// The largest error of b̂ once it was found.
     worst: f64,
 }
@@ -329,6 +331,7 @@ where
                 .expect("ordinary samples");
             happened.samples += 1;
             happened.started += u32::from(seen.event == Event::Started);
+            happened.restarted += u32::from(seen.event == Event::Restarted);
             if happened.started > 0 {
                 happened.worst = happened.worst.max(off(&recorder.estimates(&state)));
             }
@@ -375,7 +378,8 @@ fn recursions_start_right_while_two_threads_work_on_them() {
         let happened = in_two_threads::<Recursion, FirstFit>(seed, rush, |happened| {
             happened.started > 0 && happened.samples > 5000
         });
-        assert_eq!(happened.started, 1, "{happened:?}");
+        let wanted = 1..=1 + happened.restarted;
+        assert!(wanted.contains(&happened.started), "{happened:?}");
         assert!(happened.worst < 0.1, "{happened:?}");
     }
 }
