@@ -73,7 +73,9 @@ impl Scale {
                 Effect::LowSpeedVelocity => self.position / self.time,
                 Effect::Compliance => self.time * self.time,
                 Effect::ResonanceFrequency => 1.0 / self.time,
-                Effect::Play => self.position,
+                Effect::Play | Effect::EccentricitySine | Effect::EccentricityCosine => {
+                    self.position
+                }
                 _ => 1.0,
             },
         }
@@ -116,7 +118,7 @@ pub(super) fn unit(effect: Effect) -> &'static str {
             Effect::Compliance => "s²",
             Effect::ResonanceFrequency => "rad/s",
             Effect::ResonanceDamping => "of the critical damping",
-            Effect::Play => "rad",
+            Effect::Play | Effect::EccentricitySine | Effect::EccentricityCosine => "rad",
             Effect::HiddenLimit => Unknown::DeadBand.unit(),
             Effect::GainDrift
             | Effect::GainAsymmetry

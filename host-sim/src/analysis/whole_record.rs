@@ -111,6 +111,9 @@ impl Scale {
                 Cause::TorqueRipple => Some(("order", found.values.gain_order)),
                 Cause::VaryingInertia => Some(("order", found.values.inertia_order)),
                 Cause::LoadSteps => found.last_load.map(|last| ("last_at_s", last * self.time)),
+                Cause::Jitter => found
+                    .jitter
+                    .map(|jitter| ("deviation_s", jitter * self.time)),
                 _ => None,
             };
             let own = crate::identify::effects(cause).iter();
@@ -166,6 +169,8 @@ const fn name(effect: Effect) -> &'static str {
         Effect::ResonanceDamping => "damping",
         Effect::LoadShare => "load_share",
         Effect::Play => "play_rad",
+        Effect::EccentricitySine => "sine_rad",
+        Effect::EccentricityCosine => "cosine_rad",
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
         Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",
         _ => "size",

@@ -101,6 +101,8 @@ pub(super) struct Usual {
     velocity: f64,
     /// Reciprocal of the motion's bandwidth, samples.
     time: f64,
+    /// Counts to a rad of the angle.
+    radian: f64,
 }
 
 impl Usual {
@@ -112,6 +114,7 @@ impl Usual {
             acceleration: fitter.usual_size(values, Effect::Load),
             velocity: survey.velocity,
             time: 1.0 / survey.bandwidth,
+            radian: fitter.record.radian,
         }
     }
 }
@@ -172,6 +175,10 @@ impl Candidate {
             let gravity = [E::GravitySine, E::GravityCosine];
             all.push(Self::plain(Cause::Gravity, &gravity));
         }
+        if range.angle > long {
+            let eccentricity = [E::EccentricitySine, E::EccentricityCosine];
+            all.push(Self::plain(Cause::Eccentricity, &eccentricity));
+        }
         let seen = |order: &f64| range.angle * order >= long;
         for order in INERTIA_ORDERS.into_iter().filter(seen) {
             let inertia = [E::InertiaSine, E::InertiaCosine];
@@ -229,6 +236,7 @@ impl Candidate {
                 (0.05 * usual.command / beyond.max(f64::MIN_POSITIVE)).min(0.5)
             }
             Cause::Backlash => 0.01 * usual.velocity * usual.time,
+            Cause::Eccentricity => 1e-3 * usual.radian,
             Cause::Resonance => 0.03 * usual.time.powi(2),
             _ => 0.02,
         }
@@ -362,6 +370,7 @@ pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
         Cause::VaryingInertia => &[E::InertiaSine, E::InertiaCosine],
         Cause::Ripple => &[E::RippleSine, E::RippleCosine],
         Cause::TorqueRipple => &[E::TorqueRippleSine, E::TorqueRippleCosine],
+        Cause::Eccentricity => &[E::EccentricitySine, E::EccentricityCosine],
         _ => &[],
     }
 }

@@ -193,6 +193,7 @@ mod tests {
             positions: &positions,
             commands: &commands,
             angles: &[],
+            radian: 0.0,
             begins: &[0],
             stride: 1,
             recorded: &[],

@@ -5,6 +5,7 @@ mod candidate;
 mod examine;
 mod finish;
 mod grams;
+mod jitter;
 mod load_steps;
 mod recording;
 mod scan;
@@ -20,6 +21,7 @@ use identifier_core::identification::{
 };
 
 use candidate::Range;
+use jitter::Jitter;
 use load_steps::LoadSteps;
 use tournament::{Model, Tournament};
 
@@ -47,6 +49,8 @@ pub(crate) struct Identified {
     pub(crate) noise: f64,
     /// The sample of the record from which on the last load acts, where the load steps.
     pub(crate) last_load: Option<f64>,
+    /// Deviation of the sampling instants, samples of the record, where they are uneven.
+    pub(crate) jitter: Option<f64>,
     /// By how much the command was recorded late, samples of the log; none where it was not.
     pub(crate) lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
@@ -129,7 +133,9 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
+    let jitter = Jitter::find(&fitter, &model.fitted);
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
+    let shown = shown.chain(jitter.iter().map(Jitter::entered));
     model.entered.extend(shown);
     let profile = uncertainty::profile(&fitter, &model);
     let values = &model.fitted.values;
@@ -147,6 +153,7 @@ pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Id
         entered: model.entered,
         noise,
         last_load: steps.map(|steps| steps.last as f64),
+        jitter: jitter.map(|jitter| jitter.deviation),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile,
         delay_at_bound,

@@ -19,6 +19,8 @@ pub(crate) struct Recording {
     stride: usize,
     /// Distance between the ends of the motion, rad; zero on an axis without angle.
     span: f64,
+    /// Counts to a rad of the angle; zero on an axis without angle.
+    radian: f64,
     /// The mean angle, rad, from which angles count: there sin goes with the angle and cos hardly, so that over a
     /// short way a wave is one unknown and a constant.
     middle: f64,
@@ -71,6 +73,7 @@ impl Recording {
             block: if block > 1 { 0.5 * block as f64 } else { 1.0 },
             stride: if block > 1 { 2 } else { 1 },
             span: 0.0,
+            radian: if turns { per_rad / per_way } else { 0.0 },
             middle: 0.0,
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
@@ -127,6 +130,7 @@ impl Recording {
             positions: &self.positions,
             commands: &self.commands,
             angles: &self.angles,
+            radian: self.radian,
             begins: &self.begins,
             stride: self.stride,
             recorded: &self.recorded,
@@ -151,18 +155,24 @@ impl Recording {
     }
 
     /// The waves of values, and the orders in which they go with the angle.
-    const WAVES: [[Effect; 2]; 4] = [
-        [Effect::GravitySine, Effect::GravityCosine],
-        [Effect::RippleSine, Effect::RippleCosine],
-        [Effect::TorqueRippleSine, Effect::TorqueRippleCosine],
-        [Effect::InertiaSine, Effect::InertiaCosine],
-    ];
+    fn waves(values: &Values) -> [([Effect; 2], f64); 5] {
+        use Effect as E;
+        [
+            ([E::GravitySine, E::GravityCosine], 1.0),
+            ([E::RippleSine, E::RippleCosine], values.order),
+            (
+                [E::TorqueRippleSine, E::TorqueRippleCosine],
+                values.gain_order,
+            ),
+            ([E::InertiaSine, E::InertiaCosine], values.inertia_order),
+            ([E::EccentricitySine, E::EccentricityCosine], 1.0),
+        ]
+    }
 
     /// Values whose waves count from another angle, farther by `angle`, rad.
     fn turned(values: &Values, angle: f64) -> Values {
-        let orders = [1.0, values.order, values.gain_order, values.inertia_order];
         let mut turned = *values;
-        for (wave, order) in Self::WAVES.into_iter().zip(orders) {
+        for (wave, order) in Self::waves(values) {
             let (sin, cos) = (order * angle).sin_cos();
             let [sine, cosine] = wave.map(|effect| values.get(effect));
             turned.set(wave[0], sine * cos - cosine * sin);
@@ -184,8 +194,7 @@ impl Recording {
         estimated: &[(Effect, f64)],
     ) -> (Values, Vec<(Effect, f64)>) {
         let mut estimated = estimated.to_vec();
-        let orders = [1.0, values.order, values.gain_order, values.inertia_order];
-        for (wave, order) in Self::WAVES.into_iter().zip(orders) {
+        for (wave, order) in Self::waves(values) {
             let (sin, cos) = (order * self.middle).sin_cos();
             let error = |effect| estimated.iter().find(|(one, _)| *one == effect);
             if wave.iter().all(|&effect| error(effect).is_none()) {

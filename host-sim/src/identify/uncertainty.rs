@@ -200,7 +200,8 @@ impl Kind {
             | Cause::Gravity
             | Cause::Ripple
             | Cause::TorqueRipple
-            | Cause::VaryingInertia => Self::Angle,
+            | Cause::VaryingInertia
+            | Cause::Eccentricity => Self::Angle,
             Cause::Asymmetry
             | Cause::QuadraticFriction
             | Cause::LowSpeedFriction

@@ -85,7 +85,7 @@ causes! {
         "measure at the motor";
     /// An encoder off its centre.
     Eccentricity: "eccentricity", None, "an encoder off its centre",
-        "centre the encoder, or leave it: it hardly moves the estimates";
+        "let one fit to the whole record estimate it, with law = \"fit\", or centre the encoder";
     /// A gain that drifts: the supply, or the motor's temperature.
     GainDrift: "gain-drift", None, "a gain that drifts",
         "let one fit to the whole record estimate it, with law = \"fit\", or steady the supply";
@@ -111,6 +111,9 @@ causes! {
     /// A load that steps.
     LoadSteps: "load-steps", None, "a load that steps",
         "leave out the parts with other loads with log.cut, or identify with one load";
+    /// Sampling instants that are uneven.
+    Jitter: "jitter", None, "uneven sampling instants",
+        "read the encoder by a timer's interrupt, or record the time of each reading";
     /// A limit of the command that the recorded command does not have.
     HiddenLimit: "hidden-limit", None, "a limit of the command that is not in the recorded command",
         "let one fit to the whole record estimate it, with law = \"fit\", or keep the command away from the limit";

@@ -228,6 +228,7 @@ fn cause(of: Cause) -> Row {
                 "the log is cut; the load of a scenario's servo does not step",
             )],
         ),
+        Cause::Jitter => row(NO_CASE, &[NotHere("the encoder is read by a timer")]),
         Cause::HiddenLimit => row(
             &[
                 ("plant", "hidden_limit = 6.0"),

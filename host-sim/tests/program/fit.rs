@@ -14,12 +14,18 @@ fn trace(name: &str) -> (PathBuf, PathBuf) {
 
 /// The same of a servo with some effects, lines of `[plant]`.
 fn trace_of(name: &str, effects: &str) -> (PathBuf, PathBuf) {
+    trace_by(name, effects, "")
+}
+
+/// The same by an encoder with some errors, lines of `[encoder]`.
+fn trace_by(name: &str, effects: &str, errors: &str) -> (PathBuf, PathBuf) {
     let folder = folder(&format!("fit-{name}"));
     let log = folder.join("trace.csv");
     let servo = include_str!("../../scenarios/friction.toml");
     let own = folder.join("servo.toml");
     let table = "[plant]\n";
-    std::fs::write(&own, servo.replace(table, &format!("{table}{effects}"))).expect("written");
+    let servo = servo.replace(table, &format!("{table}{effects}"));
+    std::fs::write(&own, format!("{servo}[encoder]\n{errors}")).expect("written");
     let [own, path] = [&own, &log].map(|path| path.display().to_string());
     let output = servo_id(&["run", &own, "--csv", &path]);
     assert!(output.status.success());
@@ -127,6 +133,38 @@ fn effects_of<'a>(result: &'a Value, size: &str) -> Vec<(&'a str, Option<f64>)> 
     let effects = result["fit"]["effects"].as_array().expect("a list");
     let of = |effect: &'a Value| Some((effect["name"].as_str()?, effect["sizes"][size].as_f64()));
     effects.iter().filter_map(of).collect()
+}
+
+#[test]
+fn an_encoder_off_its_centre_is_found_with_its_error() {
+    let further =
+        "[excitation]\nkind = \"multisine\"\namplitudes = [1.5, 0.5]\nfrequencies = [4.0, 11.0]\n";
+    let errors = format!("eccentricity = 0.005\n{further}");
+    let (log, scenario) = trace_by("eccentric", "", &errors);
+    let result = replayed(&log, &scenario);
+    let [sine, cosine] = ["sine_rad", "cosine_rad"].map(|size| {
+        let [("eccentricity", Some(size))] = effects_of(&result, size)[..] else {
+            panic!("{result}")
+        };
+        size
+    });
+    assert!((sine / 0.005 - 1.0).abs() < 0.03, "{sine}");
+    assert!(cosine.abs() < 2e-4, "{cosine}");
+    let b = number(&result, "/estimates/b/value");
+    assert!((b / 257.7 - 1.0).abs() < 2e-3, "{b}");
+}
+
+#[test]
+fn instants_that_are_uneven_are_found_with_their_deviation_and_a_noise_is_not_one() {
+    let (log, scenario) = trace_by("jitter", "", "jitter = 0.1\n");
+    let result = replayed(&log, &scenario);
+    let [("jitter", Some(deviation))] = effects_of(&result, "deviation_s")[..] else {
+        panic!("{result}")
+    };
+    assert!((deviation / 1e-4 - 1.0).abs() < 0.1, "{deviation}");
+    let (log, scenario) = trace_by("noisy", "", "noise = 0.002\n");
+    let result = replayed(&log, &scenario);
+    assert_eq!(result["fit"]["effects"], Value::Array(Vec::new()));
 }
 
 #[test]

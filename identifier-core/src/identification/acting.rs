@@ -170,7 +170,9 @@ impl Acting<'_> {
                 Effect::Compliance
                 | Effect::ResonanceFrequency
                 | Effect::ResonanceDamping
-                | Effect::Play => 0.0,
+                | Effect::Play
+                | Effect::EccentricitySine
+                | Effect::EccentricityCosine => 0.0,
                 Effect::LoadShare => {
                     *per_rate = shape.viscous * self.per_motor;
                     shape.pushed * self.per_motor

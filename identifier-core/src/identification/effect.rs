@@ -6,7 +6,7 @@
 /// + g_s sin q + g_c cos q + r_s sin Nq + r_c cos Nq − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
 ///
 /// i(q) = i_s sin Kq + i_c cos Kq, F being the acceleration by the command and C the front end of the amplifier: current loop, dead band,
-/// limit and gain by direction. The units of values are counts, samples and command units.
+/// limit and gain by direction. The encoder shows q + e_s sin q + e_c cos q. The units of values are counts, samples and command units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Effect {
     /// a, viscous friction over inertia, 1/sample.
@@ -69,6 +69,10 @@ pub enum Effect {
     LoadShare,
     /// Play between motor and encoder, counts.
     Play,
+    /// e_s, error of an eccentric encoder with sin q, counts.
+    EccentricitySine,
+    /// e_c, error of an eccentric encoder with cos q, counts.
+    EccentricityCosine,
 }
 
 impl Effect {
@@ -76,7 +80,7 @@ impl Effect {
     pub const COUNT: usize = Self::ALL.len();
 
     /// All effects.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 32] = [
         Self::A,
         Self::B,
         Self::Coulomb,
@@ -107,6 +111,8 @@ impl Effect {
         Self::ResonanceDamping,
         Self::LoadShare,
         Self::Play,
+        Self::EccentricitySine,
+        Self::EccentricityCosine,
     ];
 
     /// The effects of every servo.

@@ -21,6 +21,8 @@ impl<'a> Fitter<'a> {
     const EARLIEST: f64 = -3.5;
     /// The resonances that a record may show, rad/sample.
     pub const RESONANCES: [f64; 2] = [0.005, 1.5];
+    /// The largest error of an eccentric encoder, rad.
+    const MAX_ECCENTRICITY: f64 = 0.05;
     /// The largest a, 1/sample.
     const MAX_RATE: f64 = 0.5;
 
@@ -82,6 +84,10 @@ impl<'a> Fitter<'a> {
             Effect::ResonanceFrequency => Self::RESONANCES,
             Effect::ResonanceDamping => [1e-3, 0.9],
             Effect::LoadShare => [0.0, 0.95],
+            Effect::EccentricitySine | Effect::EccentricityCosine => {
+                let most = Self::MAX_ECCENTRICITY * self.record.radian;
+                [-most, most]
+            }
             _ => [-ends, ends],
         }
     }

@@ -14,6 +14,8 @@ pub struct Record<'a> {
     pub commands: &'a [f64],
     /// sin q and cos q in the middle of each sample; empty for an axis without angle.
     pub angles: &'a [[f64; 2]],
+    /// Counts to a rad of the angle; zero for an axis without angle.
+    pub radian: f64,
     /// The samples at which a motion begins, in order, the first being 0.
     pub begins: &'a [usize],
     /// Samples from one measurement to the next, at least 1.
@@ -106,6 +108,14 @@ impl Record<'_> {
             (new[0] - old[0]) * per_sample,
             (new[1] - old[1]) * per_sample,
         ]
+    }
+
+    /// sin q and cos q at a sample of a motion that begins at `first`.
+    #[inline]
+    pub(super) fn wave_at(&self, first: usize, sample: usize) -> [f64; 2] {
+        let of = |sample: usize| self.angles.get(sample).copied().unwrap_or([0.0; 2]);
+        let (before, after) = (of(sample.max(first + 1) - 1), of(sample));
+        [0.5 * (before[0] + after[0]), 0.5 * (before[1] + after[1])]
     }
 
     /// sin Nq and cos Nq in the middle of a sample, for a whole N ≥ 1; zero on an axis without angle.

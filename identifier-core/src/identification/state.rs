@@ -114,10 +114,37 @@ impl Response {
     }
 }
 
+/// The error of an eccentric encoder where the angle has this sine and cosine, counts.
+fn eccentric(values: &Values, [sine, cosine]: [f64; 2]) -> f64 {
+    values.get(Effect::EccentricitySine) * sine + values.get(Effect::EccentricityCosine) * cosine
+}
+
+/// The same per unit of an effect.
+const fn eccentric_per(effect: Effect, [sine, cosine]: [f64; 2]) -> f64 {
+    match effect {
+        Effect::EccentricitySine => sine,
+        Effect::EccentricityCosine => cosine,
+        _ => 0.0,
+    }
+}
+
 impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
-    /// The innovation, and the regressor of each column.
+    /// A motion begins, the encoder showing the servo where it is but for its eccentricity; `wave` is that of the place.
+    pub(super) fn begin(&mut self, values: &Values, wave: [f64; 2]) {
+        self.error = eccentric(values, wave);
+        for (column, error) in self.columns.iter().zip(&mut self.tangents.error) {
+            *error = eccentric_per(column.effect, wave);
+        }
+    }
+
+    /// The innovation, and the regressor of each column; `wave` is that of the place.
     #[inline]
-    pub(super) fn innovation(&self, values: &Values, regressor: &mut [f64; C]) -> f64 {
+    pub(super) fn innovation(
+        &self,
+        values: &Values,
+        wave: [f64; 2],
+        regressor: &mut [f64; C],
+    ) -> f64 {
         let tangents = &self.tangents;
         for (regressor, error) in regressor.iter_mut().zip(&tangents.error) {
             *regressor = -error;
@@ -131,10 +158,10 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
             regressor[i] += match column.effect {
                 Effect::Compliance if column.setting > 0.0 => tangents.twisted[i][0],
                 Effect::Compliance => self.acceleration,
-                _ => tangents.play[i],
+                effect => tangents.play[i] + eccentric_per(effect, wave),
             };
         }
-        self.error - twist * self.acceleration - self.play
+        self.error - twist * self.acceleration - self.play - eccentric(values, wave)
     }
 
     /// The acceleration over the last sample has twisted the shafts of columns that have a resonance of their own: y of

@@ -61,6 +61,7 @@ impl Motion {
             positions: &self.positions,
             commands: &self.commands,
             angles: &self.angles,
+            radian: 300.0,
             begins: &[0, 700],
             stride: 1,
             recorded: &[],
@@ -127,6 +128,7 @@ fn every_tangent_is_the_derivative() {
             (Effect::ResonanceFrequency, 0.7),
             (Effect::ResonanceDamping, 0.2),
             (Effect::Play, 3.0),
+            (Effect::EccentricitySine, 2.0),
         ] {
             values.set(effect, value);
         }
@@ -388,6 +390,7 @@ fn of_blocks<'a>(positions: &'a [f64], commands: &'a [f64], recorded: &'a [f64])
         positions,
         commands,
         angles: &[],
+        radian: 0.0,
         begins: &[0],
         stride: 2,
         recorded,
@@ -448,6 +451,7 @@ fn no_motion_and_no_command_are_no_record() {
         positions,
         commands,
         angles: &[],
+        radian: 0.0,
         begins: &[0],
         stride: 1,
         recorded: &[],
@@ -495,6 +499,7 @@ fn a_strongly_damped_servo_that_turns_round_is_its_model() {
         positions: &positions,
         commands: &commands,
         angles: &[],
+        radian: 0.0,
         begins: &[0],
         stride: 1,
         recorded: &[],

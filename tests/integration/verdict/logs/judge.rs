@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use host_sim::analysis::Status;
-use host_sim::result::{Summary, TermSize};
+use host_sim::result::{EnteredEffect, Summary, TermSize};
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 
 use integration_tests::in_parallel;
@@ -80,6 +80,9 @@ pub(super) fn judge<T: Sync>(
     (0..settings.len()).map(of_setting).collect()
 }
 
+/// A noise that is not rounding's alone, counts.
+const NOISY: f64 = 0.4;
+
 fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -> Judgement {
     let setup = &log.setup;
     let refused = Judgement {
@@ -108,9 +111,16 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
     let fit = summary.fit.iter().flat_map(|fit| &fit.effects);
     let found = fit.filter(|effect| effect.or.is_none());
     let late = (summary.fit.iter()).filter_map(|fit| fit.command_recorded_late.map(|_| "shift"));
+    let noisy = (summary.noise.moving_counts).filter(|counts| *counts > NOISY);
+    // A noise that grows with the speed is that of the sampling instants.
+    let is_jitter = |effect: &EnteredEffect| effect.name == Effect::Jitter.name();
+    let mut all = summary.fit.iter().flat_map(|fit| &fit.effects);
+    let is_even = !all.any(is_jitter);
+    let noisy = noisy.filter(|_| is_even).map(|_| Effect::Noise.name());
     let names = (summary.cause.iter().map(|finding| finding.cause.name()))
         .chain(summary.terms_entered.iter().map(|(term, _)| term.name()))
         .chain(late)
+        .chain(noisy)
         .chain(found.map(|effect| effect.name));
     Judgement {
         is_converged: summary.status() == Status::Converged,
