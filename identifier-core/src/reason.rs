@@ -252,6 +252,24 @@ impl Reason {
         self.row().3
     }
 
+    /// Cause and remedy where it is why a first fit did not succeed, else none: a program without a drive has none of the other
+    /// texts in it.
+    #[must_use]
+    pub const fn cause_and_remedy_of_first_fit(self) -> Option<(&'static str, &'static str)> {
+        macro_rules! of_first_fit {
+            ($($reason:ident)+) => {
+                match self {
+                    $(Self::$reason => Some(const { (Self::$reason.cause(), Self::$reason.remedy()) }),)+
+                    _ => None,
+                }
+            };
+        }
+        of_first_fit! {
+            ConstantCommand Reversed TooLittleMotion DoesNotFollow EarlyCommand EstimateAtBound PartlyExplained OneWayMotion
+            TooLittleEvidence
+        }
+    }
+
     /// The reason of a number.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
@@ -370,5 +388,19 @@ mod tests {
             assert_eq!(effect.may_appear_as(Reason::Reversed), moves);
         }
         assert!(Reason::LacksGravity.may_appear_as(Reason::NotPredicted));
+    }
+
+    #[test]
+    fn every_reason_against_a_first_fit_has_its_texts_and_a_fault_has_none() {
+        const SHARED: [Reason; 3] = [
+            Reason::TooLittleEvidence,
+            Reason::EstimateAtBound,
+            Reason::Reversed,
+        ];
+        for &reason in Reason::ALL {
+            let is_of_first_fit = (180..190).contains(&reason.number()) || SHARED.contains(&reason);
+            let texts = is_of_first_fit.then(|| (reason.cause(), reason.remedy()));
+            assert_eq!(reason.cause_and_remedy_of_first_fit(), texts, "{reason:?}");
+        }
     }
 }

@@ -6,9 +6,11 @@ use identifier_core::identification::{Fitted, Fitter};
 use super::tournament::{Entered, MIN_GAIN};
 use crate::verdict::Cause;
 
-/// Parts of the samples by their speed, and the fewest samples of a part.
+/// Parts of the samples by their speed, up to twice a large one, and the fewest samples of a part and parts.
 const PARTS: usize = 10;
-const MIN_SAMPLES: usize = 20;
+const FASTEST: f64 = 2.0;
+const MIN_SAMPLES: f64 = 20.0;
+const MIN_PARTS: usize = 3;
 
 /// Samples to either side over which a speed is measured.
 const REACH: usize = 4;
@@ -34,78 +36,76 @@ pub(super) struct Jitter {
     gain: f64,
 }
 
-/// Two successive samples that move.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Noise {
-    /// Square of the speed.
+/// Pairs of successive samples that move at about the same speed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Part {
+    samples: f64,
+    /// Mean squares of the speed, and of half the difference of two innovations, in which hardly any of a model error is left.
     speed: f64,
-    /// Half the square of the difference of their innovations, in which hardly any of a model error is left.
     noise: f64,
-    /// The product of their innovations.
+    /// Mean product of the innovations.
     product: f64,
 }
 
-/// Samples of about the same speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Part {
-    samples: f64,
-    /// Mean squares of speed and noise.
-    speed: f64,
-    noise: f64,
+impl Part {
+    fn mean(self) -> Self {
+        let per_sample = 1.0 / self.samples;
+        Self {
+            samples: self.samples,
+            speed: self.speed * per_sample,
+            noise: (self.noise * per_sample).max(f64::MIN_POSITIVE),
+            product: self.product * per_sample,
+        }
+    }
 }
 
 impl Jitter {
     /// Of a fitted record; none where the noise does not grow with the speed's square.
     pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
-        let mut noises = noises(fitter, fitted);
-        let sum = |of: &dyn Fn(&Noise) -> f64| noises.iter().map(of).sum::<f64>();
-        let correlation = sum(&|one| one.product) / sum(&|one| one.noise + one.product);
-        if correlation.abs() > MAX_CORRELATION {
+        let parts: Vec<Part> = parts(fitter, fitted)
+            .into_iter()
+            .filter(|part| part.samples >= MIN_SAMPLES)
+            .map(Part::mean)
+            .collect();
+        let (mut products, mut squares) = (0.0, 0.0);
+        for part in &parts {
+            products += part.samples * part.product;
+            squares += part.samples * (part.noise + part.product);
+        }
+        if parts.len() < MIN_PARTS || products.abs() > MAX_CORRELATION * squares {
             return None;
         }
-        let parts = parts(&mut noises)?;
         Self::of(&parts).filter(|jitter| jitter.gain >= MIN_GAIN)
     }
 
     fn of(parts: &[Part]) -> Option<Self> {
-        // Weighted least squares: the variance of a variance is its square twice over.
-        let mut sums = [0.0; 5];
+        let (mut one, mut x, mut xx, mut y, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut samples, mut squares) = (0.0, 0.0);
         for part in parts {
-            let weight = part.samples / part.noise.powi(2);
-            let terms = [
-                1.0,
-                part.speed,
-                part.speed * part.speed,
-                part.noise,
-                part.noise * part.speed,
-            ];
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += weight * term;
-            }
+            // The variance of a variance is its square twice over.
+            let weight = part.samples / (part.noise * part.noise);
+            one += weight;
+            x += weight * part.speed;
+            xx += weight * part.speed * part.speed;
+            y += weight * part.noise;
+            xy += weight * part.noise * part.speed;
+            samples += part.samples;
+            squares += part.samples * part.noise;
         }
-        let [one, x, xx, y, xy] = sums;
         let slope = (one * xy - x * y) / (one * xx - x * x);
         let rest = ((y - slope * x) / one).max(0.0);
         let fastest = parts.last()?.speed;
         if slope.is_nan() || slope * fastest < (MIN_RATIO - 1.0) * rest {
             return None;
         }
-        let minus_two_log_likelihood = |variance: &dyn Fn(&Part) -> f64| {
-            let of_part = |part: &Part| {
-                let variance = variance(part);
-                part.samples * (variance.ln() + part.noise / variance)
-            };
-            parts.iter().map(of_part).sum::<f64>()
-        };
-        let samples: f64 = parts.iter().map(|part| part.samples).sum();
-        let mean = parts
-            .iter()
-            .map(|part| part.samples * part.noise)
-            .sum::<f64>()
-            / samples;
-        let constant = minus_two_log_likelihood(&|_| mean);
-        let gain = constant - minus_two_log_likelihood(&|part| rest + slope * part.speed);
-        let most = constant - minus_two_log_likelihood(&|part| part.noise);
+        let mean = squares / samples;
+        let (mut gain, mut most) = (0.0, 0.0);
+        for part in parts {
+            let constant = mean.ln() + part.noise / mean;
+            let growing = rest + slope * part.speed;
+            gain += part.samples * (constant - growing.ln() - part.noise / growing);
+            most += part.samples * (constant - part.noise.ln() - 1.0);
+        }
         (gain > MIN_SHARE * most).then(|| Self {
             deviation: slope.sqrt(),
             gain,
@@ -118,10 +118,11 @@ impl Jitter {
     }
 }
 
-/// All pairs of successive samples that move, each sample in one of them.
-fn noises(fitter: &Fitter<'_>, fitted: &Fitted) -> Vec<Noise> {
+/// The sums of the pairs of successive samples that move, each sample in one of them, by their speed.
+fn parts(fitter: &Fitter<'_>, fitted: &Fitted) -> [Part; PARTS] {
     let record = fitter.record;
-    let mut noises = Vec::new();
+    let per_part = PARTS as f64 / (FASTEST * fitter.survey.velocity);
+    let mut parts = [Part::default(); PARTS];
     let mut last: Option<(usize, f64)> = None;
     fitter
         .pass(&fitted.values, fitted.horizon)
@@ -141,32 +142,14 @@ fn noises(fitter: &Fitter<'_>, fitted: &Fitted) -> Vec<Noise> {
                 return;
             };
             let speed = ((to - from) / (2 * REACH) as f64).abs();
-            if speed >= MIN_SPEED {
-                noises.push(Noise {
-                    speed: speed * speed,
-                    noise: 0.5 * (own - before).powi(2),
-                    product: own * before,
-                });
+            if let Some(part) = parts.get_mut((speed * per_part) as usize)
+                && speed >= MIN_SPEED
+            {
+                part.samples += 1.0;
+                part.speed += speed * speed;
+                part.noise += 0.5 * (own - before).powi(2);
+                part.product += own * before;
             }
         });
-    noises
-}
-
-/// Their parts by the speed.
-fn parts(noises: &mut [Noise]) -> Option<Vec<Part>> {
-    noises.sort_unstable_by(|one, other| one.speed.total_cmp(&other.speed));
-    let length = noises.len() / PARTS;
-    if length < MIN_SAMPLES {
-        return None;
-    }
-    let part = |samples: &[Noise]| {
-        let count = samples.len() as f64;
-        let mean = |of: &dyn Fn(&Noise) -> f64| samples.iter().map(of).sum::<f64>() / count;
-        Part {
-            samples: count,
-            speed: mean(&|one| one.speed),
-            noise: mean(&|one| one.noise).max(f64::MIN_POSITIVE),
-        }
-    };
-    Some(noises.chunks_exact(length).map(part).collect())
+    parts
 }

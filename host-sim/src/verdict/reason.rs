@@ -183,7 +183,8 @@ impl fmt::Display for VerdictReason {
             Self::EndedEarly => f.write_str("the run ended early"),
             Self::NoEstimate { unknown, obstacle } => {
                 write!(f, "no estimate of {}", unknown.name())?;
-                obstacle.map_or(Ok(()), |of| write!(f, ": {}; {}", of.cause(), of.remedy()))
+                let texts = obstacle.and_then(Reason::cause_and_remedy_of_first_fit);
+                texts.map_or(Ok(()), |(cause, remedy)| write!(f, ": {cause}; {remedy}"))
             }
             Self::TooShort { samples, needed } => write!(
                 f,

@@ -97,9 +97,6 @@ impl ModelPass<'_> {
                 tangents: Tangents::NONE,
                 responses: &mut responses,
             };
-            if !PLAIN {
-                state.begin(values, self.record.wave_at(motion.0, motion.0));
-            }
             let mut current = Current::default();
             let mut filter = Riccati::new(self.damping, self.horizon, &self.diffuse);
             for sample in motion.0..motion.1 {
@@ -108,7 +105,7 @@ impl ModelPass<'_> {
                     let wave = if PLAIN {
                         [0.0; 2]
                     } else {
-                        self.record.wave_at(motion.0, sample)
+                        self.record.wave_since(motion.0, sample)
                     };
                     let innovation = state.innovation(values, wave, &mut regressor);
                     if innovation.is_nan() || innovation.abs() > DIVERGED {

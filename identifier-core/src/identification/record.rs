@@ -110,12 +110,12 @@ impl Record<'_> {
         ]
     }
 
-    /// sin q and cos q at a sample of a motion that begins at `first`.
+    /// sin q and cos q at a sample of a motion that begins at `first`, less those at its beginning.
     #[inline]
-    pub(super) fn wave_at(&self, first: usize, sample: usize) -> [f64; 2] {
+    pub(super) fn wave_since(&self, first: usize, sample: usize) -> [f64; 2] {
         let of = |sample: usize| self.angles.get(sample).copied().unwrap_or([0.0; 2]);
-        let (before, after) = (of(sample.max(first + 1) - 1), of(sample));
-        [0.5 * (before[0] + after[0]), 0.5 * (before[1] + after[1])]
+        let [origin, before, after] = [first, sample.max(first + 1) - 1, sample].map(of);
+        [0, 1].map(|i| 0.5 * (before[i] + after[i]) - origin[i])
     }
 
     /// sin Nq and cos Nq in the middle of a sample, for a whole N ≥ 1; zero on an axis without angle.

@@ -129,15 +129,8 @@ const fn eccentric_per(effect: Effect, [sine, cosine]: [f64; 2]) -> f64 {
 }
 
 impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
-    /// A motion begins, the encoder showing the servo where it is but for its eccentricity; `wave` is that of the place.
-    pub(super) fn begin(&mut self, values: &Values, wave: [f64; 2]) {
-        self.error = eccentric(values, wave);
-        for (column, error) in self.columns.iter().zip(&mut self.tangents.error) {
-            *error = eccentric_per(column.effect, wave);
-        }
-    }
-
-    /// The innovation, and the regressor of each column; `wave` is that of the place.
+    /// The innovation, and the regressor of each column; `wave` are sin q and cos q less those at the beginning of the motion,
+    /// where an encoder counts from.
     #[inline]
     pub(super) fn innovation(
         &self,
