@@ -205,7 +205,7 @@ fn cause(of: Cause) -> Row {
         Cause::Eccentricity => row(
             NO_CASE,
             &[NotHere(
-                "the encoder is centred; no simulated one is named, as it hardly moves the estimates",
+                "the encoder is centred; its error hardly moves the estimates, so that no verdict fails by it",
             )],
         ),
         Cause::GainDrift => row(

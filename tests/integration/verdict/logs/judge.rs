@@ -35,7 +35,7 @@ pub(super) struct Judgement {
     /// Errors over standard errors, of parameters whose truth is one value.
     pub(super) deviations: Vec<f64>,
     /// The effects that the result names, the first of them first, and whether the log has them: the cause that the
-    /// model lacks, the terms that entered, and the effects that a fit found.
+    /// model lacks, the terms that entered, the effects that a fit found, and a noise above that of rounding.
     pub(super) names: Vec<(&'static str, bool)>,
     /// Of a log that is shifted: estimated less true shift, samples.
     pub(super) off_shift: Option<f64>,
@@ -114,9 +114,8 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
     let noisy = (summary.noise.moving_counts).filter(|counts| *counts > NOISY);
     // A noise that grows with the speed is that of the sampling instants.
     let is_jitter = |effect: &EnteredEffect| effect.name == Effect::Jitter.name();
-    let mut all = summary.fit.iter().flat_map(|fit| &fit.effects);
-    let is_even = !all.any(is_jitter);
-    let noisy = noisy.filter(|_| is_even).map(|_| Effect::Noise.name());
+    let noisy = noisy.filter(|_| !found.clone().any(is_jitter));
+    let noisy = noisy.map(|_| Effect::Noise.name());
     let names = (summary.cause.iter().map(|finding| finding.cause.name()))
         .chain(summary.terms_entered.iter().map(|(term, _)| term.name()))
         .chain(late)
