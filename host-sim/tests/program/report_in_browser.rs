@@ -217,7 +217,7 @@ fn a_page_follows_a_run_and_stays() {
         return;
     };
     for words in [
-        ["run", &scenario("friction.toml"), "--pace", "1"],
+        ["run", &scenario("friction.toml"), "--pace", "0.5"],
         ["commission", &scenario("commission.toml"), "--pace", "0.25"],
     ] {
         let run = Shown::start(&[&words[..], &["--live"]].concat());
