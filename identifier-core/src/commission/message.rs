@@ -199,14 +199,7 @@ impl<N: Number> Candidate<N> {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
             start: N::from_f64(direction * (end - promise.step) * units.position()),
-            trial: Trial::new(
-                tuning,
-                &units,
-                step,
-                disturbance,
-                &servo.parameters,
-                returns,
-            ),
+            trial: Trial::new(tuning, &units, step, disturbance, servo, returns),
             rest: (0.5 * settling / settings.sample_time) as u32,
             is_to_be_proved: false,
         })

@@ -2,7 +2,7 @@ use super::acting_share::ActingShare;
 use super::holding::Holding;
 use super::{Reason, RoughModel};
 use crate::number::Number;
-use crate::parameters::ServoParameters;
+use crate::parameters::IdentifiedServo;
 use crate::tuning::{StepMeasure, Tuning};
 use crate::units::Units;
 
@@ -128,9 +128,12 @@ impl<N: Number> Trial<N> {
         units: &Units,
         step: f64,
         disturbance: f64,
-        servo: &ServoParameters,
+        servo: &IdentifiedServo,
         returns: bool,
     ) -> Self {
+        // As large as it may be: it is not the actuator that holds the servo then.
+        let coulomb = servo.most_coulomb();
+        let servo = &servo.parameters;
         let b = servo.b;
         let promise = &tuning.promise;
         let counts = step * units.position();
@@ -144,7 +147,7 @@ impl<N: Number> Trial<N> {
         let rounding = 0.5 / libm::fabs(counts).max(1.0);
         let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
         let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
-        let left = b * libm::fabs(disturbance) - 2.0 * Self::LOW_SPEED * servo.coulomb;
+        let left = b * libm::fabs(disturbance) - 2.0 * Self::LOW_SPEED * coulomb;
         let least = Self::LEAST_EXCURSION * promise.compliance * left * units.position();
         let rough = RoughModel::from_si(servo, units.sample_time(), units.position_unit());
         let settling = samples(Self::settling(tuning));
@@ -154,8 +157,7 @@ impl<N: Number> Trial<N> {
             returns,
             disturbance: N::from_f64(disturbance),
             balance: N::from_f64(-servo.load / b),
-            friction: [Self::LOW_SPEED, Self::STICTION]
-                .map(|of| N::from_f64(of * servo.coulomb / b)),
+            friction: [Self::LOW_SPEED, Self::STICTION].map(|of| N::from_f64(of * coulomb / b)),
             promised: Promised {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,
@@ -364,6 +366,7 @@ mod tests {
     use super::*;
     use crate::commission::HoldingGains;
     use crate::control::ControlSample;
+    use crate::parameters::ServoParameters;
     use crate::settings::ControllerSettings;
     use crate::tuning::Promise;
 
@@ -437,13 +440,13 @@ mod tests {
 
     /// A trial of a servo that is where `position` says, rad.
     fn tried(step: f64, position: impl Fn(Moment) -> f64) -> (Result<bool, Reason>, TrialResult) {
-        tried_with(step, 0.0, position)
+        tried_with(step, [0.0; 2], position)
     }
 
-    /// The same of one with friction, rad/s².
+    /// The same of one with friction and its standard error, rad/s².
     fn tried_with(
         step: f64,
-        coulomb: f64,
+        coulomb: [f64; 2],
         position: impl Fn(Moment) -> f64,
     ) -> (Result<bool, Reason>, TrialResult) {
         tried_by(&promised(), step, coulomb, position)
@@ -453,7 +456,7 @@ mod tests {
     fn tried_by(
         tuning: &Tuning,
         step: f64,
-        coulomb: f64,
+        [coulomb, error]: [f64; 2],
         position: impl Fn(Moment) -> f64,
     ) -> (Result<bool, Reason>, TrialResult) {
         let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
@@ -470,12 +473,18 @@ mod tests {
             command: 0.0,
         };
         let mut holding = Holding::take_over(controller, limit, 0.0, &at_rest, 1.0, 60);
-        let servo = ServoParameters {
-            a: 0.0,
-            b: B,
-            coulomb,
-            load: 0.0,
+        let mut servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: 0.0,
+                b: B,
+                coulomb,
+                load: 0.0,
+            },
+            delay: 1e-3,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
         };
+        servo.know_alone(IdentifiedServo::COULOMB, error);
         let mut trial = Trial::<f64>::new(tuning, &units, step, 0.5, &servo, true);
         let [mut from, mut to] = [0.0; 2];
         for _ in 0..100_000 {
@@ -549,7 +558,7 @@ mod tests {
         let mut tuning = promised();
         tuning.promise.settling_time = 0.5;
         for (departs, expected) in [(0.7, Ok(true)), (1.0, Err(Reason::DoesNotMove))] {
-            let (done, _) = tried_by(&tuning, STEP, 90.0, |at| match at.stage {
+            let (done, _) = tried_by(&tuning, STEP, [90.0, 0.0], |at| match at.stage {
                 TrialStage::Stepping | TrialStage::Returning => {
                     let time = (at.time - departs).max(0.0);
                     Moment { time, ..at }.step(TIME_CONSTANT)
@@ -564,9 +573,10 @@ mod tests {
     fn an_encoder_that_sticks_after_the_step_is_found() {
         // The disturbance gives 100 rad/s², which a third of friction may hold.
         for (coulomb, expected) in [
-            (0.0, Reason::ActuatorDead),
-            (10.0, Reason::ActuatorDead),
-            (34.0, Reason::DoesNotMove),
+            ([0.0, 0.0], Reason::ActuatorDead),
+            ([10.0, 1.0], Reason::ActuatorDead),
+            ([34.0, 0.0], Reason::DoesNotMove),
+            ([10.0, 8.0], Reason::DoesNotMove),
         ] {
             for sticks_in in [TrialStage::Disturbed, TrialStage::Recovering] {
                 let (done, _) = tried_with(STEP, coulomb, |at| match at.stage {
@@ -577,7 +587,7 @@ mod tests {
                     TrialStage::Returning => at.from,
                     _ => at.step(TIME_CONSTANT),
                 });
-                assert_eq!(done, Err(expected), "{sticks_in:?} {coulomb}");
+                assert_eq!(done, Err(expected), "{sticks_in:?} {coulomb:?}");
             }
         }
     }

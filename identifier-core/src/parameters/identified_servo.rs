@@ -27,6 +27,9 @@ impl IdentifiedServo {
     /// Of d.
     pub const LOAD: usize = 4;
 
+    /// The standard errors within which an unknown is.
+    pub(crate) const STANDARD_ERRORS: f64 = 3.0;
+
     /// [a, b, c, τ, d], SI.
     pub(crate) fn values(&self) -> [f64; 5] {
         let ServoParameters {
@@ -73,5 +76,11 @@ impl IdentifiedServo {
     pub fn standard_error(&self, place: usize) -> f64 {
         let variance = self.covariance.get(place).and_then(|row| row.get(place));
         libm::sqrt(variance.copied().unwrap_or(0.0).max(0.0))
+    }
+
+    /// The largest Coulomb friction that it may have, rad/s².
+    pub(crate) fn most_coulomb(&self) -> f64 {
+        let error = self.standard_error(Self::COULOMB);
+        self.parameters.coulomb.max(0.0) + Self::STANDARD_ERRORS * error
     }
 }

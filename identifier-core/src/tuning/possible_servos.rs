@@ -15,7 +15,7 @@ pub(crate) struct PossibleServo {
 
 /// The identified servo, first, and the corners of the ellipsoid of its a, b and τ.
 ///
-/// The corners lie at [`STANDARD_ERRORS`](Self::STANDARD_ERRORS) to both sides along the columns of the
+/// The corners lie at [`STANDARD_ERRORS`](IdentifiedServo::STANDARD_ERRORS) to both sides along the columns of the
 /// covariance's Cholesky factor: in each direction the unknowns fixed by the columns before are kept, so
 /// that a and b that are only known together move together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,9 +26,6 @@ pub(super) struct PossibleServos {
 impl PossibleServos {
     /// The servo itself and two corners for each of three directions.
     pub(super) const COUNT: usize = 7;
-
-    /// Distance of the corners, standard errors.
-    pub(super) const STANDARD_ERRORS: f64 = 3.0;
 
     /// The servos for a delay besides the identified one.
     pub(super) fn new(
@@ -49,7 +46,7 @@ impl PossibleServos {
             };
             let far = |row: &[f64; 3]| {
                 let length = row.get(column).copied().unwrap_or(0.0);
-                sign * Self::STANDARD_ERRORS * length
+                sign * IdentifiedServo::STANDARD_ERRORS * length
             };
             let [a, b, delay] = &factor;
             let corner = PossibleServo {

@@ -85,10 +85,9 @@ impl Tuner {
             return Err(TuningError::NotKnown);
         }
         let servos = PossibleServos::new(servo, settings.command_delay, settings.sample_time)?;
-        let error = servo.standard_error(IdentifiedServo::COULOMB);
-        let most_coulomb = coulomb + PossibleServos::STANDARD_ERRORS * error;
+        let frictions = [coulomb, servo.most_coulomb()];
         Ok(Self {
-            judge: Judge::new(&servos, [coulomb, most_coulomb], resonance, settings),
+            judge: Judge::new(&servos, frictions, resonance, settings),
             scene: Scene {
                 servos,
                 coulomb,
