@@ -318,6 +318,7 @@ impl Reason {
         let any_effect = matches!(
             other,
             Self::TooLittleEvidence
+                | Self::PartlyExplained
                 | Self::NotPredicted
                 | Self::ResponseTimeMissed
                 | Self::OvershootExceeded

@@ -623,7 +623,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
     (
         Reason::LacksGravity,
         Row {
-            case: &[("plant", "gravity = [400.0, 120.0]")],
+            case: &[("plant", "gravity = [600.0, 180.0]")],
             remedies: &[Followed(
                 "commission it within less travel",
                 &[(
@@ -661,22 +661,16 @@ const COMMISSIONED: [(Reason, Row); 27] = [
         },
     ),
     (
-        Reason::EstimateAtBound,
+        Reason::PartlyExplained,
         Row {
-            case: &[("plant", "coulomb = 40.0\nhidden_limit = 1.2")],
-            remedies: &[
-                Followed(
-                    "the limit of the current",
-                    &[("commission", "command = 1.0")],
-                ),
-                NotHere("units and counts of a simulated axis are those that are stated"),
-            ],
+            case: &[("plant", "coulomb = 20.0\nhidden_limit = 1.2")],
+            remedies: &[Logged],
         },
     ),
     (
         Reason::NotPredicted,
         Row {
-            case: &[("plant", "load = 100.0\nload_dependent_friction = 0.3")],
+            case: &[("plant", "load = 200.0\nload_dependent_friction = 0.2")],
             remedies: &[Logged],
         },
     ),
@@ -704,7 +698,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 78.0\nlow_speed_velocity = 2.0",
+                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 104.0\nlow_speed_velocity = 1.0",
                 ),
                 (
                     "=commission",
@@ -726,7 +720,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[("plant", "ripple = [80.0, 0.0]\nripple_order = 12")],
             remedies: &[
                 Logged,
-                Followed("reduce the cogging", &[("plant", "ripple = [26.0, 0.0]")]),
+                Followed("reduce the cogging", &[("plant", "ripple = [20.0, 0.0]")]),
             ],
         },
     ),
@@ -760,7 +754,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
         Row {
             case: &[(
                 "[fault]",
-                "kind = \"load-step\"\ntime = 4.48\nsize = 1000.0",
+                "kind = \"load-step\"\ntime = 4.45\nsize = 1000.0",
             )],
             remedies: &[Followed("a changed load", &[("=[fault]", "")])],
         },
@@ -812,7 +806,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[
                 (
                     "=plant",
-                    "a = 1.773\nb = 210.1\ncoulomb = 204.7\nlow_speed_friction = 379.5\nlow_speed_velocity = 0.059",
+                    "a = 1.773\nb = 210.1\ncoulomb = 204.7\nlow_speed_friction = 379.5\nlow_speed_velocity = 0.03",
                 ),
                 ("=encoder", "counts_per_rev = 2000"),
                 (
@@ -1000,6 +994,7 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         | R::CoulombFrictionChanged
         | R::LoadChanged => "the axis is changed back or commissioned again",
         R::Stopped | R::ModeChanged | R::PowerLost => "it is ordered again",
+        R::EstimateAtBound => "units and counts of a simulated axis are those that are stated",
         _ => return None,
     })
 }

@@ -75,8 +75,8 @@ pub(crate) use crate::parameters::IdentifiedServo;
 pub use crate::reason::Reason;
 pub use error::CommissionError;
 pub(crate) use fit::{
-    Diagnosis, EffectSearch, FitSettings, MotionRecord, MotionRecorder, PredictionErrors,
-    PredictionRun, ServoFit, ServoFitter,
+    Diagnosis, EffectSearch, FitSettings, MotionRecord, PredictionErrors, PredictionRun, ServoFit,
+    ServoFitter,
 };
 pub use gains::HoldingGains;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};

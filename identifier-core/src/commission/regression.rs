@@ -75,19 +75,6 @@ impl<N: Number> RegressionState<N> {
             }))
     }
 
-    /// The servo broke away in a direction at a command: friction and load are in balance with it.
-    pub(crate) fn broke_away(&mut self, command: N, direction: N) {
-        let weight = N::from_f64(1e3);
-        let mut row = [N::ZERO; ROW];
-        row[GAIN] = weight * command;
-        row[if direction > N::ZERO {
-            FORWARD
-        } else {
-            BACKWARD
-        }] = weight;
-        self.equations.add(&row, N::ZERO);
-    }
-
     /// The estimate as it is now, where it makes sense.
     pub(crate) fn estimate(&self) -> Option<RoughModel<N>> {
         let free = [true; ROW];

@@ -137,11 +137,9 @@ impl CommissionSettings {
 
     /// Settings of the fits.
     pub(super) fn fit(&self) -> FitSettings {
-        let [least, most] = self.limits.command;
         FitSettings {
             sample_time: self.sample_time,
             resolution: self.resolution,
-            max_command: most.max(-least),
             command_delay: self.command_delay,
         }
     }

@@ -4,8 +4,9 @@ use super::noise::{Held, Hysteresis, RestNoise};
 use super::sliding::Slide;
 use super::swings::Swings;
 use super::trial::{Trial, TrialResult};
-use super::{IdentifiedServo, MotionRecorder, Phase, ProbingState, Reason, RecordEvent};
+use super::{IdentifiedServo, Phase, ProbingState, Reason, RecordEvent};
 use crate::control::ControlSample;
+use crate::fit::{Blocking, Recorder};
 use crate::measurement::velocity::LowPassState;
 use crate::number::Number;
 use crate::tuning::{Tuning, TuningError};
@@ -39,7 +40,7 @@ pub struct CommissionState<N: Number> {
     pub(super) is_watched: bool,
     pub(super) was_end: bool,
     pub(super) watch: ServoWatchState<N>,
-    recorder: MotionRecorder<N>,
+    recorder: Recorder<N>,
     recording: Recording<N>,
     /// The event of a slide, for the solver.
     pub(super) slid: Option<EventKind<N>>,
@@ -131,7 +132,6 @@ impl<N: Number> CommissionState<N> {
         command: N,
         activity: Activity<N>,
         watch: ServoWatchState<N>,
-        recorder: MotionRecorder<N>,
         hysteresis: Hysteresis<N>,
         bandwidth: N,
     ) -> Self {
@@ -163,7 +163,7 @@ impl<N: Number> CommissionState<N> {
             is_watched: false,
             was_end: false,
             watch,
-            recorder,
+            recorder: Recorder::EMPTY,
             recording: match activity {
                 Activity::Free => Recording::Begins,
                 _ => Recording::None,
@@ -308,9 +308,9 @@ impl<N: Number> CommissionState<N> {
     }
 
     /// Takes a sample into the record, with the command that acts from now on.
-    pub(super) fn record(&mut self, increment: N) {
+    pub(super) fn record(&mut self, blocking: &Blocking<N>, increment: N) {
         if matches!(self.recording, Recording::Begins | Recording::Going) {
-            self.recorder.push(increment, self.command);
+            self.recorder.push(blocking, increment, self.command);
         }
     }
 

@@ -4,7 +4,7 @@ use super::block::Block;
 use super::gain::KalmanGain;
 use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use super::pass::{Pass, PassSums};
-use super::record::Record;
+use super::record::Blocks;
 use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger, root, smaller};
 use super::{A, B, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
@@ -59,6 +59,8 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
     pub(super) per_scale: [N; P],
     /// The horizon that follows from a given bandwidth, blocks.
     horizon: Option<N>,
+    /// Variance of the velocity before the first block of a motion that begins at rest, counts² per block².
+    pub(super) at_first: Option<N>,
     /// The angle as the models need it.
     pub(super) angle: AngleSettings<N>,
     per_low_speed_velocity: N,
@@ -68,7 +70,7 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
 
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize] Fitter<N, S, P> as "Fitter" {
-        step, patience, noise, low, high, prior, free, scale, per_scale, horizon, angle,
+        step, patience, noise, low, high, prior, free, scale, per_scale, horizon, at_first, angle,
         per_low_speed_velocity, demanded, set,
     }
     also unknowns_fingerprint(&S::UNKNOWNS, P)
@@ -76,8 +78,10 @@ encode! {
 
 /// A fit under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fit<N, I, const P: usize> {
+pub(crate) struct Fit<N, I, const P: usize> {
     pub(super) prior: Prior<N, P>,
+    /// Rows that make the errors of the initial values white, where these are known together; units of a block.
+    pub(super) known: Option<[[N; P]; P]>,
     /// The known inputs at the first block.
     pub(super) inputs: I,
     pub(super) blocks: usize,
@@ -136,6 +140,12 @@ where
     /// Horizons, blocks: that of the starts, a shorter and a longer one.
     const HORIZONS: [f64; 3] = [21.0, 6.0, 74.0];
 
+    /// The same for a motion that begins at rest: in the last the model goes alone, and that counts.
+    const HORIZONS_FROM_REST: [f64; 3] = [21.0, 74.0, Self::ALONE];
+
+    /// More than the blocks of any record.
+    pub(super) const ALONE: f64 = 1e4;
+
     /// The longest horizon, of the record.
     const LONGEST_HORIZON: f64 = 1.0 / 4.0;
 
@@ -159,6 +169,9 @@ where
             scale: scale.map(N::from_f64),
             per_scale: scale.map(|scale| N::from_f64(1.0 / scale)),
             horizon: config.bandwidth.map(|omega| N::from_f64(1.0 / (omega * m))),
+            at_first: config
+                .at_first
+                .map(|velocity| N::from_f64(velocity * m * velocity * m)),
             angle: AngleSettings::new(config.angle.revolution, config.angle.order),
             per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
             demanded: config.demanded,
@@ -167,7 +180,7 @@ where
     }
 
     /// Begins a fit to the record.
-    pub(super) fn begin_fit(
+    pub(crate) fn begin_fit(
         &self,
         blocks: usize,
         prior: Prior<N, P>,
@@ -175,6 +188,7 @@ where
     ) -> Fit<N, S::Inputs<N>, P> {
         Fit {
             prior,
+            known: None,
             inputs,
             blocks,
             next: 0,
@@ -201,34 +215,42 @@ where
         const APART: f64 = 1.5;
         let share = N::from_f64(Self::LONGEST_HORIZON);
         let longest = larger(share * N::from_count(blocks as i32), N::ONE);
-        let [first, ..] = Self::HORIZONS.map(N::from_f64);
+        let horizons = match self.at_first {
+            Some(_) => Self::HORIZONS_FROM_REST,
+            None => Self::HORIZONS,
+        };
+        let [first, ..] = horizons.map(N::from_f64);
         let first = self.horizon.unwrap_or(first).limited(N::ONE, longest);
         if place == 0 {
             return Some(first);
         }
-        let own = N::from_f64(*Self::HORIZONS.get(place)?).limited(N::ONE, longest);
+        let own = *horizons.get(place)?;
+        if own >= Self::ALONE {
+            return Some(N::from_f64(own));
+        }
+        let own = N::from_f64(own).limited(N::ONE, longest);
         let apart = N::from_f64(APART);
         (self.horizon.is_none() && (own > apart * first || own * apart < first)).then_some(own)
     }
 
     /// Continues a fit by one block of the record, or by the work between two passes. Returns once it
     /// has ended: with its result, or none if the servo has not moved.
-    pub(super) fn work<const W: usize>(
+    pub(crate) fn work(
         &self,
         fit: &mut Fit<N, S::Inputs<N>, P>,
-        record: &Record<N, S::Inputs<N>, W>,
+        record: &impl Blocks<N>,
     ) -> Option<Option<FitResult<N, P>>> {
         if fit.next < fit.blocks {
-            if let Some(block) = record.get(fit.next) {
+            if let Some(block) = record.block(fit.next) {
                 match fit.stage {
                     FitStage::Survey => fit.survey.observe(block),
                     FitStage::Linear => {
-                        let travel = |index: usize| Some(record.get(index)?.travel);
+                        let travel = |index: usize| Some(record.block(index)?.travel);
                         let direction = direction(fit.next, travel);
-                        self.linear_block(fit, block, direction);
+                        self.linear_block(fit, record, block, direction);
                     }
                     FitStage::From(_) | FitStage::At(_) | FitStage::Weigh => {
-                        self.model_block(fit, block)
+                        self.model_block(fit, record, block)
                     }
                     FitStage::End => {}
                 }
@@ -297,7 +319,7 @@ where
                 }
                 if let Some(this) = fit.descent.best().copied() {
                     let noise = fit.noise;
-                    if self.compare(fit, &this) {
+                    if self.at_first.is_some() || self.compare(fit, &this) {
                         self.keep(fit, this);
                     }
                     fit.noise = smaller(noise, self.errors(fit, &this).noise);

@@ -33,16 +33,15 @@ impl<N: Number> KalmanGain<N> {
     /// The gain is constant after so many horizons.
     const SETTLED: f64 = 5.0;
 
-    /// Before the first block, at the first measured position; `speed_square` is more than the square of any velocity.
-    pub(super) fn begin(horizon: N, speed_square: N) -> Self {
+    /// Before the first block, at the first measured position; the velocity has a variance.
+    pub(super) fn begin(horizon: N, velocity: N) -> Self {
         let per_horizon = horizon.reciprocal();
         let square = per_horizon * per_horizon;
-        let unknown = speed_square + N::ONE;
         let mut gain = Self {
             position: N::ONE,
             cross: N::ZERO,
-            velocity: unknown,
-            determinant: unknown,
+            velocity,
+            determinant: velocity,
             disturbance: square * square,
             blocks: 0,
             settled: (horizon * N::from_f64(Self::SETTLED))
@@ -87,6 +86,11 @@ impl<N: Number> KalmanGain<N> {
         self.position = position;
         self.cross = velocity;
         self.predict();
+    }
+
+    /// Friction holds the model, so that its velocity is known.
+    pub(super) fn stand(&mut self) {
+        (self.cross, self.velocity, self.determinant) = (N::ZERO, N::ZERO, N::ZERO);
     }
 
     /// The covariance a block later.

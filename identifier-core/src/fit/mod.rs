@@ -6,13 +6,16 @@
 
 mod block;
 pub(crate) mod colour;
+mod command;
 mod early;
 mod fit_result;
 mod fits;
 mod fitter;
 mod gain;
+mod late;
 pub(crate) mod levenberg_marquardt;
 mod pass;
+mod prediction;
 mod prior;
 mod record;
 mod recorder;
@@ -23,11 +26,14 @@ mod wait;
 
 pub use block::NumberedBlock;
 pub(crate) use block::{Block, Blocking};
+pub(crate) use command::late_commands;
 pub(crate) use early::EarlyCommand;
 pub(crate) use fit_result::FitResult;
 pub(crate) use fits::Fits;
-pub(crate) use fitter::Fitter;
+pub(crate) use fitter::{Fit, Fitter};
+pub(crate) use prediction::Predicted;
 pub(crate) use prior::{FitterConfig, Prior};
+pub(crate) use record::Blocks;
 pub(crate) use recorder::Recorder;
 pub(crate) use survey::MIN_TRAVEL_COUNTS;
 pub(crate) use wait::PATIENCE;

@@ -1,9 +1,11 @@
 use super::B;
 use super::block::Block;
 use super::colour::Colour;
+use super::command::{late_commands, moments};
 use super::early::{EarlySums, EarlyTangent};
 use super::fitter::{Fit, Fitter};
 use super::gain::KalmanGain;
+use super::record::Blocks;
 use super::survey::Turns;
 use crate::adaptation::IdentifiableSet;
 use crate::linalg::NormalEquations;
@@ -90,12 +92,18 @@ where
     pub(super) fn linear_block(
         &self,
         fit: &mut Fit<N, S::Inputs<N>, P>,
+        record: &impl Blocks<N>,
         block: &Block<N>,
         direction: N,
     ) {
         let free = self.free_unknowns(&fit.prior);
         let values = self.values(&self.begin_values(&fit.prior));
-        let acting = self.acting(&mut fit.pass.inputs, block, &values);
+        let [command, lead] = if Self::IS_LATE {
+            moments(&late_commands(record, fit.next, values.terms.delay))
+        } else {
+            let acting = self.acting(&mut fit.pass.inputs, block, &values);
+            [acting.command, block.lead]
+        };
         let pass = &mut fit.pass;
         let correction = pass.gain.innovation;
         // The model of zero gain: its velocity is that of the correction.
@@ -114,8 +122,8 @@ where
                 // A servo that friction holds does not depend on any other parameter.
                 _ if direction == N::ZERO => N::ZERO,
                 Some(Unknown::B) => {
-                    ahead = block.lead;
-                    acting.command
+                    ahead = lead;
+                    command
                 }
                 Some(Unknown::Coulomb) => -direction,
                 Some(Unknown::Load) => N::ONE,
@@ -131,7 +139,15 @@ where
         pass.measure(&free);
     }
 
-    pub(super) fn model_block(&self, fit: &mut Fit<N, S::Inputs<N>, P>, block: &Block<N>) {
+    pub(super) fn model_block(
+        &self,
+        fit: &mut Fit<N, S::Inputs<N>, P>,
+        record: &impl Blocks<N>,
+        block: &Block<N>,
+    ) {
+        if Self::IS_LATE {
+            return self.late_block(fit, record, block);
+        }
         let free = self.measured_unknowns(fit);
         let values = self.values(&fit.trial);
         let acting = self.acting(&mut fit.pass.inputs, block, &values);

@@ -20,6 +20,9 @@ pub(crate) struct FitterConfig<const P: usize = 4> {
     /// Unknowns that may be fitted; the others keep their initial value, or zero.
     pub(crate) free: [bool; P],
     pub(crate) bandwidth: Option<f64>,
+    /// Standard deviation of the velocity before the first block, position units per sample, of a motion that begins at rest
+    /// and is so short that a model may go through it alone; none of a servo that runs.
+    pub(crate) at_first: Option<f64>,
     pub(crate) angle: AngleSettings<f64>,
     pub(crate) per_low_speed_velocity: f64,
     /// Terms that enter without evidence for them.
@@ -60,7 +63,12 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// The prior from the settings, without terms.
+    /// The prior from the settings.
+    pub(crate) fn given_with_terms(&self) -> Prior<N, P> {
+        self.prior
+    }
+
+    /// The same without terms.
     pub(crate) fn given(&self) -> Prior<N, P> {
         let mut prior = self.prior;
         for (initial, unknown) in prior.initial.iter_mut().zip(S::UNKNOWNS) {

@@ -3,6 +3,12 @@ use crate::measurement::angle::AngleSettings;
 use crate::model::{KnownInputs, TermValues};
 use crate::number::Number;
 
+/// Successive blocks of a motion, from the first.
+pub(crate) trait Blocks<N> {
+    /// The block of an index; none behind the last.
+    fn block(&self, index: usize) -> Option<&Block<N>>;
+}
+
 /// The last blocks of samples, at most W: 12 W bytes in `f32`, and the state before the first.
 ///
 /// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
@@ -59,7 +65,7 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         let mut path = N::ZERO;
         for index in self.count.saturating_sub(blocks)..self.count {
             path += self
-                .get(index)
+                .block(index)
                 .map_or(N::ZERO, |block| block.travel.magnitude());
         }
         path
@@ -105,7 +111,7 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
     fn pass(&mut self, angle: &AngleSettings<N>, index: usize) {
         if let Some(&Block {
             travel, command, ..
-        }) = self.get(index)
+        }) = self.block(index)
         {
             self.before
                 .take(angle, &TermValues::NONE, travel, command, N::ZERO);
@@ -117,12 +123,6 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         if place >= W { place - W } else { place }
     }
 
-    pub(super) fn get(&self, index: usize) -> Option<&Block<N>> {
-        self.blocks
-            .get(self.slot(index))
-            .filter(|_| index < self.count)
-    }
-
     /// Keeps the blocks where they are until [`Record::release`].
     pub(super) fn hold(&mut self) {
         self.reading = true;
@@ -130,5 +130,13 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
 
     pub(super) fn release(&mut self) {
         self.reading = false;
+    }
+}
+
+impl<N: Number, I: KnownInputs<N>, const W: usize> Blocks<N> for Record<N, I, W> {
+    fn block(&self, index: usize) -> Option<&Block<N>> {
+        self.blocks
+            .get(self.slot(index))
+            .filter(|_| index < self.count)
     }
 }

@@ -74,14 +74,6 @@ impl<N: Number> Recorder<N> {
         }
     }
 
-    /// Ends the block before it is full; one without a sample stays open.
-    #[cold]
-    pub(crate) fn end_block(&mut self) {
-        if self.open.samples > 0 {
-            self.close(self.samples().reciprocal());
-        }
-    }
-
     /// Samples in the open block.
     fn samples(&self) -> N {
         N::from_count(self.open.samples as i32)
@@ -114,11 +106,6 @@ impl<N: Number> Recorder<N> {
     #[inline]
     pub(crate) fn take(&mut self) -> Option<NumberedBlock<N>> {
         self.complete.take()
-    }
-
-    /// The command of the first sample of the block that begins with the next sample; none within a block.
-    pub(crate) fn first_command(&self) -> Option<N> {
-        self.open.acting.filter(|_| self.open.samples == 0)
     }
 
     /// Velocity over the last block, counts per sample; zero before the first.

@@ -18,6 +18,16 @@ where
     /// The start from the prior, behind the two of the linear pass.
     pub(super) const FROM_PRIOR: u32 = 2;
 
+    /// Has a fit take its initial values for known together, by rows that make their errors white, in machine units of a sample.
+    pub(crate) fn know(&self, fit: &mut Fit<N, S::Inputs<N>, P>, whitening: &[[N; P]; P]) {
+        fit.known = Some(whitening.map(|row| core::array::from_fn(|i| row[i] * self.per_scale[i])));
+    }
+
+    /// The estimate of the linear pass, machine units of a sample; zero before it has ended.
+    pub(crate) fn linear_estimate(&self, fit: &Fit<N, S::Inputs<N>, P>) -> [N; P] {
+        core::array::from_fn(|i| fit.linear[0][i] * self.per_scale[i])
+    }
+
     /// The unknowns to start from.
     pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
@@ -60,6 +70,18 @@ where
         fit.next = 0;
         fit.pass = self.first_pass(fit);
         let deviation = root(fit.noise);
+        if let Some(known) = &fit.known {
+            for row in known {
+                let mut error = N::ZERO;
+                for i in 0..P {
+                    let initial = fit.prior.initial[i].unwrap_or(fit.trial[i]);
+                    error += row[i] * (initial - fit.trial[i]);
+                }
+                let row = row.map(|entry| entry * deviation);
+                fit.pass.equations.add(&row, error * deviation);
+            }
+            return;
+        }
         for i in 0..P {
             let weight = fit.prior.weight[i] * deviation;
             if let Some(initial) = fit.prior.initial[i].filter(|_| weight > N::ZERO) {
@@ -70,7 +92,12 @@ where
 
     /// A pass before its first block.
     pub(super) fn first_pass(&self, fit: &Fit<N, S::Inputs<N>, P>) -> Pass<N, S::Inputs<N>, P> {
-        let gain = KalmanGain::begin(fit.horizon, fit.survey.travel_square);
+        let velocity = match self.at_first {
+            Some(variance) => variance * fit.noise.reciprocal(),
+            // More than the square of any.
+            None => fit.survey.travel_square + N::ONE,
+        };
+        let gain = KalmanGain::begin(fit.horizon, velocity);
         Pass::at_first(fit.inputs, gain, self.reversal(fit))
     }
 }

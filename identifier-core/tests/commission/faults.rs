@@ -182,19 +182,21 @@ fn a_load_that_steps_by_half_of_the_command_is_no_fault() {
     }
 }
 
-/// The last motion is not predicted where there is more friction than before, and is fitted with that.
+/// A motion is not predicted where there is more friction than before, and is fitted with that.
 #[test]
-fn friction_that_rises_before_the_last_motion_is_found_by_it() {
+fn friction_that_rises_before_a_motion_is_found_by_it() {
     for (name, bench) in servos() {
         let [_, command] = bench.settings.limits.command;
-        for part in [0.03, 0.08] {
-            let (course, _) = bench.commission_with(&Strike {
-                kind: FaultKind::FrictionRise,
-                size: part * command * bench.servo.b,
-                phase: Phase::Verify,
-                after: 0,
-            });
-            assert_eq!(course.state.reason(), None, "{name} {part}");
+        for phase in [Phase::Refine, Phase::Verify] {
+            for part in [0.03, 0.08] {
+                let (course, _) = bench.commission_with(&Strike {
+                    kind: FaultKind::FrictionRise,
+                    size: part * command * bench.servo.b,
+                    phase,
+                    after: 0,
+                });
+                assert_eq!(course.state.reason(), None, "{name} {phase:?} {part}");
+            }
         }
     }
 }

@@ -182,7 +182,7 @@ fn a_trial_along_a_model_waits_for_the_loop() {
     bench.servo = ServoParameters {
         a: 0.421,
         b: 87.03,
-        coulomb: 6.46,
+        coulomb: 4.5,
         load: 7.04,
     };
     bench.effects.delay = 1e-3;

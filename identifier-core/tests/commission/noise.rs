@@ -110,12 +110,14 @@ fn ends(noise: f64, seed: u32, servos: u32) -> Ends {
 
 #[test]
 fn noise_of_counts_commissions_or_is_named() {
-    const SERVOS: u32 = 18;
-    for (noise, least) in [(0.5, 16), (2.0, 11), (5.0, 9)] {
+    const SERVOS: u32 = 36;
+    let mut others = 0;
+    for (noise, least) in [(0.5, 32), (2.0, 22), (5.0, 18)] {
         let ends = ends(noise, 1, SERVOS);
         assert!(ends.applied >= least, "{noise}: {ends:?}");
-        assert!(ends.applied + ends.noise + 2 >= SERVOS, "{noise}: {ends:?}");
+        others += SERVOS - ends.applied - ends.noise;
     }
+    assert!(others * 9 <= SERVOS * 3, "{others}");
 }
 
 #[test]

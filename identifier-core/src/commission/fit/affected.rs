@@ -1,7 +1,7 @@
 use super::effect_model::{EffectModel, Memory};
-use super::inputs::Inputs;
 use super::motion::MotionRecord;
 use super::{A, ALL, B, COULOMB, DELAY, LOAD, POSITION, VELOCITY};
+use crate::fit::{Blocks, late_commands};
 use crate::model::FrictionStep;
 use crate::number::Number;
 
@@ -9,7 +9,6 @@ use crate::number::Number;
 /// Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Affected<N> {
-    inputs: Inputs<N>,
     /// The servo's position less the model's.
     pub(super) error: N,
     velocity: N,
@@ -17,21 +16,16 @@ pub(super) struct Affected<N> {
 }
 
 impl<N: Number> Affected<N> {
-    /// Before the first piece of a record.
-    pub(super) fn new<const W: usize>(
-        unknowns: &[N; ALL],
-        effect: &EffectModel<N>,
-        motion: &MotionRecord<N, W>,
-    ) -> Self {
+    /// Before the first block of a record.
+    pub(super) fn new(unknowns: &[N; ALL], effect: &EffectModel<N>) -> Self {
         Self {
-            inputs: Inputs::delayed(motion, unknowns[DELAY]),
             error: -unknowns[POSITION],
             velocity: unknowns[VELOCITY],
             memory: effect.memory(),
         }
     }
 
-    /// Moves over a piece of the record, in whose middle the servo was at a position.
+    /// Moves over a block of the record, in whose middle the servo was at a position.
     pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
@@ -40,31 +34,31 @@ impl<N: Number> Affected<N> {
         motion: &MotionRecord<N, W>,
         (index, position): (usize, N),
     ) {
-        let Some(piece) = motion.get(index) else {
+        let Some(block) = motion.block(index) else {
             return;
         };
         let [a, gain] = [unknowns[A], unknowns[B]];
-        let load = unknowns[LOAD] + effect.push(position, piece.travel);
-        let mut inputs = self.inputs;
-        inputs.over(motion, piece.samples, |acting| {
-            let time = acting.time;
+        let load = unknowns[LOAD] + effect.push(position, block.travel);
+        let samples = motion.samples();
+        let delay = unknowns[DELAY] * samples.reciprocal();
+        for held in late_commands(motion, index, delay).iter().flatten() {
+            let time = held.time() * samples;
             if time <= N::ZERO {
-                return;
+                continue;
             }
             let square = time * time;
             let before = self.velocity;
             let friction = unknowns[COULOMB] + effect.friction(before);
-            let drive = gain * effect.command(acting.command) + load;
+            let drive = gain * effect.command(held.mean) + load;
             let (gone, phase) =
                 step.process(a * time, drive * square, friction * square, before * time);
             self.velocity = gone.velocity * time.reciprocal();
-            let lead = gain * acting.lead * square * phase.moving_part();
+            let lead = gain * held.lead() * square * phase.moving_part();
             let way = gone.increment + lead;
             let change = self.velocity - before;
             let hidden = effect.hides(&mut self.memory, time, way, change);
             self.error = self.error - way + hidden;
-        });
-        self.inputs = inputs;
-        self.error += piece.travel;
+        }
+        self.error += block.travel;
     }
 }

@@ -3,6 +3,7 @@ use super::effect::Effect;
 use super::effect_model::EffectModel;
 use super::motion::MotionRecord;
 use super::{ALL, UNKNOWNS};
+use crate::fit::Blocks;
 use crate::linalg::NormalEquations;
 use crate::model::FrictionStep;
 use crate::number::Number;
@@ -23,17 +24,16 @@ pub(super) struct Comparison<N> {
 }
 
 impl<N: Number> Comparison<N> {
-    /// Before the first piece. An unknown whose change is zero stays.
-    pub(super) fn new<const W: usize>(
+    /// Before the first block. An unknown whose change is zero stays.
+    pub(super) fn new(
         effect: Effect,
         resolution: N,
         unknowns: &[N; ALL],
         changes: &[N; ALL],
-        motion: &MotionRecord<N, W>,
     ) -> Self {
         let begun = |unknowns: &[N; ALL]| {
             let effect = EffectModel::new(effect, unknowns, resolution);
-            Affected::new(unknowns, &effect, motion)
+            Affected::new(unknowns, &effect)
         };
         Self {
             effect,
@@ -48,16 +48,16 @@ impl<N: Number> Comparison<N> {
         }
     }
 
-    /// Continues by a piece; true if there is none left.
+    /// Continues by a block; true if there is none left.
     pub(super) fn advance<const W: usize>(
         &mut self,
         step: &FrictionStep<N>,
         motion: &MotionRecord<N, W>,
     ) -> bool {
-        let Some(piece) = motion.get(self.next) else {
+        let Some(block) = motion.block(self.next) else {
             return true;
         };
-        let middle = self.position + N::from_f64(0.5) * piece.travel;
+        let middle = self.position + N::from_f64(0.5) * block.travel;
         let at = (self.next, middle);
         let effect = EffectModel::new(self.effect, &self.unknowns, self.resolution);
         self.model
@@ -76,7 +76,7 @@ impl<N: Number> Comparison<N> {
             row[i] = (error - model.error) * change.reciprocal();
         }
         self.equations.add(&row, error);
-        self.position += piece.travel;
+        self.position += block.travel;
         self.next += 1;
         false
     }

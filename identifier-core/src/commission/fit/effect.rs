@@ -80,7 +80,7 @@ impl Effect {
         const LOW_SPEEDS: [f64; 2] = [0.03, 0.5];
         /// Of a dead band, over the largest command: without one, its beginning would be none.
         const DEAD_BAND: f64 = 0.01;
-        /// The fewest periods of a resonance in a record, and the largest angle of one in a piece, rad.
+        /// The fewest periods of a resonance in a record, and the largest angle of one in a block, rad.
         const PERIODS: f64 = 3.0;
         const ANGLE: f64 = 1.0;
         let between = |[low, high]: [f64; 2]| {
@@ -94,7 +94,7 @@ impl Effect {
             Self::LowSpeedFriction => [0.0, between(LOW_SPEEDS) * scales.speed, 0.0],
             Self::Resonance => {
                 let lowest = PERIODS * TAU / scales.lasting;
-                let highest = (ANGLE / scales.longest).max(2.0 * lowest);
+                let highest = (ANGLE / scales.samples).max(2.0 * lowest);
                 [0.0, between([lowest, highest]), 0.0]
             }
             Self::Ripple => [0.0, 0.0, between(ORDERS)],

@@ -2,12 +2,11 @@ use super::super::{IdentifiedServo, Reason};
 use super::comparison::{Comparison, sizes_of};
 use super::effect::{Effect, SIZES, Sizes};
 use super::motion::MotionRecord;
-use super::pass::next_trial;
 use super::prediction::PredictionErrors;
 use super::scales::RecordScales;
 use super::servo_fit::ServoFit;
 use super::servo_fitter::ServoFitter;
-use super::{ALL, B, POSITION, UNKNOWNS, VELOCITY};
+use super::{ALL, B, PARAMETERS, POSITION, UNKNOWNS, VELOCITY};
 use crate::fit::ROUNDING;
 use crate::fit::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use crate::model::FrictionStep;
@@ -95,7 +94,7 @@ impl<N: Number> EffectSearch<N> {
         }
     }
 
-    /// Continues by a piece of the record, or by the work between two passes. Returns once there is no more
+    /// Continues by a block of the record, or by the work between two passes. Returns once there is no more
     /// to do; with nothing if no effect explains anything.
     pub(super) fn advance<const W: usize>(
         &mut self,
@@ -106,7 +105,7 @@ impl<N: Number> EffectSearch<N> {
             return Some(self.diagnosis());
         };
         match &mut self.comparison {
-            None => self.begin(effect, motion),
+            None => self.begin(effect),
             Some(comparison) => {
                 if comparison.advance(step, motion) {
                     self.end_pass(effect, motion);
@@ -122,7 +121,7 @@ impl<N: Number> EffectSearch<N> {
     }
 
     /// Begins to look for an effect, from the first size that is next.
-    fn begin<const W: usize>(&mut self, effect: Effect, motion: &MotionRecord<N, W>) {
+    fn begin(&mut self, effect: Effect) {
         let chosen = self.promising.map_or(0, |(start, _)| start);
         let start = if self.is_choosing(effect) {
             self.start
@@ -131,7 +130,7 @@ impl<N: Number> EffectSearch<N> {
         };
         let first = effect.first(start, &self.scales);
         self.bounds = self.bounds_of(effect, &first);
-        self.begin_pass(effect, &joined(&self.own, &first), motion);
+        self.begin_pass(effect, &joined(&self.own, &first));
     }
 
     fn bounds_of(&self, effect: Effect, first: &Sizes) -> [[N; ALL]; 2] {
@@ -149,18 +148,13 @@ impl<N: Number> EffectSearch<N> {
         bounds
     }
 
-    fn begin_pass<const W: usize>(
-        &mut self,
-        effect: Effect,
-        unknowns: &[N; ALL],
-        motion: &MotionRecord<N, W>,
-    ) {
+    fn begin_pass(&mut self, effect: Effect, unknowns: &[N; ALL]) {
         let [low, high] = &self.bounds;
         let unknowns = core::array::from_fn(|i| unknowns[i].limited(low[i], high[i]));
         let own = self.scales.changes().map(N::from_f64);
         let sizes = effect.changes(&sizes_of(&unknowns), &self.scales);
         let changes = joined(&own, &sizes);
-        let begun = Comparison::new(effect, self.resolution, &unknowns, &changes, motion);
+        let begun = Comparison::new(effect, self.resolution, &unknowns, &changes);
         self.comparison = Some(begun);
     }
 
@@ -181,7 +175,7 @@ impl<N: Number> EffectSearch<N> {
             equations: pass.equations,
             sums: (),
         };
-        let next = next_trial(&mut self.descent, &Self::DESCENT, pass, &self.bounds);
+        let next = self.next_trial(pass);
         let (Some(mut next), Some(best)) = (next, self.descent.best()) else {
             self.conclude(effect, motion.len());
             return;
@@ -192,16 +186,28 @@ impl<N: Number> EffectSearch<N> {
             let size = &mut next[UNKNOWNS + i];
             *size = size.limited(at - most, at + most);
         }
-        self.begin_pass(effect, &next, motion);
+        self.begin_pass(effect, &next);
+    }
+
+    /// The unknowns of the next pass within bounds; none if this one was the last.
+    fn next_trial(&mut self, pass: Explanation<N, ALL>) -> Option<[N; ALL]> {
+        let [low, high] = &self.bounds;
+        let descent = &mut self.descent;
+        let mut next = descent.descend(&Self::DESCENT, pass, [true; ALL], [low, high])?;
+        // A gain does not change its sign, nor its size at once.
+        let gain = descent.best()?.unknowns[B];
+        let [half, three] = [0.5, 3.0].map(N::from_f64);
+        next[B] = next[B].limited(half * gain, three * gain);
+        Some(next)
     }
 
     /// Takes the result of a fit with an effect, and continues with the next.
-    fn conclude(&mut self, effect: Effect, pieces: usize) {
+    fn conclude(&mut self, effect: Effect, blocks: usize) {
         let mut explained = false;
         if let Some(best) = self.descent.best() {
             let left = best.equations.cost().to_f64();
             let sizes = sizes_of(&best.unknowns);
-            explained = left < Self::EXPLAINED * ROUNDING * pieces as f64;
+            explained = left < Self::EXPLAINED * ROUNDING * blocks as f64;
             match effect.reason() {
                 Some(_) if !effect.is_material(&sizes) => {}
                 None => {
@@ -235,7 +241,7 @@ impl<N: Number> EffectSearch<N> {
     fn max_left(&self) -> f64 {
         let share = PredictionErrors::SHARE * self.scales.range;
         let rounding = PredictionErrors::ERRORS * PredictionErrors::ERRORS * ROUNDING;
-        (rounding + share * share) * self.scales.pieces
+        (rounding + share * share) * self.scales.blocks
     }
 
     fn diagnosis(&self) -> Option<Diagnosis> {
@@ -254,6 +260,11 @@ impl<N: Number> EffectSearch<N> {
     }
 }
 
+/// A servo's parameters with the place and the velocity of one at rest.
+fn at_rest<N: Number>(parameters: &[N; PARAMETERS]) -> [N; UNKNOWNS] {
+    core::array::from_fn(|i| parameters.get(i).copied().unwrap_or(N::ZERO))
+}
+
 /// A servo's own unknowns with sizes.
 fn joined<N: Number>(own: &[N; UNKNOWNS], sizes: &Sizes) -> [N; ALL] {
     core::array::from_fn(|i| match i.checked_sub(UNKNOWNS) {
@@ -270,7 +281,7 @@ impl<N: Number> ServoFitter<N> {
         servo: &IdentifiedServo,
         motion: &MotionRecord<N, W>,
     ) -> EffectSearch<N> {
-        self.diagnosing(&self.unknowns(servo), motion)
+        self.diagnosing(&at_rest(&self.parameters(servo)), motion)
     }
 
     /// The same where a fit has not come to a servo; none where it had nothing to begin with.
@@ -281,11 +292,11 @@ impl<N: Number> ServoFitter<N> {
         motion: &MotionRecord<N, W>,
     ) -> Option<EffectSearch<N>> {
         // Where the fit went to may be far away.
-        let first = fit.first();
-        (first[B] > N::ZERO).then(|| self.diagnosing(first, motion))
+        let first = at_rest(&fit.linear_estimate());
+        (first[B] > N::ZERO).then(|| self.diagnosing(&first, motion))
     }
 
-    /// Continues by a piece of the record, or by the work between two passes. Returns once it has ended,
+    /// Continues by a block of the record, or by the work between two passes. Returns once it has ended,
     /// with nothing if no effect explains anything.
     pub(crate) fn diagnose<const W: usize>(
         &self,
@@ -301,6 +312,7 @@ impl<N: Number> ServoFitter<N> {
         motion: &MotionRecord<N, W>,
     ) -> EffectSearch<N> {
         let bounds = self.bounds(motion, self.speed_at_first(motion, true));
+        let bounds = bounds.map(|bound| bound.map(N::from_f64));
         EffectSearch::new(own, &bounds, self.resolution(), motion)
     }
 }

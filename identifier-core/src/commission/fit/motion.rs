@@ -1,21 +1,17 @@
-use super::block::Piece;
-use crate::fit::NumberedBlock;
+use super::piece::Piece;
+use crate::fit::{Block, Blocks, NumberedBlock};
 use crate::number::Number;
 
-/// Of the largest command: a difference that does not matter.
-const ALIKE: f64 = 0.02;
-
-/// The record of a motion, of at most W pieces. Where it is full, neighbouring pieces become one, first
-/// those between which the command hardly changes, so that a short motion is kept finely and a long one
-/// as a whole.
+/// The record of a motion, of at most W blocks of the same number of samples. Where it is full, every two blocks become one,
+/// so that a short motion is kept finely and a long one as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MotionRecord<N, const W: usize> {
-    pieces: [Piece<N>; W],
+    blocks: [Block<N>; W],
     count: usize,
-    /// Pieces between which the command changes by no more may be joined.
-    joined: N,
-    /// The longest that a piece may be, samples.
-    longest: N,
+    /// Of each.
+    samples: N,
+    /// The beginning of the next block.
+    open: Piece<N>,
     next: Option<u32>,
     complete: bool,
 }
@@ -23,10 +19,10 @@ pub(crate) struct MotionRecord<N, const W: usize> {
 impl<N: Number, const W: usize> MotionRecord<N, W> {
     /// Nothing recorded yet.
     pub(crate) const EMPTY: Self = Self {
-        pieces: [Piece::NONE; W],
+        blocks: [Piece::NONE.block; W],
         count: 0,
-        joined: N::ZERO,
-        longest: N::ONE,
+        samples: N::ONE,
+        open: Piece::NONE,
         next: None,
         complete: true,
     };
@@ -38,51 +34,42 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
             self.complete = false;
             return false;
         }
+        if self.next.is_none() {
+            self.samples = block.samples;
+        }
         self.next = Some(block.number.wrapping_add(1));
-        if self.count == 0 {
-            (self.joined, self.longest) = (N::ZERO, N::ONE);
+        self.open = self.open.followed_by(&Piece::from_block(block));
+        if self.open.samples < self.samples {
+            return true;
         }
-        let piece = Piece::from_block(block);
-        let alike = N::from_f64(ALIKE) * piece.command.magnitude();
-        if alike > self.joined {
-            self.joined = alike;
-        }
-        if piece.samples > self.longest {
-            self.longest = piece.samples;
-        }
-        while self.count == W {
-            self.join();
-        }
-        if let Some(place) = self.pieces.get_mut(self.count) {
-            *place = piece;
-            self.count += 1;
+        match self.blocks.get_mut(self.count) {
+            Some(place) => {
+                *place = self.open.block;
+                self.count += 1;
+                self.open = Piece::NONE;
+            }
+            None => self.join(),
         }
         true
     }
 
-    /// Neighbouring pieces become one; pieces may be longer, and their commands differ more, from then
-    /// on.
+    /// Every two blocks become one.
     fn join(&mut self) {
-        self.longest = self.longest + self.longest;
-        self.joined = self.joined + self.joined;
-        let mut kept = 0;
-        let mut index = 0;
-        while let Some(&first) = self.get(index) {
-            let mut piece = first;
-            index += 1;
-            if let Some(next) = self.get(index) {
-                let alike = (next.command - piece.command).magnitude() <= self.joined;
-                if alike && piece.samples + next.samples <= self.longest {
-                    piece = piece.followed_by(next);
-                    index += 1;
-                }
+        let whole = |block: &Block<N>| Piece {
+            samples: N::ONE,
+            block: *block,
+        };
+        self.count = W / 2;
+        for index in 0..self.count {
+            let joined = match self.blocks.get(2 * index..2 * index + 2) {
+                Some([one, next]) => whole(one).followed_by(&whole(next)).block,
+                _ => continue,
+            };
+            if let Some(place) = self.blocks.get_mut(index) {
+                *place = joined;
             }
-            if let Some(place) = self.pieces.get_mut(kept) {
-                *place = piece;
-            }
-            kept += 1;
         }
-        self.count = kept;
+        self.samples = self.samples + self.samples;
     }
 
     /// True if no block was missing.
@@ -91,9 +78,30 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         self.complete
     }
 
-    /// Pieces in the record.
+    /// Blocks in the record.
     pub(crate) fn len(&self) -> usize {
         self.count
+    }
+
+    /// Samples of each.
+    pub(crate) fn samples(&self) -> N {
+        self.samples
+    }
+
+    /// The blocks, from the first.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block<N>> {
+        self.blocks.iter().take(self.count)
+    }
+
+    /// From the lowest to the highest position, counts.
+    pub(crate) fn range(&self) -> N {
+        let (mut position, mut low, mut high) = (N::ZERO, N::ZERO, N::ZERO);
+        for block in self.blocks() {
+            position += block.travel;
+            low = if position < low { position } else { low };
+            high = if position > high { position } else { high };
+        }
+        high - low
     }
 
     /// The mean speed over at least this many first samples; zero where it is within rounding.
@@ -101,9 +109,9 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         /// Counts that a servo at rest may show.
         const ROUNDING: f64 = 1.5;
         let (mut time, mut travel) = (N::ZERO, N::ZERO);
-        for piece in self.pieces.iter().take(self.count) {
-            time += piece.samples;
-            travel += piece.travel;
+        for block in self.blocks() {
+            time += self.samples;
+            travel += block.travel;
             if time >= samples {
                 break;
             }
@@ -114,32 +122,10 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
             N::ZERO
         }
     }
+}
 
-    /// The pieces that span at least this many samples, or all.
-    pub(crate) fn pieces_in(&self, samples: N) -> usize {
-        let mut time = N::ZERO;
-        for (piece, taken) in self.pieces.iter().zip(1..=self.count) {
-            time += piece.samples;
-            if time >= samples {
-                return taken;
-            }
-        }
-        self.count
-    }
-
-    /// The longest piece, samples; one of an empty record.
-    pub(crate) fn longest(&self) -> N {
-        let pieces = self.pieces.iter().take(self.count);
-        pieces.fold(N::ONE, |longest, piece| {
-            if piece.samples > longest {
-                piece.samples
-            } else {
-                longest
-            }
-        })
-    }
-
-    pub(crate) fn get(&self, index: usize) -> Option<&Piece<N>> {
-        self.pieces.get(index).filter(|_| index < self.count)
+impl<N: Number, const W: usize> Blocks<N> for MotionRecord<N, W> {
+    fn block(&self, index: usize) -> Option<&Block<N>> {
+        self.blocks.get(index).filter(|_| index < self.count)
     }
 }

@@ -1,15 +1,12 @@
 use super::super::IdentifiedServo;
-use super::follower::Follower;
+use super::PARAMETERS;
 use super::motion::MotionRecord;
-use super::placing::Placing;
-use super::prior::at_first;
+use super::servo_fit::{MotionFit, MotionFitter};
 use super::servo_fitter::ServoFitter;
-use super::{POSITION, UNKNOWNS, VELOCITY};
-use crate::fit::ROUNDING;
-use crate::linalg::NormalEquations;
+use crate::fit::{Blocks, Predicted, ROUNDING};
 use crate::number::Number;
 
-/// The errors of a known servo's prediction of a motion, only position and velocity at its beginning being fitted;
+/// The errors of a known servo's prediction of a motion, only position and velocity at its beginning being estimated;
 /// rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PredictionErrors {
@@ -53,40 +50,56 @@ impl PredictionErrors {
 /// A prediction under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PredictionRun<N> {
-    pub(super) unknowns: [N; UNKNOWNS],
+    fitter: MotionFitter<N>,
+    fit: MotionFit<N>,
     /// Covariance of the servo's parameters, machine units.
-    pub(super) covariance: [[N; 5]; 5],
-    pub(super) next: usize,
-    pub(super) pass: Option<PredictionPass<N>>,
-    /// Position and velocity at the beginning, which are fitted first; none before the first pass.
-    pub(super) placing: Option<Placing<N>>,
+    covariance: [[N; PARAMETERS]; PARAMETERS],
+    /// Sums of the squares of the errors and of their standard errors, and the largest of each.
+    cost: N,
+    uncertain: N,
+    worst: N,
+    most_uncertain: N,
 }
 
-/// A pass over the record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PredictionPass<N> {
-    pub(super) follower: Follower<N>,
-    pub(super) equations: NormalEquations<N, UNKNOWNS>,
-    pub(super) worst: N,
-    pub(super) uncertain: N,
-    pub(super) most_uncertain: N,
-    pub(super) position: N,
-    pub(super) range: [N; 2],
-}
+impl<N: Number> PredictionRun<N> {
+    /// Of a motion, by unknowns with a covariance, machine units of a sample.
+    pub(super) fn begin(
+        fitter: &MotionFitter<N>,
+        mut fit: MotionFit<N>,
+        unknowns: &[N; PARAMETERS],
+        covariance: [[N; PARAMETERS]; PARAMETERS],
+    ) -> Self {
+        fitter.begin_prediction(&mut fit, unknowns);
+        Self {
+            fitter: *fitter,
+            fit,
+            covariance,
+            cost: N::ZERO,
+            uncertain: N::ZERO,
+            worst: N::ZERO,
+            most_uncertain: N::ZERO,
+        }
+    }
 
-impl<N: Number> PredictionPass<N> {
-    /// Takes a piece that the follower has passed.
-    pub(super) fn measure(&mut self, covariance: &[[N; 5]; 5], travel: N) {
-        let error = self.follower.error;
-        let own = &self.follower.positions;
-        self.equations.add(own, error);
+    /// Continues by a block; true if there is none left.
+    pub(super) fn advance(&mut self, motion: &impl Blocks<N>) -> bool {
+        match self.fitter.predict(&mut self.fit, motion) {
+            Some(predicted) => self.measure(&predicted),
+            None => return true,
+        }
+        false
+    }
+
+    fn measure(&mut self, predicted: &Predicted<N, PARAMETERS>) {
+        let Predicted { error, row } = predicted;
+        self.cost += *error * *error;
         if error.magnitude() > self.worst {
             self.worst = error.magnitude();
         }
         let mut variance = N::ZERO;
-        for i in 0..5 {
-            for j in 0..5 {
-                variance += covariance[i][j] * own[i] * own[j];
+        for (covariances, &own) in self.covariance.iter().zip(row) {
+            for (&covariance, &other) in covariances.iter().zip(row) {
+                variance += covariance * own * other;
             }
         }
         if variance > N::ZERO {
@@ -95,122 +108,51 @@ impl<N: Number> PredictionPass<N> {
                 self.most_uncertain = variance;
             }
         }
-        self.position += travel;
-        let [low, high] = &mut self.range;
-        if self.position < *low {
-            *low = self.position;
+    }
+
+    /// Once it has gone through a motion; a count being so many rad.
+    pub(super) fn errors<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        resolution: f64,
+    ) -> PredictionErrors {
+        let blocks = motion.len().max(1) as f64;
+        let mean_root = |sum: N| libm::sqrt(sum.to_f64() / blocks) * resolution;
+        PredictionErrors {
+            rms: mean_root(self.cost),
+            worst: self.worst.to_f64() * resolution,
+            rounding: libm::sqrt(ROUNDING) * resolution,
+            uncertain: mean_root(self.uncertain),
+            most_uncertain: libm::sqrt(self.most_uncertain.to_f64()) * resolution,
+            range: motion.range().to_f64() * resolution,
         }
-        if self.position > *high {
-            *high = self.position;
-        }
-    }
-
-    /// The step of the position at the beginning alone that explains the errors best.
-    pub(super) fn step_of_position(&self) -> N {
-        let step = self.equations.solve(N::ZERO, &Self::only(POSITION));
-        step[POSITION]
-    }
-
-    /// The squared errors that remain with it.
-    pub(super) fn left_by_position(&self) -> N {
-        let explained = self.equations.explained_by(&Self::only(POSITION));
-        self.equations.cost() - explained
-    }
-
-    fn only(unknown: usize) -> [bool; UNKNOWNS] {
-        core::array::from_fn(|i| i == unknown)
-    }
-
-    /// The step of position and velocity at the beginning that explains the errors best.
-    pub(super) fn placed(&self) -> [N; 2] {
-        let free = core::array::from_fn(|i| i == POSITION || i == VELOCITY);
-        let step = self.equations.solve(N::ZERO, &free);
-        [step[POSITION], step[VELOCITY]]
     }
 }
 
 impl<N: Number> ServoFitter<N> {
     /// Begins the prediction of a motion by a servo that is known.
     #[must_use]
-    pub(crate) fn begin_prediction(&self, servo: &IdentifiedServo) -> PredictionRun<N> {
+    pub(crate) fn begin_prediction<const W: usize>(
+        &self,
+        servo: &IdentifiedServo,
+        motion: &MotionRecord<N, W>,
+    ) -> PredictionRun<N> {
         let scale = self.scale();
-        PredictionRun {
-            unknowns: self.unknowns(servo),
-            covariance: core::array::from_fn(|i| {
-                core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
-            }),
-            next: 0,
-            pass: None,
-            placing: None,
-        }
+        let fitter = self.fitter_for(motion, None, true);
+        let covariance = core::array::from_fn(|i| {
+            core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
+        });
+        let fit = self.fit_to(&fitter, motion);
+        PredictionRun::begin(&fitter, fit, &self.parameters(servo), covariance)
     }
 
-    /// Continues by a piece of the record. Returns once it has ended.
+    /// Continues by a block of the record. Returns once it has ended.
     pub(crate) fn predict<const W: usize>(
         &self,
         predicting: &mut PredictionRun<N>,
         motion: &MotionRecord<N, W>,
     ) -> Option<PredictionErrors> {
-        let pass = match &mut predicting.pass {
-            Some(pass) => pass,
-            empty => empty.insert(self.begin_pass(&predicting.unknowns, motion)),
-        };
-        if let Some(piece) = motion.get(predicting.next) {
-            pass.follower.advance(&self.step, motion, predicting.next);
-            pass.measure(&predicting.covariance, piece.travel);
-            predicting.next += 1;
-            return None;
-        }
-        let deviation = self.speed_at_first(motion, true);
-        let fastest = Self::FASTEST_AT_FIRST * deviation;
-        let placing = predicting
-            .placing
-            .get_or_insert_with(|| Placing::new(N::from_f64(deviation), N::from_f64(fastest)));
-        if placing.is_done() {
-            return Some(self.prediction(pass, motion.len()));
-        }
-        let unknowns = &mut predicting.unknowns;
-        [unknowns[POSITION], unknowns[VELOCITY]] =
-            placing.next(pass, motion.len(), [unknowns[POSITION], unknowns[VELOCITY]]);
-        predicting.pass = None;
-        predicting.next = 0;
-        None
-    }
-
-    fn begin_pass<const W: usize>(
-        &self,
-        unknowns: &[N; UNKNOWNS],
-        motion: &MotionRecord<N, W>,
-    ) -> PredictionPass<N> {
-        // A model that friction holds at first shows nothing of its initial velocity.
-        let mut equations = NormalEquations::EMPTY;
-        for (place, weight) in at_first(self.speed_at_first(motion, true)) {
-            if let Some(&value) = unknowns.get(place) {
-                equations.expect(place, N::from_f64(weight), -value);
-            }
-        }
-        PredictionPass {
-            follower: Follower::new(unknowns, motion),
-            equations,
-            worst: N::ZERO,
-            uncertain: N::ZERO,
-            most_uncertain: N::ZERO,
-            position: N::ZERO,
-            range: [N::ZERO; 2],
-        }
-    }
-
-    fn prediction(&self, pass: &PredictionPass<N>, pieces: usize) -> PredictionErrors {
-        let resolution = self.resolution();
-        let mean_root = |sum: N| libm::sqrt(sum.to_f64() / pieces.max(1) as f64);
-        let [low, high] = pass.range;
-        PredictionErrors {
-            rms: mean_root(pass.equations.cost()) * resolution,
-            worst: pass.worst.to_f64() * resolution,
-            rounding: libm::sqrt(ROUNDING) * resolution,
-            uncertain: mean_root(pass.uncertain) * resolution,
-            most_uncertain: libm::sqrt(pass.most_uncertain.to_f64()) * resolution,
-            range: (high - low).to_f64() * resolution,
-        }
+        let ended = predicting.advance(motion);
+        ended.then(|| predicting.errors(motion, self.resolution()))
     }
 }

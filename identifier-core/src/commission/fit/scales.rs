@@ -13,10 +13,10 @@ pub(super) struct RecordScales {
     pub(super) speed: f64,
     /// From the lowest to the highest position.
     pub(super) range: f64,
-    /// The record, its pieces, and the longest of them.
+    /// The record, samples, its blocks, and the samples of each.
     pub(super) lasting: f64,
-    pub(super) pieces: f64,
-    pub(super) longest: f64,
+    pub(super) blocks: f64,
+    pub(super) samples: f64,
 }
 
 impl RecordScales {
@@ -29,22 +29,12 @@ impl RecordScales {
         gain: N,
     ) -> Self {
         let (mut command, mut travel, mut time) = (N::ZERO, N::ZERO, N::ZERO);
-        let (mut position, mut low, mut high) = (N::ZERO, N::ZERO, N::ZERO);
-        let mut index = 0;
-        while let Some(piece) = motion.get(index) {
-            if piece.command.magnitude() > command {
-                command = piece.command.magnitude();
+        for block in motion.blocks() {
+            if block.command.magnitude() > command {
+                command = block.command.magnitude();
             }
-            travel += piece.travel.magnitude();
-            time += piece.samples;
-            position += piece.travel;
-            if position < low {
-                low = position;
-            }
-            if position > high {
-                high = position;
-            }
-            index += 1;
+            travel += block.travel.magnitude();
+            time += motion.samples();
         }
         // Nothing is zero that something is divided by.
         let positive = |value: f64| value.max(f64::from(f32::EPSILON));
@@ -53,10 +43,10 @@ impl RecordScales {
             command: positive(command.to_f64()),
             acceleration: positive((gain * command).to_f64()),
             speed: positive(travel.to_f64() / lasting),
-            range: (high - low).to_f64(),
+            range: motion.range().to_f64(),
             lasting,
-            pieces: motion.len() as f64,
-            longest: motion.longest().to_f64().max(1.0),
+            blocks: motion.len() as f64,
+            samples: motion.samples().to_f64(),
         }
     }
 

@@ -1,15 +1,14 @@
-use super::super::regression::Regression;
 use super::super::{IdentifiedServo, Reason};
 use super::motion::MotionRecord;
-use super::prior::ServoPrior;
-use super::scales::RecordScales;
-use super::servo_fit::ServoFit;
-use super::{A, B, COULOMB, DELAY, LOAD, POSITION, UNKNOWNS, VELOCITY};
-use crate::fit::ROUNDING;
-use crate::fit::colour::coloured;
-use crate::model::{FrictionStep, ZeroOrderHoldStep};
+use super::prediction::{PredictionErrors, PredictionRun};
+use super::servo_fit::{MotionFit, MotionFitter, MotionInputs, ServoFit};
+use super::whitening::inverse_factor;
+use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS, POSITION, UNKNOWNS, VELOCITY};
+use crate::fit::{Blocking, FitResult, Fitter, FitterConfig, ROUNDING};
+use crate::measurement::angle::AngleSettings;
+use crate::model::{FrictionStep, KnownInputs, ZeroOrderHoldStep};
 use crate::number::Number;
-use crate::parameters::ServoParameters;
+use crate::parameters::{ServoParameters, Terms};
 
 /// Settings of a fitter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,30 +17,37 @@ pub(crate) struct FitSettings {
     pub sample_time: f64,
     /// Position of a count, rad.
     pub resolution: f64,
-    /// The largest magnitude of the command, command units.
-    pub max_command: f64,
     /// The known part of the delay from the reading of the encoder to the change of the output, s.
     pub command_delay: f64,
 }
 
-/// A Levenberg–Marquardt fit of q̈ = −a q̇ + b u(t − τ) + d − c sign q̇, driven by the recorded command, to
-/// the recorded motion.
+impl FitSettings {
+    /// The blocks of a record that is not yet full.
+    pub(crate) fn blocking<N: Number>(&self) -> Blocking<N> {
+        /// s; within it a command of a few hundred rad/s is nearly even.
+        const BLOCK_TIME: f64 = 4e-4;
+        // Casts saturate.
+        Blocking::new((BLOCK_TIME / self.sample_time) as u32)
+    }
+}
+
+/// Fits q̈ = −a q̇ + b u(t − τ) + d − c sign q̇ to the record of a motion by the fit of a running drive.
 ///
-/// It begins with the linear least-squares estimate where nothing is known. Only the servo's motion
-/// enters, without any correction of the model by it (output error), so that nothing is lost where a
-/// count is much of the motion.
+/// The motion begins at rest, or nearly, and is short: so the model may go through it alone, and nothing is lost where a count
+/// is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ServoFitter<N> {
     settings: FitSettings,
+    /// The model's step, for effects.
     pub(super) step: FrictionStep<N>,
 }
 
 impl<N: Number> ServoFitter<N> {
+    /// Blocks of a pass in a slice of work.
+    const BLOCKS: usize = 3;
+
     /// Standard deviation of the delay that is not known, s, but at least a sample.
     const UNKNOWN_DELAY: f64 = 1e-4;
-
-    /// The time of the pieces that are fitted first, s.
-    const FIRST_TIME: f64 = 0.12;
 
     /// The speed of a servo that stands, counts per sample: a count in a hundred.
     const STOOD: f64 = 0.01;
@@ -51,7 +57,7 @@ impl<N: Number> ServoFitter<N> {
     const HELD_SAMPLED: f64 = 0.08;
 
     /// The largest speed with which a record begins, in standard deviations.
-    pub(super) const FASTEST_AT_FIRST: f64 = 4.0;
+    const FASTEST_AT_FIRST: f64 = 4.0;
 
     /// The longest delay, s.
     const MAX_DELAY: f64 = 0.02;
@@ -70,44 +76,103 @@ impl<N: Number> ServoFitter<N> {
     pub(crate) fn begin<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
-        prior: Option<&IdentifiedServo>,
+        known: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
-        let time = self.settings.sample_time;
-        let expected = self.settings.command_delay / time + 1.0;
-        let deviation = Self::UNKNOWN_DELAY.max(time) / time;
-        let longest = motion.longest().to_f64();
-        let speed = self.speed_at_first(motion, prior.is_some());
-        let vague = ServoPrior::vague([expected, deviation], speed);
-        let bounds = self.bounds(motion, speed);
-        let few = motion.pieces_in(N::from_f64(Self::FIRST_TIME / time));
-        let fit = match prior {
-            None => {
-                // Half of the time that friction, viscous and Coulomb, may need to show.
-                const MEMORY: f64 = 80.0;
-                let lambda = (MEMORY * time).min(0.3 / longest);
-                let regression = Regression::new(lambda, 1);
-                ServoFit::from_nothing(vague, bounds, regression, expected)
-            }
-            Some(servo) => {
-                let vague = vague.knowing(servo, &self.scale());
-                ServoFit::from_known(vague, bounds, self.unknowns(servo))
-            }
-        };
-        fit.few_first(few)
+        /// As a servo may change, it is known with so many times its standard errors.
+        const CAUTION: f64 = 2.0;
+        let fitter = self.fitter_for(motion, known, known.is_some());
+        let mut fit = self.fit_to(&fitter, motion);
+        if let Some(servo) = known {
+            let (factor, scale) = (inverse_factor(&servo.covariance), self.scale());
+            let row = |i: usize| {
+                core::array::from_fn(|j| N::from_f64(factor[i][j] / (CAUTION * scale[j])))
+            };
+            fitter.know(&mut fit, &core::array::from_fn(row));
+        }
+        ServoFit {
+            fitter,
+            fit,
+            expected_delay: N::from_f64(self.expected_delay()),
+            found: None,
+        }
     }
 
-    /// Continues a fit by a piece of the record, or by the work between two passes. Returns once it has
+    /// Continues a fit by some blocks of the record, or by the work between two passes. Returns once it has
     /// ended.
     pub(crate) fn work<const W: usize>(
         &self,
         fit: &mut ServoFit<N>,
         motion: &MotionRecord<N, W>,
     ) -> Option<Result<IdentifiedServo, Reason>> {
-        if !fit.is_over() {
-            fit.advance(&self.step, motion);
-            return None;
+        for _ in 0..Self::BLOCKS {
+            if let Some((result, own)) = &mut fit.found {
+                if own.advance(motion) {
+                    let errors = own.errors(motion, self.resolution());
+                    return Some(self.servo(result, &errors));
+                }
+            } else if let Some(ended) = fit.fitter.work(&mut fit.fit, motion) {
+                let Some(result) = ended else {
+                    return Some(Err(Reason::TooLittleEvidence));
+                };
+                let afresh = self.fit_to(&fit.fitter, motion);
+                let none = [[N::ZERO; PARAMETERS]; PARAMETERS];
+                let own = PredictionRun::begin(&fit.fitter, afresh, &result.parameters, none);
+                fit.found = Some((result, own));
+                return None;
+            }
         }
-        Some(self.result(fit, motion))
+        None
+    }
+
+    /// A fitter for a motion of a servo of which something may be known, and which gains may have held before.
+    pub(super) fn fitter_for<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        known: Option<&IdentifiedServo>,
+        is_held: bool,
+    ) -> MotionFitter<N> {
+        let time = self.settings.sample_time;
+        let speed = self.speed_at_first(motion, is_held);
+        let [low, high] = self.bounds(motion, speed);
+        let own = |bounds: [f64; UNKNOWNS]| core::array::from_fn(|i| bounds[i]);
+        let (mut initial, mut deviation) = ([None; PARAMETERS], [None; PARAMETERS]);
+        initial[DELAY] = Some(self.expected_delay());
+        deviation[DELAY] = Some(Self::UNKNOWN_DELAY.max(time) / time);
+        if let Some(servo) = known {
+            let (values, scale) = (servo.values(), self.scale());
+            for i in 0..PARAMETERS {
+                initial[i] = Some(values[i] * scale[i]);
+            }
+        }
+        Fitter::new(&FitterConfig {
+            block: motion.samples().whole().unsigned_abs(),
+            patience: 0,
+            noise: ROUNDING,
+            low: own(low),
+            high: own(high),
+            initial,
+            deviation,
+            free: [true; PARAMETERS],
+            bandwidth: None,
+            at_first: Some(speed),
+            angle: AngleSettings::NONE,
+            per_low_speed_velocity: 0.0,
+            demanded: Terms::NONE,
+        })
+    }
+
+    /// A fit to a motion before its first block.
+    pub(super) fn fit_to<const W: usize>(
+        &self,
+        fitter: &MotionFitter<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> MotionFit<N> {
+        fitter.begin_fit(motion.len(), fitter.given_with_terms(), MotionInputs::START)
+    }
+
+    /// Samples.
+    fn expected_delay(&self) -> f64 {
+        self.settings.command_delay / self.settings.sample_time + 1.0
     }
 
     /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
@@ -133,10 +198,10 @@ impl<N: Number> ServoFitter<N> {
     }
 
     /// Machine units per SI unit.
-    pub(super) fn scale(&self) -> [f64; 5] {
+    pub(super) fn scale(&self) -> [f64; PARAMETERS] {
         let time = self.settings.sample_time;
         let acceleration = time * time / self.settings.resolution;
-        let mut scale = [acceleration; 5];
+        let mut scale = [acceleration; PARAMETERS];
         scale[A] = time;
         scale[DELAY] = 1.0 / time;
         scale
@@ -147,64 +212,48 @@ impl<N: Number> ServoFitter<N> {
         &self,
         motion: &MotionRecord<N, W>,
         speed: f64,
-    ) -> [[N; UNKNOWNS]; 2] {
+    ) -> [[f64; UNKNOWNS]; 2] {
         let time = self.settings.sample_time;
+        let samples = motion.samples().to_f64();
         let fastest = Self::FASTEST_AT_FIRST * speed;
         let mut low = [-f64::from(f32::MAX); UNKNOWNS];
         let mut high = [f64::from(f32::MAX); UNKNOWNS];
-        let most_rate = ZeroOrderHoldStep::<N>::LARGEST_RATE / motion.longest().to_f64();
         [low[A], low[B], low[COULOMB], low[DELAY]] = [0.0; 4];
-        (high[A], high[DELAY]) = (most_rate, Self::MAX_DELAY / time);
+        high[A] = ZeroOrderHoldStep::<N>::LARGEST_RATE / samples;
+        high[DELAY] = Self::MAX_DELAY / time;
         (low[POSITION], high[POSITION]) = (-1.0, 1.0);
         (low[VELOCITY], high[VELOCITY]) = (-fastest, fastest);
-        [low, high].map(|bound| bound.map(N::from_f64))
+        [low, high]
     }
 
-    /// Of a servo, at rest.
-    pub(super) fn unknowns(&self, servo: &IdentifiedServo) -> [N; UNKNOWNS] {
+    /// Of a servo, machine units of a sample.
+    pub(super) fn parameters(&self, servo: &IdentifiedServo) -> [N; PARAMETERS] {
         let (values, scale) = (servo.values(), self.scale());
-        let mut unknowns = [N::ZERO; UNKNOWNS];
-        for i in 0..5 {
-            unknowns[i] = N::from_f64(values[i] * scale[i]);
-        }
-        unknowns
+        core::array::from_fn(|i| N::from_f64(values[i] * scale[i]))
     }
 
-    fn result<const W: usize>(
+    fn servo(
         &self,
-        fit: &ServoFit<N>,
-        motion: &MotionRecord<N, W>,
+        result: &FitResult<N, PARAMETERS>,
+        errors: &PredictionErrors,
     ) -> Result<IdentifiedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
-        /// The largest correlation from piece to piece that can be distinguished from one.
-        const MAX_CORRELATION: f64 = 0.95;
         /// The part of the motion's range that viscous friction at its bound may leave unexplained: where an amplifier holds a
         /// speed it leaves 0.03. Beyond, something else moves the servo.
         const MAX_LEFT: f64 = 0.05;
-        let best = fit.best().ok_or(Reason::TooLittleEvidence)?;
-        let cost = best.equations.cost().to_f64();
-        let [friction, delay] = fit.are_at_upper_bounds(best);
-        let range = RecordScales::from_record(motion, best.unknowns[B]).range;
-        let left = libm::sqrt(cost / motion.len() as f64);
-        if friction && !delay && left > MAX_LEFT * range {
-            return Err(Reason::TooLittleEvidence);
+        let is_explained = errors.rms <= MAX_LEFT * errors.range;
+        let is_at_most = |at_bound: bool, value: N| at_bound && value > N::ZERO;
+        let friction = is_at_most(result.at_bound[A], result.parameters[A]);
+        let delay = is_at_most(result.at_bound[DELAY], result.parameters[DELAY]);
+        if friction && !delay && !is_explained {
+            return Err(Reason::PartlyExplained);
         }
         if friction || delay {
             return Err(Reason::EstimateAtBound);
         }
-        let scale = self.scale();
-        let pieces = motion.len().saturating_sub(UNKNOWNS).max(1) as f64;
-        let variance = (cost / pieces).max(ROUNDING);
-        let products = best.sums.products.to_f64();
-        let coloured = coloured(variance, products, cost, MAX_CORRELATION);
-        let inverse = best.equations.covariance();
-        let per_scale = scale.map(|scale| 1.0 / scale);
-        let value = |i: usize| best.unknowns[i].to_f64() * per_scale[i];
-        let covariance: [[f64; 5]; 5] = core::array::from_fn(|i| {
-            let per_scale_of_i = coloured * per_scale[i];
-            core::array::from_fn(|j| per_scale_of_i * inverse[i][j].to_f64() * per_scale[j])
-        });
+        let per_scale = self.scale().map(|scale| 1.0 / scale);
+        let value = |i: usize| result.parameters[i].to_f64() * per_scale[i];
         let servo = IdentifiedServo {
             parameters: ServoParameters {
                 a: value(A),
@@ -213,18 +262,22 @@ impl<N: Number> ServoFitter<N> {
                 load: value(LOAD),
             },
             delay: value(DELAY),
-            covariance,
-            unexplained: libm::sqrt(variance) * self.settings.resolution,
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| {
+                    result.covariance[i][j].to_f64() * per_scale[i] * per_scale[j]
+                })
+            }),
+            unexplained: errors.rms.max(errors.rounding),
         };
-        let finite = servo.values().iter().all(|value| value.is_finite())
-            && covariance
-                .as_flattened()
-                .iter()
-                .all(|entry| entry.is_finite());
+        let entries = servo.covariance.as_flattened().iter();
+        let is_finite = (servo.values().iter().chain(entries)).all(|value| value.is_finite());
         let uncertain = servo.standard_error(B) > UNCERTAIN * servo.parameters.b;
-        if !finite || servo.parameters.b <= 0.0 || uncertain {
-            return Err(Reason::TooLittleEvidence);
+        if is_finite && servo.parameters.b > 0.0 && !uncertain {
+            Ok(servo)
+        } else if is_explained {
+            Err(Reason::TooLittleEvidence)
+        } else {
+            Err(Reason::PartlyExplained)
         }
-        Ok(servo)
     }
 }

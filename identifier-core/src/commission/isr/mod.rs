@@ -7,10 +7,11 @@ use super::message::DecisionKind;
 use super::noise::Hysteresis;
 use super::state::{Activity, CommissionState, Next};
 use super::{
-    CommissionError, CommissionSettings, Decision, LargestMotion, MotionRecorder, Phase, Probing,
-    Reason, RecordEvent,
+    CommissionError, CommissionSettings, Decision, LargestMotion, Phase, Probing, Reason,
+    RecordEvent,
 };
 use crate::control::ControlSample;
+use crate::fit::Blocking;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
 use crate::units::Units;
@@ -26,6 +27,8 @@ use crate::watch::{Observation, ServoWatch};
 pub struct CommissionIsr<N: Number> {
     settings: CommissionSettings,
     hysteresis: Hysteresis<N>,
+    /// Of the recorded motions.
+    blocking: Blocking<N>,
     /// Noise at rest with which it goes on, counts.
     tolerated_noise: N,
     units: Units,
@@ -123,6 +126,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(Self {
             settings: *settings,
             hysteresis,
+            blocking: settings.fit().blocking(),
             tolerated_noise,
             probing: Probing::new(&settings.probing())?,
             watch: ServoWatch::new(&settings.watch())?,
@@ -166,20 +170,11 @@ impl<N: Number> CommissionIsr<N> {
             Some(before) => Activity::Holding(self.held_by(before, N::ZERO, N::ZERO, command)),
             None => Activity::Free,
         };
-        let recorder = MotionRecorder::new(&self.settings.fit());
         let watch = self
             .watch
             .start_delayed(self.settings.command_delay / self.settings.sample_time);
         let bandwidth = self.conservative.max_bandwidth();
-        CommissionState::begun(
-            count,
-            command,
-            activity,
-            watch,
-            recorder,
-            self.hysteresis,
-            bandwidth,
-        )
+        CommissionState::begun(count, command, activity, watch, self.hysteresis, bandwidth)
     }
 
     /// Begins beside a controller that has run until a count, with the gains before: `last` is that
@@ -266,7 +261,7 @@ impl<N: Number> CommissionIsr<N> {
         if let Some(trial) = state.measured.take() {
             state.trial = Some(trial.result(&self.units));
         }
-        state.record(increment.unwrap_or(N::ZERO));
+        state.record(&self.blocking, increment.unwrap_or(N::ZERO));
         CommissionStep {
             command: state.acting,
             phase: state.phase,

@@ -25,6 +25,8 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     fitter: ServoFitter<N>,
     record: MotionRecord<N, W>,
     servo: Option<IdentifiedServo>,
+    /// The last servo that explained the motion that it was fitted to.
+    explained: Option<IdentifiedServo>,
     /// The servo as the first motion had it while it moved: every parameter is uncertain by itself.
     rough: Option<IdentifiedServo>,
     /// Number of second motions that were not informative enough.
@@ -127,6 +129,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             fitter: ServoFitter::new(&settings.fit()),
             record: MotionRecord::EMPTY,
             servo: None,
+            explained: None,
             rough: None,
             refined: 0,
             is_refitted: false,
@@ -150,6 +153,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             EventKind::Begins(phase) => {
                 if matches!(phase, Phase::ReleasedCheck | Phase::Probing) {
                     self.servo = None;
+                    self.explained = None;
                     self.suspect = None;
                     self.refined = 0;
                     self.is_refitted = false;
@@ -192,7 +196,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = match (self.motion, &self.servo) {
                     _ if !record.is_complete() => Work::Then(Then::Fail(Reason::TooLittleEvidence)),
                     (Phase::Verify, Some(servo)) => {
-                        Work::Predicting(self.fitter.begin_prediction(servo))
+                        Work::Predicting(self.fitter.begin_prediction(servo, record))
                     }
                     (_, servo) => Work::Fitting(self.fitter.begin(record, servo.as_ref())),
                 };

@@ -51,6 +51,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub(super) fn take_servo(&mut self, servo: IdentifiedServo) -> Option<DecisionKind<N>> {
         self.servo = Some(servo);
         let unexplained = servo.unexplained > Self::UNEXPLAINED * self.settings.resolution;
+        if !unexplained {
+            self.explained = Some(servo);
+        }
         if unexplained && self.is_first_doubt() {
             return self.slide_early(Reason::NotPredicted);
         }
@@ -64,12 +67,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// Judges how a motion that nothing was fitted to was predicted.
     pub(super) fn judge(&mut self, prediction: &PredictionErrors) -> Option<DecisionKind<N>> {
-        let was_explained = |servo: &IdentifiedServo| {
-            servo.unexplained <= Self::UNEXPLAINED * self.settings.resolution
-        };
         if prediction.refutes()
             && !self.is_refitted
-            && let Some(servo) = self.servo.filter(was_explained)
+            && let Some(servo) = self.explained
         {
             self.refit(servo);
             return None;
@@ -149,7 +149,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Then::Publish => self.publish(DecisionKind::Identified),
             Then::Predict => {
                 let servo = self.servo.as_ref()?;
-                self.work = Work::Predicting(self.fitter.begin_prediction(servo));
+                self.work = Work::Predicting(self.fitter.begin_prediction(servo, &self.record));
                 None
             }
             Then::Again => {

@@ -2,9 +2,9 @@ use std::vec::Vec;
 
 use super::unknown_servos::{Unknown, unknown_servos};
 use crate::commission::{
-    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, MotionRecorder, PredictionErrors,
-    Reason, ServoFitter,
+    Diagnosis, FitSettings, IdentifiedServo, MotionRecord, PredictionErrors, Reason, ServoFitter,
 };
+use crate::fit::Recorder;
 use crate::parameters::ServoParameters;
 use virtual_servo::{Effects, Plant};
 
@@ -12,16 +12,15 @@ fn settings(unknown: &Unknown) -> FitSettings {
     FitSettings {
         sample_time: unknown.sample_time,
         resolution: unknown.resolution(),
-        max_command: Unknown::COMMAND,
         command_delay: 0.0,
     }
 }
 
 fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> MotionRecord<f32, W> {
-    let mut recorder = MotionRecorder::new(&settings(unknown));
+    let (blocking, mut recorder) = (settings(unknown).blocking(), Recorder::EMPTY);
     let mut motion = MotionRecord::EMPTY;
     for &[increment, command] in samples {
-        recorder.push(increment, command);
+        recorder.push(&blocking, increment, command);
         if let Some(block) = recorder.take() {
             assert!(motion.take(&block));
         }
@@ -49,7 +48,7 @@ fn predicted<const W: usize>(
     servo: &IdentifiedServo,
 ) -> PredictionErrors {
     let fitter = ServoFitter::new(&settings(unknown));
-    let mut predicting = fitter.begin_prediction(servo);
+    let mut predicting = fitter.begin_prediction(servo, motion);
     loop {
         if let Some(prediction) = fitter.predict(&mut predicting, motion) {
             return prediction;
@@ -224,10 +223,10 @@ fn an_estimate_at_its_bound_is_refused() {
     }
     assert_eq!(fit::<256>(&unknown, 1), Ok(()));
     assert_eq!(fit::<256>(&unknown, 26), Err(Reason::EstimateAtBound));
-    // Pieces of the record in which more than half of a velocity dies down.
+    // Blocks of the record in which more than half of a velocity dies down.
     unknown.parameters.a = 80.0;
     assert_eq!(fit::<256>(&unknown, 1), Ok(()));
-    assert_eq!(fit::<24>(&unknown, 1), Err(Reason::TooLittleEvidence));
+    assert_eq!(fit::<24>(&unknown, 1), Err(Reason::EstimateAtBound));
     // The command is a speed.
     unknown.parameters.a = 800.0;
     unknown.parameters.b = 2e4;
@@ -260,14 +259,14 @@ fn prior_knowledge_reduces_the_standard_errors_of_a_second_fit() {
 #[test]
 fn a_missing_block_is_noticed() {
     let unknown = ordinary(Effects::NONE);
-    let mut recorder = MotionRecorder::new(&settings(&unknown));
+    let (blocking, mut recorder) = (settings(&unknown).blocking(), Recorder::EMPTY);
     let mut motion = MotionRecord::<f32, 64>::EMPTY;
     let mut blocks = unknown
         .probe()
         .samples
         .into_iter()
         .filter_map(|[increment, command]| {
-            recorder.push(increment, command);
+            recorder.push(&blocking, increment, command);
             recorder.take()
         })
         .collect::<Vec<_>>();

@@ -1,0 +1,138 @@
+//! A block of a model whose command is late by any part of a block: it moves under each command that acts in the block for
+//! itself, as friction stops and turns it in any of them.
+
+use super::B;
+use super::block::Block;
+use super::command::{HeldCommand, late_commands};
+use super::fitter::{Fit, Fitter};
+use super::pass::Pass;
+use super::record::Blocks;
+use crate::adaptation::IdentifiableSet;
+use crate::model::{Acting, FrictionPhase, ModelValues, SlidingStep};
+use crate::number::Number;
+use crate::parameters::Unknown;
+
+impl<N, S, const P: usize> Fitter<N, S, P>
+where
+    N: Number,
+    S: IdentifiableSet<P>,
+{
+    /// True for a model whose command is late, and that has no term of its velocity.
+    pub(super) const IS_LATE: bool = S::HAS_TERMS && !S::HAS_SPEED_TERMS;
+
+    /// One block of a pass of such a model.
+    pub(super) fn late_block(
+        &self,
+        fit: &mut Fit<N, S::Inputs<N>, P>,
+        record: &impl Blocks<N>,
+        block: &Block<N>,
+    ) {
+        let free = self.free_unknowns(&fit.prior);
+        let values = self.values(&fit.trial);
+        let commands = late_commands(record, fit.next, values.terms.delay);
+        let pass = &mut fit.pass;
+        let correction = pass.gain.innovation;
+        let push = correction.velocity * pass.model.error;
+        pass.model.error = pass.model.error - correction.position * pass.model.error;
+        let pushes = pass
+            .tangents
+            .position
+            .map(|position| correction.velocity * position);
+        for position in &mut pass.tangents.position {
+            *position = *position - correction.position * *position;
+        }
+        let before = pass.model.velocity;
+        let mut way = N::ZERO;
+        let mut last = None;
+        for held in commands.iter().flatten() {
+            let [begins, ends] = held.ends();
+            let step = last.map_or(N::ZERO, |last| last - begins);
+            last = Some(ends);
+            if pass.model.velocity != N::ZERO {
+                for (velocity, unknown) in pass.tangents.velocity.iter_mut().zip(S::UNKNOWNS) {
+                    if unknown == Unknown::Delay {
+                        *velocity += values.parameters.gain * step;
+                    }
+                }
+            }
+            if held.time() > N::ZERO {
+                way += self.advance_under(pass, &values, held, push, &pushes);
+            }
+        }
+        pass.sums.speed_square += way * way;
+        let change = pass.model.velocity - before;
+        pass.sums.acceleration_square += change * change;
+        // The first block is what tells the velocity at first.
+        if fit.next > 0 && pass.model.velocity == N::ZERO {
+            pass.gain.stand();
+        }
+        pass.turns.observe(block.travel);
+        pass.model.observe(block.travel);
+        pass.measure(&free);
+    }
+
+    /// Moves the model and its tangents for as long as a command acts; the distance.
+    fn advance_under(
+        &self,
+        pass: &mut Pass<N, S::Inputs<N>, P>,
+        values: &ModelValues<N>,
+        held: &HeldCommand<N>,
+        push: N,
+        pushes: &[N; P],
+    ) -> N {
+        let (parameters, time) = (&values.parameters, held.time());
+        let (gain, square, half) = (parameters.gain, time * time, N::from_f64(0.5));
+        let x = parameters.x * time;
+        let drive = (gain * held.mean + parameters.load + push) * square;
+        let coulomb = parameters.coulomb * square;
+        let before = pass.model.velocity;
+        let (motion, phase) = self.step.process(x, drive, coulomb, before * time);
+        let moving = phase.moving_part();
+        let lead = held.lead() * square * moving;
+        let way = motion.increment + gain * lead;
+        pass.model.error = pass.model.error - way;
+        pass.model.velocity = motion.velocity * time.reciprocal();
+        let after = pass.model.velocity;
+        let acting = Acting {
+            per_delay: held.falls,
+            ..Acting::at_once(held.mean)
+        };
+        let mut slide = |time: N, mean: N, direction: N, kept: N| {
+            let slid = SlidingStep {
+                displacement: mean,
+                direction,
+                bell: N::ONE,
+            };
+            let whole = self.step.step.response(parameters.x * time);
+            for i in 0..P {
+                let Some(&unknown) = S::UNKNOWNS.get(i) else {
+                    continue;
+                };
+                let velocity = pass.tangents.velocity[i];
+                let own = values.push_of(unknown, &acting, &slid);
+                let acceleration = (own - parameters.x * velocity - pushes[i]) * time;
+                pass.tangents.position[i] += (velocity + whole.way * acceleration) * time;
+                pass.tangents.velocity[i] = (velocity + whole.velocity * acceleration) * kept;
+            }
+        };
+        match phase {
+            FrictionPhase::Stuck => {}
+            FrictionPhase::Slid { direction } => {
+                slide(time, half * (before + after), direction, N::ONE);
+            }
+            FrictionPhase::Stopped { direction, part } => {
+                slide(part * time, half * before, direction, N::ZERO);
+            }
+            FrictionPhase::Turned {
+                direction,
+                part,
+                slowing,
+            } => {
+                slide(part * time, half * before, direction, slowing);
+                slide((N::ONE - part) * time, half * after, -direction, N::ONE);
+            }
+        }
+        pass.tangents.position[B] += lead;
+        way
+    }
+}

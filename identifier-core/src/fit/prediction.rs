@@ -1,0 +1,43 @@
+use super::fitter::{Fit, FitStage, Fitter};
+use super::record::Blocks;
+use crate::adaptation::IdentifiableSet;
+use crate::number::Number;
+
+/// A block as a model predicts it that goes through the record alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Predicted<N, const P: usize> {
+    /// The servo's position less the model's, counts, weighted so that its variance is that of the position's noise.
+    pub(crate) error: N,
+    /// The change of the model's position per unit of each unknown (of a sample), weighted alike.
+    pub(crate) row: [N; P],
+}
+
+impl<N, S, const P: usize> Fitter<N, S, P>
+where
+    N: Number,
+    S: IdentifiableSet<P>,
+{
+    /// Makes a fit that has not begun a prediction by these unknowns, machine units of a sample.
+    pub(crate) fn begin_prediction(&self, fit: &mut Fit<N, S::Inputs<N>, P>, unknowns: &[N; P]) {
+        fit.trial = core::array::from_fn(|i| unknowns[i] * self.scale[i]);
+        fit.horizon = N::from_f64(Self::ALONE);
+        fit.stage = FitStage::End;
+        self.begin_pass(fit);
+    }
+
+    /// Continues a prediction by one block of the record; none behind the last.
+    pub(crate) fn predict(
+        &self,
+        fit: &mut Fit<N, S::Inputs<N>, P>,
+        record: &impl Blocks<N>,
+    ) -> Option<Predicted<N, P>> {
+        let block = record.block(fit.next)?;
+        self.model_block(fit, record, block);
+        fit.next += 1;
+        let weight = fit.pass.gain.weight;
+        Some(Predicted {
+            error: fit.pass.model.error * weight,
+            row: core::array::from_fn(|i| fit.pass.tangents.position[i] * weight * self.scale[i]),
+        })
+    }
+}
