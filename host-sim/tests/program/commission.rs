@@ -257,8 +257,8 @@ fn slides(rows: &str) -> usize {
         let at: f64 = cells[reference].parse().expect("a number");
         let step = last.map_or(0.0, |last| at - last);
         last = Some(at);
-        if step.abs() > 1e-6 && step.signum() != direction {
-            direction = step.signum();
+        if step.abs() > 1e-6 && step * direction <= 0.0 {
+            direction = step;
             slides += 1;
         }
     }
