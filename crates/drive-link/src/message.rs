@@ -318,8 +318,7 @@ impl fmt::Display for Refusal {
             Self::Running => f.write_str("the servo must be disabled first: stop"),
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
             Self::EndedCommissioning => f.write_str(
-                "a commissioning ran and was ended for it, the gains before hold: ask again when the \
-                 servo is at rest",
+                "a commissioning ran and was ended for it: ask again when the servo is at rest",
             ),
             Self::NeverCommissioned => f.write_str("it was never commissioned"),
             Self::Faulted(fault) => State::Faulted(*fault).fmt(f),

@@ -166,13 +166,20 @@ impl Commissioning {
                 velocity,
                 command: done.command,
             };
-            if done.phase.is_end() && end.is_none() {
+            if done.phase.is_end() && end.is_none_or(|end| end.phase != done.phase) {
                 end = Some(End {
                     phase: done.phase,
                     within: course.phase(),
                     reason: done.reason,
                     time,
+                    released: None,
                 });
+            }
+            if let Some(end) = &mut end {
+                end.released = match done.command {
+                    Some(_) => None,
+                    None => end.released.or(Some(time)),
+                };
             }
             course.add(&sample);
             observe(&sample);

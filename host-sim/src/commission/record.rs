@@ -35,6 +35,8 @@ pub struct End {
     pub reason: Option<Reason>,
     /// When, s.
     pub time: f64,
+    /// When the stage was disabled, s; none while a loop holds the servo.
+    pub released: Option<f64>,
 }
 
 /// Knowledge of the servo from a time on.

@@ -137,6 +137,35 @@ fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_nu
 }
 
 #[test]
+fn the_end_of_a_held_axis_tells_whether_the_stage_is_on() {
+    const CONTROLLER: &str = "[controller]\nkp = 5.0\nkd = 0.15\nki = 4.0\n\
+                              velocity_filter = { kind = \"low-pass\", cutoff = 500.0 }\n";
+    let end = |kind: &str, size: &str| {
+        let fault = format!("[[fault]]\nkind = \"{kind}\"\ntime = 0.4\n{size}");
+        let text = format!("{PAPER}\n{CONTROLLER}{fault}\n");
+        let (status, answer, result) = commission(kind, &text);
+        assert_eq!(status, Some(1), "{kind}: {answer}");
+        let phases = &result.expect("it is written")["phases"];
+        let end = phases.as_array().and_then(|phases| phases.last());
+        (answer, end.is_some_and(|end| end["excursion"].is_object()))
+    };
+    for (kind, size, is_held) in [
+        ("load-step", "size = 60.0", true),
+        ("encoder-lost", "", false),
+        ("actuator-dead", "", false),
+    ] {
+        let (answer, was_held) = end(kind, size);
+        assert_eq!(was_held, is_held, "{kind}: {answer}");
+        for (sentence, is_told) in [
+            ("(the gains before hold again since", is_held),
+            ("(the servo is disabled since", !is_held),
+        ] {
+            assert_eq!(answer.contains(sentence), is_told, "{kind}: {answer}");
+        }
+    }
+}
+
+#[test]
 fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_would_do() {
     let refused = assert_refused;
     refused(

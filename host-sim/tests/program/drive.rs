@@ -420,7 +420,7 @@ fn an_unknown_servo_is_commissioned_from_the_command_line() {
     let first = answer.lines().next().unwrap_or_default();
     assert!(first.contains("moves at most from -1.5"), "{answer}");
     assert!(
-        answer.contains("applied: the new gains hold, and are kept"),
+        answer.contains("applied: the new gains are in force, and kept through a loss of power; the servo is disabled"),
         "{answer}"
     );
     for phase in [
@@ -497,7 +497,7 @@ fn a_running_loop_is_commissioned_and_continues() {
     person.does("start --leave");
     std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
     let answer = person.does("commission my-servo.toml");
-    let runs_on = "applied: the new gains hold, and are kept as soon as the servo is released; the loop keeps running";
+    let runs_on = "applied: the new gains are in force, and kept as soon as the servo is released; the loop keeps running";
     assert!(answer.contains(runs_on), "{answer}");
     let status = person.does("status");
     assert!(status.starts_with("running"), "{status}");

@@ -71,7 +71,7 @@ impl Arguments {
         show_progress(client, order.sample_time, stop)?;
         let outcome = client.outcome().map_err(fault)?;
         client.ask(Command::Watch(0)).map_err(fault)?;
-        let runs_on = client.status().map_err(fault)?.state == State::Running;
+        let state = client.status().map_err(fault)?.state;
 
         let (time, limits) = (order.sample_time, &order.limits);
         let result = DriveCommissioningResult {
@@ -84,7 +84,7 @@ impl Arguments {
         }
         let end = End {
             gains_before: before.is_some(),
-            runs_on,
+            state,
             link_timeout,
         };
         judged(&end, &outcome, silent)
@@ -155,54 +155,58 @@ fn show(before: Option<&HoldingGains>, outcome: &Outcome) -> Result<(), Fault> {
     show!("{}", terminal::blocks(&found, width()))
 }
 
-/// The state of the drive after a commissioning.
+/// The drive after a commissioning.
 struct End {
     /// There were gains before.
     gains_before: bool,
-    /// The loop that ran before runs again.
-    runs_on: bool,
+    /// Its activity.
+    state: State,
     /// Longest silence of the line then, s; 0 for no limit.
     link_timeout: f64,
 }
 
 impl End {
-    fn loop_runs_on(&self) -> String {
-        if self.link_timeout > 0.0 {
+    /// What holds the servo now.
+    fn stands(&self) -> String {
+        if self.state != State::Running {
+            return "the servo is disabled".to_owned();
+        }
+        let silence = self.link_timeout;
+        if silence > 0.0 {
             format!(
-                "the loop keeps running, and comes to rest when the line is silent for {} s",
-                self.link_timeout
+                "the loop keeps running, and comes to rest when the line is silent for {silence} s"
             )
         } else {
             "the loop keeps running".to_owned()
+        }
+    }
+
+    /// The gains in force where there are no new ones.
+    fn falls_back_to(&self) -> &'static str {
+        match self.gains_before {
+            true => "the gains before are in force",
+            false => "there are no gains",
         }
     }
 }
 
 fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
     let Commissioning { phase, reason } = outcome.commissioning;
-    let applied = reason.is_none() && phase == Phase::Applied;
-    let holds = match reason {
-        None if applied && outcome.kept => {
-            "the new gains hold, and are kept through a loss of power".to_owned()
-        }
-        None if applied && end.runs_on => format!(
-            "the new gains hold, and are kept as soon as the servo is released; {}",
-            end.loop_runs_on()
-        ),
-        None if applied => {
-            return Err(Fault::Other(
-                "applied, but the flash did not take them: the new gains hold until the power is lost; try \
-                 `save`"
-                    .to_owned(),
-            ));
-        }
-        _ if end.runs_on => format!("the gains before hold; {}", end.loop_runs_on()),
-        _ if end.gains_before => "the gains before hold".to_owned(),
-        _ => "the servo is released, without gains".to_owned(),
-    };
-    if applied {
+    let stands = end.stands();
+    if reason.is_none() && phase == Phase::Applied {
+        let kept = match (outcome.kept, end.state) {
+            (true, _) => "kept through a loss of power",
+            (false, State::Running) => "kept as soon as the servo is released",
+            (false, _) => {
+                return Err(Fault::Other(
+                    "applied, but the flash did not take them: the new gains are in force until the power is \
+                     lost; try `save`"
+                        .to_owned(),
+                ));
+            }
+        };
         if !silent {
-            show!("applied: {holds}")?;
+            show!("applied: the new gains are in force, and {kept}; {stands}")?;
         }
         return Ok(());
     }
@@ -210,5 +214,62 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
         Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise),
         None => "it did not end by itself".to_owned(),
     };
-    Err(Fault::Other(format!("{}: {why} ({holds})", phase.name())))
+    Err(Fault::Other(format!(
+        "{}: {why} ({}; {stands})",
+        phase.name(),
+        end.falls_back_to()
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::commission::Reason;
+
+    use super::*;
+
+    /// Whether it counts as done, with what is said if it does not.
+    fn end(phase: Phase, reason: Option<Reason>, kept: bool, state: State) -> Result<(), String> {
+        let outcome = Outcome {
+            commissioning: Commissioning { phase, reason },
+            servo: None,
+            tuning: None,
+            no_gains: None,
+            trial: None,
+            noise: 0.0,
+            kept,
+        };
+        let end = End {
+            gains_before: true,
+            state,
+            link_timeout: 0.0,
+        };
+        judged(&end, &outcome, true).map_err(|fault| fault.to_string())
+    }
+
+    #[test]
+    fn gains_count_as_applied_only_where_the_drive_keeps_them() {
+        assert_eq!(end(Phase::Applied, None, true, State::Released), Ok(()));
+        assert_eq!(end(Phase::Applied, None, false, State::Running), Ok(()));
+        let lost = end(Phase::Applied, None, false, State::Released);
+        assert!(lost.is_err_and(|why| why.contains("until the power is lost")));
+        // The drive tried them and could not use them.
+        let unusable = Some(Reason::NoGains);
+        assert!(end(Phase::RolledBack, unusable, false, State::Released).is_err());
+        assert!(end(Phase::Applied, unusable, true, State::Released).is_err());
+        assert!(end(Phase::Idle, None, false, State::Released).is_err());
+    }
+
+    #[test]
+    fn what_holds_the_servo_is_told_by_the_state_of_the_drive() {
+        let held = "the gains before are in force; the loop keeps running)";
+        let disabled = "the gains before are in force; the servo is disabled)";
+        for (state, told) in [
+            (State::Running, held),
+            (State::Released, disabled),
+            (State::Faulted(Reason::EncoderLost), disabled),
+        ] {
+            let aborted = end(Phase::Aborted, Some(Reason::EncoderStuck), false, state);
+            assert!(aborted.is_err_and(|why| why.ends_with(told)), "{state}");
+        }
+    }
 }

@@ -74,8 +74,9 @@ pub fn largest_motion(motion: &LargestMotion) -> String {
 
 fn verdict(of: &Commissioned<'_>) -> Verdict {
     let outcome = of.outcome;
-    let detail = detail(of.before.is_some(), outcome);
+    let detail = detail(outcome);
     let phase = outcome.end.map(|end| end.phase);
+    let is_held = outcome.end.is_some_and(|end| end.released.is_none());
     let (tone, headline) = match (phase, &outcome.tuning) {
         (Some(Phase::Applied), Some(tuning)) => {
             let rise = 1e3 * tuning.promise.rise_time;
@@ -93,7 +94,7 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
                 ),
             )
         }
-        (Some(Phase::RolledBack), _) => (
+        (Some(Phase::RolledBack), _) if is_held => (
             Tone::Doubtful,
             "No new gains: what held before holds again.".to_owned(),
         ),
@@ -109,23 +110,21 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
 }
 
 /// The end, and its reason.
-fn detail(before: bool, outcome: &Outcome) -> String {
+fn detail(outcome: &Outcome) -> String {
     let Some(end) = &outcome.end else {
         return "it did not end by itself".to_owned();
     };
     match end.reason {
         None => format!("the new gains hold since {:.4} s", end.time),
         Some(reason) => {
-            let since = if before {
-                "the gains before hold again"
-            } else {
-                "the servo is disabled"
+            let (state, since) = match end.released {
+                None => ("the gains before hold again", end.time),
+                Some(time) => ("the servo is disabled", time),
             };
             format!(
-                "in {}: {} ({since} since {:.4} s)",
+                "in {}: {} ({state} since {since:.4} s)",
                 end.within.name(),
                 why(reason, outcome.no_gains.as_ref(), outcome.noise),
-                end.time
             )
         }
     }
