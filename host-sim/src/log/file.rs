@@ -309,7 +309,7 @@ impl Log {
                 if stretch.beginning.len() < BEGINNING_STEPS {
                     stretch.beginning.push(step);
                 }
-                if step.abs() > 0.0 {
+                if step.abs() > 0.0 && !row.bridged && !was_bridged {
                     self.smallest_step = self.smallest_step.min(step.abs());
                 }
             }

@@ -108,10 +108,10 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
     }
 
     /// Holds its command against the one that was recorded in a log, by its number from 0, until there
-    /// is a sample that it cannot compute with; `settled` once its velocity estimate is reliable.
-    pub(super) fn compare(&mut self, scaled: &ScaledRow, log: usize, settled: bool) {
+    /// is a sample that it cannot compute with; `comparable` once its velocity estimate is reliable.
+    pub(super) fn compare(&mut self, scaled: &ScaledRow, log: usize, comparable: bool) {
         if !self.is_lost {
-            self.is_lost = self.try_compare(scaled, log, settled).is_err();
+            self.is_lost = self.try_compare(scaled, log, comparable).is_err();
         }
     }
 
@@ -119,12 +119,16 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         &mut self,
         scaled: &ScaledRow,
         log: usize,
-        settled: bool,
+        comparable: bool,
     ) -> Result<(), StepError> {
         let row = &scaled.row;
         let before = self.control;
         let mut command = self.process(scaled)?;
-        let Some(recorded) = row.command.filter(|_| settled && !row.bridged) else {
+        if row.bridged {
+            // What the integral took in is not recorded.
+            self.knows_integral = !self.pid.has_integral();
+        }
+        let Some(recorded) = row.command.filter(|_| comparable) else {
             return Ok(());
         };
         if !self.knows_integral {

@@ -4,7 +4,7 @@ use identifier_core::error::StepError;
 use identifier_core::measurement::VelocityEstimate;
 
 use super::declared::Declared;
-
+use super::passes::settling_in_motion;
 use super::scaled::RowScaler;
 use crate::experiment::{Outcome, Sample};
 use crate::log::Row;
@@ -38,6 +38,10 @@ pub(super) struct InStretch<V: VelocityEstimate<f64>> {
     settling: u64,
     /// Samples so far.
     pub(super) samples: u64,
+    /// Samples in which the velocity settles behind a bridged gap.
+    settling_in_motion: u64,
+    /// The sample from which on that is done.
+    settled_again: u64,
 }
 
 /// The input of the identifier in a sample.
@@ -60,6 +64,8 @@ impl<V: VelocityEstimate<f64>> InStretch<V> {
             velocity: 0.0,
             settling,
             samples: 0,
+            settling_in_motion: settling_in_motion(scenario),
+            settled_again: 0,
         }
     }
 }
@@ -87,11 +93,15 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         let scaled = stretch.scaler.scale(*row);
         let settled = stretch.samples >= stretch.settling;
         let begins = stretch.samples == stretch.settling;
+        if row.bridged {
+            stretch.settled_again = stretch.samples + stretch.settling_in_motion;
+        }
+        let comparable = settled && stretch.samples >= stretch.settled_again;
         stretch.samples += 1;
         let command = match (row.command, &mut self.declared) {
             (Some(command), declared) => {
                 if let Some(declared) = declared.as_mut().filter(|_| pass == 0) {
-                    declared.compare(&scaled, log, settled);
+                    declared.compare(&scaled, log, comparable);
                 }
                 command
             }

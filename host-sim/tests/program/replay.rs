@@ -214,6 +214,25 @@ fn a_bridged_gap_costs_next_to_nothing() {
 }
 
 #[test]
+fn the_command_of_the_declared_controller_is_not_compared_through_a_gap() {
+    // Straight lines are nothing that a controller answered.
+    let mut gaps = lines();
+    for begin in (1000..7000).step_by(200).rev() {
+        gaps.drain(begin..begin + 8);
+    }
+    let bridging = scenario() + "bridge_gaps = 8\n";
+    let result = printed_json(&replay_text(
+        "compared",
+        &(gaps.join("\n") + "\n"),
+        &bridging,
+    ));
+    let agreement = &result["agreement"];
+    assert_eq!(agreement["holds"], true, "{agreement}");
+    let largest = agreement["largest"].as_f64().expect("number");
+    assert!(largest < 1e-3, "{agreement}");
+}
+
+#[test]
 fn a_log_without_samples_is_refused() {
     for (test, keep) in [("nothing", 0), ("heading", 1), ("one-sample", 2)] {
         let answer = refusal(test, |lines| lines.truncate(keep));
