@@ -495,7 +495,7 @@ async function bytesOfLog(file) {
     bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
   }
   const begin = String.fromCharCode(...bytes.subarray(0, 5));
-  if (begin.slice(1) === 'MCAP') return 'It is an MCAP recording: servo-id identify reads it.';
+  if (begin.slice(1) === 'MCAP') return 'It is an MCAP recording: convert it to .csv.';
   // The module names the formats that it recognises: text in UTF-16, workbooks.
   const named = /^(PK|\xff\xfe|\xfe\xff)/.test(begin);
   if (!named && bytes.subarray(0, 4096).includes(0)) return 'It is not a text: a log is comma-separated text, with a row for each sample.';

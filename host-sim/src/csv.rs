@@ -1,5 +1,5 @@
-//! Tables as comma-separated values, SI. Of an experiment and a commissioning the columns are the fields of their
-//! MCAP files, so that either is a log for a replay. A value that is not known or not finite is left empty.
+//! Tables as comma-separated values, SI. Of an experiment and a commissioning the first columns are those of a log. A
+//! value that is not known or not finite is left empty.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -7,8 +7,32 @@ use std::io::{self, Write};
 use crate::commission;
 use crate::drift::{Compared, FORMATS, SIGNALS};
 use crate::experiment;
-use crate::log::mcap::{commissioning, trace};
 use crate::result::SweepRun;
+use crate::scenario::LogSettings;
+
+/// The columns of a log.
+const LOG: [&str; 4] = [
+    LogSettings::OWN_TIME,
+    LogSettings::OWN_REFERENCE,
+    LogSettings::OWN_POSITION,
+    LogSettings::OWN_COMMAND,
+];
+
+/// The columns beside them of an experiment: what the model left, the estimates and their standard errors.
+const IDENTIFIED: [&str; 9] = [
+    "output_error_rad",
+    "a_per_s",
+    "b_rad_per_s2_per_command",
+    "coulomb_rad_per_s2",
+    "load_rad_per_s2",
+    "a_std_error",
+    "b_std_error",
+    "coulomb_std_error",
+    "load_std_error",
+];
+
+/// Those of a commissioning: its phase, and the simulated servo.
+const COMMISSIONED: [&str; 3] = ["phase", "true_position_rad", "true_velocity_rad_per_s"];
 
 /// A table that is written row by row.
 #[derive(Debug)]
@@ -59,8 +83,7 @@ impl<W: Write> Rows<W> {
     /// # Errors
     /// Those of the writer.
     pub fn of_experiment(out: W) -> io::Result<Self> {
-        let fields = trace::SERVO.fields.iter().chain(trace::ESTIMATES.fields);
-        Self::new(out, fields.map(|(name, _)| name))
+        Self::new(out, LOG.into_iter().chain(IDENTIFIED))
     }
 
     /// Writes a sample of an experiment.
@@ -78,10 +101,7 @@ impl<W: Write> Rows<W> {
     /// # Errors
     /// Those of the writer.
     pub fn of_commissioning(out: W) -> io::Result<Self> {
-        Self::new(
-            out,
-            commissioning::SERVO.fields.iter().map(|(name, _)| name),
-        )
+        Self::new(out, LOG.into_iter().chain(COMMISSIONED))
     }
 
     /// Writes a sample of a commissioning. A disabled servo has a command of zero.

@@ -58,11 +58,10 @@ pub mod drive;
 pub mod experiment;
 #[cfg(feature = "experiments")]
 pub mod export;
+pub mod gone;
 mod identify;
 #[cfg(feature = "program")]
 pub mod init;
-#[cfg(feature = "program")]
-pub mod live;
 pub mod log;
 pub mod loops;
 #[cfg(feature = "program")]

@@ -8,9 +8,8 @@ use super::output::Outputs;
 use super::progress::Progress;
 use super::standard_output::show;
 use super::streamed::Streamed;
-use crate::commission::{Commissioning, Course, Outcome, Sample};
+use crate::commission::{Commissioning, Sample};
 use crate::csv::Rows;
-use crate::log::mcap::commissioning as messages;
 use crate::present::{self, CommissionTraces, Commissioned};
 use crate::provenance::{Kept, Origin, ScenarioText, Task};
 use crate::result::CommissioningResult;
@@ -97,9 +96,7 @@ pub(super) fn experiment(
     let machine = Commissioning::new(&scenario).map_err(of_scenario)?;
     let mut results = outputs.begin(&[input], origin, kept)?;
     let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));
-    let mut mcap = results.messages(messages::begin);
     let mut traces = results.show_traces().then(CommissionTraces::default);
-    let mut live = results.live.take();
 
     let largest = machine.largest_motion();
     if !results.own_standard_output() {
@@ -107,50 +104,30 @@ pub(super) fn experiment(
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();
-    let page = |outcome: &Outcome, traces: Option<&CommissionTraces>| {
-        present::commissioning(&Commissioned {
-            title: &call::title("Commissioning of", file),
-            command: &call::command(),
-            scenario: &scenario,
-            limits: &limits,
-            before: before.as_ref(),
-            outcome,
-            traces,
-        })
-    };
-    let mut course = Course::default();
     let progress = Progress::of_a_course();
     let mut observe = |sample: &Sample| {
         progress.advance();
         if let Some(rows) = &mut rows {
             rows.write(|rows| rows.commissioning_sample(sample));
         }
-        if let Some(mcap) = &mut mcap {
-            mcap.write(|mcap| messages::add(mcap, sample));
-        }
         if let Some(traces) = &mut traces {
             traces.add(sample);
-        }
-        if let Some(live) = &mut live {
-            course.add(sample);
-            live.offer(sample.time, || {
-                let began = course.phases.last().map_or(0.0, |phase| phase.begin);
-                let clock = format!("running: {} since {began:.2} s", sample.phase.name());
-                let outcome = Outcome::under_way(course.clone().finish(sample.time));
-                page(&outcome, traces.as_ref()).so_far(clock)
-            });
         }
     };
     let outcome = machine.run(&mut observe).map_err(of_scenario)?;
     drop(progress);
 
     let result = CommissioningResult::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
-    let page = page(&outcome, traces.as_ref());
-    results.live = live;
-    let written = [
-        rows.map(|rows| rows.finish(Rows::finish)),
-        mcap.map(|mcap| mcap.finish_with_result(&result)),
-    ];
+    let page = present::commissioning(&Commissioned {
+        title: &call::title("Commissioning of", file),
+        command: &call::command(),
+        scenario: &scenario,
+        limits: &limits,
+        before: before.as_ref(),
+        outcome: &outcome,
+        traces: traces.as_ref(),
+    });
+    let written = [rows.map(|rows| rows.finish(Rows::finish))];
     let applied = outcome.is_applied();
     results.publish(&page, applied, &result, written, |plot| {
         plot.figures("", 1, &page)

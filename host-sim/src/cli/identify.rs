@@ -10,7 +10,7 @@ use crate::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The log, a file, .csv, .csv.gz or .mcap, with the measured position and the command that acted. Several logs, all
+    /// The log, a file, .csv or .csv.gz, with the measured position and the command that acted. Several logs, all
     /// of one servo and with the same columns, under any controller each, are identified together.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,

@@ -17,8 +17,6 @@ mod init;
 mod interruption;
 mod kept_result;
 mod keys;
-mod live;
-mod manual;
 mod output;
 mod output_file;
 mod paper;
@@ -37,10 +35,11 @@ mod tune;
 
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fault::Fault;
 
+use crate::gone::{self, Place};
 use crate::program;
 use crate::render::terminal::style::FAULT;
 use crate::scenario::keys::listing;
@@ -73,7 +72,6 @@ enum Verb {
     /// Identify from a recorded log with a scenario.
     Replay(replay::Arguments),
     /// Reproduce a result from its provenance and compare the two, to the last bit.
-    #[command(alias = "rerun")]
     Reproduce(reproduce::Arguments),
     /// Commission the simulated drive: probe, identify, verify, tune, try, then apply or roll back.
     Commission(commission::Arguments),
@@ -93,8 +91,6 @@ enum Verb {
     Keys(keys::Arguments),
     /// Print a shell's completion script for verbs, options and files.
     Completions(completions::Arguments),
-    /// Print the manual page, of the program or of a verb, for `man -l -`.
-    Manual(manual::Arguments),
 }
 
 /// The verbs that read a scenario, whose keys their `--help` lists.
@@ -136,7 +132,10 @@ pub fn main() -> ExitCode {
         // Help and version.
         Err(page) if !page.use_stderr() => standard_output::written(page.print()),
         Err(wrong) => {
-            let text = wrong.render().ansi().to_string();
+            let text = match instead(&wrong) {
+                Some(instead) => format!("{FAULT}error:{FAULT:#} {instead}"),
+                None => wrong.render().ansi().to_string(),
+            };
             terminal::notify(text.trim_end());
             return ExitCode::from(2);
         }
@@ -149,6 +148,21 @@ pub fn main() -> ExitCode {
             fault.exit_code()
         }
     }
+}
+
+/// What replaces a verb or an option that is gone.
+fn instead(wrong: &clap::Error) -> Option<String> {
+    let (place, context) = match wrong.kind() {
+        ErrorKind::InvalidSubcommand => (Place::Verb, ContextKind::InvalidSubcommand),
+        ErrorKind::UnknownArgument => (Place::Option, ContextKind::InvalidArg),
+        _ => return None,
+    };
+    let ContextValue::String(word) = wrong.get(context)? else {
+        return None;
+    };
+    let word = word.split('=').next()?;
+    let instead = gone::replacement(place, word)?;
+    Some(format!("{word} is gone: {instead}"))
 }
 
 impl Arguments {
@@ -177,7 +191,6 @@ impl Arguments {
             Verb::Sweep(arguments) => sweep::run(&arguments),
             Verb::Keys(arguments) => keys::run(&arguments),
             Verb::Completions(arguments) => completions::run(&arguments),
-            Verb::Manual(arguments) => manual::run(&arguments),
         }
     }
 }

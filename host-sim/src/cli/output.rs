@@ -1,19 +1,15 @@
 //! The outputs of a verb: options, files begun before the work, and their completion after it.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::fault::Fault;
 use super::files::{self, Drawing, Files, Picture};
-use super::live::{Live, LiveOptions};
 use super::output_file::Output;
 use super::reproduce;
 use super::standard_output::show;
-use super::streamed::Streamed;
 use super::terminal::width;
-use crate::log::mcap::Recorder;
 use crate::present::Page;
 use crate::provenance::{Kept, Origin, WithOrigin};
 use crate::render::terminal;
@@ -42,24 +38,16 @@ pub(super) struct Outputs {
     /// Write the trace, one row per sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Write the trace and its provenance to this MCAP file, for Foxglove and PlotJuggler; `-` is standard
-    /// output.
-    #[arg(long, value_name = "FILE")]
-    mcap: Option<PathBuf>,
-    #[command(flatten)]
-    live: LiveOptions,
 }
 
 /// The requested outputs of a verb, begun.
 #[derive(Debug)]
 pub(super) struct Results {
     pub(super) csv: Option<Output>,
-    pub(super) live: Option<Live>,
     /// The scenario of the result, where it is to be saved.
     scenario: Option<Result<Output, Fault>>,
     files: Files,
     json: Option<Output>,
-    mcap: Option<Output>,
     plot: Option<Picture>,
     report: Option<Output>,
     provenance: Option<Provenance>,
@@ -87,8 +75,6 @@ impl Documents {
             plot: files.picture(&self.drawing)?,
             report: files.output(self.report.as_deref())?,
             csv: files.output(csv)?,
-            mcap: None,
-            live: None,
             scenario: None,
             provenance: None,
             files,
@@ -115,14 +101,12 @@ impl Outputs {
             description: results.files.description_of(csv)?,
             kept: kept.cloned(),
         });
-        results.mcap = results.files.output(self.mcap.as_deref())?;
-        results.live = self.live.begin()?;
         Ok(results)
     }
 
     /// True if an output states its origin.
     pub(super) fn state_origin(&self) -> bool {
-        self.documents.json.is_some() || self.csv.is_some() || self.mcap.is_some()
+        self.documents.json.is_some() || self.csv.is_some()
     }
 }
 
@@ -134,7 +118,7 @@ impl Results {
 
     /// True if traces are shown in a picture or a page.
     pub(super) fn show_traces(&self) -> bool {
-        self.plot.is_some() || self.report.is_some() || self.live.is_some()
+        self.plot.is_some() || self.report.is_some()
     }
 
     /// Keeps the text of a scenario for a file, which is completed with the results.
@@ -150,24 +134,8 @@ impl Results {
         Ok(())
     }
 
-    /// Begins the requested messages; `begin` writes their channels.
-    pub(super) fn messages(
-        &mut self,
-        begin: impl FnOnce(Output) -> io::Result<Recorder<Output>>,
-    ) -> Option<Streamed<Recorder<Output>>> {
-        let origin = self.provenance.as_ref().map(|known| &known.origin);
-        let begin = |mcap| {
-            let mut messages = begin(mcap)?;
-            if let Some(origin) = origin {
-                messages.about("origin", origin.entries()?)?;
-            }
-            Ok(messages)
-        };
-        self.mcap.take().map(|mcap| Streamed::begin(mcap, begin))
-    }
-
     /// Completes every file, those that were `written` already among them, and prints the page in brief, perhaps
-    /// with its verdict. A live page is shown until it is closed.
+    /// with its verdict.
     ///
     /// # Errors
     /// A file that could not be written completely; then none is.
@@ -214,9 +182,6 @@ impl Results {
         }
         if let Some(kept) = &kept {
             reproduce::compare(kept, result, silent)?;
-        }
-        if let Some(live) = self.live {
-            live.stay(page);
         }
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 use super::call;
 use super::fault::Fault;
-use super::live::Live;
 use super::output::Results;
 use super::output_file::Output;
 use super::progress::Progress;
@@ -10,26 +9,20 @@ use super::streamed::Streamed;
 use crate::analysis::{FoundServo, Status, Summariser};
 use crate::csv::Rows;
 use crate::experiment::{Outcome, Sample};
-use crate::log::mcap::{Recorder, trace};
-use crate::present::{self, Experiment, ExperimentTraces, Page};
-use crate::result::{ReplayNotes, Summary};
+use crate::present::{self, Experiment, ExperimentTraces};
+use crate::result::ReplayNotes;
 use crate::scenario::Scenario;
 
-/// Takes in an experiment sample by sample. The summary is that of all passes; its evidence, picture, rows and
-/// messages are those of the last.
+/// Takes in an experiment sample by sample. The summary is that of all passes; its evidence, picture and
+/// rows are those of the last.
 #[derive(Debug)]
 pub(super) struct Recording<'a> {
     title: String,
     scenario: &'a Scenario,
-    /// Of all passes together, s.
-    duration: f64,
     passes_to_come: u32,
-    samples: u64,
     summariser: Summariser,
     traces: Option<ExperimentTraces>,
     rows: Option<Streamed<Rows<Output>>>,
-    messages: Option<Streamed<Recorder<Output>>>,
-    live: Option<Live>,
     progress: Progress,
 }
 
@@ -45,21 +38,16 @@ impl<'a> Recording<'a> {
         Self {
             title,
             scenario,
-            duration,
             passes_to_come: passes.saturating_sub(1),
-            samples: 0,
             summariser: Summariser::lasting(scenario, duration),
             traces: results.show_traces().then(ExperimentTraces::default),
             rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
-            messages: results.messages(trace::begin),
-            live: results.live.take(),
             progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }
 
     /// A sample.
     pub(super) fn add(&mut self, sample: &Sample) {
-        self.samples += 1;
         self.summariser.add(sample);
         self.progress.advance();
         if let Some(traces) = &mut self.traces {
@@ -69,22 +57,6 @@ impl<'a> Recording<'a> {
             if let Some(rows) = &mut self.rows {
                 rows.write(|rows| rows.sample(sample));
             }
-            if let Some(messages) = &mut self.messages {
-                messages.write(|messages| trace::add(messages, sample));
-            }
-        }
-        if let Some(mut live) = self.live.take() {
-            let done = self.samples as f64 * self.scenario.sample_time();
-            live.offer(done, || {
-                let outcome = Outcome {
-                    samples: self.samples,
-                    ..Outcome::default()
-                };
-                let summary = self.summariser.clone().finish(self.scenario, outcome);
-                let clock = format!("running: {done:.1} of {:.1} s", self.duration);
-                self.page(&summary).so_far(clock)
-            });
-            self.live = Some(live);
         }
     }
 
@@ -107,34 +79,26 @@ impl<'a> Recording<'a> {
         self.summariser.predicted(error);
     }
 
-    fn page(&self, summary: &Summary) -> Page {
-        present::experiment(&Experiment {
-            title: &self.title,
-            command: &call::command(),
-            scenario: self.scenario,
-            summary,
-            traces: self.traces.as_ref(),
-        })
-    }
-
     /// Publishes the results, with `notes` on the replayed logs, and returns their verdict.
     ///
     /// # Errors
     /// An experiment that was aborted, and those of [`Results::publish`].
     pub(super) fn conclude(
         self,
-        mut results: Results,
+        results: Results,
         outcome: Outcome,
         notes: ReplayNotes,
     ) -> Result<Status, Fault> {
-        let mut summary = self.summariser.clone().finish(self.scenario, outcome);
+        let mut summary = self.summariser.finish(self.scenario, outcome);
         summary.replay = notes;
-        let page = self.page(&summary);
-        results.live = self.live;
-        let written = [
-            self.rows.map(|rows| rows.finish(Rows::finish)),
-            (self.messages).map(|messages| messages.finish_with_result(&summary)),
-        ];
+        let page = present::experiment(&Experiment {
+            title: &self.title,
+            command: &call::command(),
+            scenario: self.scenario,
+            summary: &summary,
+            traces: self.traces.as_ref(),
+        });
+        let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
         results.publish(&page, true, &summary, written, |picture| {
             picture.figures("", 2, &page)
         })?;

@@ -16,7 +16,7 @@ use crate::scenario::{Purpose, Scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The log, a file, .csv, .csv.gz or .mcap, written by `run` or recorded by a drive. Of several logs, all of
+    /// The log, a file, .csv or .csv.gz, written by `run` or recorded by a drive. Of several logs, all of
     /// one servo, each starts from the estimates of the one before.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,

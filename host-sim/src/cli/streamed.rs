@@ -2,12 +2,8 @@
 
 use std::io;
 
-use serde::Serialize;
-
 use super::fault::Fault;
 use super::output_file::Output;
-use crate::log::mcap::Recorder;
-use crate::provenance::Origin;
 
 /// A file that is written sample by sample. The first failure ends the writing and is reported at the end: an
 /// experiment is not stopped for a full disk.
@@ -47,18 +43,5 @@ impl<W> Streamed<W> {
         self.writer
             .and_then(finish)
             .map_err(|error| Fault::unwritable(&self.name, &error))
-    }
-}
-
-impl Streamed<Recorder<Output>> {
-    /// Ends messages with the result of the experiment.
-    ///
-    /// # Errors
-    /// As [`finish`](Self::finish).
-    pub(super) fn finish_with_result(self, result: &impl Serialize) -> Result<Output, Fault> {
-        self.finish(|mut messages| {
-            messages.about("result", Origin::entry(result)?)?;
-            messages.finish()
-        })
     }
 }

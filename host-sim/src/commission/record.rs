@@ -70,21 +70,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Of a commissioning that has come so far.
-    #[must_use]
-    pub fn under_way(course: Course) -> Self {
-        Self {
-            end: None,
-            known: Vec::new(),
-            tuning: None,
-            no_gains: None,
-            trial: None,
-            noise: 0.0,
-            response: None,
-            course,
-        }
-    }
-
     /// True if the new gains hold.
     #[must_use]
     pub fn is_applied(&self) -> bool {

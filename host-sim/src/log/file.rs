@@ -9,8 +9,6 @@ use super::columns::{ColumnRows, Columns};
 use super::csv::{Dialect, TextRows};
 use super::excerpt::{Excerpt, Segment};
 use super::inner::DrivenRows;
-#[cfg(feature = "experiments")]
-use super::mcap::{Layout, MessageRows, is_mcap};
 use super::row::{Row, Rows};
 use super::spacing::{EvenRows, Wrapped, usual_step};
 use super::wrap::{Jumps, Period};
@@ -50,19 +48,12 @@ pub(super) enum Format {
     Columns(Arc<Columns>),
     /// `.csv`, `.csv.gz`.
     Text(Dialect),
-    /// `.mcap`.
-    #[cfg(feature = "experiments")]
-    Messages(Layout),
 }
 
 impl Format {
     /// # Errors
-    /// The file that cannot be read; of messages, the column that is missing.
-    pub(super) fn detect(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
-        #[cfg(feature = "experiments")]
-        if path.is_file() && is_mcap(path) {
-            return Layout::detect(path, settings).map(Self::Messages);
-        }
+    /// The file that cannot be read.
+    pub(super) fn detect(path: &Path) -> Result<Self, LogError> {
         Dialect::detect(path).map(Self::Text)
     }
 
@@ -82,10 +73,6 @@ impl Format {
                 Box::new(ColumnRows::open(path, settings, columns, sample_time)?)
             }
             Self::Text(dialect) => Box::new(TextRows::open(path, settings, *dialect, sample_time)?),
-            #[cfg(feature = "experiments")]
-            Self::Messages(layout) => {
-                Box::new(MessageRows::open(path, settings, layout, sample_time)?)
-            }
         })
     }
 }
@@ -129,7 +116,7 @@ impl Log {
     /// beginning.
     const MIN_SAMPLES: u64 = 10;
 
-    /// Reads a `.csv`, `.csv.gz` or `.mcap` file whose samples must be `sample_time` (s) apart; without it,
+    /// Reads a `.csv` or `.csv.gz` file whose samples must be `sample_time` (s) apart; without it,
     /// the mean of the log holds.
     ///
     /// # Errors
@@ -139,7 +126,7 @@ impl Log {
         settings: &LogSettings,
         sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
-        let format = Format::detect(path, settings)?;
+        let format = Format::detect(path)?;
         Self::of_format(path, settings, &format, sample_time)
     }
 

@@ -1,7 +1,7 @@
-//! Recorded logs: rows in SI from CSV and MCAP files, or from columns in memory, in even time.
+//! Recorded logs: rows in SI from CSV files, or from columns in memory, in even time.
 //!
 //! A file is never in memory: [`Log::read`] reads the file once to judge it, and [`Log::rows`] reads it again,
-//! row by row. The folders `csv` and [`mcap`] make rows of a file, each behind the trait `Rows`; `spacing`
+//! row by row. The folder `csv` makes rows of a file, behind the trait `Rows`; `spacing`
 //! puts them in even time. Where a range of time is left out, and where a log ends, a stretch ends: nothing is
 //! carried over such a break but the estimates.
 
@@ -13,8 +13,6 @@ mod error;
 mod excerpt;
 mod file;
 mod inner;
-#[cfg(feature = "experiments")]
-pub mod mcap;
 mod row;
 #[cfg(feature = "experiments")]
 mod source;

@@ -46,7 +46,7 @@ impl Times {
     pub fn read(path: &Path, settings: &LogSettings) -> Result<Self, LogError> {
         /// A step of this many usual ones has a sample missing.
         const MIN_GAP: f64 = 1.6;
-        let format = Format::detect(path, settings)?;
+        let format = Format::detect(path)?;
         let rows = || format.open(path, settings, f64::NAN);
         let step = median_step(rows()?)?;
         let mut times = Self {

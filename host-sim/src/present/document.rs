@@ -44,32 +44,6 @@ impl Page {
         });
         figures.unwrap_or_default()
     }
-
-    /// The page of a run that is still under way, at this time of its clock.
-    #[must_use]
-    pub fn so_far(self, clock: String) -> Self {
-        let Verdict {
-            headline, detail, ..
-        } = self.verdict;
-        Self {
-            verdict: Verdict {
-                tone: Tone::Underway,
-                status: clock,
-                headline: format!("So far: {headline}"),
-                detail,
-            },
-            ..self
-        }
-    }
-}
-
-/// State of the run that a live page shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Progress {
-    /// The run continues, and the page follows it.
-    Underway,
-    /// The run is over.
-    Over,
 }
 
 /// The conclusion of a result.
@@ -94,8 +68,6 @@ pub enum Tone {
     Doubtful,
     /// There is no result.
     Failed,
-    /// There is no result yet.
-    Underway,
 }
 
 impl From<Status> for Tone {

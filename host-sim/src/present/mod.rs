@@ -30,7 +30,7 @@ pub use commissioning::{
     CommissionTraces, Commissioned, commissioning, found_servo, largest_motion,
 };
 pub use comparison::{comparison, heat_maps};
-pub use document::{Block, Column, Page, Progress, Section, Table, Tone, Verdict};
+pub use document::{Block, Column, Page, Section, Table, Tone, Verdict};
 pub use drift::{DriftTraces, drift};
 pub use envelope::Envelope;
 pub use experiment::{Experiment, ExperimentTraces, experiment};

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::difference::differences;
 use super::{LogFile, Origin};
-use crate::log::mcap::{Damage, McapRecord, Records, is_mcap};
+use crate::gone;
 
 /// A kept result.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,13 +28,13 @@ pub enum KeptError {
     /// The file cannot be read.
     #[error("the result cannot be read: {0}")]
     Unreadable(io::Error),
-    /// The MCAP file is damaged.
-    #[error(transparent)]
-    Damaged(Damage),
-    /// It is neither JSON nor MCAP.
+    /// It is of a kind that is no longer read: what replaces it.
+    #[error("{0}")]
+    Gone(&'static str),
+    /// It is no JSON.
     #[error(
-        "this is no result: give what run, replay or commission wrote with --json or --mcap, or the \
-         -metadata.json beside a CSV trace"
+        "this is no result: give what run, replay or commission wrote with --json, or the -metadata.json \
+         beside a CSV trace"
     )]
     NoResult,
     /// It has no origin.
@@ -66,18 +66,13 @@ impl Kept {
     /// # Errors
     /// Why it cannot be reproduced.
     pub fn read(file: &Path) -> Result<Self, KeptError> {
-        if is_mcap(file) {
-            Self::of_mcap(file)
-        } else {
-            Self::of_json(file)
-        }
-    }
-
-    fn of_json(file: &Path) -> Result<Self, KeptError> {
         let mut bytes = Vec::new();
         File::open(file)
             .and_then(|opened| opened.take(Self::MAX_SIZE).read_to_end(&mut bytes))
             .map_err(KeptError::Unreadable)?;
+        if let Some(instead) = gone::file(&bytes) {
+            return Err(KeptError::Gone(instead));
+        }
         let Ok(Value::Object(mut result)) = serde_json::from_slice(&bytes) else {
             return Err(KeptError::NoResult);
         };
@@ -87,32 +82,6 @@ impl Kept {
             origin: serde_json::from_value(origin).map_err(|_| KeptError::NoOrigin)?,
             // A description of a trace has no result.
             result: result.contains_key("status").then(|| result.into()),
-        })
-    }
-
-    fn of_mcap(file: &Path) -> Result<Self, KeptError> {
-        let damaged = |damage| match damage {
-            Damage::Unreadable(error) => KeptError::Unreadable(error),
-            damage => KeptError::Damaged(damage),
-        };
-        let mut records = Records::open(file).map_err(damaged)?;
-        let mut origin = None;
-        let mut result = None;
-        while let Some(record) = records.next_record().map_err(damaged)? {
-            let McapRecord::Metadata { name, entries } = record else {
-                continue;
-            };
-            let json = entries.get(Origin::ENTRY).map_or("", String::as_str);
-            match name.as_str() {
-                "origin" => origin = serde_json::from_str(json).ok(),
-                "result" => result = serde_json::from_str(json).ok(),
-                _ => {}
-            }
-        }
-        Ok(Self {
-            file: file.to_owned(),
-            origin: origin.ok_or(KeptError::NoOrigin)?,
-            result,
         })
     }
 

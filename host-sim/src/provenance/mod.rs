@@ -1,6 +1,6 @@
 //! Provenance of a result, so that it can be reproduced.
 //!
-//! [`Origin`] goes into every JSON result, MCAP file and the description beside a CSV trace; [`Kept`] is read
+//! [`Origin`] goes into every JSON result and the description beside a CSV trace; [`Kept`] is read
 //! back from one of them, and compared with the result of another run.
 
 mod difference;

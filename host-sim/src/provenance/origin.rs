@@ -1,6 +1,5 @@
 //! The origin of a result.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -103,34 +102,6 @@ impl Origin {
         let scenario = origin.scenario.scenario(purpose).ok()?;
         Some((origin, scenario))
     }
-
-    /// Its entries as text: each by itself for people, and all together in JSON.
-    ///
-    /// # Errors
-    /// If it cannot be written as JSON.
-    pub fn entries(&self) -> io::Result<BTreeMap<String, String>> {
-        let entries = [
-            ("version", self.version.clone()),
-            ("command", self.command.join(" ")),
-            ("scenario", self.scenario.text.clone()),
-            ("seed", self.seed.to_string()),
-        ];
-        let mut all = Self::entry(self)?;
-        all.extend(entries.map(|(name, text)| (name.to_owned(), text)));
-        Ok(all)
-    }
-
-    /// Anything as the one entry that holds all of it, in JSON.
-    ///
-    /// # Errors
-    /// If it cannot be written so.
-    pub fn entry(held: &impl Serialize) -> io::Result<BTreeMap<String, String>> {
-        let json = serde_json::to_string(held)?;
-        Ok([(Self::ENTRY.to_owned(), json)].into())
-    }
-
-    /// The name of the entry that holds all.
-    pub(super) const ENTRY: &str = "json";
 }
 
 impl ScenarioText {

@@ -12,10 +12,8 @@ mod time;
 
 use std::path::Path;
 
-#[cfg(feature = "experiments")]
-use crate::log::mcap::is_mcap;
 use crate::log::{LogError, Table, Times};
-use crate::scenario::{Column, InnerLoop, LogSettings, PhysicalSettings, PositionUnit, TimeUnit};
+use crate::scenario::{InnerLoop, LogSettings, PhysicalSettings, TimeUnit};
 
 use columns::Columns;
 use name::Unit;
@@ -77,15 +75,11 @@ impl From<Question> for Unrecognised {
     }
 }
 
-/// Recognises a `.csv`, `.csv.gz` or `.mcap` log.
+/// Recognises a `.csv` or `.csv.gz` log.
 ///
 /// # Errors
 /// A log that cannot be read, or what it does not show.
 pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognised> {
-    #[cfg(feature = "experiments")]
-    if path.is_file() && is_mcap(path) {
-        return messages(stated);
-    }
     let table = Table::read(path)?;
     if table.rows < 2 {
         let fault = match (table.rows, table.has_heading) {
@@ -217,46 +211,6 @@ pub fn recognise(path: &Path, stated: &Stated) -> Result<Recognised, Unrecognise
         settings,
         counts_per_rev,
         findings,
-    })
-}
-
-/// A log of messages: the columns of the tool's own recordings, unless others are stated.
-#[cfg(feature = "experiments")]
-fn messages(stated: &Stated) -> Result<Recognised, Unrecognised> {
-    let own = LogSettings::own();
-    let named = |column: &Option<String>| column.as_deref().map(Column::named);
-    let position = named(&stated.position).unwrap_or(own.position);
-    let mut settings = stated.settings(position);
-    let other = |column: &Option<String>, own| match column.as_deref() {
-        Some("none") => None,
-        Some(column) => Some(Column::named(column)),
-        None => own,
-    };
-    let is_own = stated.position.is_none();
-    settings.time = other(&stated.time, own.time.filter(|_| is_own));
-    let inner = stated.inner()?;
-    settings.command = other(&stated.command, own.command.filter(|_| inner.is_none()));
-    settings.velocity = named(&stated.velocity);
-    settings.reference = match &stated.goal {
-        Some(_) => named(&stated.goal),
-        None => other(&stated.reference, own.reference.filter(|_| is_own)),
-    };
-    settings.units.position = stated.position_unit.unwrap_or(PositionUnit::Radian);
-    settings.units.time = stated.time_unit.unwrap_or(TimeUnit::Second);
-    settings.units.reference = stated.reference_unit;
-    let text = match is_own {
-        true => "messages, by the names of the tool's own recordings",
-        false => "messages, by the names that are stated",
-    };
-    Ok(Recognised {
-        physical: stated.physical(None),
-        inner,
-        settings,
-        counts_per_rev: stated.counts_per_rev.filter(|counts| *counts > 0.0),
-        findings: vec![Finding {
-            about: "columns",
-            text: text.to_owned(),
-        }],
     })
 }
 

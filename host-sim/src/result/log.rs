@@ -25,7 +25,7 @@ pub struct LogReading {
     pub bridged_samples: u64,
     /// Rows in ranges of time that were left out.
     pub left_out_rows: u64,
-    /// Name of the separator between columns; none of an MCAP file.
+    /// Name of the separator between columns; none of columns in memory.
     pub separator: Option<&'static str>,
     /// True if its numbers have decimal commas.
     pub decimal_commas: bool,

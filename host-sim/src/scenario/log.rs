@@ -245,9 +245,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
         };
         return Err(Fault::new(
             "log.sample_time",
-            format!(
-                "{why} do not say how long a sample lasts: it has to be stated, or, of an MCAP log, log.time = \"log_time\""
-            ),
+            format!("{why} do not say how long a sample lasts: it has to be stated"),
         ));
     }
     if let (Some(stated), Some(needed)) = (log.sample_time, scenario.log_sample_time())

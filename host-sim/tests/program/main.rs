@@ -18,7 +18,6 @@ mod guides;
 mod identify;
 mod init_and_check;
 mod log_dialects;
-mod mcap;
 #[cfg(target_os = "linux")]
 mod memory;
 #[cfg(unix)]

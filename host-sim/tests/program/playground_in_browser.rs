@@ -494,7 +494,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         ("new File(['PK\\x03\\x04'], 'book.xlsx')", "workbook"),
         (
             "new File([new Uint8Array([137, 77, 67, 65, 80, 48])], 'run.mcap')",
-            "servo-id identify",
+            "convert it to .csv",
         ),
         (
             "new File(['\"'.repeat(2e6)], 'quotes.csv')",

@@ -1,11 +1,8 @@
-//! The reports: self-contained, small, safe, and served live during a run.
+//! The reports: self-contained, small and safe.
 
 use std::fs;
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::support::live::Shown;
 use crate::support::{folder, scenario, servo_id, standard_error};
 
 /// Runs a command that must succeed, with a report; the report.
@@ -150,89 +147,4 @@ fn a_report_to_a_dash_is_standard_output() {
     let output = servo_id(&["run", &scenario("friction.toml"), "--report", "-"]);
     assert!(output.status.success(), "{}", standard_error(&output));
     assert_self_contained(&String::from_utf8(output.stdout).expect("text"));
-}
-
-impl Shown {
-    /// The server's answer.
-    fn answer(&self, path: &str, host: &str) -> String {
-        let mut stream = TcpStream::connect(&self.address).expect("it listens");
-        let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
-        stream.write_all(request.as_bytes()).expect("it reads");
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).expect("it answers");
-        answer
-    }
-}
-
-#[test]
-fn a_live_run_is_served_until_it_is_interrupted() {
-    let folder = folder("report-live");
-    let json: PathBuf = folder.join("result.json");
-    let name = json.display().to_string();
-    let friction = scenario("friction.toml");
-    let shown = Shown::start(&["run", &friction, "--live", "--pace", "10", "--json", &name]);
-    let own = shown.address.clone();
-    let begun = std::time::Instant::now();
-    let mut has_run = false;
-    loop {
-        let page = shown.answer("/", &own);
-        assert!(page.starts_with("HTTP/1.1 200 OK"), "{page:.200}");
-        if page.contains("The run is over; this page stays.") {
-            break;
-        }
-        assert!(
-            page.contains("running: ") && page.contains("connect-src 'self'"),
-            "{page:.600}"
-        );
-        has_run = true;
-        assert!(begun.elapsed().as_secs() < 60, "it never ends");
-    }
-    assert!(has_run, "nothing was shown before the end");
-    let change = |host: &str, path: &str| shown.answer(path, host);
-    assert!(change("example.org", "/").starts_with("HTTP/1.1 403"));
-    assert!(change(&own, "/elsewhere").starts_with("HTTP/1.1 404"));
-    assert!(json.exists(), "the result is there while the page stays");
-    assert_eq!(shown.interrupt(), Some(0));
-}
-
-#[test]
-fn an_interrupted_run_ends_with_nothing_written() {
-    let folder = folder("report-live-interrupted");
-    let json = folder.join("result.json");
-    let name = json.display().to_string();
-    let shown = Shown::start(&["run", &scenario("minimal.toml"), "--live", "--json", &name]);
-    assert_eq!(shown.interrupt(), Some(130));
-    assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0);
-}
-
-#[test]
-fn a_port_in_use_is_reported_before_any_work() {
-    let folder = folder("report-port");
-    let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
-    let port = taken.local_addr().expect("it has one").port();
-    let json = folder.join("result.json").display().to_string();
-    let live = format!("--live={port}");
-    for (verb, name) in [("run", "friction.toml"), ("commission", "commission.toml")] {
-        let output = servo_id(&[verb, &scenario(name), &live, "--json", &json]);
-        assert_eq!(output.status.code(), Some(1));
-        let message = standard_error(&output);
-        assert!(
-            message.contains(&format!("port {port} "))
-                && message.contains("another program uses it"),
-            "{message}"
-        );
-        assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0);
-    }
-}
-
-#[test]
-fn a_pace_is_above_zero() {
-    for pace in ["0", "-1", "nan", "soon"] {
-        let output = servo_id(&["run", &scenario("friction.toml"), "--live", "--pace", pace]);
-        assert_eq!(output.status.code(), Some(2), "{pace}");
-        assert!(
-            standard_error(&output).contains("a number above 0"),
-            "{pace}"
-        );
-    }
 }

@@ -1,9 +1,8 @@
-//! The reports in a browser: plots, keys, colours, widths, print, and a live run.
+//! The reports in a browser: plots, keys, colours, widths and print.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::support::browser::Browser;
-use crate::support::live::Shown;
 use crate::support::{folder, scenario, servo_id, standard_error};
 use serde_json::{Value, json};
 
@@ -209,47 +208,4 @@ fn shares_over_a_logarithmic_abscissa_are_drawn_and_zoomed() {
         assert!(are_good(first), "{first:?}");
     }
     assert_silent(&browser, "after the keys");
-}
-
-#[test]
-fn a_page_follows_a_run_and_stays() {
-    let Some(browser) = Browser::start() else {
-        return;
-    };
-    for words in [
-        ["run", &scenario("friction.toml"), "--pace", "0.5"],
-        ["commission", &scenario("commission.toml"), "--pace", "0.25"],
-    ] {
-        let run = Shown::start(&[&words[..], &["--live"]].concat());
-        browser.open(&format!("http://{}", run.address));
-
-        let begun = Instant::now();
-        let mut ends: Vec<f64> = Vec::new();
-        loop {
-            let seen = browser.ask("return [document.getElementById('stage')?.textContent, window.plots?.[0]?.chart.data[0].at(-1)];");
-            assert!(begun.elapsed() < Duration::from_secs(60), "it never ends");
-            std::thread::sleep(Duration::from_millis(100));
-            // The page loads itself again where there are other figures to draw.
-            if seen
-                .as_array()
-                .is_none_or(|seen| seen.contains(&Value::Null))
-            {
-                continue;
-            }
-            let stage = seen[0].as_str().unwrap_or_default().to_owned();
-            ends.push(number(&seen[1]));
-            if stage == "The run is over; this page stays." {
-                break;
-            }
-            assert_eq!(stage, "The run goes on; this page follows it.");
-        }
-        ends.dedup();
-        assert!(ends.len() > 2 && ends.is_sorted(), "{words:?}: {ends:?}");
-        assert_silent(&browser, "over a run");
-
-        assert_eq!(run.interrupt(), Some(0));
-        let stays = browser.ask("return document.getElementById('stage').textContent;");
-        assert_eq!(stays, "The run is over; this page stays.");
-        assert_silent(&browser, "after the program");
-    }
 }

@@ -21,43 +21,32 @@ fn read(file: &Path) -> Value {
 }
 
 /// A run that can be reproduced; its scenario is gone.
-fn ran(test: &str) -> (PathBuf, [PathBuf; 3]) {
+fn ran(test: &str) -> (PathBuf, [PathBuf; 2]) {
     let folder = folder(test);
     let scenario = folder.join("servo.toml");
     std::fs::write(&scenario, SCENARIO).expect("written");
-    let files = ["r.json", "r.mcap", "r.csv"].map(|name| folder.join(name));
-    let [json, mcap, csv] = files.each_ref().map(|file| argument(file));
-    done(&[
-        "run",
-        &argument(&scenario),
-        "--json",
-        &json,
-        "--mcap",
-        &mcap,
-        "--csv",
-        &csv,
-    ]);
+    let files = ["r.json", "r.csv"].map(|name| folder.join(name));
+    let [json, csv] = files.each_ref().map(|file| argument(file));
+    done(&["run", &argument(&scenario), "--json", &json, "--csv", &csv]);
     std::fs::remove_file(scenario).expect("it was there");
     (folder, files)
 }
 
 #[test]
-fn a_run_is_reproduced_from_json_from_mcap_and_from_the_file_beside_a_trace() {
-    let (folder, [json, mcap, csv]) = ran("rerun-run");
+fn a_run_is_reproduced_from_json_and_from_the_file_beside_a_trace() {
+    let (folder, [json, csv]) = ran("rerun-run");
     let origin = &read(&json)["origin"];
     assert_eq!(origin["version"], host_sim::VERSION);
     assert_eq!(origin["seed"], 7);
     assert_eq!(origin["scenario"]["text"], SCENARIO);
     assert_eq!(origin["command"][1], "run");
-    for kept in [&json, &mcap] {
-        let answer = done(&["reproduce", &argument(kept)]);
-        assert!(
-            printed(&answer).contains("the same result as in"),
-            "{}",
-            printed(&answer)
-        );
-        assert_eq!(standard_error(&answer), "");
-    }
+    let answer = done(&["reproduce", &argument(&json)]);
+    assert!(
+        printed(&answer).contains("the same result as in"),
+        "{}",
+        printed(&answer)
+    );
+    assert_eq!(standard_error(&answer), "");
     let (again, trace) = (folder.join("again.json"), folder.join("again.csv"));
     let beside = folder.join("r.csv-metadata.json");
     let outputs = ["--json", &argument(&again), "--csv", &argument(&trace)];
@@ -140,10 +129,9 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
                    parameters = [\"a\", \"b\", \"load\"]\n[log]\ntime = \"time_s\"\n\
                    position = \"position_rad\"\ncommand = \"command\"\n";
     std::fs::write(&scenario, columns).expect("written");
-    let (json, mcap) = (folder.join("p.json"), folder.join("p.mcap"));
-    let (json, mcap) = (argument(&json), argument(&mcap));
+    let json = argument(&folder.join("p.json"));
     let (log, scenario) = (argument(&csv), argument(&scenario));
-    let outputs = ["--json", &json, "--mcap", &mcap];
+    let outputs = ["--json", &json];
     let arguments = [
         "replay",
         &log,
@@ -155,9 +143,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
         &log,
     ];
     done(&[&arguments[..], &outputs].concat());
-    for kept in [&json, &mcap] {
-        assert!(printed(&done(&["reproduce", kept])).contains("the same result as in"));
-    }
+    assert!(printed(&done(&["reproduce", &json])).contains("the same result as in"));
     // A log that has moved with its result.
     let elsewhere = folder.join("elsewhere");
     std::fs::create_dir(&elsewhere).expect("a folder");
@@ -187,24 +173,13 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
 fn a_commissioning_is_reproduced() {
     let folder = folder("rerun-commission");
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/commission.toml");
-    let [json, mcap, csv] = ["k.json", "k.mcap", "k.csv"].map(|name| argument(&folder.join(name)));
-    done(&[
-        "commission",
-        scenario,
-        "--json",
-        &json,
-        "--mcap",
-        &mcap,
-        "--csv",
-        &csv,
-    ]);
-    for kept in [&json, &mcap] {
-        let answer = done(&["reproduce", kept]);
-        assert!(
-            printed(&answer).contains("the same result as in"),
-            "{}",
-            printed(&answer)
-        );
-    }
+    let [json, csv] = ["k.json", "k.csv"].map(|name| argument(&folder.join(name)));
+    done(&["commission", scenario, "--json", &json, "--csv", &csv]);
+    let answer = done(&["reproduce", &json]);
+    assert!(
+        printed(&answer).contains("the same result as in"),
+        "{}",
+        printed(&answer)
+    );
     assert!(Path::new(&(csv + "-metadata.json")).is_file());
 }

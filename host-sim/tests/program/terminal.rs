@@ -1,4 +1,4 @@
-//! The program in a terminal: width, colours, quiet, names, suggestions, completions and manual.
+//! The program in a terminal: width, colours, quiet, names, suggestions and completions.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -87,7 +87,7 @@ fn tables_fit_the_width_and_list_omitted_columns() {
 }
 
 /// Verbs with all that they need, in a folder with a scenario, a short comparison, a log and a result.
-const VERBS: [&str; 22] = [
+const VERBS: [&str; 21] = [
     "",
     "paper --out paper --force",
     "init servo.toml --force --drive current --torque-constant 0.05 --rotor-inertia 1e-5 --counts 4096 \
@@ -110,11 +110,10 @@ const VERBS: [&str; 22] = [
     "run --help",
     "drive configure --help",
     "completions --help",
-    "manual --help",
 ];
 
 /// Calls that are refused, in that folder.
-const WRONG: [&str; 17] = [
+const WRONG: [&str; 16] = [
     "replai",
     "run missing.toml",
     "run scenario.toml --jsn x",
@@ -129,7 +128,6 @@ const WRONG: [&str; 17] = [
     "export result.json --format mjcf",
     "init servo.toml",
     "keys plant.deley",
-    "manual comision",
     "drive status",
     "drive --port tcp:127.0.0.1:1 status",
 ];
@@ -269,12 +267,11 @@ fn a_misspelt_verb_is_answered_with_the_nearest_name() {
     let folder = folder_with_paper("terminal-nearest", "3.0");
     let scenario = folder.join("scenario.toml").display().to_string();
     let wrong = folder.join("senario.toml").display().to_string();
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 4] = [
         (&["replai"], "'replay'"),
         (&["run", &scenario, "--jsn", "x"], "'--json'"),
         (&["keys", "plant.deley"], "did you mean plant.delay?"),
         (&["run", &wrong], "did you mean"),
-        (&["manual", "comision"], "did you mean commission?"),
     ];
     for (words, meant) in cases {
         let output = servo_id(words);
@@ -295,33 +292,12 @@ fn the_program_has_one_name() {
     assert!(printed(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
     let refused = standard_error(&servo_id(&["keys", "nothing.like.it"]));
     assert!(refused.contains("`servo-id keys`"), "{refused}");
-    let page = printed(&servo_id(&["manual", "drive", "status"]));
-    assert!(page.contains(".TH servo-id-drive-status "));
 }
 
 #[test]
-fn every_shell_has_completions_and_every_verb_a_page() {
+fn every_shell_has_completions() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = printed(&servo_id(&["completions", shell]));
         assert!(script.contains("commission"), "{shell}");
-    }
-    let help = printed(&servo_id(&["--help"]));
-    let verbs = help
-        .lines()
-        .skip_while(|line| !line.starts_with("Commands:"))
-        .skip(1);
-    // A text too long for the line of its verb continues further right.
-    let verbs: Vec<_> = verbs
-        .take_while(|line| !line.is_empty())
-        .filter(|line| !line.starts_with("   "))
-        .filter_map(|line| line.split_whitespace().next())
-        .filter(|verb| *verb != "help")
-        .collect();
-    assert!(verbs.len() > 10, "{verbs:?}");
-    for verb in verbs {
-        assert!(
-            printed(&servo_id(&["manual", verb])).contains(".SH SYNOPSIS"),
-            "{verb}"
-        );
     }
 }

@@ -31,7 +31,7 @@ def identify(
 ) -> Result:
     """The servo behind a log of position and command.
 
-    ``log`` is a file (.csv, .csv.gz, .mcap) or a mapping of columns: ``position`` and ``command``, the total that acted,
+    ``log`` is a file (.csv, .csv.gz) or a mapping of columns: ``position`` and ``command``, the total that acted,
     with ``time`` (s) or ``sample_time=``. A servo that closes its own loop has a ``goal`` in place of a command, and that
     loop is ``inner=``: ``kp`` (command units per rad), ``kd``, ``limit``, ``sample_time`` (its own, s), ``integrator``
     (``euler`` or ``implicit``, of a simulator), ``cutoff``; a column ``velocity`` is the one it acts on. The file's columns and units are found; ``result.findings`` says how. What a log

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::super::LogError;
 use super::cell::is_number;
 use super::{stamp, text};
+use crate::gone;
 
 /// The dialect of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +39,9 @@ impl Dialect {
         if beginning.starts_with(&[0xff, 0xfe]) || beginning.starts_with(&[0xfe, 0xff]) {
             let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
             return Err(LogError::in_file(path, fault));
+        }
+        if let Some(instead) = gone::file(&beginning) {
+            return Err(LogError::in_file(path, instead.to_owned()));
         }
         if let Some(place) = memchr::memchr(0, &beginning) {
             let fault = format!(

@@ -98,7 +98,6 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
             Tone::Doubtful,
             "No new gains: what held before holds again.".to_owned(),
         ),
-        (None, _) => (Tone::Underway, "The servo is not known yet.".to_owned()),
         _ => (Tone::Failed, "No new gains: it was aborted.".to_owned()),
     };
     Verdict {
@@ -179,11 +178,7 @@ fn phases(outcome: &Outcome) -> Table {
 fn found(of: &Commissioned<'_>) -> Vec<Block> {
     let outcome = of.outcome;
     let Some(servo) = outcome.servo() else {
-        let why = match outcome.end {
-            Some(_) => "Nothing: it ended before the servo was known.",
-            None => "Nothing yet: results are shown when it ends.",
-        };
-        return vec![Block::Text(why.to_owned())];
+        return vec![Block::text("Nothing: it ended before the servo was known.")];
     };
     let truth = commissioned_truth(of.scenario);
     let mut blocks = found_servo(

@@ -37,7 +37,6 @@ pub(super) fn verdict(verdict: &Verdict) -> Markup {
         Tone::Good => "good",
         Tone::Doubtful => "doubtful",
         Tone::Failed => "failed",
-        Tone::Underway => "underway",
     };
     html! {
         div.verdict.(tone) {

@@ -4,86 +4,44 @@
 mod block;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use serde_json::{Map, Value, json};
 
-use crate::present::{Figure, Page, Progress, Section};
+use crate::present::{Figure, Page, Section};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-const FOLLOWING: &str = include_str!("live.js");
 const PLOT_STYLE: &str = include_str!("vendor/uPlot-1.6.32/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("vendor/uPlot-1.6.32/uPlot.iife.min.js");
 
-/// Nothing is loaded from anywhere, whatever the page contains; a page that follows a run asks its own server.
+/// Nothing is loaded from anywhere, whatever the page contains.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 /// A page as one file.
 #[must_use]
 pub fn page(page: &Page) -> String {
-    document(page, None)
-}
-
-/// A page of a run, as its server shows it.
-#[must_use]
-pub fn live_page(page: &Page, progress: Progress) -> String {
-    document(page, Some(progress))
-}
-
-/// Changes to an earlier page of the run that a browser shows, JSON.
-#[must_use]
-pub fn changes(page: &Page, progress: Progress) -> String {
-    if progress == Progress::Over {
-        return json!({ "over": true }).to_string();
-    }
-    let texts = page
-        .sections
-        .iter()
-        .filter(|section| !section.has_figures());
-    let texts = texts.map(|section| (text_anchor(section), text(section).into_string()));
-    let verdict = block::verdict(&page.verdict).into_string();
-    let parts = texts.chain([("verdict".to_owned(), verdict)]);
-    let parts: Map<String, Value> = parts.map(|(id, html)| (id, html.into())).collect();
-    let parts = Value::from(parts);
-    format!(
-        r#"{{"over":false,"parts":{parts},"figures":{}}}"#,
-        figures_json(page)
-    )
-}
-
-fn document(page: &Page, progress: Option<Progress>) -> String {
-    let connect = match progress {
-        Some(Progress::Underway) => "; connect-src 'self'",
-        _ => "",
-    };
     html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(format!("{POLICY}{connect}"));
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="color-scheme" content="light dark";
                 title { (page.title) }
                 link rel="icon" href="data:,";
                 style { (PreEscaped(PLOT_STYLE)) (PreEscaped(STYLE)) }
             }
-            body { (body(page, progress)) }
+            body { (body(page)) }
         }
     }
     .into_string()
 }
 
-fn body(page: &Page, progress: Option<Progress>) -> Markup {
+fn body(page: &Page) -> Markup {
     html! {
         a.skip href="#main" { "To the result" }
         header {
             h1 { (page.title) }
-            @match progress {
-                Some(Progress::Underway) => p #stage role="status" { "The run goes on; this page follows it." },
-                Some(Progress::Over) => p #stage role="status" { "The run is over; this page stays." },
-                None => {}
-            }
             div #verdict { (block::verdict(&page.verdict)) }
             nav aria-label="Sections" {
                 @for section in &page.sections {
@@ -95,7 +53,7 @@ fn body(page: &Page, progress: Option<Progress>) -> Markup {
             @for section in &page.sections {
                 section #(anchor(section)) {
                     h2 { (section.heading) }
-                    div #(text_anchor(section)) { (text(section)) }
+                    (text(section))
                 }
             }
         }
@@ -109,7 +67,6 @@ fn body(page: &Page, progress: Option<Progress>) -> Markup {
             script { (PreEscaped(PLOT_SCRIPT)) }
             script { (PreEscaped(SCRIPT)) }
         }
-        @if progress == Some(Progress::Underway) { script { (PreEscaped(FOLLOWING)) } }
     }
 }
 
@@ -135,13 +92,10 @@ fn anchor(section: &Section) -> String {
     section.heading.to_lowercase().replace(' ', "-")
 }
 
-/// Name of the place of its content.
-fn text_anchor(section: &Section) -> String {
-    format!("{}-text", anchor(section))
-}
-
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
     use crate::present::{Block, TIME, Tone, Verdict};
 

@@ -54,7 +54,7 @@
     }
     return [0.15, 0.5, 0.85].map((part) => from + part * (to - from));
   }
-  let figures = JSON.parse(document.getElementById("figures").textContent).map(plotted);
+  const figures = JSON.parse(document.getElementById("figures").textContent).map(plotted);
   let plots = [];
 
   // Room of the widest text at an axis.
@@ -322,16 +322,6 @@
     plots = figures.map((_, number) => draw(number));
     window.plots = plots;
   }
-
-  // Other data of the same plots, as a run goes on; where there are others, the page is loaded again.
-  window.renew = (next) => {
-    const shape = (figure) => figure.traces.map(({ band }) => (band ? 3 : 1)).join();
-    const coming = next.map(plotted);
-    if (coming.map(shape).join(";") !== figures.map(shape).join(";")) return location.reload();
-    figures = coming;
-    measure();
-    plots.forEach(({ chart }, number) => chart.setData(table(figures[number])));
-  };
 
   for (const host of hosts) {
     const canvas = host.querySelector(".canvas");

@@ -26,7 +26,7 @@ pub fn status(name: &str, tone: Tone) -> String {
     let style = match tone {
         Tone::Good => GOOD,
         Tone::Failed => FAULT,
-        Tone::Doubtful | Tone::Underway => WARNING,
+        Tone::Doubtful => WARNING,
     };
     format!("{style}{name}{style:#}")
 }

@@ -1,7 +1,6 @@
 //! Support of the command line's tests.
 
 pub(crate) mod browser;
-pub(crate) mod live;
 pub(crate) mod pages;
 pub(crate) mod readable;
 pub(crate) mod simulated_drive;

@@ -1,0 +1,57 @@
+//! What earlier states of the program knew and this one does not, each with what replaces it: the one list that every
+//! refusal of such a word or file is from.
+
+/// Where a word stood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A key of a scenario, by its path.
+    Key,
+    /// A verb of the command line.
+    Verb,
+    /// An option of the command line.
+    Option,
+    /// A file, by the name in its beginning.
+    File,
+}
+
+use Place::{File, Option as Flag, Verb};
+
+const GONE: &[(Place, &str, &str)] = &[
+    (
+        File,
+        "MCAP",
+        "MCAP is not read any more: convert the recording to .csv, in Python with the package mcap",
+    ),
+    (
+        Flag,
+        "--mcap",
+        "MCAP is not written any more: --csv writes the same samples",
+    ),
+    (
+        Flag,
+        "--live",
+        "a run is not shown while it lasts: --report writes its page when it is over",
+    ),
+    (
+        Verb,
+        "manual",
+        "there are no manual pages: VERB --help says the same",
+    ),
+    (Verb, "rerun", "it is called reproduce"),
+];
+
+/// What replaces a word that is gone, a sentence without an end.
+#[must_use]
+pub fn replacement(place: Place, word: &str) -> Option<&'static str> {
+    let mut gone = GONE.iter();
+    gone.find_map(|(at, name, what)| (*at == place && *name == word).then_some(*what))
+}
+
+/// What replaces a kind of file whose name stands behind the first byte.
+#[must_use]
+pub fn file(beginning: &[u8]) -> Option<&'static str> {
+    let name = beginning
+        .get(1..5)
+        .and_then(|name| str::from_utf8(name).ok())?;
+    replacement(File, name)
+}
