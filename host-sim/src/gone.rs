@@ -34,6 +34,11 @@ const GONE: &[(Place, &str, &str)] = &[
     ),
     (
         Verb,
+        "check",
+        "run prints margins and reachable accuracy beside the result, tune the margins of its gains",
+    ),
+    (
+        Verb,
         "manual",
         "there are no manual pages: VERB --help says the same",
     ),

@@ -42,8 +42,6 @@
 
 pub mod analysis;
 #[cfg(feature = "program")]
-pub mod check;
-#[cfg(feature = "program")]
 pub mod cli;
 #[cfg(feature = "experiments")]
 pub mod commission;

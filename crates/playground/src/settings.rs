@@ -178,7 +178,7 @@ impl Settings {
     /// The text of the scenario, for the command line.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = "# From the playground.\n#\n#   servo-id check THIS.toml     is the loop stable, is there enough motion?\n#   servo-id run THIS.toml       the same run, the same bits\n".to_owned();
+        let mut text = "# From the playground.\n#\n#   servo-id run THIS.toml       the same run, the same bits\n".to_owned();
         let mut table = |name: &str, values: &[(&str, String)]| {
             let _ = writeln!(text, "\n[{name}]");
             for (key, value) in values {

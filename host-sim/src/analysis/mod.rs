@@ -1,9 +1,12 @@
 //! Conclusions from the samples of an experiment; their presentation is in `present`.
 
 mod assessment;
+mod closed_loop;
 mod estimate;
 mod evidence;
+mod information;
 mod log_scan;
+mod reachable;
 mod scaled_recording;
 mod sensor_noise;
 mod statistics;
@@ -12,7 +15,7 @@ mod summary;
 mod whole_record;
 
 pub use crate::verdict::Status;
+pub(crate) use closed_loop::{LoopFigures, Response};
 pub use log_scan::{remarks, scanned};
-pub(crate) use sensor_noise::NoiseMeter;
 pub use statistics::Statistics;
 pub use summary::{FoundServo, Summariser};

@@ -8,6 +8,7 @@ use crate::verdict::{Motion, Status, Verdict};
 use super::assessment::{Assessment, Effort, Judged};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
+use super::reachable::Reachable;
 use super::sensor_noise::NoiseMeter;
 use super::statistics::Statistics;
 use super::stretch::Stretch;
@@ -51,6 +52,8 @@ pub struct Summariser {
     prediction: Option<f64>,
     /// Of a law that fits the whole record, once it has.
     whole: Option<WholeRecord>,
+    /// Of a simulated servo, for a page of the program.
+    reachable: Option<Box<Reachable>>,
 }
 
 /// The servo that the fit of a whole record found.
@@ -108,7 +111,15 @@ impl Summariser {
             end: 0.0,
             prediction: None,
             whole: None,
+            reachable: None,
         }
+    }
+
+    /// The same, which looks at the accuracy that the motion of a simulated servo allows, too.
+    #[must_use]
+    pub fn with_reachable(mut self, scenario: &Scenario) -> Self {
+        self.reachable = Reachable::new(scenario).map(Box::new);
+        self
     }
 
     /// Takes in a sample. Inlined so that a sample is never put together in memory: the processor would wait for every copy
@@ -126,6 +137,9 @@ impl Summariser {
         }
         self.has_standard_errors = sample.standard_errors.is_some();
         self.stretch.add(sample);
+        if let Some(reachable) = &mut self.reachable {
+            reachable.add(sample);
+        }
         if let Some(last) = self.last_position.filter(|_| !sample.begins) {
             self.travelled += (sample.position - last).abs();
         }
@@ -348,6 +362,8 @@ impl Summariser {
             outcome,
             fit: whole.map(|whole| whole.notes),
             replay: ReplayNotes::default(),
+            reachable: (self.reachable.as_ref())
+                .map_or_else(Vec::new, |reachable| reachable.standard_errors()),
         }
     }
 }

@@ -1,10 +1,11 @@
+use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use super::asker::{Asker, ask, prompt};
 use super::fault::Fault;
 use super::output::Outputs;
 use super::replay::{Introduction, Replay};
 use super::required::Required;
+use super::terminal::folded_error;
 use crate::provenance::ScenarioText;
 use crate::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
 
@@ -38,7 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let log = logs
         .first()
         .ok_or_else(|| Fault::Input("no log".to_owned()))?;
-    let recognised = recognised(log, arguments.stated.clone(), &Asker::at_terminal())?;
+    let recognised = recognised(log, arguments.stated.clone())?;
     let file = match &arguments.save_scenario {
         Some(file) => file.display().to_string(),
         None => format!("the scenario of {}", log.display()),
@@ -64,8 +65,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 }
 
 /// The log, recognised with the answers to all questions.
-fn recognised(log: &Path, mut stated: Stated, asker: &Asker) -> Result<Recognised, Fault> {
+fn recognised(log: &Path, mut stated: Stated) -> Result<Recognised, Fault> {
     let refused = |text: &str| in_options(Fault::of_file(log, text));
+    let is_asked = io::stdin().is_terminal() && io::stderr().is_terminal();
     loop {
         let questions = match recognise(log, &stated) {
             Ok(recognised) => return Ok(recognised),
@@ -74,7 +76,7 @@ fn recognised(log: &Path, mut stated: Stated, asker: &Asker) -> Result<Recognise
             }
             Err(Unrecognised::Unknown(questions)) => questions,
         };
-        if !asker.is_there {
+        if !is_asked {
             let all: Vec<_> = questions
                 .iter()
                 .map(|Question { flag, text }| {
@@ -89,6 +91,24 @@ fn recognised(log: &Path, mut stated: Stated, asker: &Asker) -> Result<Recognise
             }
         }
     }
+}
+
+fn ask(question: &str) -> Result<String, Fault> {
+    prompt(question)?;
+    let mut answer = String::new();
+    let read = io::stdin().lock().read_line(&mut answer);
+    match read {
+        Ok(0) | Err(_) => Err(Fault::Input("no answer: nothing is written".to_owned())),
+        Ok(_) => Ok(answer),
+    }
+}
+
+fn prompt(text: &str) -> Result<(), Fault> {
+    let mut terminal = io::stderr();
+    terminal
+        .write_all(folded_error(text).as_bytes())
+        .and_then(|()| terminal.flush())
+        .map_err(|error| Fault::unwritable("the terminal", &error))
 }
 
 /// The log and its findings.

@@ -2,11 +2,10 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::asker::{Asker, ask, prompt};
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::standard_output::show;
-use crate::init::{Chosen, DataSheet, Drive, scenario};
+use crate::init::{Chosen, DataSheet, Drive, data_sheet, scenario};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -61,11 +60,10 @@ enum Command {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    // No questions for a file that cannot be written.
     let mut files = Files::reading(&[], arguments.force);
     let file = arguments.file.as_deref().unwrap_or(Path::new("-"));
     let output = files.output(Some(file))?;
-    let sheet = arguments.sheet(&Asker::at_terminal())?;
+    let sheet = arguments.sheet()?;
     let servo = sheet
         .servo()
         .map_err(|error| Fault::Input(error.to_string()))?;
@@ -77,22 +75,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     files::commit([output])?;
     if !files.own_standard_output() {
         let file = file.display();
-        show!("{file} is written: `check {file}` says what it means, `run {file}` tries it")?;
+        show!("{file} is written: `run {file}` tries it")?;
     }
     Ok(())
 }
 
 impl Arguments {
-    /// The data sheet; a number that is missing is asked for.
+    /// The data sheet.
     #[rustfmt::skip]
-    fn sheet(&self, asker: &Asker) -> Result<DataSheet, Fault> {
+    fn sheet(&self) -> Result<DataSheet, Fault> {
         let drive = match (self.drive, self.peak_current, self.voltage) {
             (Some(drive), ..) => drive,
             (None, Some(_), None) => Command::Current,
             (None, None, Some(_)) => Command::Voltage,
-            _ => drive(asker)?,
+            _ => {
+                return Err(Fault::Input(
+                    "--drive is missing: current (with --peak-current) or voltage (with --voltage and --resistance)"
+                        .to_owned(),
+                ));
+            }
         };
-        let number = |stated, name, meaning, usual| asker.number(stated, name, meaning, usual);
         let drive = match drive {
             Command::Current => Drive::Current {
                 peak: number(self.peak_current, "peak-current", "largest current, A", None)?,
@@ -122,21 +124,15 @@ impl Arguments {
     }
 }
 
-/// The quantity of the command, asked for.
-fn drive(asker: &Asker) -> Result<Command, Fault> {
-    if !asker.is_there {
-        return Err(Fault::Input(
-            "--drive is missing: current (with --peak-current) or voltage (with --voltage and \
-             --resistance)"
-                .to_owned(),
-        ));
-    }
-    loop {
-        let answer = ask("the command is the motor's current or voltage [current]: ")?;
-        match answer.trim() {
-            "" | "c" | "current" => return Ok(Command::Current),
-            "v" | "voltage" => return Ok(Command::Voltage),
-            _ => prompt("current or voltage\n")?,
-        }
-    }
+/// A number as it is stated, or the usual one.
+fn number(
+    stated: Option<f64>,
+    name: &'static str,
+    meaning: &str,
+    usual: Option<f64>,
+) -> Result<f64, Fault> {
+    let number = stated.or(usual);
+    let number = number.ok_or_else(|| Fault::Input(format!("--{name} is missing: {meaning}")))?;
+    data_sheet::check(name, number).map_err(|error| Fault::Input(error.to_string()))?;
+    Ok(number)
 }

@@ -1,8 +1,6 @@
 //! The command line: one file for each verb, and the inputs and outputs that all verbs share.
 
-mod asker;
 mod call;
-mod check;
 mod commission;
 mod compare;
 mod completions;
@@ -63,10 +61,8 @@ enum Verb {
     Paper(paper::Arguments),
     /// Run one experiment on the simulated servo.
     Run(run::Arguments),
-    /// Write a scenario from the data sheet of a motor, by options or by questions.
+    /// Write a scenario from the data sheet of a motor.
     Init(init::Arguments),
-    /// Analyse a scenario before it is run: bandwidth, margins, how soon each parameter will be known.
-    Check(check::Arguments),
     /// Identify the servo of a recorded log, without a scenario: columns, units and sample time are found.
     Identify(Box<identify::Arguments>),
     /// Identify from a recorded log with a scenario.
@@ -94,15 +90,7 @@ enum Verb {
 }
 
 /// The verbs that read a scenario, whose keys their `--help` lists.
-const SCENARIO_VERBS: [&str; 7] = [
-    "run",
-    "check",
-    "replay",
-    "commission",
-    "compare",
-    "drift",
-    "sweep",
-];
+const SCENARIO_VERBS: [&str; 6] = ["run", "replay", "commission", "compare", "drift", "sweep"];
 
 /// The command line with the keys of a scenario in its long help. To list them takes as long as to parse
 /// a call, so this is built only where help is printed.
@@ -178,7 +166,6 @@ impl Arguments {
             Verb::Paper(arguments) => paper::run(&arguments),
             Verb::Run(arguments) => run::run(&arguments),
             Verb::Init(arguments) => init::run(&arguments),
-            Verb::Check(arguments) => check::run(&arguments),
             Verb::Identify(arguments) => identify::run(&arguments),
             Verb::Replay(arguments) => replay::run(&arguments),
             Verb::Reproduce(arguments) => reproduce::run(&arguments),

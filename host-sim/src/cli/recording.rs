@@ -39,7 +39,7 @@ impl<'a> Recording<'a> {
             title,
             scenario,
             passes_to_come: passes.saturating_sub(1),
-            summariser: Summariser::lasting(scenario, duration),
+            summariser: Summariser::lasting(scenario, duration).with_reachable(scenario),
             traces: results.show_traces().then(ExperimentTraces::default),
             rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
             progress: Progress::of_samples((duration / scenario.sample_time()) as u64),

@@ -4,7 +4,6 @@
 //! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report
 //! shows all of it. A picture shows its figures.
 
-mod check;
 mod commissioning;
 mod comparison;
 mod document;
@@ -24,7 +23,6 @@ mod sensitivity;
 mod sweep;
 mod tuning;
 
-pub use check::check;
 pub(crate) use commissioning::why;
 pub use commissioning::{
     CommissionTraces, Commissioned, commissioning, found_servo, largest_motion,

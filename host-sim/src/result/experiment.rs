@@ -64,6 +64,9 @@ pub struct Summary {
     /// Logs and predictions of a replay.
     #[serde(flatten)]
     pub replay: ReplayNotes,
+    /// The least standard errors that the motion allows, SI, of a simulated servo.
+    #[serde(skip)]
+    pub reachable: Vec<(Unknown, f64)>,
 }
 
 /// The estimates of a, b, c and d, constant where the law does not estimate them, and of optional terms.

@@ -1,7 +1,6 @@
 //! Results: of each experiment what was found, serialised as it is. Its fields are the keys of `--json`,
 //! documented in docs/command-line.md; its numbers are what every page shows.
 
-mod check;
 #[cfg(feature = "experiments")]
 pub mod commissioning;
 mod comparison;
@@ -17,7 +16,6 @@ mod sensor_noise;
 mod sweep;
 mod tuning;
 
-pub use check::{Certificate, CheckResult, EncoderFigures, Known, LoopFigures, ServoFigures};
 #[cfg(feature = "experiments")]
 pub use commissioning::{CommissioningEnd, CommissioningResult, DriveCommissioningResult};
 pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};

@@ -16,7 +16,7 @@ mod faults;
 mod fit;
 mod guides;
 mod identify;
-mod init_and_check;
+mod init;
 mod log_dialects;
 #[cfg(target_os = "linux")]
 mod memory;

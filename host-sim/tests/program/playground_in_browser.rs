@@ -297,8 +297,6 @@ fn a_run_of_the_page_has_the_bits_of_the_program() {
             "{settings}: {}",
             csv.lines().next().unwrap_or_default()
         );
-        let checked = servo_id(&["check", &scenario]);
-        assert_eq!(checked.status.code(), Some(0), "{settings}");
     }
 }
 

@@ -48,16 +48,11 @@ fn every_law_reports_the_noise_of_the_sensor() {
 }
 
 #[test]
-fn a_check_reports_it_before_the_run() {
-    assert_is_the_sensors(&result("check", "gauss-newton")["encoder"]["noise"]);
-}
-
-#[test]
 fn the_terminal_shows_it_in_counts() {
     let file = folder("noise-terminal").join("plain.toml");
     let text = "[plant]\na = 0.5\nb = 200.0\n[identifier]\nlaw = \"gauss-newton\"\n[run]\nduration = 4.0\n";
     std::fs::write(&file, text).expect("written");
-    for verb in ["run", "check"] {
+    for verb in ["run"] {
         let output = servo_id(&[verb, &file.display().to_string()]);
         let shown = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(

@@ -87,7 +87,7 @@ fn tables_fit_the_width_and_list_omitted_columns() {
 }
 
 /// Verbs with all that they need, in a folder with a scenario, a short comparison, a log and a result.
-const VERBS: [&str; 21] = [
+const VERBS: [&str; 20] = [
     "",
     "paper --out paper --force",
     "init servo.toml --force --drive current --torque-constant 0.05 --rotor-inertia 1e-5 --counts 4096 \
@@ -97,7 +97,6 @@ const VERBS: [&str; 21] = [
     "identify log.csv",
     "identify log.csv --torque-constant 0.1 --command-unit V",
     "replay log.csv --scenario scenario.toml",
-    "check scenario.toml",
     "tune result.json",
     "commission commission.toml",
     "compare compare.toml",

@@ -1,6 +1,6 @@
 //! The page of a run or a replay.
 
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, Unknown};
 
 mod traces;
 
@@ -8,11 +8,12 @@ pub use traces::ExperimentTraces;
 
 use super::estimates::{self, Estimated};
 use super::noise::sensor_noise;
-use super::number::{figure, fixed, known_to, per_cent, plain, sentence};
+use super::number::{DASH, figure, fixed, known_to, per_cent, plain, rough, sentence};
 use super::physical;
 use super::remedies::remedies;
 use super::tuning::advice;
 use super::{Block, Page, Section, Tone, Verdict};
+use crate::analysis::{LoopFigures, Response};
 use crate::result::{FitNotes, OutputError, Residual, Summary};
 use crate::scan::Remark;
 use crate::scenario::Scenario;
@@ -40,7 +41,7 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
     let rows = rows(of);
     let mut sections = vec![
         Section::brief("The logs", logs(of.summary)),
-        Section::brief("What was found", found(of.summary, &rows)),
+        Section::brief("What was found", found(of, &rows)),
     ];
     let steps = remedies(of.summary);
     if let Some(traces) = of.traces {
@@ -136,7 +137,8 @@ fn logs(summary: &Summary) -> Vec<Block> {
     logs.chain(agreement).collect()
 }
 
-fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
+fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
+    let summary = of.summary;
     let mut blocks = if rows.is_empty() {
         vec![Block::text("There are no estimates.")]
     } else {
@@ -168,7 +170,52 @@ fn found(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     }
     let predictions = summary.replay.predictions.iter();
     blocks.extend(predictions.map(|prediction| Block::Text(sentence(&prediction.to_string()))));
+    blocks.extend(closed_loop(of.scenario).map(Block::Text));
+    blocks.extend(reachable(&summary.reachable).map(Block::Text));
     blocks
+}
+
+/// Bandwidth and margins of the loop around a simulated servo, where a PID closes it.
+fn closed_loop(scenario: &Scenario) -> Option<String> {
+    let response = Response::new(scenario, &scenario.plant?)?;
+    let figures = response.figures(scenario);
+    if !figures.stable {
+        return Some("The loop is unstable with this servo.".to_owned());
+    }
+    let or_dash = |value: Option<f64>, places| {
+        value.map_or_else(|| DASH.to_owned(), |value| fixed(value, places))
+    };
+    let LoopFigures {
+        bandwidth,
+        crossover,
+        phase_margin,
+        gain_margins: [fall, rise],
+        modulus_margin,
+        ..
+    } = figures;
+    Some(format!(
+        "The loop around it: bandwidth {} rad/s, crossover {} rad/s; phase margin {}°, gain may fall to {} and rise to {} \
+         times, modulus margin {}.",
+        or_dash(bandwidth, 1),
+        or_dash(crossover, 1),
+        or_dash(phase_margin, 0),
+        fall.map_or_else(|| "any".to_owned(), |fall| fixed(fall, 2)),
+        or_dash(rise, 1),
+        or_dash(modulus_margin, 2)
+    ))
+}
+
+/// The accuracy that the motion allows.
+fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
+    let of = |(unknown, error): &(Unknown, f64)| match error.is_finite() {
+        true => format!("{} ± {} {}", unknown.name(), rough(*error), unknown.unit()),
+        false => format!("nothing of {}", unknown.name()),
+    };
+    let errors: Vec<_> = errors.iter().map(of).collect();
+    let all = (!errors.is_empty()).then(|| errors.join(", "))?;
+    Some(format!(
+        "At best the motion of this run shows, as standard errors (Cramér and Rao): {all}."
+    ))
 }
 
 /// The part of the run that was fitted, the clock of the command, and the effects that a fit needed.

@@ -9,13 +9,29 @@ use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 use identifier_core::stability::SampledLoop;
 
-use crate::result::LoopFigures;
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Closing, Scenario};
 
+/// Speed and margins of a loop. All but the first are none where it is unstable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LoopFigures {
+    /// True if it is stable, delay left aside.
+    pub(crate) stable: bool,
+    /// Frequency at which the closed loop has fallen by 3 dB, rad/s.
+    pub(crate) bandwidth: Option<f64>,
+    /// Frequency at which |L| last falls below 1, rad/s.
+    pub(crate) crossover: Option<f64>,
+    /// Phase margin there, degrees.
+    pub(crate) phase_margin: Option<f64>,
+    /// The factors by which the gain may fall and rise; none for any.
+    pub(crate) gain_margins: [Option<f64>; 2],
+    /// The least |1 + L|.
+    pub(crate) modulus_margin: Option<f64>,
+}
+
 /// A loop whose response is known at every frequency.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Response {
+pub(crate) struct Response {
     a: f64,
     b: f64,
     gains: Gains,
@@ -28,7 +44,7 @@ pub(super) struct Response {
 
 impl Response {
     /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
-    pub(super) fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
+    pub(crate) fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
         let closing = scenario.identifier.law.closing();
         if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
             return None;
@@ -75,14 +91,8 @@ impl Response {
         servo * controller * at_angle(-frequency * self.delay) / lag
     }
 
-    /// By how much a step of the position moves the command in its first sample.
-    pub(super) fn command_of(&self, step: f64) -> f64 {
-        let [_, slope] = self.velocity.numerator;
-        step * (self.gains.kp() + self.gains.kd() * slope / self.sample_time)
-    }
-
     /// Margins and bandwidth.
-    pub(super) fn figures(&self, scenario: &Scenario) -> LoopFigures {
+    pub(crate) fn figures(&self, scenario: &Scenario) -> LoopFigures {
         /// Frequencies of a decade, and decades below half the sample rate.
         const A_DECADE: u32 = 400;
         const DECADES: f64 = 6.0;

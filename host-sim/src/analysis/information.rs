@@ -5,13 +5,12 @@
 //! that keeps a model beside its servo. With rounding of variance σ² the standard error is at least
 //! σ √(Σ s sᵀ)⁻¹ (Cramér and Rao).
 
-use identifier_core::parameters::{Parameter, ServoParameters};
+use identifier_core::parameters::Parameter;
 
 /// The information that has come together.
 #[derive(Debug, Clone)]
 pub(super) struct Information {
     parameters: Vec<Parameter>,
-    servo: ServoParameters,
     /// Of the correction, rad/s.
     omega: f64,
     sample_time: f64,
@@ -26,7 +25,6 @@ pub(super) struct Information {
 impl Information {
     pub(super) fn new(
         parameters: &[Parameter],
-        servo: &ServoParameters,
         omega: f64,
         sample_time: f64,
         variance: f64,
@@ -34,7 +32,6 @@ impl Information {
         let count = parameters.len();
         Self {
             parameters: parameters.to_vec(),
-            servo: *servo,
             omega,
             sample_time,
             variance,
@@ -87,9 +84,9 @@ impl Information {
             .collect()
     }
 
-    /// The servo that it is about.
-    pub(super) fn servo(&self) -> &ServoParameters {
-        &self.servo
+    /// The parameters that it is on.
+    pub(super) fn parameters(&self) -> &[Parameter] {
+        &self.parameters
     }
 }
 
@@ -134,17 +131,10 @@ fn diagonal_of_inverse(count: usize, place: usize, of: impl Fn(usize, usize) -> 
 mod tests {
     use super::*;
 
-    const SERVO: ServoParameters = ServoParameters {
-        a: 1.0,
-        b: 100.0,
-        coulomb: 0.0,
-        load: 0.0,
-    };
-
     #[test]
     fn a_held_command_shows_b_as_the_closed_form_says() {
         // s rests at u/ω², so that N samples leave σ ω²/(u √N).
-        let mut known = Information::new(&[Parameter::B], &SERVO, 50.0, 1e-3, 1e-8);
+        let mut known = Information::new(&[Parameter::B], 50.0, 1e-3, 1e-8);
         for _ in 0..1_000_000 {
             known.add(0.0, 2.0);
         }
@@ -157,7 +147,7 @@ mod tests {
     fn a_constant_command_is_not_distinguished_from_a_load() {
         // A command that never changes is a load.
         let both = [Parameter::B, Parameter::Load];
-        let mut known = Information::new(&both, &SERVO, 50.0, 1e-3, 1e-8);
+        let mut known = Information::new(&both, 50.0, 1e-3, 1e-8);
         for _ in 0..1000 {
             known.add(0.0, 2.0);
         }
@@ -171,7 +161,7 @@ mod tests {
                 .iter()
                 .all(|error| error.is_finite())
         );
-        let mut nothing = Information::new(&[Parameter::A], &SERVO, 50.0, 1e-3, 1e-8);
+        let mut nothing = Information::new(&[Parameter::A], 50.0, 1e-3, 1e-8);
         nothing.add(0.0, 1.0);
         nothing.add(0.0, 1.0);
         assert_eq!(nothing.standard_errors(), [f64::INFINITY]);
