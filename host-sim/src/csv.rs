@@ -5,7 +5,6 @@ use std::fmt;
 use std::io::{self, Write};
 
 use crate::commission;
-use crate::drift::{Compared, FORMATS, SIGNALS};
 use crate::experiment;
 use crate::result::SweepRun;
 use crate::scenario::LogSettings;
@@ -156,27 +155,6 @@ pub fn sweep(out: impl Write, runs: &[SweepRun]) -> io::Result<()> {
             rows.numbers([servo.a, servo.b, servo.coulomb, servo.load].map(Some))?;
         }
         rows.numbers([run.settling_a, run.settling_b])?;
-        rows.end_row()?;
-    }
-    rows.finish().map(drop)
-}
-
-/// Writes the signals of every number format, one row per sample.
-///
-/// # Errors
-/// Those of the writer.
-pub fn drift(out: impl Write, trace: &[Compared]) -> io::Result<()> {
-    let formats = FORMATS.iter();
-    let names = formats
-        .flat_map(|format| SIGNALS.map(|signal| format!("{}_{}", format.name(), signal.column)));
-    let mut rows = Rows::new(out, std::iter::once("time_s".to_owned()).chain(names))?;
-    for sample in trace {
-        rows.cell(sample.time)?;
-        for signals in &sample.signals {
-            for signal in SIGNALS {
-                rows.cell((signal.value)(signals))?;
-            }
-        }
         rows.end_row()?;
     }
     rows.finish().map(drop)

@@ -37,6 +37,7 @@ const GONE: &[(Place, &str, &str)] = &[
         "check",
         "run prints margins and reachable accuracy beside the result, tune the margins of its gains",
     ),
+    (Verb, "drift", "run SCENARIO --formats prints its table"),
     (
         Verb,
         "manual",

@@ -4,12 +4,12 @@ mod call;
 mod commission;
 mod compare;
 mod completions;
-mod drift;
 mod drive;
 mod export;
 mod fault;
 mod files;
 mod firmware;
+mod formats;
 mod identify;
 mod init;
 mod interruption;
@@ -73,8 +73,6 @@ enum Verb {
     Commission(commission::Arguments),
     /// Run every method on the same servo, in cases that each violate one assumption.
     Compare(compare::Arguments),
-    /// Run one experiment in every number format, side by side on the same measurements.
-    Drift(drift::Arguments),
     /// Talk to a drive over its serial line.
     Drive(drive::Arguments),
     /// Compute gains for an identified servo, with margins and the predicted response.
@@ -90,7 +88,7 @@ enum Verb {
 }
 
 /// The verbs that read a scenario, whose keys their `--help` lists.
-const SCENARIO_VERBS: [&str; 6] = ["run", "replay", "commission", "compare", "drift", "sweep"];
+const SCENARIO_VERBS: [&str; 5] = ["run", "replay", "commission", "compare", "sweep"];
 
 /// The command line with the keys of a scenario in its long help. To list them takes as long as to parse
 /// a call, so this is built only where help is printed.
@@ -171,7 +169,6 @@ impl Arguments {
             Verb::Reproduce(arguments) => reproduce::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
-            Verb::Drift(arguments) => drift::run(&arguments),
             Verb::Drive(arguments) => drive::run(&arguments),
             Verb::Tune(arguments) => tune::run(&arguments),
             Verb::Export(arguments) => export::run(&arguments),

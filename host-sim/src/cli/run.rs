@@ -2,6 +2,7 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::fault::Fault;
+use super::formats;
 use super::output::Outputs;
 use super::recording::Recording;
 use super::required::Required;
@@ -15,6 +16,9 @@ use crate::simulate;
 pub(super) struct Arguments {
     /// The scenario, a TOML file; `--help` ends with its keys.
     scenario: PathBuf,
+    /// Print one table instead: the same measurements in every number format, of a gradient law.
+    #[arg(long, conflicts_with_all = ["json", "csv", "plot", "report", "require"])]
+    formats: bool,
     #[command(flatten)]
     required: Required,
     #[command(flatten)]
@@ -22,6 +26,9 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    if arguments.formats {
+        return formats::run(&arguments.scenario);
+    }
     let text = ScenarioText::read(&arguments.scenario)?;
     let status = experiment(&text, &arguments.outputs, &[&arguments.scenario], None)?;
     arguments.required.check(status)

@@ -30,8 +30,6 @@ pub struct Signal {
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// Name of its columns in a table, behind the format's.
-    pub column: &'static str,
     /// Its value, SI.
     pub value: fn(&Signals) -> f64,
 }
@@ -41,43 +39,36 @@ pub const SIGNALS: [Signal; 7] = [
     Signal {
         name: "velocity",
         unit: "rad/s",
-        column: "velocity_rad_per_s",
         value: |signals| signals.velocity,
     },
     Signal {
         name: "command",
         unit: "command units",
-        column: "command",
         value: |signals| signals.command,
     },
     Signal {
         name: "output error",
         unit: "rad",
-        column: "output_error_rad",
         value: |signals| signals.output_error,
     },
     Signal {
         name: "a",
         unit: "1/s",
-        column: "a_per_s",
         value: |signals| signals.estimates.a,
     },
     Signal {
         name: "b",
         unit: "rad/s² per command unit",
-        column: "b_rad_per_s2_per_command",
         value: |signals| signals.estimates.b,
     },
     Signal {
         name: "coulomb",
         unit: "rad/s²",
-        column: "coulomb_rad_per_s2",
         value: |signals| signals.estimates.coulomb,
     },
     Signal {
         name: "load",
         unit: "rad/s²",
-        column: "load_rad_per_s2",
         value: |signals| signals.estimates.load,
     },
 ];

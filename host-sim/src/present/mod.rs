@@ -7,11 +7,11 @@
 mod commissioning;
 mod comparison;
 mod document;
-mod drift;
 mod envelope;
 mod estimates;
 mod experiment;
 mod figure;
+mod formats;
 mod heat_map;
 mod log;
 mod noise;
@@ -29,10 +29,10 @@ pub use commissioning::{
 };
 pub use comparison::{comparison, heat_maps};
 pub use document::{Block, Column, Page, Section, Table, Tone, Verdict};
-pub use drift::{DriftTraces, drift};
 pub use envelope::Envelope;
 pub use experiment::{Experiment, ExperimentTraces, experiment};
 pub use figure::{Axis, Figure, Level, Settled, Stretch, TIME, Trace};
+pub use formats::formats;
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
 pub use paper::paper;
 pub use sweep::sweep;

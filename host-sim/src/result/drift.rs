@@ -1,9 +1,7 @@
 //! The result of a comparison of number formats.
 
-use serde::Serialize;
-
 /// Differences of number formats from double precision.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DriftResult {
     /// Samples run.
     pub samples: u64,
@@ -18,10 +16,9 @@ pub struct DriftResult {
 }
 
 /// Difference of a signal of a format from that of double precision.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// The signal's name.
-    #[serde(rename = "signal")]
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,

@@ -49,7 +49,7 @@ fn the_minimal_scenario_runs_in_fixed_point_too() {
     let file = folder.join("minimal.toml");
     let name = file.display().to_string();
     std::fs::write(&file, minimal).expect("it is written");
-    let output = servo_id(&["drift", &name]);
+    let output = servo_id(&["run", &name, "--formats"]);
     assert_done(&output);
     let fixed = minimal.replace("[identifier]", "[identifier]\narithmetic = \"fixed\"");
     assert_ne!(fixed, minimal);
@@ -678,32 +678,19 @@ fn a_method_refuses_parameters_it_cannot_identify_and_names_those_it_can() {
 }
 
 #[test]
-fn drift_holds_every_format_against_double_precision() {
-    let folder = folder("drift");
+fn a_run_in_every_format_is_one_table() {
+    let folder = folder("formats");
     let text = include_str!("../../scenarios/drift.toml").replace("60.0", "2.0");
     let scenario = scenario(&folder, &text);
-    let [picture, rows] =
-        ["drift.png", "drift.csv"].map(|name| folder.join(name).display().to_string());
-    let output = servo_id(&[
-        "drift", &scenario, "--turns", "1000", "--json", "-", "--plot", &picture, "--csv", &rows,
-    ]);
+    let output = servo_id(&["run", &scenario, "--formats"]);
     assert!(output.status.success(), "{}", standard_error(&output));
-    let document: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(document["samples"], 2000);
-    assert_eq!(document["all_finite"], true);
+    let shown = String::from_utf8_lossy(&output.stdout);
     for format in ["f32", "fixed"] {
-        let b = &document[format][4];
-        assert_eq!(b["signal"], "b");
-        let off = b["max"].as_f64().expect("a number");
-        assert!(off > 0.0 && off < 1.0, "{format}: {document}");
+        assert_eq!(shown.matches(&format!(" {format} ")).count(), 7, "{shown}");
     }
-    let rows = std::fs::read_to_string(rows).expect("the rows are there");
-    assert_eq!(rows.lines().count(), 2001);
-    assert!(
-        std::fs::read(picture)
-            .expect("the picture is there")
-            .starts_with(b"\x89PNG")
-    );
+    assert!(shown.contains("the same 2000 measurements"), "{shown}");
+    let both = servo_id(&["run", &scenario, "--formats", "--json", "-"]);
+    assert_eq!(both.status.code(), Some(2));
 }
 
 #[test]

@@ -71,7 +71,7 @@ fn long(test: &str) -> PathBuf {
 fn an_existing_file_requires_force() {
     let folder = with_scenario("force", "1.0");
     fs::write(folder.join("old"), "precious").expect("written");
-    for verb in ["run", "compare", "drift", "sweep --runs 1"] {
+    for verb in ["run", "compare", "sweep --runs 1"] {
         assert_refused(
             &folder,
             &format!("{verb} scenario.toml --json old"),
@@ -214,8 +214,6 @@ fn a_dash_is_standard_output_and_alone_there() {
         ("run scenario.toml --csv -", "time_s,", "\n"),
         ("run scenario.toml --plot -", "<svg", "</svg>\n"),
         ("compare scenario.toml --plot -", "<svg", "</svg>\n"),
-        ("drift scenario.toml --csv -", "time_s,", "\n"),
-        ("drift scenario.toml --plot -", "<svg", "</svg>\n"),
         ("sweep scenario.toml --runs 2 --csv -", "run,", "\n"),
         ("sweep scenario.toml --runs 2 --plot -", "<svg", "</svg>\n"),
     ] {
@@ -244,7 +242,7 @@ fn a_full_standard_output_is_a_failure_and_a_closed_one_is_not() {
         "run scenario.toml --csv -",
         "run scenario.toml --plot -",
         "compare scenario.toml",
-        "drift scenario.toml",
+        "run scenario.toml --formats",
         "sweep scenario.toml --runs 1",
         "paper --out paper --force",
         "keys",
@@ -347,12 +345,7 @@ fn an_interruption_leaves_nothing_half_written() {
     let folder = with_scenario("interrupted", "20000.0");
     fs::write(folder.join("old"), "precious").expect("written");
     let before = listing(&folder);
-    for (verb, name) in [
-        ("run", "INT"),
-        ("run", "TERM"),
-        ("drift", "INT"),
-        ("compare", "INT"),
-    ] {
+    for (verb, name) in [("run", "INT"), ("run", "TERM"), ("compare", "INT")] {
         let words = format!("{verb} scenario.toml --json old --plot new.svg --force");
         let child = start(&folder, &words);
         wait_for_temporary(&folder);
@@ -417,7 +410,7 @@ fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
 
 #[test]
 fn force_is_explained() {
-    for verb in ["run", "replay", "compare", "drift", "sweep", "paper"] {
+    for verb in ["run", "replay", "compare", "sweep", "paper"] {
         let output = servo_id(&[verb, "--help"]);
         let text = String::from_utf8(output.stdout).expect("text");
         assert!(text.contains("--force"), "{verb}");

@@ -86,10 +86,6 @@ fn every_verb_reports() {
             vec!["sweep", &scenario("sweep.toml"), "--runs", "3"],
             vec!["Sweep around sweep.toml", "Of 3 random servos"],
         ),
-        (
-            vec!["drift", &scenario("drift.toml")],
-            vec!["Number formats on drift.toml", "Difference from f64"],
-        ),
     ] {
         let page = reported(&folder, &words);
         assert_self_contained(&page);

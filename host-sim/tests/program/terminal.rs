@@ -101,7 +101,7 @@ const VERBS: [&str; 20] = [
     "commission commission.toml",
     "compare compare.toml",
     "sweep scenario.toml --runs 3",
-    "drift scenario.toml",
+    "run scenario.toml --formats",
     "reproduce result.json",
     "keys",
     "keys plant",
