@@ -43,6 +43,11 @@ const GONE: &[(Place, &str, &str)] = &[
         "manual",
         "there are no manual pages: VERB --help says the same",
     ),
+    (
+        Verb,
+        "replay",
+        "identify LOG --scenario SCENARIO does the same",
+    ),
     (Verb, "rerun", "it is called reproduce"),
 ];
 

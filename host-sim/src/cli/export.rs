@@ -10,7 +10,7 @@ use crate::physical::Scale;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The results that `run`, `replay` or `identify` wrote with --json, a joint each.
+    /// The results that `run` or `identify` wrote with --json, a joint each.
     #[arg(required = true, value_name = "RESULT.json")]
     results: Vec<PathBuf>,
     /// Format of the joints.

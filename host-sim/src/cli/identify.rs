@@ -12,15 +12,30 @@ use crate::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The log, a file, .csv or .csv.gz, with the measured position and the command that acted. Several logs, all
-    /// of one servo and with the same columns, under any controller each, are identified together.
+    /// of one servo and with the same columns, under any controller each, are identified together; by a law that goes from
+    /// sample to sample each starts from the estimates of the one before.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// A further log of the servo that the estimates must predict; it does not enter them. May be repeated.
     #[arg(long, value_name = "LOG", help_heading = None)]
     predict: Vec<PathBuf>,
+    /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the log's columns, and the
+    /// controller that ran where the log has no command. Without it the log shows all that it can, and options state the rest.
+    #[arg(long, value_name = "SCENARIO.toml", help_heading = None, conflicts_with_all = ["Stated", "save_scenario"])]
+    scenario: Option<PathBuf>,
+    /// Passes over the logs, each from the estimates of the one before.
+    #[arg(
+        long,
+        value_name = "N",
+        help_heading = None,
+        default_value_t = 1,
+        requires = "scenario",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    passes: u32,
     #[command(flatten, next_help_heading = "What the log does not show")]
     stated: Stated,
-    /// Write the scenario with which `replay` gives the same result; `-` is standard output.
+    /// Write the scenario that gives the same result with --scenario; `-` is standard output.
     #[arg(long, value_name = "SCENARIO.toml", help_heading = None)]
     save_scenario: Option<PathBuf>,
     #[command(flatten)]
@@ -36,6 +51,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         outputs,
         ..
     } = arguments;
+    if let Some(scenario) = &arguments.scenario {
+        let status = Replay {
+            scenario: &ScenarioText::read(scenario)?,
+            logs,
+            predict,
+            passes: arguments.passes,
+            introduction: None,
+        }
+        .experiment(outputs, scenario, None)?;
+        return arguments.required.check(status);
+    }
     let log = logs
         .first()
         .ok_or_else(|| Fault::Input("no log".to_owned()))?;

@@ -63,10 +63,8 @@ enum Verb {
     Run(run::Arguments),
     /// Write a scenario from the data sheet of a motor.
     Init(init::Arguments),
-    /// Identify the servo of a recorded log, without a scenario: columns, units and sample time are found.
+    /// Identify the servo of a recorded log: columns, units and sample time are found, or a scenario states them.
     Identify(Box<identify::Arguments>),
-    /// Identify from a recorded log with a scenario.
-    Replay(replay::Arguments),
     /// Reproduce a result from its provenance and compare the two, to the last bit.
     Reproduce(reproduce::Arguments),
     /// Commission the simulated drive: probe, identify, verify, tune, try, then apply or roll back.
@@ -88,7 +86,7 @@ enum Verb {
 }
 
 /// The verbs that read a scenario, whose keys their `--help` lists.
-const SCENARIO_VERBS: [&str; 5] = ["run", "replay", "commission", "compare", "sweep"];
+const SCENARIO_VERBS: [&str; 5] = ["run", "identify", "commission", "compare", "sweep"];
 
 /// The command line with the keys of a scenario in its long help. To list them takes as long as to parse
 /// a call, so this is built only where help is printed.
@@ -165,7 +163,6 @@ impl Arguments {
             Verb::Run(arguments) => run::run(&arguments),
             Verb::Init(arguments) => init::run(&arguments),
             Verb::Identify(arguments) => identify::run(&arguments),
-            Verb::Replay(arguments) => replay::run(&arguments),
             Verb::Reproduce(arguments) => reproduce::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),

@@ -4,7 +4,6 @@ use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
 use super::recording::Recording;
-use super::required::Required;
 use super::standard_output::show;
 use crate::analysis::{self, Status};
 use crate::log::Log;
@@ -13,40 +12,6 @@ use crate::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use crate::replay::{self, ReplayError};
 use crate::result::{LogReading, Prediction, ReplayNotes};
 use crate::scenario::{Purpose, Scenario};
-
-#[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
-    /// The log, a file, .csv or .csv.gz, written by `run` or recorded by a drive. Of several logs, all of
-    /// one servo, each starts from the estimates of the one before.
-    #[arg(required = true, value_name = "LOG")]
-    logs: Vec<PathBuf>,
-    /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the
-    /// log's columns, and the controller that ran where the log has no command.
-    #[arg(long, value_name = "SCENARIO.toml")]
-    scenario: PathBuf,
-    /// A further log of the servo that the estimates must predict; it does not enter them. May be repeated.
-    #[arg(long, value_name = "LOG")]
-    predict: Vec<PathBuf>,
-    /// Passes over the logs, each from the estimates of the one before.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    passes: u32,
-    #[command(flatten)]
-    required: Required,
-    #[command(flatten)]
-    outputs: Outputs,
-}
-
-pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let status = Replay {
-        scenario: &ScenarioText::read(&arguments.scenario)?,
-        logs: &arguments.logs,
-        predict: &arguments.predict,
-        passes: arguments.passes,
-        introduction: None,
-    }
-    .experiment(&arguments.outputs, &arguments.scenario, None)?;
-    arguments.required.check(status)
-}
 
 /// A replay.
 #[derive(Debug, Clone, Copy)]

@@ -10,7 +10,7 @@ use crate::provenance::{Kept, KeptError, LogFile, Task};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// A result that `run`, `replay` or `commission` wrote with --json, or the -metadata.json beside a
+    /// A result that `run`, `identify` or `commission` wrote with --json, or the -metadata.json beside a
     /// CSV trace.
     result: PathBuf,
     #[command(flatten)]

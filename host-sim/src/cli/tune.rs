@@ -13,7 +13,7 @@ use crate::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned}
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The result that `run`, `replay` or `identify` wrote with --json.
+    /// The result that `run` or `identify` wrote with --json.
     result: PathBuf,
     /// Goal: time from 10 to 90 % of a step, s.
     #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]

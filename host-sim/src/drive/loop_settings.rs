@@ -62,7 +62,7 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     scenario.must_not_compensate()?;
     let terms = &scenario.stated.identifier.terms;
     if !terms.allowed.is_empty() {
-        let fault = "the firmware gathers no evidence: move those that `run` or `replay` found \
+        let fault = "the firmware gathers no evidence: move those that `run` or `identify` found \
                      to identifier.required_terms";
         return refused("identifier.terms", fault);
     }

@@ -1,4 +1,4 @@
-//! A motion as a log that `replay` reads, and the scenario to read it with.
+//! A motion as a log that `identify` reads, and the scenario to read it with.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -91,7 +91,7 @@ impl<W: Write> Recording<W> {
         Ok(Taken::Row)
     }
 
-    /// Ends it: the log, and the scenario that `replay` reads it with. Without a row there is nothing.
+    /// Ends it: the log, and the scenario that `identify` reads it with. Without a row there is nothing.
     #[must_use]
     pub fn finish(self) -> Option<(W, String)> {
         let (kind, _) = self.last?;

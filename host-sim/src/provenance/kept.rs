@@ -33,13 +33,13 @@ pub enum KeptError {
     Gone(&'static str),
     /// It is no JSON.
     #[error(
-        "this is no result: give what run, replay or commission wrote with --json, or the -metadata.json \
+        "this is no result: give what run, identify or commission wrote with --json, or the -metadata.json \
          beside a CSV trace"
     )]
     NoResult,
     /// It has no origin.
     #[error(
-        "the file has no origin: only what run, replay and commission write can be reproduced, from version 0.1.0 \
+        "the file has no origin: only what run, identify and commission write can be reproduced, from version 0.1.0 \
          on"
     )]
     NoOrigin,

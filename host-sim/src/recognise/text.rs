@@ -121,14 +121,14 @@ impl Chosen {
 }
 
 impl Recognised {
-    /// The scenario with which `replay` identifies the log as it was recognised.
+    /// The scenario that identifies the log as it was recognised.
     #[must_use]
     pub fn scenario(&self, log: &str) -> String {
         let mut text = format!("# {} as `servo-id identify` took it:\n", one_line(log));
         for finding in &self.findings {
             let _ = writeln!(text, "#   {}: {}", finding.about, one_line(&finding.text));
         }
-        text += "#\n#   servo-id replay LOG --scenario THIS.toml   identifies it again\n\n";
+        text += "#\n#   servo-id identify LOG --scenario THIS.toml   identifies it again\n\n";
         if let Some(counts) = self.counts_per_rev {
             let _ = writeln!(text, "[encoder]\ncounts_per_rev = {counts:?}\n");
         }

@@ -57,7 +57,7 @@ impl IdentifiedResult {
         let result: Value = serde_json::from_str(text).map_err(|error| ResultError {
             key: String::new(),
             fault: format!(
-                "this is no JSON (line {}): give what `run` or `replay` wrote with --json",
+                "this is no JSON (line {}): give what `run` or `identify` wrote with --json",
                 error.line()
             ),
         })?;
@@ -213,7 +213,7 @@ fn number(result: &Value, key: &str) -> Result<f64, ResultError> {
 fn missing(key: &str) -> ResultError {
     ResultError {
         key: key.to_owned(),
-        fault: "there is no such number or text: give what `run` or `replay` wrote with --json"
+        fault: "there is no such number or text: give what `run` or `identify` wrote with --json"
             .to_owned(),
     }
 }

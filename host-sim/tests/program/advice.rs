@@ -1212,7 +1212,7 @@ fn a_log_is_predicted_once_the_estimates_come_from_motions_like_it() {
     let verdict = |learnt: &Path| {
         let [learnt, other, json] = [learnt, other.as_path(), json.as_path()].map(argument);
         let output = servo_id(&[
-            "replay",
+            "identify",
             &learnt,
             "--scenario",
             &scenario,

@@ -52,7 +52,7 @@ fn refusal(log: &Path, law: &str) -> String {
     std::fs::write(&scenario, text).expect("written");
     let json = log.with_extension("json");
     let [log, scenario, result] = [log, &scenario, &json].map(|path| path.display().to_string());
-    let output = servo_id(&["replay", &log, "--scenario", &scenario, "--json", &result]);
+    let output = servo_id(&["identify", &log, "--scenario", &scenario, "--json", &result]);
     assert!(!json.exists(), "{law}: a result of {log}");
     refusal_message(&output)
 }

@@ -39,7 +39,7 @@ fn trace_by(name: &str, effects: &str, errors: &str) -> (PathBuf, PathBuf) {
 
 fn replay(log: &Path, scenario: &Path) -> Output {
     let [log, scenario] = [log, scenario].map(|path| path.display().to_string());
-    servo_id(&["replay", &log, "--scenario", &scenario, "--json", "-"])
+    servo_id(&["identify", &log, "--scenario", &scenario, "--json", "-"])
 }
 
 fn replayed(log: &Path, scenario: &Path) -> Value {
@@ -200,7 +200,7 @@ fn the_end_of_a_long_log_is_fitted_and_the_result_states_it() {
     let [own, log, scenario] =
         [own, short.with_file_name("long.csv"), scenario].map(|path| path.display().to_string());
     assert!(servo_id(&["run", &own, "--csv", &log]).status.success());
-    let output = servo_id(&["replay", &log, "--scenario", &scenario]);
+    let output = servo_id(&["identify", &log, "--scenario", &scenario]);
     let answer = String::from_utf8_lossy(&output.stdout);
     let stated = "The last 131072 of 140000 samples were fitted";
     assert!(answer.contains(stated), "{answer}");

@@ -26,7 +26,7 @@ const ELSEWHERE: [(&str, &str); 8] = [
         "takes mdBook: a test reads the book's contents",
     ),
     (
-        "servo-id replay emps_train",
+        "servo-id identify emps_train",
         "takes the measured log: its tests run where it is",
     ),
     ("cargo test", "runs every test: CI does"),

@@ -196,7 +196,7 @@ fn saved_gives_the_same(text: &str, options: &[&str]) -> Value {
     ];
     let identified = printed_json(&servo_id(&[&call, options].concat()));
     let replayed = printed_json(&servo_id(&[
-        "replay",
+        "identify",
         &log,
         "--scenario",
         &scenario,

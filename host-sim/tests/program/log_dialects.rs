@@ -54,7 +54,7 @@ fn files(test: &str, text: &str, columns: &str) -> Files {
 fn replay(test: &str, text: &str, columns: &str) -> std::process::Output {
     let files = files(test, text, columns);
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    servo_id(&["replay", &log, "--scenario", &scenario, "--json", "-"])
+    servo_id(&["identify", &log, "--scenario", &scenario, "--json", "-"])
 }
 
 fn result(test: &str, text: &str, columns: &str) -> Value {
@@ -308,7 +308,7 @@ fn time_stamps_that_jitter_count_as_even_and_are_reported() {
     let (_, identifier) = after.split_once("[identifier]").expect("an identifier");
     std::fs::write(&files.scenario, format!("{before}[identifier]{identifier}")).expect("written");
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    let output = servo_id(&["replay", &log, "--scenario", &scenario]);
+    let output = servo_id(&["identify", &log, "--scenario", &scenario]);
     let shown = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_done(&output);
     assert!(shown.contains("log.csv: 4000 samples at 800.1"), "{shown}");
@@ -507,7 +507,7 @@ fn files_that_are_no_logs_are_answered_with_place_and_remedy() {
     let files = files("utf-16", "", PLAIN);
     std::fs::write(&files.log, [vec![0xff, 0xfe], utf16].concat()).expect("written");
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    let answer = standard_error(&servo_id(&["replay", &log, "--scenario", &scenario]));
+    let answer = standard_error(&servo_id(&["identify", &log, "--scenario", &scenario]));
     assert!(answer.contains("save the log in UTF-8"), "{answer}");
 }
 
@@ -529,7 +529,7 @@ fn a_position_that_begins_again_is_continued_and_the_result_says_so() {
     assert_alike("wrap-stated", &stated, &continued, 1e-12);
     let files = files("wrap-printed", &wrapped, &columns);
     let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
-    let printed = servo_id(&["replay", &log, "--scenario", &scenario]);
+    let printed = servo_id(&["identify", &log, "--scenario", &scenario]);
     let printed = String::from_utf8_lossy(&printed.stdout).replace('\n', " ");
     assert!(
         printed.contains("begins again every 6.28319 rad and was continued"),
@@ -578,7 +578,7 @@ fn a_contradiction_that_is_to_be_a_warning_is_one_in_every_output() {
     let [log, scenario, report, json] =
         [files.log, files.scenario, report, json].map(|path| path.display().to_string());
     let output = servo_id(&[
-        "replay",
+        "identify",
         &log,
         "--scenario",
         &scenario,

@@ -58,7 +58,7 @@ fn peaks_of(duration: f64, folder: &Path) -> [u64; 2] {
     let [json, plot] = outputs("replay");
     let again = argument(&folder.join("again.csv"));
     let replay = peak(&[
-        "replay",
+        "identify",
         &log,
         "--scenario",
         &scenario,

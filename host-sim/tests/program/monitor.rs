@@ -125,7 +125,7 @@ fn starts(monitor: &mut Terminal) {
     monitor.shows(" RUNNING ");
 }
 
-/// The estimate of b that `replay` finds in a recording.
+/// The estimate of b that `identify` finds in a recording.
 fn replayed(folder: &Path, name: &str) -> f64 {
     let path = |extension: &str| {
         folder
@@ -134,7 +134,7 @@ fn replayed(folder: &Path, name: &str) -> f64 {
             .to_string()
     };
     let output = servo_id(&[
-        "replay",
+        "identify",
         &path("csv"),
         "--scenario",
         &path("toml"),
@@ -177,7 +177,7 @@ fn a_drive_is_operated_from_the_keyboard() {
     monitor.shows("y commissions");
     monitor.types("y");
     monitor.shows(" COMMISSIONING ");
-    monitor.shows("rows: servo-id replay recording.csv");
+    monitor.shows("rows: servo-id identify recording.csv");
     monitor.shows("commissioning: applied");
 
     // Nothing is replaced.
@@ -194,7 +194,7 @@ fn a_drive_is_operated_from_the_keyboard() {
     monitor.shows("reference      +0.5");
     std::thread::sleep(Duration::from_secs(2));
     monitor.types(" ");
-    let text = monitor.shows("servo-id replay recording-2.csv --scenario recording-2.toml");
+    let text = monitor.shows("servo-id identify recording-2.csv --scenario recording-2.toml");
     assert!(text.contains(" RELEASED "), "{text}");
     assert!(text.contains("none lost"), "{text}");
     monitor.types("q");

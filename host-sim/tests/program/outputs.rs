@@ -129,7 +129,7 @@ fn an_output_is_no_input_under_any_name() {
     }
     for name in ["simulated-servo.csv.gz", "replay.toml"] {
         let words =
-            format!("replay simulated-servo.csv.gz --scenario replay.toml --force --json {name}");
+            format!("identify simulated-servo.csv.gz --scenario replay.toml --force --json {name}");
         assert_refused(&folder, &words, "this file is read");
     }
 }
@@ -410,7 +410,7 @@ fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
 
 #[test]
 fn force_is_explained() {
-    for verb in ["run", "replay", "compare", "sweep", "paper"] {
+    for verb in ["run", "identify", "compare", "sweep", "paper"] {
         let output = servo_id(&[verb, "--help"]);
         let text = String::from_utf8(output.stdout).expect("text");
         assert!(text.contains("--force"), "{verb}");

@@ -23,7 +23,7 @@ fn run(scenario: &Path, log: &Path) -> Value {
 
 fn replay(scenario: &Path, log: &Path) -> Value {
     let [scenario, log] = [scenario, log].map(argument);
-    result(&["replay", &log, "--scenario", &scenario, "--json", "-"])
+    result(&["identify", &log, "--scenario", &scenario, "--json", "-"])
 }
 
 /// A result without its `logs`, and its `agreement` of the declared controller with the recorded command: a
@@ -230,7 +230,7 @@ fn fixed_point_needs_the_counts_per_revolution_and_names_the_key() {
     let (_, identifier) = text.split_once("[identifier]").expect("an identifier");
     std::fs::write(&path, format!("[identifier]{identifier}")).expect("the scenario is written");
     let [path, log] = [path, log].map(|path| argument(&path));
-    let output = servo_id(&["replay", &log, "--scenario", &path]);
+    let output = servo_id(&["identify", &log, "--scenario", &path]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");
     assert!(answer.contains(": identifier.arithmetic: "), "{answer}");

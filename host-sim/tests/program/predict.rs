@@ -56,7 +56,7 @@ pub(crate) fn scenario(folder: &Path, parameters: &str, rest: &str) -> PathBuf {
 }
 
 fn replay(logs: &[&Path], predict: &[&Path], scenario: &Path) -> std::process::Output {
-    let mut arguments = vec!["replay".to_owned()];
+    let mut arguments = vec!["identify".to_owned()];
     arguments.extend(logs.iter().map(|path| argument(path)));
     arguments.extend(["--scenario".to_owned(), argument(scenario)]);
     for path in predict {
@@ -220,7 +220,7 @@ fn without_a_controller_the_command_alone_predicts() {
         "{prediction}"
     );
     let [log, other, path] = [&a, &b, &scenario].map(|path| argument(path));
-    let output = servo_id(&["replay", &log, "--scenario", &path, "--predict", &other]);
+    let output = servo_id(&["identify", &log, "--scenario", &path, "--predict", &other]);
     let shown = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(shown.contains("2.csv: no closed loop"), "{shown}");
     assert!(

@@ -22,7 +22,7 @@ fn replay_text(test: &str, text: &str, scenario: &str) -> Output {
     let path = folder.join("scenario.toml");
     std::fs::write(&path, scenario).expect("the scenario is written");
     let [log, path] = [log, path].map(|path| path.display().to_string());
-    servo_id(&["replay", &log, "--scenario", &path, "--json", "-"])
+    servo_id(&["identify", &log, "--scenario", &path, "--json", "-"])
 }
 
 fn scenario() -> String {
@@ -78,7 +78,7 @@ fn unnamed(mut result: serde_json::Value) -> serde_json::Value {
 #[test]
 fn the_committed_log_gives_the_servo_that_made_it() {
     let result = printed_json(&servo_id(&[
-        "replay",
+        "identify",
         LOG,
         "--scenario",
         SCENARIO,
@@ -104,7 +104,7 @@ fn each_pass_continues_from_the_last_and_pictures_are_drawn() {
     let path = path.display().to_string();
     let error_after = |passes: &str| {
         let arguments = [
-            "replay",
+            "identify",
             LOG,
             "--scenario",
             &path,
@@ -122,7 +122,7 @@ fn each_pass_continues_from_the_last_and_pictures_are_drawn() {
     assert!(error_after("8") < 0.01);
     assert!(std::fs::read(&plot).expect("drawn").starts_with(b"<svg"));
     assert_eq!(
-        servo_id(&["replay", LOG, "--scenario", &path, "--passes", "0"])
+        servo_id(&["identify", LOG, "--scenario", &path, "--passes", "0"])
             .status
             .code(),
         Some(2)
@@ -137,7 +137,7 @@ fn plain_and_packed_logs_are_alike() {
     std::fs::write(&path, gradient()).expect("the scenario is written");
     let path = path.display().to_string();
     let packed = printed_json(&servo_id(&[
-        "replay",
+        "identify",
         LOG,
         "--scenario",
         &path,
@@ -238,7 +238,7 @@ fn a_log_without_samples_is_refused() {
         let answer = refusal(test, |lines| lines.truncate(keep));
         assert!(answer.contains("log.csv"), "{answer}");
     }
-    let output = servo_id(&["replay", "no-such-log.csv", "--scenario", SCENARIO]);
+    let output = servo_id(&["identify", "no-such-log.csv", "--scenario", SCENARIO]);
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -249,7 +249,7 @@ fn a_broken_archive_is_refused() {
     let mut file = std::fs::File::create(&path).expect("created");
     file.write_all(b"not an archive").expect("written");
     let output = servo_id(&[
-        "replay",
+        "identify",
         &path.display().to_string(),
         "--scenario",
         SCENARIO,
@@ -286,7 +286,7 @@ fn a_wrongly_declared_controller_is_reported_and_does_no_harm() {
     let folder = folder("replay-warning");
     let path = folder.join("scenario.toml");
     std::fs::write(&path, gradient().replace("kp = 9.0", "kp = 8.0")).expect("written");
-    let output = servo_id(&["replay", LOG, "--scenario", &path.display().to_string()]);
+    let output = servo_id(&["identify", LOG, "--scenario", &path.display().to_string()]);
     let shown = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0));
     assert!(
@@ -468,7 +468,7 @@ fn a_row_that_unpacks_without_end_is_refused() {
     }
     packed.finish().expect("written");
     let output = servo_id(&[
-        "replay",
+        "identify",
         &path.display().to_string(),
         "--scenario",
         SCENARIO,
@@ -484,7 +484,7 @@ fn a_row_that_unpacks_without_end_is_refused() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_log_through_a_pipe_is_refused() {
-    let output = servo_id(&["replay", "/dev/null", "--scenario", SCENARIO]);
+    let output = servo_id(&["identify", "/dev/null", "--scenario", SCENARIO]);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");
     assert!(answer.contains("it must be a file"), "{answer}");
@@ -498,7 +498,7 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
     std::fs::write(&path, lines()[..301].join("\n") + "\n").expect("the log is written");
     let path = path.display().to_string();
     let arguments = [
-        "replay",
+        "identify",
         &path,
         "--scenario",
         SCENARIO,

@@ -59,7 +59,7 @@ fn every_verb_reports() {
             ],
         ),
         (
-            vec!["replay", &log, "--scenario", &scenario("replay.toml")],
+            vec!["identify", &log, "--scenario", &scenario("replay.toml")],
             vec![
                 "Replay of simulated-servo.csv.gz",
                 "reproduces the recorded command",

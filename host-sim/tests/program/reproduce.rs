@@ -133,7 +133,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
     let (log, scenario) = (argument(&csv), argument(&scenario));
     let outputs = ["--json", &json];
     let arguments = [
-        "replay",
+        "identify",
         &log,
         "--scenario",
         &scenario,

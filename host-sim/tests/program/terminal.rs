@@ -96,7 +96,7 @@ const VERBS: [&str; 20] = [
     "run scenario.toml",
     "identify log.csv",
     "identify log.csv --torque-constant 0.1 --command-unit V",
-    "replay log.csv --scenario scenario.toml",
+    "identify log.csv --scenario scenario.toml",
     "tune result.json",
     "commission commission.toml",
     "compare compare.toml",
@@ -113,13 +113,13 @@ const VERBS: [&str; 20] = [
 
 /// Calls that are refused, in that folder.
 const WRONG: [&str; 16] = [
-    "replai",
+    "identifi",
     "run missing.toml",
     "run scenario.toml --jsn x",
     "run scenario.toml --csv log.csv",
     "identify scenario.toml",
     "identify .",
-    "replay log.csv --scenario nothing.toml",
+    "identify log.csv --scenario nothing.toml",
     "tune scenario.toml",
     "commission scenario.toml",
     "sweep scenario.toml --runs 0",
@@ -267,7 +267,7 @@ fn a_misspelt_verb_is_answered_with_the_nearest_name() {
     let scenario = folder.join("scenario.toml").display().to_string();
     let wrong = folder.join("senario.toml").display().to_string();
     let cases: [(&[&str], &str); 4] = [
-        (&["replai"], "'replay'"),
+        (&["identifi"], "'identify'"),
         (&["run", &scenario, "--jsn", "x"], "'--json'"),
         (&["keys", "plant.deley"], "did you mean plant.delay?"),
         (&["run", &wrong], "did you mean"),

@@ -245,7 +245,7 @@ fn a_log_of_goals_is_refused_with_what_is_missing() {
         ("integrator = \"euler\"\ncutoff = 9.0\n", "cutoff"),
     ] {
         std::fs::write(&scenario, format!("{text}{more}")).expect("written");
-        let replay = ["replay", &own, "--scenario", &argument(&scenario)];
+        let replay = ["identify", &own, "--scenario", &argument(&scenario)];
         let message = refusal_message(&servo_id(&replay));
         assert!(message.contains(part), "{message}");
     }

@@ -1,4 +1,4 @@
-//! Identification of a drawn log as a user's `replay` does it: from a file with time, position and command.
+//! Identification of a drawn log as a user does it: from a file with time, position and command.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

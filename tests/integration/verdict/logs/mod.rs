@@ -1,4 +1,4 @@
-//! Campaigns over [drawn logs](integration_tests::logs), which are identified as a user's `replay` would.
+//! Campaigns over [drawn logs](integration_tests::logs), which are identified as a user would.
 //!
 //! ```sh
 //! LOGS=1000 SEED=7 cargo test -p integration-tests --test integration verdict::logs:: -- --ignored --nocapture

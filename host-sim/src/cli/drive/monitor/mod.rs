@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     /// A scenario whose [commission] limits a commissioning; without it the monitor does not commission.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
-    /// File of a recording, with a scenario for `replay` beside it; further recordings are numbered.
+    /// File of a recording, with a scenario for `identify` beside it; further recordings are numbered.
     #[arg(long, value_name = "FILE.csv", default_value = "recording.csv")]
     record: PathBuf,
     /// Samples from one frame to the next; by default the fewest that give at most 1000 frames per second.

@@ -100,7 +100,7 @@ impl Recordings {
         };
         kept(log, scenario, &text).map_err(|fault| ended_without(&fault))?;
         Ok(Some(format!(
-            "{rows} rows: servo-id replay {name} --scenario {beside}"
+            "{rows} rows: servo-id identify {name} --scenario {beside}"
         )))
     }
 
