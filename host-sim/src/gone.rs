@@ -6,6 +6,8 @@
 pub enum Place {
     /// A key of a scenario, by its path.
     Key,
+    /// A value of a key, as `key = value`.
+    Value,
     /// A verb of the command line.
     Verb,
     /// An option of the command line.

@@ -497,24 +497,6 @@ const PLAIN: Choice = Choice {
     takes: &[],
 };
 
-/// Keys of former versions, with the remedy for each.
-const FORMER: &[(&str, &str)] = &[
-    (
-        "identifier.window",
-        "a window is no longer counted in samples: use start_time, its length in seconds",
-    ),
-    (
-        "identifier.fit_every",
-        "a fit begins as soon as a quarter of the window is new: use start_time, the length of the window",
-    ),
-];
-
-/// The remedy for a key of a former version.
-pub(super) fn remedy(path: &str) -> Option<&'static str> {
-    let former = FORMER.iter().find(|(former, _)| *former == path);
-    former.map(|(_, remedy)| *remedy)
-}
-
 fn plant(s: &mut Scenario) -> &mut ServoParameters {
     s.plant.get_or_insert(ServoParameters {
         a: 0.0,

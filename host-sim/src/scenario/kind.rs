@@ -13,6 +13,7 @@ use super::error::{Fault, shown};
 use super::key::{Key, nearest};
 use super::range::Range;
 use super::{Column, Scenario};
+use crate::gone::{self, Place};
 
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
@@ -416,7 +417,12 @@ pub(super) fn choice(key: &Key, value: &Value<'_>, choices: &[Choice]) -> Result
     let name = text(key, value, "a text")?;
     let index = choices.iter().position(|choice| choice.name == name);
     let names = choices.iter().map(|choice| choice.name);
-    index.ok_or_else(|| unknown(key, value, "", name, names))
+    index.ok_or_else(
+        || match gone::replacement(Place::Value, &format!("{} = {name}", key.path)) {
+            Some(instead) => refused(key, value, format!("\"{name}\" is gone: {instead}")),
+            None => unknown(key, value, "", name, names),
+        },
+    )
 }
 
 fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {

@@ -4,10 +4,11 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, shown};
 use super::key::{Default, Key, examples, nearest};
-use super::keys::{self, KEYS};
+use super::keys::KEYS;
 use super::kind::{self, Choice, Entries, Kind, Value, When};
 use super::source::Source;
 use super::{Purpose, Scenario};
+use crate::gone::{self, Place};
 use crate::program;
 
 /// The scenario that a file states; keys that it does not state have their defaults.
@@ -196,7 +197,7 @@ fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
             }
             (Some(_), _) => {}
             (None, _) => {
-                let fault = keys::remedy(&full).unwrap_or("there is no such key");
+                let fault = gone::replacement(Place::Key, &full).unwrap_or("there is no such key");
                 return Err(Fault::new(inside(&shown(name.get_ref())), fault)
                     .at(name.span().start)
                     .advising(advice(path, name.get_ref())));

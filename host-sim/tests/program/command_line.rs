@@ -471,16 +471,6 @@ fn a_window_has_a_shortest_and_a_longest_length() {
 }
 
 #[test]
-fn a_window_in_samples_is_refused_with_the_remedy() {
-    for line in ["window = 512", "fit_every = 10"] {
-        let answer = refusal("window-in-samples", &with_fit("window", line));
-        let key = line.split(' ').next().expect("a key");
-        assert!(answer.contains(&format!("identifier.{key}")), "{answer}");
-        assert!(answer.contains("use start_time"), "{answer}");
-    }
-}
-
-#[test]
 fn a_memory_is_for_gauss_newton_alone_and_not_too_short() {
     let answer = refusal("memory-short", &with_fit("gauss-newton", "memory = 0.5"));
     assert!(answer.contains("identifier.memory"), "{answer}");
@@ -675,6 +665,43 @@ fn a_method_refuses_parameters_it_cannot_identify_and_names_those_it_can() {
         ),
         "{answer}"
     );
+}
+
+#[test]
+fn what_is_gone_is_answered_at_once_with_what_replaces_it() {
+    const OWN_LOG: &str = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/scenarios/own_controller_log.toml"
+    );
+    let folder = folder("gone");
+    let recording = folder.join("run.mcap");
+    std::fs::write(&recording, b"\x89MCAP0\r\n\x01\0\0").expect("it is written");
+    let recording = recording.display().to_string();
+    for (words, instead) in [
+        (
+            &["check", "s.toml", "--json", "-"][..],
+            "run prints margins",
+        ),
+        (&["drift", "s.toml"], "run SCENARIO --formats"),
+        (
+            &["replay", "log.csv", "--scenario", "s.toml"],
+            "identify LOG --scenario",
+        ),
+        (&["manual", "run"], "--help"),
+        (&["rerun", "result.json"], "reproduce"),
+        (&["run", "s.toml", "--live=8080"], "--report"),
+        (&["run", "s.toml", "--mcap", "trace.mcap"], "--csv"),
+        (&["identify", &recording], "convert the recording to .csv"),
+        (
+            &["identify", &recording, "--scenario", OWN_LOG],
+            "convert the recording to .csv",
+        ),
+        (&["reproduce", &recording], "convert the recording to .csv"),
+    ] {
+        let answer = refusal_message(&servo_id(words));
+        assert!(answer.contains(instead), "{words:?}: {answer}");
+        assert_eq!(answer.trim_end().lines().count(), 1, "{answer}");
+    }
 }
 
 #[test]
