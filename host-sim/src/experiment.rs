@@ -96,9 +96,6 @@ pub struct Outcome {
     /// Why a law that begins by a fit has none after a second of motion.
     #[serde(skip)]
     pub obstacle: Option<Reason>,
-    /// The reason why a method that closes its own loop has no estimates at the end.
-    #[serde(skip)]
-    pub failure: Option<&'static str>,
     /// The early end, if there was one.
     #[serde(skip)]
     pub abort: Option<Abort>,

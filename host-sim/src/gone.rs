@@ -16,7 +16,11 @@ pub enum Place {
     File,
 }
 
-use Place::{File, Option as Flag, Verb};
+use Place::{File, Option as Flag, Value, Verb};
+
+/// For a method that was only compared with.
+const RIVAL: &str =
+    "\"relay-least-squares\" is the method to compare with, \"fit\" and \"gauss-newton\" identify";
 
 const GONE: &[(Place, &str, &str)] = &[
     (
@@ -24,6 +28,13 @@ const GONE: &[(Place, &str, &str)] = &[
         "MCAP",
         "MCAP is not read any more: convert the recording to .csv, in Python with the package mcap",
     ),
+    (Value, "identifier.law = proportional-least-squares", RIVAL),
+    (Value, "identifier.law = two-degrees-of-freedom", RIVAL),
+    (Value, "identifier.law = multi-step-least-squares", RIVAL),
+    (Value, "identifier.law = relay-cycle", RIVAL),
+    (Value, "identifier.law = two-relays", RIVAL),
+    (Value, "identifier.law = closed-loop-arx", RIVAL),
+    (Value, "identifier.law = mechanical-least-squares", RIVAL),
     (
         Flag,
         "--mcap",

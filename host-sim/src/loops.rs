@@ -2,8 +2,6 @@
 //! measurement to a command.
 
 #[cfg(feature = "experiments")]
-mod batch;
-#[cfg(feature = "experiments")]
 mod compensated;
 #[cfg(feature = "experiments")]
 mod direct;
@@ -14,12 +12,8 @@ mod identifier;
 mod pid;
 #[cfg(feature = "experiments")]
 mod relay;
-#[cfg(feature = "experiments")]
-mod two_degrees;
 mod whole_record;
 
-#[cfg(feature = "experiments")]
-pub(crate) use batch::BatchLeastSquares;
 #[cfg(feature = "experiments")]
 pub(crate) use compensated::compensated;
 #[cfg(feature = "experiments")]
@@ -30,9 +24,6 @@ pub(crate) use identifier::{DynIdentifier, Innovation, Running, gamma_over};
 pub(crate) use pid::PidLoop;
 #[cfg(feature = "experiments")]
 pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
-
-#[cfg(feature = "experiments")]
-pub(crate) use two_degrees::TwoDegreesLoop;
 pub(crate) use whole_record::WholeRecord;
 
 use identifier_core::error::StepError;

@@ -115,13 +115,6 @@ impl Dice {
             "window",
             "pd-gradient",
             "relay-least-squares",
-            "proportional-least-squares",
-            "two-degrees-of-freedom",
-            "multi-step-least-squares",
-            "relay-cycle",
-            "two-relays",
-            "closed-loop-arx",
-            "mechanical-least-squares",
             "low-pass",
             "averaged-difference",
         ];

@@ -18,20 +18,20 @@ pub(super) struct Recursion<N, const P: usize> {
 
 /// Configuration of a [`Recursion`], machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RecursionConfig<const P: usize> {
+pub(super) struct RecursionConfig<const P: usize> {
     /// Forgetting factor, above 0 and at most 1.
-    pub forgetting: f64,
+    pub(super) forgetting: f64,
     /// Standard deviation of the noise in y.
-    pub noise: f64,
+    pub(super) noise: f64,
     /// Initial estimates.
-    pub initial: [f64; P],
+    pub(super) initial: [f64; P],
     /// Their standard deviations, above zero.
-    pub uncertainty: [f64; P],
+    pub(super) uncertainty: [f64; P],
 }
 
 /// State of a recursive least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RecursionState<N: Number, const P: usize> {
+pub(super) struct RecursionState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
     covariance: Covariance<N, P>,
 }

@@ -46,7 +46,7 @@ impl Response {
     /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
     pub(crate) fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
         let closing = scenario.identifier.law.closing();
-        if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
+        if closing == Closing::Relay {
             return None;
         }
         scenario.stated.controller?;

@@ -97,9 +97,6 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
         return format!("aborted after {:.3} s: {cause}", abort.time);
     }
     let mut reason = verdict.reason.to_string();
-    if let Some(failure) = outcome.failure {
-        reason.push_str(&format!(": {failure}"));
-    }
     let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
     if slowed > MAX_SLOWED_SHARE {
         reason.push_str(&format!(

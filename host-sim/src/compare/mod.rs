@@ -47,7 +47,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     scenario.in_own_loop()
 }
 
-/// The laws that are compared: those that work in the loop, and the off-line methods of the literature.
+/// The laws that are compared: those that work in the loop.
 fn compared() -> Vec<Law> {
     let all = Law::ALL.iter().copied();
     all.filter(|law| !law.takes_whole_record()).collect()
@@ -118,8 +118,6 @@ fn method(law: Law, case: Option<&Case>) -> Method {
         closing: match law.closing() {
             Closing::Pid => "PID",
             Closing::Pd => "PD",
-            Closing::Proportional => "P, low gain",
-            Closing::TwoDegreesOfFreedom => "2 degrees of freedom",
             Closing::Relay => "relay",
         },
         operations: case.and_then(|case| operations(&with_law(&case.scenario, law)).ok().flatten()),

@@ -1,29 +1,27 @@
 use identifier_core::error::StepError;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
-use rivals::DirectEstimator;
+use rivals::{FilteredLeastSquares, FilteredLeastSquaresState};
 
 use super::{DynIdentifier, Innovation, NO_ESTIMATE};
 
-/// A direct estimator beside a controller. A log that begins again continues for it.
-pub(crate) struct Direct<N: Number, E: DirectEstimator<N>> {
-    estimator: E,
-    state: E::State,
+/// The least squares beside a controller. A log that begins again continues for it.
+pub(crate) struct Direct<N: Number> {
+    law: FilteredLeastSquares<N>,
+    state: FilteredLeastSquaresState<N>,
 }
 
-impl<N: Number, E: DirectEstimator<N>> Direct<N, E> {
-    pub(crate) fn new(estimator: E) -> Self {
-        Self {
-            state: estimator.start(),
-            estimator,
-        }
+impl<N: Number> Direct<N> {
+    pub(crate) fn new(law: FilteredLeastSquares<N>) -> Self {
+        let state = law.start();
+        Self { law, state }
     }
 }
 
-impl<N: Number, E: DirectEstimator<N>> DynIdentifier for Direct<N, E> {
+impl<N: Number> DynIdentifier for Direct<N> {
     fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
         let (increment, command) = (N::from_f64(increment), N::from_f64(command));
-        self.estimator.process(&mut self.state, increment, command);
+        self.law.process(&mut self.state, increment, command);
         Ok(Innovation {
             command: command.to_f64(),
             update: None,
@@ -31,6 +29,6 @@ impl<N: Number, E: DirectEstimator<N>> DynIdentifier for Direct<N, E> {
     }
 
     fn estimates(&self) -> ServoParameters {
-        self.estimator.estimates(&self.state).unwrap_or(NO_ESTIMATE)
+        self.law.estimates(&self.state).unwrap_or(NO_ESTIMATE)
     }
 }

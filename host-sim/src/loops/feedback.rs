@@ -9,7 +9,6 @@ use super::Measurement;
 pub(super) struct Feedback<N> {
     start: i32,
     count: i32,
-    counted: i64,
     position: N,
 }
 
@@ -19,8 +18,6 @@ pub(super) struct Motion<N> {
     pub(super) error: N,
     /// Motion since the last sample.
     pub(super) increment: N,
-    /// Position from the start.
-    pub(super) position: f64,
 }
 
 impl<N: Number> Feedback<N> {
@@ -29,7 +26,6 @@ impl<N: Number> Feedback<N> {
         Self {
             start,
             count: start,
-            counted: 0,
             position: N::ZERO,
         }
     }
@@ -41,7 +37,6 @@ impl<N: Number> Feedback<N> {
             Measurement::Count(count) => {
                 let moved = count.wrapping_sub(self.count);
                 self.count = count;
-                self.counted += i64::from(moved);
                 Motion {
                     error: Setpoint {
                         count: self.start,
@@ -49,7 +44,6 @@ impl<N: Number> Feedback<N> {
                     }
                     .error(count),
                     increment: N::from_count(moved),
-                    position: self.counted as f64,
                 }
             }
             Measurement::Position(position) => {
@@ -59,7 +53,6 @@ impl<N: Number> Feedback<N> {
                 Motion {
                     error: wanted - position,
                     increment,
-                    position: position.to_f64(),
                 }
             }
         }
@@ -76,11 +69,11 @@ mod tests {
         let mut feedback = Feedback::<f64>::starting_at(start);
         for moved in 1..5_i32 {
             let motion = feedback.read(2.5, Measurement::Count(start.wrapping_add(moved)));
-            let found = [motion.error, motion.increment, motion.position];
+            let found = [motion.error, motion.increment];
             let moved = f64::from(moved);
             assert_eq!(
                 found.map(f64::to_bits),
-                [2.5 - moved, 1.0, moved].map(f64::to_bits)
+                [2.5 - moved, 1.0].map(f64::to_bits)
             );
         }
     }
@@ -91,6 +84,5 @@ mod tests {
         let third = 1.0 / 3.0;
         let motion = feedback.read(0.0, Measurement::Position(third));
         assert_eq!(motion.increment.to_bits(), (third as f32).to_bits());
-        assert_eq!(motion.position.to_bits(), f64::from(third as f32).to_bits());
     }
 }

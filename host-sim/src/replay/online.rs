@@ -37,7 +37,7 @@ impl OnlineIdentifier {
     /// The key that is missing or not allowed.
     pub fn new(mut scenario: Scenario) -> Result<Self, Fault> {
         let columns = scenario.log_columns();
-        if scenario.identifier.law.is_off_line() {
+        if scenario.identifier.law.takes_whole_record() {
             let why = "this law looks at a whole log: on line are \"gauss-newton\", \"window\" and \"gradient\"";
             return Err(Fault::new("identifier.law", why));
         }

@@ -220,10 +220,7 @@ fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
 
 /// True if the declared controller is the one whose command the log has, or would have.
 fn ran(scenario: &Scenario, settings: &Settings, command_recorded: bool) -> bool {
-    let closes_its_own = matches!(
-        scenario.identifier.law.closing(),
-        Closing::Relay | Closing::TwoDegreesOfFreedom
-    );
+    let closes_its_own = scenario.identifier.law.closing() == Closing::Relay;
     let other = scenario.is_own_log() && closes_its_own && command_recorded;
     settings.controller.is_some() && !other
 }

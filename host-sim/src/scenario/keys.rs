@@ -310,15 +310,10 @@ keys! {
     "largest command, no smaller than the limit";
 "identifier.relay": Number(POSITIVE, |s, v| s.identifier.rival.relay = v), Value(TYPICAL.relay), "command units",
     "command of the relay to either side";
-"identifier.relay_delay": Number(Fixed(Allowed::Within(0.0, 10.0)), |s, v| s.identifier.rival.relay_delay = v),
-    Value(TYPICAL.relay_delay), "s", "delay of the relay";
 "identifier.forgetting": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| s.identifier.rival.forgetting = v),
-    Derived("0.999 for relay-least-squares and multi-step-least-squares, 0.9999 for the others"), "", "forgetting factor of a sample";
+    Value(TYPICAL.forgetting), "", "forgetting factor of a sample";
 "identifier.filter_cutoff": Number(BelowNyquist, |s, v| s.identifier.rival.filter_cutoff = v), Value(TYPICAL.filter_cutoff), "rad/s",
     "cut-off of the filters of position and command";
-"identifier.proportional_gain": Number(POSITIVE, |s, v| s.identifier.rival.proportional_gain = Some(v)),
-    Derived("a twentieth of kp"), "command units per rad", "gain of the proportional loop";
-"identifier.block": Number(POSITIVE, |s, v| s.identifier.rival.block = v), Value(TYPICAL.block), "s", "sample time of the model";
 
 "run": Table(Always), Derived("60 s"), "", "the simulated experiment";
 "run.duration": Number(Duration, |s, v| s.duration = v), Value(60.0), "s",

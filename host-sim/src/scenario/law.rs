@@ -38,17 +38,11 @@ pub enum Closing {
     Pid,
     /// The scenario's PID without its integral.
     Pd,
-    /// A proportional controller of low gain.
-    Proportional,
-    /// A controller with two degrees of freedom of the method's own.
-    TwoDegreesOfFreedom,
     /// A relay.
     Relay,
 }
 
 const AB: &[Parameter] = &[Parameter::A, Parameter::B];
-const ABC: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Coulomb];
-const ABD: &[Parameter] = &[Parameter::A, Parameter::B, Parameter::Load];
 const ALL: &[Parameter] = &Parameter::ALL;
 
 #[rustfmt::skip]
@@ -119,27 +113,6 @@ laws! {
     /// Recursive least squares on filtered signals in the loop of a relay.
     RelayLeastSquares: "relay-least-squares", Rival, AB, Relay, "a safe relay, bandwidth", "[2], [14]",
         &["relay", "forgetting", "filter_cutoff"];
-    /// Off-line least squares in the loop of a proportional controller of low gain.
-    ProportionalLeastSquares: "proportional-least-squares", Rival, AB, Proportional, "a safe low gain, bandwidth", "[4]",
-        &["proportional_gain", "filter_cutoff"];
-    /// Two degrees of freedom tuned from the rotor's inertia, off-line least squares, tuned again.
-    TwoDegreesOfFreedom: "two-degrees-of-freedom", Rival, ABC, TwoDegreesOfFreedom, "b without the load's inertia, bandwidth", "[5]",
-        &["filter_cutoff"];
-    /// Multi-step recursive extended least squares in a proportional loop.
-    MultiStepLeastSquares: "multi-step-least-squares", Rival, AB, Proportional, "a safe low gain, a sample time for the model", "[6]",
-        &["proportional_gain", "forgetting", "block"];
-    /// The limit cycle of a relay with delay.
-    RelayCycle: "relay-cycle", Rival, ABC, Relay, "a safe relay and delay", "[8]",
-        &["relay", "relay_delay"];
-    /// The limit cycles of two relays.
-    TwoRelays: "two-relays", Rival, ABC, Relay, "two safe relays and a delay", "[9]",
-        &["relay", "relay_delay"];
-    /// Closed-loop ARX by recursive least squares.
-    ClosedLoopArx: "closed-loop-arx", Rival, AB, Pid, "a controller, bandwidth", "flight controllers",
-        &["forgetting", "filter_cutoff"];
-    /// Mechanical recursive least squares on differentiated position.
-    MechanicalLeastSquares: "mechanical-least-squares", Rival, ABD, Pid, "a controller, bandwidth, order of b", "motor-control firmware",
-        &["forgetting", "filter_cutoff"];
 }
 
 impl Law {
@@ -176,17 +149,7 @@ impl Law {
     /// True if it can take a log of any controller.
     #[must_use]
     pub fn is_replayable(self) -> bool {
-        matches!(self.closing(), Closing::Pid | Closing::Proportional)
-            || self == Self::RelayLeastSquares
-    }
-
-    /// True if it computes its result after the experiment, from all that was recorded.
-    #[must_use]
-    pub fn is_off_line(self) -> bool {
-        matches!(
-            self,
-            Self::Fit | Self::ProportionalLeastSquares | Self::TwoDegreesOfFreedom
-        )
+        self.closing() == Closing::Pid || self == Self::RelayLeastSquares
     }
 
     /// True for a Γ-gradient law.
@@ -243,57 +206,32 @@ impl Law {
     }
 }
 
-/// The settings of the methods to compare with; each takes its own part.
+/// The settings of the method to compare with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RivalSettings {
     /// The relay's command, ± this, command units.
     pub relay: f64,
-    /// The relay's delay, s.
-    pub relay_delay: f64,
     /// Forgetting factor.
     pub forgetting: f64,
     /// Cut-off of the filters of input and output, rad/s.
     pub filter_cutoff: f64,
-    /// Gain of the proportional loop, command units per rad; none for a twentieth of kp.
-    pub proportional_gain: Option<f64>,
-    /// Sample time of a discrete-time model, s.
-    pub block: f64,
 }
 
 impl RivalSettings {
-    /// The part of k_p that counts as a low gain where none is given.
-    const LOW_GAIN: f64 = 0.05;
-
     /// Default values, the same for every servo and case.
     pub(super) const TYPICAL: Self = Self {
         relay: 1.0,
-        relay_delay: 0.005,
-        // Ten seconds at 1 kHz.
-        forgetting: 0.9999,
+        // One second at 1 kHz, the paper's.
+        forgetting: 0.999,
         filter_cutoff: 50.0,
-        proportional_gain: None,
-        block: 0.02,
     };
-
-    /// Default values of a law.
-    #[must_use]
-    pub const fn for_law(law: Law) -> Self {
-        match law {
-            // One second at 1 kHz, the paper's; twenty seconds of blocks.
-            Law::RelayLeastSquares | Law::MultiStepLeastSquares => Self {
-                forgetting: 0.999,
-                ..Self::TYPICAL
-            },
-            _ => Self::TYPICAL,
-        }
-    }
 }
 
 impl Identification {
     /// Takes a law, with the parameters that it estimates by default.
     pub fn set_law(&mut self, law: Law) {
         self.law = law;
-        self.rival = RivalSettings::for_law(law);
+        self.rival = RivalSettings::TYPICAL;
         let default = match law.row().kind {
             Kind::Rival | Kind::Record => law.finds(),
             Kind::Gradient | Kind::Fit => AB,
@@ -308,15 +246,6 @@ impl Identification {
                 ki: 0.0,
                 ..declared
             },
-            Closing::Proportional => {
-                let low = RivalSettings::LOW_GAIN * declared.kp;
-                ControllerSettings {
-                    kp: self.rival.proportional_gain.unwrap_or(low),
-                    kd: 0.0,
-                    ki: 0.0,
-                    ..declared
-                }
-            }
             _ => declared,
         }
     }

@@ -1,8 +1,8 @@
-//! The parts of the methods to compare with.
+//! The parts of the method to compare with.
 
 use identifier_core::error::OutOfRange;
 use identifier_core::number::Number;
-use rivals::{LeastSquaresConfig, MultiStepLeastSquares, Relay};
+use rivals::{LeastSquaresConfig, Relay};
 
 use super::Scenario;
 
@@ -20,26 +20,13 @@ impl Scenario {
         }
     }
 
-    /// A relay of a level within the amplifier's limit and a delay, s.
+    /// The paper's relay, within the amplifier's limit.
     ///
     /// # Errors
     /// The level must be above zero.
-    pub fn relay<N: Number>(&self, level: f64, delay: f64) -> Result<Relay<N>, OutOfRange> {
+    pub fn relay<N: Number>(&self) -> Result<Relay<N>, OutOfRange> {
         let [low, high] = self.controller().limit;
-        let level = level.min(high).min(-low);
-        let delay = (delay / self.sample_time()).round();
-        Relay::new(level, delay as u32)
-    }
-
-    /// The multi-step recursion, its block a whole number of samples.
-    ///
-    /// # Errors
-    /// The parameter out of its range.
-    pub fn multi_step<N: Number>(&self) -> Result<MultiStepLeastSquares<N>, OutOfRange> {
-        let units = &self.units();
-        let block = (self.identifier.rival.block / units.sample_time())
-            .round()
-            .max(1.0) as u32;
-        MultiStepLeastSquares::new(units, block, &self.least_squares())
+        let level = self.identifier.rival.relay.min(high).min(-low);
+        Relay::new(level)
     }
 }

@@ -17,7 +17,7 @@ impl Scenario {
     pub fn unstable_loop(&self) -> Option<SampledLoopError> {
         let servo = self.plant.as_ref()?;
         let closing = self.identifier.law.closing();
-        if matches!(closing, Closing::Relay | Closing::TwoDegreesOfFreedom) {
+        if closing == Closing::Relay {
             return None;
         }
         match with_velocity!(self, f64 => check(&self.stated, servo.a, servo.b)) {

@@ -14,15 +14,13 @@ use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Term, Unknown};
 use identifier_core::settings::{FromSettings, SettingsError};
-use rivals::{
-    ClosedLoopArx, DirectEstimator, FilteredLeastSquares, MechanicalLeastSquares, RelayCycles,
-};
+use rivals::FilteredLeastSquares;
 
 use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
-    BatchLeastSquares, Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop,
-    RelayLoop, RelayMethod, Running, TwoDegreesLoop, WholeRecord, compensated, gamma_over,
+    Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
+    RelayMethod, Running, WholeRecord, compensated, gamma_over,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
 use crate::scenario::{Arithmetic, Fault, Law, Scenario};
@@ -82,8 +80,6 @@ pub(super) enum Method {
     Identifier(Box<dyn DynIdentifier + Send>),
     /// It commands a relay.
     Relay(Box<dyn RelayMethod>),
-    /// It closes a loop of its own, in double precision.
-    Own(LocalLoop),
 }
 
 impl Method {
@@ -98,19 +94,9 @@ impl Method {
                 rig: Rig::build::<N>(scenario)?,
                 closed: pid_loop::<N>(scenario, settings, identifier, 0)?,
             },
-            Self::Relay(method) => {
-                let mut rig = Rig::build::<N>(scenario)?;
-                if !method.follows() {
-                    rig.reference = Box::new(|| 0.0);
-                }
-                Simulation {
-                    rig,
-                    closed: Box::new(RelayLoop::<N>::new(method)),
-                }
-            }
-            Self::Own(closed) => Simulation {
-                rig: Rig::build::<f64>(scenario)?,
-                closed,
+            Self::Relay(method) => Simulation {
+                rig: Rig::build::<N>(scenario)?,
+                closed: Box::new(RelayLoop::<N>::new(method)),
             },
         })
     }
@@ -216,7 +202,7 @@ pub(crate) fn identifier_in<N: Number>(
     }
     match method::<N>(scenario, settings)? {
         Method::Identifier(identifier) => Ok(identifier),
-        Method::Relay(_) | Method::Own(_) => Err(Fault::new(
+        Method::Relay(_) => Err(Fault::new(
             "identifier.law",
             format!(
                 "\"{}\" closes a loop of its own: it cannot listen beside a controller",
@@ -247,7 +233,7 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
             let setting = "initial.b";
             return Err(scenario.fault(&SettingsError::NotGiven { setting }));
         }
-        law => return rival::<N>(scenario, law).map_err(fault_of_rival),
+        Law::RelayLeastSquares => return rival::<N>(scenario).map_err(fault_of_rival),
     };
     built
         .map(Method::Identifier)
@@ -258,7 +244,6 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
 fn fault_of_rival(error: OutOfRange) -> Fault {
     let key = match error.parameter {
         "cutoff" => "filter_cutoff",
-        "sample_time" => "block",
         other => other,
     };
     Fault::new(format!("identifier.{key}"), error)
@@ -333,50 +318,13 @@ where
     beside(settings, |_: &I| Outcome::default())
 }
 
-/// A method to compare with.
-fn rival<N: Number>(scenario: &Scenario, law: Law) -> Result<Method, OutOfRange> {
-    let units = &scenario.units();
+/// The method to compare with.
+fn rival<N: Number>(scenario: &Scenario) -> Result<Method, OutOfRange> {
     let config = scenario.least_squares();
     Allowed::Above(0.0).check("initial.b", config.b)?;
-    let own = &scenario.identifier.rival;
-    let relay = |part: f64| scenario.relay::<N>(part * own.relay, own.relay_delay);
-    Ok(match law {
-        Law::MechanicalLeastSquares => direct::<N, _>(MechanicalLeastSquares::new(units, &config)?),
-        Law::MultiStepLeastSquares => direct::<N, _>(scenario.multi_step()?),
-        Law::ProportionalLeastSquares => Method::Identifier(Box::new(BatchLeastSquares::new::<N>(
-            units,
-            own.filter_cutoff,
-        )?)),
-        Law::RelayLeastSquares => {
-            // The paper's relay has no delay.
-            let relay = scenario.relay::<N>(own.relay, 0.0)?;
-            let law = FilteredLeastSquares::new(units, &config)?;
-            Method::Relay(Box::new(LeastSquares::new(relay, law)))
-        }
-        Law::RelayCycle => {
-            let law = RelayCycles::new(units, [relay(1.0)?]);
-            let state = law.start();
-            Method::Relay(Box::new((law, state)))
-        }
-        Law::TwoRelays => {
-            let law = RelayCycles::new(units, [relay(1.0)?, relay(0.5)?]);
-            let state = law.start();
-            Method::Relay(Box::new((law, state)))
-        }
-        Law::TwoDegreesOfFreedom => Method::Own(Box::new(TwoDegreesLoop::new(
-            units,
-            scenario.controller(),
-            config.b,
-            own.filter_cutoff,
-            scenario.samples(),
-        )?)),
-        // The others are not rivals.
-        _ => direct::<N, _>(ClosedLoopArx::new(units, &config)?),
-    })
-}
-
-fn direct<N: Number, E: DirectEstimator<N, State: Send> + Send + 'static>(estimator: E) -> Method {
-    Method::Identifier(Box::new(Direct::new(estimator)))
+    let law = FilteredLeastSquares::new(&scenario.units(), &config)?;
+    let method = LeastSquares::new(scenario.relay::<N>()?, law);
+    Ok(Method::Relay(Box::new(method)))
 }
 
 /// Checks the terms that a fit to the whole record is required to have.

@@ -29,7 +29,7 @@ thread_local! {
 /// # Errors
 /// The key that something cannot be built from.
 pub fn operations(scenario: &Scenario) -> Result<Option<f64>, Fault> {
-    if scenario.identifier.law.is_off_line() {
+    if scenario.identifier.law.takes_whole_record() {
         return Ok(None);
     }
     let mut scenario = scenario.clone();
@@ -41,7 +41,6 @@ pub fn operations(scenario: &Scenario) -> Result<Option<f64>, Fault> {
     let metered = match method::<Counted>(&scenario, &settings)? {
         Method::Identifier(law) => Method::Identifier(Box::new(Metered::new(law, &meter))),
         Method::Relay(method) => Method::Relay(Box::new(Metered::new(method, &meter))),
-        Method::Own(_) => return Ok(None),
     };
     let simulation = metered.simulation::<Counted>(&scenario, &settings)?;
     simulation.run(&mut |_| ());
@@ -115,10 +114,6 @@ impl RelayMethod for Metered<dyn RelayMethod> {
 
     fn estimates(&self) -> Option<ServoParameters> {
         self.law.estimates()
-    }
-
-    fn follows(&self) -> bool {
-        self.law.follows()
     }
 }
 

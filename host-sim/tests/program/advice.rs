@@ -313,14 +313,8 @@ const VERDICTS: [(u8, Row); 17] = [
     (
         20,
         Row {
-            case: &[
-                (
-                    "=identifier",
-                    "law = \"relay-cycle\"\ninitial = { a = 0.0, b = 110.0 }",
-                ),
-                ("=run", "duration = 2.0"),
-            ],
-            remedies: &[Followed("identifier.law = \"gauss-newton\"", ALL_FOUR)],
+            case: NO_CASE,
+            remedies: &[NotHere("identifier.law = \"gauss-newton\"")],
         },
     ),
     (

@@ -94,13 +94,6 @@ fn a_saturated_first_command_and_every_law_and_number_format_replay_to_the_last_
             "law = \"pd-gradient\"\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }".into(),
         ),
         ("relay", "law = \"relay-least-squares\"\nrelay = 0.9".into()),
-        (
-            "proportional",
-            "law = \"proportional-least-squares\"".into(),
-        ),
-        ("multi-step", "law = \"multi-step-least-squares\"".into()),
-        ("arx", "law = \"closed-loop-arx\"".into()),
-        ("mechanical", "law = \"mechanical-least-squares\"".into()),
     ];
     for (law, identifier) in laws {
         let path = scenario(law, &format!("{identifier}\n{TIGHT}"));

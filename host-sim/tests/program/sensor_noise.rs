@@ -1,4 +1,4 @@
-//! The noise of the position sensor, as every law and a check report it.
+//! The noise of the position sensor, as every law reports it.
 
 use serde_json::Value;
 
@@ -36,13 +36,7 @@ fn assert_is_the_sensors(noise: &Value) {
 
 #[test]
 fn every_law_reports_the_noise_of_the_sensor() {
-    for law in [
-        "gradient",
-        "gauss-newton",
-        "window",
-        "fit",
-        "closed-loop-arx",
-    ] {
+    for law in ["gradient", "gauss-newton", "window", "fit"] {
         assert_is_the_sensors(&result("run", law)["noise"]);
     }
 }
