@@ -130,7 +130,7 @@ fn side_by_side(scenario: &Scenario, turns: u32) -> DriftResult {
         &mut |compared| differences.add(compared),
     )
     .expect("it fits");
-    let result = differences.result(scenario.samples(), units.sample_time());
+    let result = differences.result(scenario.samples());
     assert!(result.all_finite);
     result
 }

@@ -43,7 +43,7 @@ pub(super) fn run(file: &Path) -> Result<(), Fault> {
     )
     .map_err(|error| input(error.to_string()))?;
     drop(progress);
-    let result = differences.result(samples, units.sample_time());
+    let result = differences.result(samples);
     show!("{}", terminal::blocks(&present::formats(&result), width()))?;
     if result.all_finite {
         Ok(())

@@ -1,8 +1,11 @@
 //! The width of the terminal, and text that fits it.
 
+use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write as _};
 
 use terminal_size::{Width, terminal_size_of};
+use textwrap::core::display_width;
+use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
 /// Characters to a line where there is no terminal.
 const ELSEWHERE: u16 = 100;
@@ -52,43 +55,24 @@ pub(super) fn notify(line: &str) {
     let _ = writeln!(anstream::stderr(), "{}", folded_error(line));
 }
 
-/// A text whose lines have at most `width` characters, but for longer words. A line is continued two characters
-/// further to the right than it begins.
+/// A text whose lines have at most `width` characters, but for longer words; colours take no place. A line is continued two
+/// characters further to the right than it begins.
 fn within(text: &str, width: usize) -> String {
     let lines = text.split('\n').map(|line| {
-        if visible(line) <= width {
-            return line.to_owned();
+        if display_width(line) <= width {
+            return Cow::Borrowed(line);
         }
         let begins = line.len() - line.trim_start_matches(' ').len();
         let indent = " ".repeat(begins + 2);
-        let mut folded = String::new();
-        let mut reached = 0;
-        for word in line.split_inclusive(' ') {
-            let length = visible(word.trim_end_matches(' '));
-            if reached > begins && reached + length > width {
-                folded.truncate(folded.trim_end_matches(' ').len());
-                folded.push('\n');
-                folded += &indent;
-                reached = indent.len();
-            }
-            folded += word;
-            reached += visible(word);
-        }
-        folded
+        let options = Options::new(width)
+            .subsequent_indent(&indent)
+            .break_words(false)
+            .word_separator(WordSeparator::AsciiSpace)
+            .word_splitter(WordSplitter::NoHyphenation)
+            .wrap_algorithm(WrapAlgorithm::FirstFit);
+        Cow::Owned(textwrap::fill(line, options))
     });
     lines.collect::<Vec<_>>().join("\n")
-}
-
-/// The characters of a text that take a place on the screen: those of colours do not.
-fn visible(text: &str) -> usize {
-    let mut is_colour = false;
-    let takes_place = |character: &char| {
-        is_colour |= *character == '\u{1b}';
-        let takes = !is_colour;
-        is_colour &= *character != 'm';
-        takes
-    };
-    text.chars().filter(takes_place).count()
 }
 
 #[cfg(test)]

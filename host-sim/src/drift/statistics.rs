@@ -48,13 +48,12 @@ impl Differences {
         }
     }
 
-    /// The result of `samples` samples, each of `sample_time`, s.
+    /// The result of `samples` samples.
     #[must_use]
-    pub fn result(&self, samples: u64, sample_time: f64) -> DriftResult {
+    pub fn result(&self, samples: u64) -> DriftResult {
         let [f32, fixed] = self.held.map(differences);
         DriftResult {
             samples,
-            sample_time,
             all_finite: self.finite,
             f32,
             fixed,

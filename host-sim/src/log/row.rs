@@ -9,8 +9,7 @@ pub(super) const MAX_ROWS: u64 = 1_000_000_000;
 /// One sample of a log, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The line of the file, from 1, the heading among them, or the number of the message; of a bridged
-    /// sample, that after the gap.
+    /// The line of the file, from 1, the heading among them; of a bridged sample, that after the gap.
     pub line: u64,
     /// Time, s.
     pub time: f64,

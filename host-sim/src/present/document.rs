@@ -219,11 +219,4 @@ impl Section {
             ..Self::full(heading, blocks)
         }
     }
-
-    /// True if it contains figures.
-    #[must_use]
-    pub fn has_figures(&self) -> bool {
-        let mut blocks = self.blocks.iter();
-        blocks.any(|block| matches!(block, Block::Figures(_)))
-    }
 }

@@ -5,8 +5,6 @@
 pub struct DriftResult {
     /// Samples run.
     pub samples: u64,
-    /// Sample time, s.
-    pub sample_time: f64,
     /// True if every value was finite.
     pub all_finite: bool,
     /// Differences in single precision.
