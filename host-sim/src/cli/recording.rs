@@ -53,10 +53,8 @@ impl<'a> Recording<'a> {
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
-        if self.passes_to_come == 0 {
-            if let Some(rows) = &mut self.rows {
-                rows.write(|rows| rows.sample(sample));
-            }
+        if let Some(rows) = self.rows.as_mut().filter(|_| self.passes_to_come == 0) {
+            rows.write(|rows| rows.sample(sample));
         }
     }
 

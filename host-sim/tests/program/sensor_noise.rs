@@ -8,9 +8,9 @@ use crate::support::{folder, printed_json, servo_id};
 const NOISE: f64 = 2.0;
 const COUNTS: f64 = 10_000.0;
 
-/// The result of a verb on a servo whose encoder has this noise.
-fn result(verb: &str, law: &str) -> Value {
-    let file = folder(&format!("noise-{verb}-{law}")).join("noisy.toml");
+/// The result of a run of a servo whose encoder has this noise.
+fn result(law: &str) -> Value {
+    let file = folder(&format!("noise-{law}")).join("noisy.toml");
     let noise = NOISE * std::f64::consts::TAU / COUNTS;
     let text = format!(
         "[plant]\na = 0.5\nb = 200.0\ncoulomb = 4.0\nload = 1.0\n[encoder]\ncounts_per_rev = {COUNTS:?}\n\
@@ -18,7 +18,7 @@ fn result(verb: &str, law: &str) -> Value {
     );
     std::fs::write(&file, text).expect("written");
     printed_json(&servo_id(&[
-        verb,
+        "run",
         &file.display().to_string(),
         "--json",
         "-",
@@ -37,7 +37,7 @@ fn assert_is_the_sensors(noise: &Value) {
 #[test]
 fn every_law_reports_the_noise_of_the_sensor() {
     for law in ["gradient", "gauss-newton", "window", "fit"] {
-        assert_is_the_sensors(&result("run", law)["noise"]);
+        assert_is_the_sensors(&result(law)["noise"]);
     }
 }
 
@@ -46,12 +46,10 @@ fn the_terminal_shows_it_in_counts() {
     let file = folder("noise-terminal").join("plain.toml");
     let text = "[plant]\na = 0.5\nb = 200.0\n[identifier]\nlaw = \"gauss-newton\"\n[run]\nduration = 4.0\n";
     std::fs::write(&file, text).expect("written");
-    for verb in ["run"] {
-        let output = servo_id(&[verb, &file.display().to_string()]);
-        let shown = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(
-            shown.contains("counts (") && shown.contains("in motion"),
-            "{verb}: {shown}"
-        );
-    }
+    let output = servo_id(&["run", &file.display().to_string()]);
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        shown.contains("counts (") && shown.contains("in motion"),
+        "{shown}"
+    );
 }
