@@ -35,15 +35,11 @@ const GONE: &[(Place, &str, &str)] = &[
     (Value, "identifier.law = two-relays", RIVAL),
     (Value, "identifier.law = closed-loop-arx", RIVAL),
     (Value, "identifier.law = mechanical-least-squares", RIVAL),
-    (
-        Flag,
-        "--mcap",
-        "MCAP is not written any more: --csv writes the same samples",
-    ),
+    (Flag, "--mcap", "--csv writes the same samples"),
     (
         Flag,
         "--live",
-        "a run is not shown while it lasts: --report writes its page when it is over",
+        "--report writes the page of a run when it is over",
     ),
     (
         Verb,
@@ -51,17 +47,13 @@ const GONE: &[(Place, &str, &str)] = &[
         "run prints margins and reachable accuracy beside the result, tune the margins of its gains",
     ),
     (Verb, "drift", "run SCENARIO --formats prints its table"),
-    (
-        Verb,
-        "manual",
-        "there are no manual pages: VERB --help says the same",
-    ),
+    (Verb, "manual", "VERB --help says the same"),
     (
         Verb,
         "replay",
         "identify LOG --scenario SCENARIO does the same",
     ),
-    (Verb, "rerun", "it is called reproduce"),
+    (Verb, "rerun", "reproduce does the same"),
 ];
 
 /// What replaces a word that is gone, a sentence without an end.

@@ -214,7 +214,7 @@ fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
     let errors: Vec<_> = errors.iter().map(of).collect();
     let all = (!errors.is_empty()).then(|| errors.join(", "))?;
     Some(format!(
-        "At best the motion of this run shows, as standard errors (Cramér and Rao): {all}."
+        "The motion allows these standard errors at best, with rounding as noise (Cramér and Rao): {all}."
     ))
 }
 
