@@ -1,6 +1,5 @@
 //! Checks of the firmware on emulated chips, and its costs.
 
-mod breaks;
 mod budget;
 mod cycles;
 mod drive;
@@ -22,7 +21,6 @@ mod soak;
 mod thumb;
 
 use std::process::ExitCode;
-use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
@@ -68,13 +66,6 @@ enum Verb {
         #[arg(long, value_enum, default_value_t)]
         choice: cycles::Choice,
     },
-    /// Break the drive's code by the list of crates/drive-logic/breaks.toml, one place after the other, in a copy;
-    /// the tests must notice every break.
-    Breaks {
-        /// Begin no further break after this time, s. The first one differs from commit to commit.
-        #[arg(long)]
-        within: Option<u64>,
-    },
     /// Commission the drive on the emulated chip at 1, 10 and 20 kHz: every command must be out within 12.5 µs of its
     /// sample, and half of a sample be free at 10 kHz, by the model of docs/cycles.md.
     Lead,
@@ -110,7 +101,6 @@ fn main() -> ExitCode {
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt { choice } => interrupt::print(choice),
-        Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),
         Verb::Lead => lead::check(),
         Verb::Elsewhere { systems: true, .. } => elsewhere::check_on_systems(),
         Verb::Elsewhere {
