@@ -1,7 +1,6 @@
 //! Checks of the firmware on emulated chips, and its costs.
 
 mod budget;
-mod cycles;
 mod drive;
 mod elf;
 mod elsewhere;
@@ -11,6 +10,7 @@ mod firmware;
 mod interrupt;
 mod lead;
 mod listing;
+mod meter;
 mod metered;
 mod playground;
 mod python;
@@ -52,22 +52,17 @@ enum Verb {
     },
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
-    /// Count instructions, cycles and bytes on the emulated chip and compare them with the accepted budget; every command
+    /// Count instructions and bytes on the emulated chip and compare them with the accepted budget; every command
     /// of a commissioning must be out in time, as `lead` checks it.
     Budget {
         /// Accept the figures as the budget.
         #[arg(long)]
         accept: bool,
     },
-    /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
-    /// executed, and cycles by the model of docs/cycles.md.
-    Interrupt {
-        /// The figure of the model where the manuals give a range.
-        #[arg(long, value_enum, default_value_t)]
-        choice: cycles::Choice,
-    },
+    /// Count the instructions of the whole sample interrupt of the drive on the emulated chip.
+    Interrupt,
     /// Commission the drive on the emulated chip at 1, 10 and 20 kHz: every command must be out within 12.5 µs of its
-    /// sample, and half of a sample be free at 10 kHz, by the model of docs/cycles.md.
+    /// sample, and half of a sample be free at 10 kHz, both in instructions.
     Lead,
     /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
     Elsewhere {
@@ -100,7 +95,7 @@ fn main() -> ExitCode {
         Verb::Image { board, feature } => firmware::image(&board, &feature),
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
-        Verb::Interrupt { choice } => interrupt::print(choice),
+        Verb::Interrupt => interrupt::print(),
         Verb::Lead => lead::check(),
         Verb::Elsewhere { systems: true, .. } => elsewhere::check_on_systems(),
         Verb::Elsewhere {

@@ -4,7 +4,7 @@ use drive_link::{Command, Fault, Refusal, State};
 
 use super::LIMIT;
 use super::host::Host;
-use super::machine::{BYTE, Reception};
+use super::machine::BYTE;
 use super::servo::settings;
 
 /// Rate of the samples, Hz.
@@ -20,7 +20,7 @@ const DONE: u64 = 5_000_000;
 fn configured(link_timeout: f64) -> Host {
     let mut settings = settings(RATE);
     settings.protection.link_timeout = link_timeout;
-    let mut host = Host::new(Reception::Dma, RATE);
+    let mut host = Host::new(RATE);
     host.request(Command::Configure(settings));
     host.pass(50_000_000);
     assert_eq!(host.refusals(), []);

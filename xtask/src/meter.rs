@@ -1,9 +1,8 @@
-//! Finds the beginning and the end of an interrupt, and counts its instructions.
+//! Finds the beginning and the end of an interrupt handler on a Cortex-M4F, and counts its instructions as they are executed.
 
 use std::ops::Range;
 
-use super::processor::{Choice, ENTRY, EXIT, FLOATS, Processor};
-use crate::thumb::{Flow, Instruction, Unit};
+use crate::thumb::{Flow, Instruction};
 
 /// The code that is measured.
 #[derive(Debug, Clone)]
@@ -44,16 +43,9 @@ impl Watched {
 pub(crate) struct Cost {
     /// Marks that it passed, the first of those watched in the lowest bit.
     pub(crate) marks: u32,
-    /// Cycles from the interrupt's request until the command of a sample that drives the output can take effect.
+    /// Instructions until the command of a sample that drives the output can take effect.
     pub(crate) command: Option<u64>,
-    pub(crate) taken: Taken,
-}
-
-/// Instructions and cycles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Taken {
     pub(crate) instructions: u64,
-    pub(crate) cycles: u64,
 }
 
 /// Follows every instruction that is executed.
@@ -63,24 +55,19 @@ pub(crate) struct Taken {
 #[derive(Debug)]
 pub(crate) struct Meter {
     watched: Watched,
-    processor: Processor,
     handler: Option<Handler>,
 }
 
 /// The running handler.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Handler {
-    /// When it began, on the processor's clock.
-    began: u64,
     instructions: u64,
     marks: u32,
     /// Calls that have not returned.
     depth: u32,
     /// The depth of the code that does not count, while it runs.
     left_out: Option<u32>,
-    /// It has used the FPU, whose registers are then stacked.
-    uses_floats: bool,
-    /// It has begun to drive the output, and when it was done with that, on the processor's clock.
+    /// It has begun to drive the output, and the instructions when it was done with that.
     drives: bool,
     has_driven: Option<u64>,
     /// The last instruction.
@@ -92,10 +79,9 @@ struct Handler {
 pub(crate) struct Lost;
 
 impl Meter {
-    pub(crate) fn new(watched: Watched, choice: Choice) -> Self {
+    pub(crate) fn new(watched: Watched) -> Self {
         Self {
             watched,
-            processor: Processor::new(choice),
             handler: None,
         }
     }
@@ -113,40 +99,21 @@ impl Meter {
             if self.handler.is_some() {
                 return Err(Lost);
             }
-            self.processor.separate();
-            self.handler = Some(Handler::begin(self.processor.clock()));
+            self.handler = Some(Handler::default());
         }
         let Some(handler) = &mut self.handler else {
-            self.processor.execute(instruction);
             return Ok(ended);
         };
         handler.last = Some(*instruction);
         if handler.left_out.is_none() && self.watched.leaves_out(address) {
             handler.left_out = Some(handler.depth);
-            self.processor.separate();
         }
         if handler.left_out.is_some() {
             return Ok(ended);
         }
         handler.instructions += 1;
         handler.marks |= self.watched.mark_at(address);
-        if instruction.unit == Unit::Float && !handler.uses_floats {
-            handler.uses_floats = true;
-            self.processor.wait(FLOATS);
-        }
-        self.processor.execute(instruction);
         Ok(ended)
-    }
-
-    /// Takes a read of memory by the last instruction.
-    pub(crate) fn load(&mut self, address: u32) {
-        let counts = self
-            .handler
-            .as_ref()
-            .is_none_or(|handler| handler.left_out.is_none());
-        if counts {
-            self.processor.load(address);
-        }
     }
 
     /// Takes a write to memory by the last instruction.
@@ -157,43 +124,21 @@ impl Meter {
         };
         handler.drives |= address == driven;
         if address == effective && handler.drives && handler.has_driven.is_none() {
-            handler.has_driven = Some(self.processor.clock());
+            handler.has_driven = Some(handler.instructions);
         }
     }
 
     fn end(&mut self) -> Option<Cost> {
         let handler = self.handler.take()?;
-        let floats = if handler.uses_floats { FLOATS } else { 0 };
-        let cost = Cost {
+        Some(Cost {
             marks: handler.marks,
-            command: handler
-                .has_driven
-                .map(|clock| ENTRY + clock - handler.began),
-            taken: Taken {
-                instructions: handler.instructions,
-                cycles: ENTRY + self.processor.clock() - handler.began + floats + EXIT,
-            },
-        };
-        self.processor.separate();
-        Some(cost)
+            command: handler.has_driven,
+            instructions: handler.instructions,
+        })
     }
 }
 
 impl Handler {
-    fn begin(began: u64) -> Self {
-        Self {
-            began,
-            instructions: 0,
-            marks: 0,
-            depth: 0,
-            left_out: None,
-            uses_floats: false,
-            drives: false,
-            has_driven: None,
-            last: None,
-        }
-    }
-
     /// Follows the last instruction to the next; true if it led out of the handler.
     fn leads_out(&mut self, next: u32) -> bool {
         let Some(last) = self.last.filter(|last| last.end() != next) else {
@@ -221,8 +166,7 @@ impl Handler {
 mod tests {
     use super::*;
 
-    /// Of the program that is interrupted, the handler, two functions, all of them in memory, where
-    /// nothing waits for the flash.
+    /// Of the program that is interrupted, the handler, two functions.
     const BACKGROUND: u32 = 0x2000_0000;
     const HANDLER: u32 = 0x2000_0100;
     const FUNCTION: u32 = 0x2000_0200;
@@ -240,7 +184,6 @@ mod tests {
     const POP_PC: &[u16] = &[0xbd00];
     const BX_LR: &[u16] = &[0x4770];
     const BL: &[u16] = &[0xf000, 0xf800];
-    const VADD: &[u16] = &[0xee30, 0x0a81];
 
     fn watched() -> Watched {
         Watched {
@@ -251,20 +194,17 @@ mod tests {
         }
     }
 
-    fn cost(marks: u32, instructions: u64, cycles: u64) -> Cost {
+    fn cost(marks: u32, instructions: u64) -> Cost {
         Cost {
             marks,
             command: None,
-            taken: Taken {
-                instructions,
-                cycles,
-            },
+            instructions,
         }
     }
 
     /// The costs of the interrupts of a program, each instruction with its address.
     fn costs(program: &[(u32, &[u16])]) -> Vec<Cost> {
-        let mut meter = Meter::new(watched(), Choice::Assumed);
+        let mut meter = Meter::new(watched());
         program
             .iter()
             .filter_map(|&(address, code)| {
@@ -284,8 +224,7 @@ mod tests {
             (HANDLER + 4, POP_PC),
             (BACKGROUND + 2, NOP),
         ];
-        let expected = cost(0, 3, ENTRY + 2 + 1 + 2 + EXIT);
-        assert_eq!(costs(&program), [expected]);
+        assert_eq!(costs(&program), [cost(0, 3)]);
     }
 
     #[test]
@@ -298,9 +237,7 @@ mod tests {
             (HANDLER + 6, POP_PC),
             (BACKGROUND, NOP),
         ];
-        // The call and the return refill the pipeline.
-        let expected = cost(0b01, 5, ENTRY + 2 + (1 + 2) + 1 + (1 + 2) + 2 + EXIT);
-        assert_eq!(costs(&program), [expected]);
+        assert_eq!(costs(&program), [cost(0b01, 5)]);
     }
 
     #[test]
@@ -316,7 +253,7 @@ mod tests {
         let [cost] = costs(&program)[..] else {
             panic!("one interrupt");
         };
-        assert_eq!(cost.taken.instructions, 4);
+        assert_eq!(cost.instructions, 4);
     }
 
     #[test]
@@ -340,14 +277,13 @@ mod tests {
             (HANDLER + 2, BL),
             (EMULATED, PUSH_LR),
             (EMULATED + 2, BL),
-            (FUNCTION, VADD),
-            (FUNCTION + 4, BX_LR),
+            (FUNCTION, NOP),
+            (FUNCTION + 2, BX_LR),
             (EMULATED + 6, POP_PC),
             (HANDLER + 6, POP_PC),
             (BACKGROUND, NOP),
         ];
-        let expected = cost(0, 3, ENTRY + 2 + 1 + 2 + EXIT);
-        assert_eq!(costs(&with), [expected]);
+        assert_eq!(costs(&with), [cost(0, 3)]);
     }
 
     #[test]
@@ -363,48 +299,14 @@ mod tests {
         let [cost] = costs(&program)[..] else {
             panic!("one interrupt");
         };
-        assert_eq!((cost.marks, cost.taken.instructions), (0b01, 4));
+        assert_eq!((cost.marks, cost.instructions), (0b01, 4));
     }
 
     #[test]
-    fn floats_are_stacked_once_and_restored() {
-        let program = [
-            (HANDLER, VADD),
-            (HANDLER + 4, VADD),
-            (HANDLER + 8, BX_LR),
-            (BACKGROUND, NOP),
-        ];
-        let [cost] = costs(&program)[..] else {
-            panic!("one interrupt");
-        };
-        assert_eq!(
-            cost.taken.cycles,
-            ENTRY + FLOATS + 1 + 1 + 1 + FLOATS + EXIT
-        );
-    }
-
-    #[test]
-    fn loads_count_unless_they_are_left_out() {
-        let peripheral = 0x4000_0424;
-        let run = |at: u32| {
-            let mut meter = Meter::new(watched(), Choice::Assumed);
-            for (address, code) in [(HANDLER, BL[0]), (at, 0x6808)] {
-                let instruction = Instruction::decode(address, [code, 0xf800]);
-                meter.execute(&instruction).expect("no entry is missed");
-            }
-            let before = meter.processor.clock();
-            meter.load(peripheral);
-            meter.processor.clock() - before
-        };
-        assert_eq!(run(FUNCTION), 12);
-        assert_eq!(run(EMULATED), 0);
-    }
-
-    #[test]
-    fn a_command_counts_from_its_request_to_its_last_write_and_only_where_the_output_is_driven() {
+    fn a_command_counts_from_the_entry_to_its_last_write_and_only_where_the_output_is_driven() {
         let OutputWords { driven, effective } = OUTPUT;
         let command = |writes: &[u32]| {
-            let mut meter = Meter::new(watched(), Choice::Assumed);
+            let mut meter = Meter::new(watched());
             // A write of the background is none of the sample's.
             meter.store(driven);
             let instructions = (HANDLER..).step_by(2).zip(writes);
@@ -421,17 +323,14 @@ mod tests {
             ended.expect("the handler has returned").command
         };
         assert_eq!(command(&[0, effective, driven]), None);
-        assert_eq!(command(&[driven, 0, effective]), Some(ENTRY + 3));
+        assert_eq!(command(&[driven, 0, effective]), Some(3));
         // A second command of a sample, which ends in it, is not the one that was due.
-        assert_eq!(
-            command(&[driven, effective, driven, effective]),
-            Some(ENTRY + 2)
-        );
+        assert_eq!(command(&[driven, effective, driven, effective]), Some(2));
     }
 
     #[test]
     fn an_entry_before_the_return_is_noticed() {
-        let mut meter = Meter::new(watched(), Choice::Assumed);
+        let mut meter = Meter::new(watched());
         let entry = Instruction::decode(HANDLER, [0xbf00, 0]);
         assert_eq!(meter.execute(&entry), Ok(None));
         assert_eq!(meter.execute(&entry), Err(Lost));
