@@ -297,7 +297,7 @@ mod tests {
             let costs = [cost(FIRST, 9), cost(0, instructions), cost(SHOWN, 9)];
             Summary::new(&costs).expect("all classes are there")
         };
-        for (sample_time, half) in [(5e-5, 1900), (1.5e-4, 5700)] {
+        for (sample_time, half) in [(5e-5, 1909), (1.5e-4, 5727)] {
             assert_eq!(check_half_is_free(&counted(half), sample_time), Ok(()));
             assert!(check_half_is_free(&counted(half + 1), sample_time).is_err());
         }

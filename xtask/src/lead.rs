@@ -227,11 +227,11 @@ mod tests {
             whole: vec![200, whole],
             at_rest: Vec::new(),
         };
-        assert!(driven(950, 3800).objections(1e4).is_empty());
-        assert!(driven(950, 3800).objections(2e4).is_empty());
-        assert_eq!(driven(951, 3800).objections(1e4).len(), 1);
-        assert_eq!(driven(950, 3801).objections(1e4).len(), 1);
-        assert_eq!(driven(951, 3801).objections(2e4).len(), 2);
+        assert!(driven(954, 3818).objections(1e4).is_empty());
+        assert!(driven(954, 3818).objections(2e4).is_empty());
+        assert_eq!(driven(955, 3818).objections(1e4).len(), 1);
+        assert_eq!(driven(954, 3819).objections(1e4).len(), 1);
+        assert_eq!(driven(955, 3819).objections(2e4).len(), 2);
         assert_eq!(Driven::default().objections(1e3).len(), 1);
     }
 

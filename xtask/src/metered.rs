@@ -20,13 +20,14 @@ use crate::emulator;
 use crate::meter::{Cost, Lost, Meter, OutputWords, Watched};
 use crate::thumb::Instruction;
 
-/// Instructions that a microsecond has time for: the core's 168 MHz at 2.2 cycles an instruction, above the 1.9 to 2.14 that
-/// the manuals of core and flash give for this code.
-const IN_A_MICROSECOND: f64 = 76.0;
+/// The core's clock, Hz, and its cycles for an instruction, above the 1.9 to 2.14 that the manuals of core and flash give for
+/// this code.
+const CLOCK: f64 = 168e6;
+const CYCLES: f64 = 2.2;
 
 /// Instructions that a time, s, has room for.
 pub(crate) fn instructions_in(time: f64) -> u64 {
-    (IN_A_MICROSECOND * 1e6 * time).round() as u64
+    (time * CLOCK / CYCLES) as u64
 }
 
 /// The interrupt's handler.

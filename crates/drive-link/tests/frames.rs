@@ -53,7 +53,6 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         memory: perhaps(next),
         terms: TermSettings {
             demanded: Terms::NONE.with(Term::Delay).with(Term::Gravity),
-            allowed: Terms::NONE.with(Term::Ripple),
             delay: next(),
             dead_band: next(),
             current_loop: next(),

@@ -60,16 +60,6 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         return refused("encoder.counts_per_rev", fault);
     }
     scenario.must_not_compensate()?;
-    let terms = &scenario.stated.identifier.terms;
-    if !terms.allowed.is_empty() {
-        let fault = "the firmware gathers no evidence: move those that `run` or `replay` found \
-                     to identifier.required_terms";
-        return refused("identifier.terms", fault);
-    }
-    if terms.demanded.has(Term::WanderingLoad) {
-        let fault = "the firmware has no \"wandering-load\"";
-        return refused("identifier.required_terms", fault);
-    }
     let core = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;

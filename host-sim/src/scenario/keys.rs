@@ -289,11 +289,9 @@ keys! {
     "least standard deviation of the position noise; a larger one is found";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| given(s).start_time = Some(v)),
     Derived("1; in a replay, no more than the log has"), "s",
-    "gauss-newton: the time over which the first fit looks; window: its length, for terms best 2 s";
+    "the time over which the first fit looks";
 "identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| given(s).memory = Some(v)), Derived("all that ever was"), "s",
     "how long a sample counts, for a servo that changes";
-"identifier.terms": TermList(|s, v| given(s).terms.allowed = v), Derived("none"), "",
-    "optional terms of the model, each of which is estimated once there is evidence for it";
 "identifier.required_terms": TermList(|s, v| given(s).terms.demanded = v), Derived("none"), "",
     "optional terms of the model that are estimated as soon as the motion allows";
 "identifier.low_speed_velocity": Number(POSITIVE, |s, v| given(s).terms.low_speed_velocity = Some(v)),
@@ -497,19 +495,23 @@ const PLAIN: Choice = Choice {
     takes: &[],
 };
 
-/// Keys of former versions, with the remedy for each.
+/// Keys and values of former versions, with the remedy for each.
 const FORMER: &[(&str, &str)] = &[
     (
-        "identifier.window",
-        "a window is no longer counted in samples: use start_time, its length in seconds",
+        "identifier.law = window",
+        "it is gone: law = \"gauss-newton\" begins with the fit of a short motion, after a quarter of a second with start_time = 0.25",
     ),
     (
-        "identifier.fit_every",
-        "a fit begins as soon as a quarter of the window is new: use start_time, the length of the window",
+        "identifier.terms",
+        "no term enters by itself any more: state those that the servo has in required_terms, or let law = \"fit\" find them in a whole log",
+    ),
+    (
+        "identifier.required_terms = wandering-load",
+        "it is gone: law = \"fit\" finds by itself whether the load of a whole log wanders",
     ),
 ];
 
-/// The remedy for a key of a former version.
+/// The remedy for a key of a former version, or for `key = value` of one.
 pub(super) fn remedy(path: &str) -> Option<&'static str> {
     let former = FORMER.iter().find(|(former, _)| *former == path);
     former.map(|(_, remedy)| *remedy)

@@ -291,6 +291,9 @@ fn unknown<'n>(
     name: &str,
     known: impl Iterator<Item = &'n str>,
 ) -> Fault {
+    if let Some(remedy) = super::keys::remedy(&format!("{} = {name}", key.path)) {
+        return refused(key, value, format!("\"{name}\": {remedy}"));
+    }
     let near = nearest(name, known);
     refused(key, value, format!("there is no {what}\"{}\"", shown(name)))
         .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))

@@ -86,8 +86,8 @@ fn cause(of: Cause) -> Row {
             &[
                 Followed("set amplifier.delay", &[("amplifier", "delay = 0.0015")]),
                 Followed(
-                    "terms = [\"delay\"]",
-                    &[("identifier", "terms = [\"delay\"]")],
+                    "required_terms = [\"delay\"]",
+                    &[("identifier", "required_terms = [\"delay\"]")],
                 ),
             ],
         ),
@@ -125,8 +125,8 @@ fn cause(of: Cause) -> Row {
                 "a = 3.0\nb = 257.7\ncoulomb = 5.0\nasymmetry = 1.5",
             )],
             &[Followed(
-                "terms = [\"asymmetry\"]",
-                &[("identifier", "terms = [\"asymmetry\"]")],
+                "required_terms = [\"asymmetry\"]",
+                &[("identifier", "required_terms = [\"asymmetry\"]")],
             )],
         ),
         Cause::LowSpeedFriction => row(
@@ -135,10 +135,10 @@ fn cause(of: Cause) -> Row {
                 "low_speed_friction = 10.0\nlow_speed_velocity = 1.0",
             )],
             &[Followed(
-                "terms = [\"low-speed\"] and low_speed_velocity",
+                "required_terms = [\"low-speed\"] and low_speed_velocity",
                 &[(
                     "identifier",
-                    "terms = [\"low-speed\"]\nlow_speed_velocity = 1.0",
+                    "required_terms = [\"low-speed\"]\nlow_speed_velocity = 1.0",
                 )],
             )],
         ),
@@ -158,15 +158,15 @@ fn cause(of: Cause) -> Row {
         Cause::Gravity => row(
             &[("plant", "gravity = [60.0, 20.0]")],
             &[Followed(
-                "terms = [\"gravity\"]",
-                &[("identifier", "terms = [\"gravity\"]")],
+                "required_terms = [\"gravity\"]",
+                &[("identifier", "required_terms = [\"gravity\"]")],
             )],
         ),
         Cause::Ripple => row(
             &[("plant", "ripple = [15.0, 0.0]\nripple_order = 12")],
             &[Followed(
-                "terms = [\"ripple\"] and ripple_order",
-                &[("identifier", "terms = [\"ripple\"]\nripple_order = 12")],
+                "required_terms = [\"ripple\"] and ripple_order",
+                &[("identifier", "required_terms = [\"ripple\"]\nripple_order = 12")],
             )],
         ),
         Cause::DeadBand => row(
@@ -177,8 +177,8 @@ fn cause(of: Cause) -> Row {
                     &[("amplifier", "dead_band = 0.06")],
                 ),
                 Followed(
-                    "terms = [\"dead-band\"]",
-                    &[("identifier", "terms = [\"dead-band\"]")],
+                    "required_terms = [\"dead-band\"]",
+                    &[("identifier", "required_terms = [\"dead-band\"]")],
                 ),
             ],
         ),

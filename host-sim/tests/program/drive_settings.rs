@@ -28,21 +28,6 @@ fn bounds_that_follow_from_the_box_are_sent() {
     assert!(bounds.coulomb.is_some() && bounds.load.is_some());
 }
 
-/// Keys that the drive would refuse.
-#[test]
-fn terms_that_the_firmware_lacks_are_refused() {
-    for (key, asked) in [
-        ("identifier.terms", "terms = [\"delay\"]"),
-        (
-            "identifier.required_terms",
-            "required_terms = [\"wandering-load\"]",
-        ),
-    ] {
-        let fault = settings_of("drive-settings-terms", &with_terms(asked)).expect_err(key);
-        assert!(fault.to_string().starts_with(key), "{fault}");
-    }
-}
-
 #[test]
 fn required_terms_are_sent() {
     let asked = with_terms("required_terms = [\"delay\", \"gravity\"]");
@@ -88,13 +73,13 @@ fn a_loop_that_the_firmware_lacks_is_refused() {
             "arithmetic = \"f64\"",
             "identifier.arithmetic",
         ),
-        ("law = \"gradient\"", "law = \"window\"", "identifier.law"),
+        ("law = \"gradient\"", "law = \"fit\"", "identifier.law"),
     ] {
         let changed = paper.replace(from, to);
         assert_ne!(changed, paper, "{from}");
         let of_gradient = |line: &&str| {
             let keys = ["gamma", "mu", "plant_box"];
-            to.contains("window") && keys.iter().any(|key| line.starts_with(key))
+            to.contains("fit") && keys.iter().any(|key| line.starts_with(key))
         };
         let lines = changed.lines().filter(|line| !of_gradient(line));
         let text = lines.collect::<Vec<_>>().join("\n");

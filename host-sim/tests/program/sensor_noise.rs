@@ -39,7 +39,6 @@ fn every_law_reports_the_noise_of_the_sensor() {
     for law in [
         "gradient",
         "gauss-newton",
-        "window",
         "fit",
         "closed-loop-arx",
     ] {

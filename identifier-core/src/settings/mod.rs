@@ -13,7 +13,6 @@ mod gradient;
 mod identifier;
 mod servo_loop;
 mod terms;
-mod window;
 
 pub use crate::linalg::MatrixError;
 pub use automatic_gamma::GainError;

@@ -9,10 +9,9 @@ use integration_tests::{Random, in_parallel, run};
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
 
 /// The laws under test; the gradient has a box about the servo.
-const LAWS: [&str; 4] = [
+const LAWS: [&str; 3] = [
     ALL_FOUR,
     "law = \"gauss-newton\"\nparameters = [\"a\", \"b\"]",
-    "law = \"window\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
     "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
 ];
 

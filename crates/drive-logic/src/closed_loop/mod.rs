@@ -87,12 +87,9 @@ fn check_format(settings: &LoopSettings) -> Result<(), NotAllowed> {
 }
 
 /// # Errors
-/// The settings ask for terms on evidence, which this drive does not gather, or for terms of a law that has none.
+/// The settings ask for terms of a law that has none.
 fn check_terms(settings: &LoopSettings) -> Result<(), NotAllowed> {
     let terms = &settings.core.identifier.terms;
-    if !terms.allowed.is_empty() {
-        return Err(refusal("terms", Why::NotHere));
-    }
     if !terms.demanded.is_empty() && settings.law != Law::GaussNewton {
         return Err(refusal("required_terms", Why::NotHere));
     }

@@ -8,7 +8,7 @@ use crate::fit::{Blocking, FitResult, Fitter, FitterConfig, ROUNDING};
 use crate::measurement::angle::AngleSettings;
 use crate::model::{FrictionStep, KnownInputs, ZeroOrderHoldStep};
 use crate::number::Number;
-use crate::parameters::{ServoParameters, Terms};
+use crate::parameters::ServoParameters;
 
 /// Settings of a fitter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -157,7 +157,6 @@ impl<N: Number> ServoFitter<N> {
             at_first: Some(speed),
             angle: AngleSettings::NONE,
             per_low_speed_velocity: 0.0,
-            demanded: Terms::NONE,
         })
     }
 
@@ -167,7 +166,7 @@ impl<N: Number> ServoFitter<N> {
         fitter: &MotionFitter<N>,
         motion: &MotionRecord<N, W>,
     ) -> MotionFit<N> {
-        fitter.begin_fit(motion.len(), fitter.given_with_terms(), MotionInputs::START)
+        fitter.begin_fit(motion.len(), fitter.given(), MotionInputs::START)
     }
 
     /// Samples.

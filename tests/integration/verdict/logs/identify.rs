@@ -24,31 +24,6 @@ pub(super) const FOUR: Settings = Settings {
     identifier: |_| super::super::campaign::ALL_FOUR.to_owned(),
 };
 
-/// The four parameters, by the window.
-pub(super) const WINDOW: Settings = Settings {
-    name: "window",
-    identifier: |_| super::super::campaign::ALL_FOUR.replace("gauss-newton", "window"),
-};
-
-/// Every term of the model on evidence. The orders of ripples are known, as a motor's number of poles is; the speed of
-/// low-speed friction is a guess.
-pub(super) const ALL_TERMS: Settings = Settings {
-    name: "all terms on evidence",
-    identifier: |log| {
-        let order = if log.setup.present.contains(&Effect::Ripple) {
-            log.setup.effects.ripple_order
-        } else {
-            12
-        };
-        format!(
-            "{}\nterms = [\"delay\", \"asymmetry\", \"low-speed\", \"gravity\", \"ripple\", \"dead-band\"]\n\
-             low_speed_velocity = {:?}\nripple_order = {order}",
-            super::super::campaign::ALL_FOUR,
-            0.1 * log.velocity_rms
-        )
-    },
-};
-
 /// One fit to the whole record.
 pub(super) const FIT: Settings = Settings {
     name: "one fit to the whole record",
