@@ -2,7 +2,7 @@ use core::fmt;
 
 use identifier_core::commission::{CommissionSettings, Reason};
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::tuning::{NotFollowed, ServoChange};
+use identifier_core::tuning::ServoChange;
 use serde::{Deserialize, Serialize};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
@@ -11,7 +11,7 @@ use crate::settings::{NotAllowed, Settings};
 use crate::term_sizes::TermSizes;
 
 /// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 18;
+pub const PROTOCOL: u8 = 19;
 
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;
@@ -140,8 +140,6 @@ pub struct Status {
     /// How the servo of this run, or of the last, differs from that for which its gains were commissioned, where
     /// [`Settings::servo_changes`] asks for it.
     pub servo_change: Option<ServoChange>,
-    /// Why the gains do not follow that change, where [`Settings::servo_changes`] asks for it and its inertia changed.
-    pub not_followed: Option<NotFollowed>,
     /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,
     /// Samples that ended too late since the start, as last reported.

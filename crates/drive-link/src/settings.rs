@@ -38,10 +38,6 @@ pub enum ServoChanges {
     Ignored,
     /// The status has the change, once it is certain; for Gauss–Newton without terms. It changes nothing else.
     Reported,
-    /// The same, and the gains of the run follow another inertia as far as
-    /// [`GainFollowing`](identifier_core::tuning::GainFollowing) certifies them. Those that were commissioned stay in the settings,
-    /// and the next run begins with them.
-    Followed,
 }
 
 /// Settings of a loop.
@@ -276,10 +272,6 @@ impl fmt::Display for Settings {
             ServoChanges::Reported => {
                 writeln!(f, "changes of the commissioned servo are reported")?
             }
-            ServoChanges::Followed => writeln!(
-                f,
-                "changes of the commissioned servo are reported, and the gains follow its inertia"
-            )?,
         }
         source.fmt(f)
     }

@@ -33,7 +33,6 @@ mod homing;
 mod image;
 mod listener;
 mod messages;
-mod new_gains;
 mod outside;
 mod protection;
 mod reference;

@@ -233,7 +233,7 @@ impl<'a> Sampler<'a> {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.refuse(mode, Reason::Stopped),
             Order::Watch(interval) => self.report_timer = ReportTimer::every(interval),
-            Order::Target(_) | Order::Home | Order::ExchangeGains(_) | Order::Clear => {}
+            Order::Target(_) | Order::Home | Order::Clear => {}
         }
     }
 
@@ -255,11 +255,6 @@ impl<'a> Sampler<'a> {
             Order::Home => {
                 if let Some(Mode::Run(run)) = &mut self.mode {
                     run.home();
-                }
-            }
-            Order::ExchangeGains(gains) => {
-                if let Some(Mode::Run(run)) = &mut self.mode {
-                    run.exchange_gains(&gains);
                 }
             }
             Order::Clear => self.clear(lines),

@@ -234,7 +234,7 @@ fn background(parts: Parts) {
     let mut state = supervisor.state();
     log(state);
     #[cfg(feature = "defmt")]
-    let mut servo = (None, None);
+    let mut servo = None;
     loop {
         let samples = SAMPLES.load(Ordering::Relaxed);
         let more = board::background::turn(conversation, &mut line, supervisor);
@@ -243,9 +243,9 @@ fn background(parts: Parts) {
             log(state);
         }
         #[cfg(feature = "defmt")]
-        if (supervisor.changed(), supervisor.gain_factor()) != servo {
-            servo = (supervisor.changed(), supervisor.gain_factor());
-            defmt::info!("servo changed: {}, gains times {}", servo.0, servo.1);
+        if supervisor.changed() != servo {
+            servo = supervisor.changed();
+            defmt::info!("servo changed: {}", servo);
         }
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {

@@ -2,8 +2,6 @@
 
 use drive_link::{Format, Law as LinkLaw, LoopSettings};
 
-use identifier_core::parameters::Term;
-
 use crate::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
 use crate::simulate::identifier_in;
 

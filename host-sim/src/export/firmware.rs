@@ -221,7 +221,7 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
     }
     if scenario.has_terms() {
         let fault = "an exported loop has no optional terms: leave them out, or build the loop in the firmware";
-        return Err(Fault::new("identifier.terms", fault));
+        return Err(Fault::new("identifier.required_terms", fault));
     }
     if scenario.stated.identifier.terms.declares_amplifier() {
         let fault = "an exported loop has no declared amplifier: build it in the firmware, as BehindAmplifier";

@@ -166,7 +166,10 @@ fn cause(of: Cause) -> Row {
             &[("plant", "ripple = [15.0, 0.0]\nripple_order = 12")],
             &[Followed(
                 "required_terms = [\"ripple\"] and ripple_order",
-                &[("identifier", "required_terms = [\"ripple\"]\nripple_order = 12")],
+                &[(
+                    "identifier",
+                    "required_terms = [\"ripple\"]\nripple_order = 12",
+                )],
             )],
         ),
         Cause::DeadBand => row(

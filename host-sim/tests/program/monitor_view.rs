@@ -57,7 +57,6 @@ fn status(state: Does) -> Status {
         obstacle: None,
         noise: None,
         servo_change: None,
-        not_followed: None,
         noticed: Noticed::default(),
         overruns: 0,
         dropped: 0,

@@ -179,8 +179,6 @@ pub enum Event {
     TermEntered,
     /// The servo moves where the model's friction would hold it: the friction was lowered.
     FrictionLowered,
-    /// A fit was stopped by a bound: its result is not taken, the last one stays.
-    AtBound,
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
     /// recorded command. Nothing is learnt.
     NotFollowing,

@@ -13,7 +13,6 @@
 //! ```
 
 mod closed_loop;
-mod gain_following;
 mod goal;
 mod lead;
 mod margins;
@@ -35,7 +34,6 @@ mod step_measure;
 mod tuner;
 
 pub use closed_loop::PredictedSample;
-pub use gain_following::{FollowedGains, GainFollowing, GainFollowingState, NotFollowed};
 pub use goal::{Cap, Goal};
 pub use measured_line::MeasuredLine;
 pub(crate) use possible_servos::PossibleServo;

@@ -3,7 +3,6 @@
 mod closed_forms;
 mod compensation;
 mod feed_forward;
-mod gain_following;
 mod moving_axis;
 mod properties;
 mod servo_changes;

@@ -21,9 +21,6 @@ pub(crate) type Learnt =
 /// No estimates: the gradient has no standard errors.
 pub(crate) type Settled = core::convert::Infallible;
 
-/// No other gains in a run: the servo is not examined.
-pub(crate) type LoopController = core::convert::Infallible;
-
 type State = FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>;
 
 /// Controller and the paper's law in fixed point of 32 bits.
@@ -70,11 +67,6 @@ impl ClosedLoop {
         })
     }
 
-    /// Of another law.
-    pub(crate) fn controller(_: &LoopSettings) -> Option<LoopController> {
-        None
-    }
-
     /// Puts a loop that has done no sample yet at another count.
     pub(crate) fn start(&mut self, count: i32) {
         self.state.begin_at(count);
@@ -83,15 +75,6 @@ impl ClosedLoop {
     /// The same, holding a servo that another controller has held until then.
     pub(crate) fn take_over(&mut self, Handover { last, count, .. }: &Handover) {
         self.servo_loop.take_over(&mut self.state, *count, last);
-    }
-
-    /// Of another law.
-    pub(crate) fn exchange_controller(
-        &mut self,
-        controller: &LoopController,
-        _: &ControlSample<f32>,
-    ) {
-        match *controller {}
     }
 
     /// A sample: measure, control, act; have the step checked, with its count; then learn, while the command acts.

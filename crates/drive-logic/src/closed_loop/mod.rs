@@ -15,9 +15,9 @@ use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::AbCoulombLoad;
 
 #[cfg(feature = "fixed-point")]
-pub(crate) use self::fixed_point::{ClosedLoop, Learnt, LoopController, Settled};
+pub(crate) use self::fixed_point::{ClosedLoop, Learnt, Settled};
 #[cfg(not(feature = "fixed-point"))]
-pub(crate) use self::single::{ClosedLoop, Learnt, LoopController, Settled};
+pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
 use crate::conversion::refusal;
 
 /// The arithmetic that this drive is built for.

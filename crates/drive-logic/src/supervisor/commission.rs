@@ -59,9 +59,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Fills the slot with a commissioning, and begins its solver.
     fn prepare_commissioning(&mut self, given: &CommissionSettings) -> Result<(), Refusal> {
-        let in_force = self.settings_in_force();
         let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
-        let begun = prepare(slot, &mut self.solver, given, &in_force, &self.stage);
+        let begun = prepare(slot, &mut self.solver, given, &self.settings, &self.stage);
         begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
         Ok(())
@@ -101,9 +100,6 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.solver.end_commissioning();
         let mut outcome = over.outcome();
         self.free(Mode::Commissioning(over));
-        if !self.is_driven() {
-            self.following.reset();
-        }
         let is_applied = outcome.commissioning.phase == Phase::Applied;
         if is_applied && self.apply(&outcome).is_err() {
             outcome.commissioning = LastCommissioning {
@@ -176,14 +172,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// The gains that hold.
     pub(super) fn gains(&self) -> Option<Gains> {
-        let core = &self.settings_in_force().closed_loop.core;
+        let core = &self.settings.closed_loop.core;
         let controller = core.controller.filter(|_| self.configured)?;
         Some(Gains {
             controller,
             cutoff: core.cutoff,
-            origin: match self.gain_factor() {
-                Some(factor) => Origin::Followed { factor },
-                None if self.commissioned.is_some() => Origin::Commissioned,
+            origin: match self.commissioned {
+                Some(_) => Origin::Commissioned,
                 None => Origin::Given,
             },
         })

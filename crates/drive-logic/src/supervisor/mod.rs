@@ -2,7 +2,6 @@
 
 mod changes;
 mod commission;
-mod following;
 mod memory;
 mod reports;
 mod runs;
@@ -18,7 +17,6 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase, Reason};
 use identifier_core::tuning::ServoChangeState;
 
-use self::following::Following;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::solver::Solver;
@@ -57,7 +55,6 @@ pub struct Supervisor<'a, F> {
     obstacle: Option<Reason>,
     /// Changes of the servo in the last run.
     changes: ServoChangeState,
-    following: Following,
     /// Events of the identifier at the last examination.
     examined_at: Noticed,
     /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
@@ -147,7 +144,6 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             solver: Solver::in_memory(&mut memory.solver),
             obstacle: None,
             changes: ServoChangeState::START,
-            following: Following::in_memory(&mut memory.certificate),
             examined_at: Noticed::default(),
             requested: None,
             phase: Phase::Idle,
@@ -232,8 +228,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if self.awaits_resume {
             self.resume();
         }
-        let certifies = self.certify();
-        self.solver.work(&mut self.channel) || certifies
+        self.solver.work(&mut self.channel)
     }
 
     /// All that was heard on the line so far.
@@ -412,11 +407,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn take_back(&mut self, order: Order) {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.free(mode),
-            Order::Target(_)
-            | Order::Home
-            | Order::ExchangeGains(_)
-            | Order::Clear
-            | Order::Watch(_) => {}
+            Order::Target(_) | Order::Home | Order::Clear | Order::Watch(_) => {}
         }
     }
 

@@ -28,8 +28,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             let Some(event) = self.channel.event() else {
                 let obstacle = self.solver.obstacle();
                 let before = core::mem::replace(&mut self.obstacle, obstacle);
-                let has_news = self.following.has_news() || obstacle != before;
-                return has_news.then(|| self.status(None));
+                return (obstacle != before).then(|| self.status(None));
             };
             return Some(match event {
                 Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
@@ -69,9 +68,6 @@ impl<F: NorFlash> Supervisor<'_, F> {
                     run.origin().after_run()
                 };
                 self.free(Mode::Run(run));
-                if !self.is_commissioning() {
-                    self.following.reset();
-                }
                 self.save_if_pending();
             }
             Some(Mode::Commissioning(over)) => self.conclude(over),
@@ -94,7 +90,6 @@ impl<F: NorFlash> Supervisor<'_, F> {
             obstacle: self.solver.obstacle(),
             noise: self.solver.noise().map(|counts| counts as f32),
             servo_change: self.changes.reported().copied(),
-            not_followed: self.following.refused(),
             noticed: self.counts.noticed,
             overruns: self.counts.overruns,
             dropped: self.counts.dropped.saturating_add(self.reports_dropped),

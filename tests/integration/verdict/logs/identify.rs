@@ -8,7 +8,7 @@ use host_sim::log::Log;
 use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
-use integration_tests::logs::{Effect, RecordedLog};
+use integration_tests::logs::RecordedLog;
 
 /// Settings of an identification that are compared.
 #[derive(Clone, Copy)]
