@@ -4,7 +4,6 @@
 #[cfg(feature = "experiments")]
 mod batch;
 #[cfg(feature = "experiments")]
-mod compensated;
 #[cfg(feature = "experiments")]
 mod direct;
 mod feedback;
@@ -21,7 +20,6 @@ mod whole_record;
 #[cfg(feature = "experiments")]
 pub(crate) use batch::BatchLeastSquares;
 #[cfg(feature = "experiments")]
-pub(crate) use compensated::compensated;
 #[cfg(feature = "experiments")]
 pub(crate) use direct::Direct;
 #[cfg(feature = "experiments")]

@@ -57,7 +57,6 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         let fault = "a chip counts, so it must not be 0";
         return refused("encoder.counts_per_rev", fault);
     }
-    scenario.must_not_compensate()?;
     let core = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;

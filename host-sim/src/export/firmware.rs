@@ -213,7 +213,6 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
         }
         _ => {}
     }
-    scenario.must_not_compensate()?;
     if is_gradient && scenario.stated.identifier.plant_box.is_none() {
         let fault = "without a box of servos nothing is certified: state the lowest and highest a and b that the \
                      servo may have, as plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";

@@ -42,9 +42,6 @@ pub(super) fn complete(
             "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
         ));
     }
-    if purpose != Purpose::Run {
-        scenario.must_not_compensate()?;
-    }
     match purpose {
         Purpose::Run => {
             scenario.servo()?;

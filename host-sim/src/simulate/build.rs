@@ -3,7 +3,7 @@
 //! A new law is an arm of [`method`].
 
 use identifier_core::Settings;
-use identifier_core::control::{CompensationSettings, Controller};
+use identifier_core::control::Controller;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::IdentifiableSet;
@@ -22,7 +22,7 @@ use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
     BatchLeastSquares, Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop,
-    RelayLoop, RelayMethod, Running, TwoDegreesLoop, WholeRecord, compensated, gamma_over,
+    RelayLoop, RelayMethod, Running, TwoDegreesLoop, WholeRecord, gamma_over,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
 use crate::scenario::{Arithmetic, Fault, Law, Scenario};
@@ -132,21 +132,15 @@ fn pid_loop<N: Number>(
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, Fault> {
-    let known = scenario.compensation.as_ref();
-    with_velocity!(scenario, N => pid::<N>(settings, known, identifier, start))
+    with_velocity!(scenario, N => pid::<N>(settings, identifier, start))
         .map_err(|error| scenario.fault(&error))
 }
 
 fn pid<N: Number, V: VelocityEstimate<N, State: Send> + Send + 'static>(
     settings: &Settings,
-    known: Option<&CompensationSettings>,
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, SettingsError> {
-    if let Some(known) = known {
-        let controller = compensated::<N, V>(settings, known)?;
-        return Ok(Box::new(PidLoop::new(controller, identifier, start)));
-    }
     let controller: Controller<N, V> = settings.build()?;
     Ok(Box::new(PidLoop::new(controller, identifier, start)))
 }

@@ -23,7 +23,6 @@ impl Simulation {
             .settings()
             .map_err(|error| scenario.fault(&error))?;
         let identifier = identifier(scenario, &settings)?;
-        scenario.must_not_compensate()?;
         let controller: Controller<f32, LowPass<f32>> =
             (settings.build()).map_err(|error| scenario.fault(&error))?;
         Ok(Self {

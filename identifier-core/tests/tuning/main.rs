@@ -1,7 +1,6 @@
 //! Gains from identified servos, and their promise.
 
 mod closed_forms;
-mod compensation;
 mod feed_forward;
 mod moving_axis;
 mod properties;
