@@ -105,9 +105,6 @@ catalogue! {
     TargetOutside = 52, "target-outside":
         "the command from outside asks for a target beyond the travel",
         "keep it within the travel, or allow more";
-    VoltageInvalid = 53, "voltage-invalid":
-        "the analogue input is beyond 10.5 V",
-        "check its wires and its source";
     DoesNotStand = 100, "does-not-stand":
         "the servo moved on its own before the probing motion, faster than it can be caught within the travel",
         "hold it by a brake or by gains that work, or allow more travel";

@@ -65,8 +65,8 @@ pub(crate) fn build_for_size(bench: &str) -> Result<PathBuf, String> {
 }
 
 /// Builds and seals the drive for a board.
-pub(crate) fn image(board: &str, features: &[String]) -> Result<(), String> {
-    let features = format!("--features={board},{}", features.join(","));
+pub(crate) fn image(board: &str) -> Result<(), String> {
+    let features = format!("--features={board}");
     let what = ["--bin", "drive", "--no-default-features", &features];
     release(&root().join("firmware-stm32"), &what)?;
     let drive = path("drive");

@@ -1,11 +1,10 @@
 //! The whole sample interrupt of the linked drive in a run: its instructions, counted on an emulated chip.
 
 use std::error::Error;
-use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Command, Format, Law};
+use drive_link::{Command, Law};
 use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 use host_sim::drive::Client;
 use identifier_core::parameters::{Term, Terms};
@@ -50,27 +49,16 @@ const ALL_TERMS: Terms = Terms::NONE
     .with(Term::Ripple)
     .with(Term::DeadBand);
 
-/// The laws of the drive of each arithmetic, with the features that it is built with.
-const DRIVES: [(Format, &[&str], &[NamedLaw]); 2] = [
-    (
-        Format::Single,
-        &["emulator"],
-        &[
-            NamedLaw::plain("gradient-friction", Law::Gradient { friction: true }),
-            NamedLaw::plain("gradient", Law::Gradient { friction: false }),
-            NamedLaw::plain("gauss-newton", Law::GaussNewton),
-            NamedLaw {
-                name: "gauss-newton-terms",
-                law: Law::GaussNewton,
-                terms: ALL_TERMS,
-            },
-        ],
-    ),
-    (
-        Format::Fixed,
-        &["emulator", "fixed-point"],
-        &[NamedLaw::plain("fixed", Law::Gradient { friction: false })],
-    ),
+/// The laws of the drive.
+const LAWS: [NamedLaw; 4] = [
+    NamedLaw::plain("gradient-friction", Law::Gradient { friction: true }),
+    NamedLaw::plain("gradient", Law::Gradient { friction: false }),
+    NamedLaw::plain("gauss-newton", Law::GaussNewton),
+    NamedLaw {
+        name: "gauss-newton-terms",
+        law: Law::GaussNewton,
+        terms: ALL_TERMS,
+    },
 ];
 
 /// Functions by which interrupts are classified, in the order of the marks: the first begins a run,
@@ -116,18 +104,37 @@ pub(crate) fn print() -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the drive of each arithmetic for the emulator and counts so many interrupts of every law.
+/// Builds the drive for the emulator and counts so many interrupts of every law.
 ///
 /// # Errors
 /// Also where one takes more than half of the shortest sample that the drive allows its law.
 pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_trace()?;
-    let mut counted = Vec::new();
-    for (format, features, laws) in DRIVES {
-        firmware::build(&["drive"], features)?;
-        counted.extend(count_laws(format, laws, &plugin, interrupts)?);
-    }
-    Ok(counted)
+    firmware::build(&["drive"], &["emulator"])?;
+    let drive = firmware::path("drive");
+    let metered = Metered {
+        drive: &drive,
+        plugin: &plugin,
+        marks: &MARKS,
+    };
+    let count_one = |law: &NamedLaw| {
+        let costs = measure(metered, interrupts, |client| start(client, law))?;
+        let named = |fault| format!("{}: {fault}", law.name);
+        let summary = Summary::new(&costs).map_err(named)?;
+        check_half_is_free(&summary, law.min_sample_time()).map_err(named)?;
+        Ok((law.name, summary))
+    };
+    thread::scope(|scope| {
+        let count_one = &count_one;
+        let laws = LAWS.each_ref();
+        let laws = laws.map(|law| scope.spawn(move || count_one(law)));
+        laws.into_iter()
+            .map(|law| {
+                law.join()
+                    .map_err(|_| "counting a law has failed".to_owned())?
+            })
+            .collect()
+    })
 }
 
 /// # Errors
@@ -144,50 +151,14 @@ fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String>
     ))
 }
 
-/// Counts the laws of the drive that was built last.
-fn count_laws(
-    format: Format,
-    laws: &[NamedLaw],
-    plugin: &Path,
-    interrupts: usize,
-) -> Result<Vec<(&'static str, Summary)>, String> {
-    let drive = firmware::path("drive");
-    let metered = Metered {
-        drive: &drive,
-        plugin,
-        marks: &MARKS,
-    };
-    let count_one = |law: &NamedLaw| {
-        let costs = measure(metered, interrupts, |client| start(client, law, format))?;
-        let named = |fault| format!("{}: {fault}", law.name);
-        let summary = Summary::new(&costs).map_err(named)?;
-        check_half_is_free(&summary, law.min_sample_time()).map_err(named)?;
-        Ok((law.name, summary))
-    };
-    thread::scope(|scope| {
-        let count_one = &count_one;
-        let laws: Vec<_> = laws
-            .iter()
-            .map(|law| scope.spawn(move || count_one(law)))
-            .collect();
-        laws.into_iter()
-            .map(|law| {
-                law.join()
-                    .map_err(|_| "counting a law has failed".to_owned())?
-            })
-            .collect()
-    })
-}
-
 /// Starts a law, and some of its samples being shown.
-fn start(drive: &mut Client, law: &NamedLaw, format: Format) -> Result<(), Box<dyn Error>> {
+fn start(drive: &mut Client, law: &NamedLaw) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law.law;
     let declared = &mut settings.closed_loop.core.identifier.terms;
     declared.demanded = law.terms;
     declared.low_speed_velocity = Some(0.2);
     declared.ripple_order = Some(11.0);
-    settings.closed_loop.format = format;
     // The emulator's time is not the host's.
     settings.protection.link_timeout = 0.0;
     drive.ask(Command::Configure(settings))?;

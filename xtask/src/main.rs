@@ -46,9 +46,6 @@ enum Verb {
         /// The board.
         #[arg(long, default_value = "olimex-stm32-h405")]
         board: String,
-        /// A further feature: dac or fixed-point.
-        #[arg(long)]
-        feature: Vec<String>,
     },
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
@@ -92,7 +89,7 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
-        Verb::Image { board, feature } => firmware::image(&board, &feature),
+        Verb::Image { board } => firmware::image(&board),
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),

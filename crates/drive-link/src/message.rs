@@ -331,7 +331,7 @@ impl fmt::Display for Refusal {
             ),
             Self::Homing => f.write_str("the axis is on its way home: ask again when it is there"),
             Self::TargetsFromOutside => f.write_str(
-                "the targets come from the step or the analogue input: configure it with --source line \
+                "the targets come from the step input: configure it with --source line \
                  first",
             ),
             Self::Busy => f.write_str("the command before is not done yet: ask again"),

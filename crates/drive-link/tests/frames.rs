@@ -1,7 +1,7 @@
 //! Frames over a line that loses, doubles and changes bytes.
 
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Format, FrameError, Homing, Law, LoopSettings,
+    Command, Commissioning, Dither, Estimates, FrameError, Homing, Law, LoopSettings,
     MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, ServoChanges,
     Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
 };
@@ -93,11 +93,6 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         closed_loop: LoopSettings {
             core,
             law: Law::Gradient { friction },
-            format: if friction {
-                Format::Single
-            } else {
-                Format::Fixed
-            },
         },
         dither: Dither {
             amplitude: next(),
@@ -242,7 +237,7 @@ fn settings_are_decoded_as_given() {
     let mut settings = filled(&mut || 1.5, u32::MAX, 3);
     let all = settings.to_string();
     assert!(all.contains("b begins with 1.5"), "{all}");
-    assert!(all.contains("gradient over a, b and Coulomb friction, in single precision"));
+    assert!(all.contains("gradient over a, b and Coulomb friction"));
     settings.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     let few = settings.to_string();
     assert!(

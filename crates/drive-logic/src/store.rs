@@ -307,7 +307,6 @@ mod tests {
     use identifier_core::tuning::{Cap, Promise};
 
     use super::*;
-    use crate::closed_loop::FORMAT;
 
     const ANY: f64 = 1.0;
 
@@ -352,7 +351,6 @@ mod tests {
                     ..identifier_core::Settings::new(ANY, ANY)
                 },
                 law: Law::Gradient { friction: true },
-                format: FORMAT,
             },
             dither: Dither {
                 amplitude: ANY,

@@ -7,12 +7,12 @@ mod support;
 use std::collections::VecDeque;
 
 use drive_link::{
-    Command, Format, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
+    Command, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
 };
 use drive_logic::Conversation;
 use proptest::prelude::*;
 use support::drive::{Drive, SERVO};
-use support::{Bench, FORMAT, Flash, OTHER_FORMAT, SECTOR, settings};
+use support::{Bench, Flash, SECTOR, settings};
 
 /// The numbers of settings that a user may get wrong.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
@@ -83,21 +83,18 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn law() -> impl Strategy<Value = (Law, Format)> {
-    let law = prop_oneof![
+fn law() -> impl Strategy<Value = Law> {
+    prop_oneof![
         Just(Law::Gradient { friction: false }),
         Just(Law::Gradient { friction: true }),
         Just(Law::GaussNewton),
-    ];
-    // The other arithmetic is refused.
-    (law, prop_oneof![4 => Just(FORMAT), 1 => Just(OTHER_FORMAT)])
+    ]
 }
 
 fn source() -> impl Strategy<Value = TargetSource> {
     prop_oneof![
         2 => Just(TargetSource::Line),
         1 => number().prop_map(|step| TargetSource::Steps { step }),
-        1 => number().prop_map(|range| TargetSource::Voltage { range }),
     ]
 }
 
@@ -108,7 +105,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         0..4,
     );
     let of_run = (0_u8..4, source(), any::<bool>());
-    (changes, law(), of_run).prop_map(|(changes, (law, format), (overruns, source, index))| {
+    (changes, law(), of_run).prop_map(|(changes, law, (overruns, source, index))| {
         let mut wanted = settings();
         wanted.source = source;
         wanted.homing = Some(Homing {
@@ -119,7 +116,6 @@ fn any_settings() -> impl Strategy<Value = Settings> {
             offset: 2.0,
         });
         wanted.closed_loop.law = law;
-        wanted.closed_loop.format = format;
         wanted.protection.overruns = overruns;
         for (place, number, as_factor) in changes {
             let mut numbers = numbers(&mut wanted);
@@ -180,7 +176,7 @@ proptest! {
     #[test]
     fn settings_of_any_numbers_are_refused_or_run_within_their_limits(
         wanted in any_settings(),
-        outside in prop::collection::vec((prop::option::of(any::<i16>()), prop::option::of(-1.05_f32..1.05)), 1..10),
+        outside in prop::collection::vec(prop::option::of(any::<i16>()), 1..10),
         homes in any::<bool>(),
         switch in (-1.0..1.0, 0.0..2.0),
     ) {
@@ -195,9 +191,7 @@ proptest! {
                     drive.ask(Command::Home);
                 }
                 for k in 0..300 {
-                    let (steps, voltage) = outside[k / 20 % outside.len()];
-                    bench.steps.set(steps);
-                    bench.voltage.set(voltage);
+                    bench.steps.set(outside[k / 20 % outside.len()]);
                     for report in drive.pass(1) {
                         if let Report::Snapshot(shown) = report {
                             let command = f64::from(shown.command);

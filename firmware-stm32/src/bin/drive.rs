@@ -9,7 +9,6 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{entry, exception};
-use drive_chip::analogue_input::AnalogueInput;
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
@@ -40,7 +39,6 @@ struct Wiring {
     output: Output,
     inputs: Inputs<Mmio>,
     steps: StepInput<Mmio>,
-    analogue: AnalogueInput<Mmio>,
     watchdog: Watchdog<Mmio>,
 }
 
@@ -77,11 +75,6 @@ impl Chip for Wiring {
     #[inline]
     fn steps(&mut self) -> Option<i16> {
         self.steps.steps()
-    }
-
-    #[inline]
-    fn voltage(&mut self) -> Option<f32> {
-        self.analogue.voltage()
     }
 
     #[inline]
@@ -187,7 +180,6 @@ fn background(parts: Parts) {
         encoder,
         inputs,
         steps,
-        analogue,
         timer,
         mut line,
         port,
@@ -218,7 +210,6 @@ fn background(parts: Parts) {
             output,
             inputs,
             steps,
-            analogue,
             watchdog,
         },
     });

@@ -1,6 +1,6 @@
 //! From a scenario to the settings that a drive builds its loop from.
 
-use drive_link::{Format, Law as LinkLaw, LoopSettings};
+use drive_link::{Law as LinkLaw, LoopSettings};
 
 use crate::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
 use crate::simulate::identifier_in;
@@ -22,27 +22,20 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
             );
         }
     };
-    let format = match identifier.arithmetic {
-        Arithmetic::F32 => Format::Single,
-        Arithmetic::Fixed => Format::Fixed,
-        Arithmetic::F64 => {
-            return refused(
-                "identifier.arithmetic",
-                "the firmware has \"f32\" and \"fixed\"",
-            );
-        }
-    };
+    if identifier.arithmetic != Arithmetic::F32 {
+        return refused(
+            "identifier.arithmetic",
+            "the firmware has \"f32\"; fixed point is for chips without an FPU, in a firmware of your own",
+        );
+    }
     let law = match scenario.model_set() {
         ModelSet::Ab if gradient => LinkLaw::Gradient { friction: false },
-        ModelSet::AbCoulomb if gradient && format == Format::Single => {
-            LinkLaw::Gradient { friction: true }
-        }
-        ModelSet::AbCoulombLoad if !gradient && format == Format::Single => LinkLaw::GaussNewton,
+        ModelSet::AbCoulomb if gradient => LinkLaw::Gradient { friction: true },
+        ModelSet::AbCoulombLoad if !gradient => LinkLaw::GaussNewton,
         _ => {
             return refused(
                 "identifier.parameters",
-                "the firmware has [\"a\", \"b\"], in f32 \
-                 [\"a\", \"b\", \"coulomb\"] too, and for gauss-newton \
+                "the firmware has [\"a\", \"b\"] and [\"a\", \"b\", \"coulomb\"], and for gauss-newton \
                  [\"a\", \"b\", \"coulomb\", \"load\"]",
             );
         }
@@ -72,5 +65,5 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
             return refused("identifier.gamma", "the firmware has a diagonal one");
         }
     }
-    Ok(LoopSettings { core, law, format })
+    Ok(LoopSettings { core, law })
 }

@@ -987,7 +987,7 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         | R::OutOfReach => "the encoder or its wires are mended",
         R::FollowingError => "phases or tracks are exchanged",
         R::LinkLost => "the line is mended",
-        R::StepsTooFast | R::StepsUnclear | R::TargetOutside | R::VoltageInvalid => {
+        R::StepsTooFast | R::StepsUnclear | R::TargetOutside => {
             "the source of the target is changed"
         }
         R::DoesNotStand => "a brake holds the servo",

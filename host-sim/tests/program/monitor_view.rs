@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use crate::support::simulated_drive::SERVO;
 use drive_link::{
-    BootChecks, Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed,
-    PROTOCOL, Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does,
-    Status, TargetSource,
+    BootChecks, Dither, Ended, Estimates, Fault, Home, Kept, Law, LoopSettings, Noticed, PROTOCOL,
+    Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status,
+    TargetSource,
 };
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
@@ -29,7 +29,6 @@ fn settings() -> Settings {
                 ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
             },
             law: Law::GaussNewton,
-            format: Format::Single,
         },
         dither: Dither {
             amplitude: 0.0,

@@ -15,7 +15,6 @@ use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
 use crate::chip::OutputStage;
-use crate::closed_loop::FORMAT;
 use crate::commissioning::Commissioning;
 use crate::conversion;
 use crate::messages::{Mode, Order};
@@ -238,8 +237,6 @@ fn prepare(
     conversion::check_stage_limits(given.limits.command, stage)?;
     let settings = CommissionSettings {
         command_delay: given.command_delay + stage.command_delay,
-        notch: given.notch && !cfg!(feature = "fixed-point"),
-        feed_forward: given.feed_forward && !cfg!(feature = "fixed-point"),
         ..*given
     };
     let before = core.controller.map(|controller| HoldingGains {
@@ -263,15 +260,8 @@ fn fill(
     Ok(slot.fill(commissioning).slices())
 }
 
-/// The law that needs no box of servos.
-const LAW_WITHOUT_BOX: Law = if cfg!(feature = "fixed-point") {
-    Law::Gradient { friction: false }
-} else {
-    Law::GaussNewton
-};
-
 /// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. A law
-/// that is refused with its gains, as with a box that was given for others, is replaced by the one that needs no
+/// that is refused with its gains, as with a box that was given for others, is replaced by Gauss–Newton, which needs no
 /// box.
 ///
 /// # Errors
@@ -292,8 +282,7 @@ fn settings_with(
     if Run::check(&settings, stage).is_err() {
         let closed_loop = &mut settings.closed_loop;
         closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-        closed_loop.law = LAW_WITHOUT_BOX;
-        closed_loop.format = FORMAT;
+        closed_loop.law = Law::GaussNewton;
         Run::check(&settings, stage)?;
     }
     Ok(settings)

@@ -10,9 +10,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use drive_link::{
-    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -25,11 +23,6 @@ use virtual_servo::{Encoder, Plant};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
-
-/// The arithmetic that the drive is built for, and the other one.
-pub(crate) const FORMAT: Format = FORMATS[cfg!(feature = "fixed-point") as usize];
-pub(crate) const OTHER_FORMAT: Format = FORMATS[!cfg!(feature = "fixed-point") as usize];
-const FORMATS: [Format; 2] = [Format::Single, Format::Fixed];
 
 pub(crate) fn settings() -> Settings {
     let mut core = identifier_core::Settings {
@@ -50,7 +43,6 @@ pub(crate) fn settings() -> Settings {
         closed_loop: LoopSettings {
             core,
             law: Law::Gradient { friction: false },
-            format: FORMAT,
         },
         dither: Dither {
             amplitude: 0.3,
@@ -215,8 +207,6 @@ pub(crate) struct Bench {
     pub(crate) index: Cell<Option<i32>>,
     /// Steps that were not read yet; none if they are unclear.
     pub(crate) steps: Cell<Option<i16>>,
-    /// Voltage, parts of 10 V; none if it is invalid.
-    pub(crate) voltage: Cell<Option<f32>>,
     /// Number of times that the watchdog was fed.
     pub(crate) fed: Cell<u32>,
     /// Commands that have not acted yet.
@@ -245,7 +235,6 @@ impl Bench {
             index_at: Cell::new(None),
             index: Cell::new(None),
             steps: Cell::new(Some(0)),
-            voltage: Cell::new(Some(0.0)),
             fed: Cell::new(0),
             waiting: RefCell::default(),
         }
@@ -341,10 +330,6 @@ impl<'a> Chip for Pins<'a> {
 
     fn steps(&mut self) -> Option<i16> {
         self.bench.steps.replace(Some(0))
-    }
-
-    fn voltage(&mut self) -> Option<f32> {
-        self.bench.voltage.get()
     }
 
     fn next_is_due(&self) -> bool {

@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     /// The origin of targets and travel, rad from the home position.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     home_offset: Option<f64>,
-    /// Where targets come from: line, steps:RAD (a step moves the target by that) or voltage:RAD (the target at 10 V).
+    /// Where targets come from: line, or steps:RAD (a step moves the target by that).
     #[arg(long, value_name = "SOURCE", value_parser = source)]
     source: Option<TargetSource>,
     /// Changes of a servo after its commissioning, as Gauss-Newton finds them in a run: ignore, or report (the status has them).
@@ -204,16 +204,17 @@ fn servo_changes(text: &str) -> Result<ServoChanges, String> {
 }
 
 fn source(text: &str) -> Result<TargetSource, String> {
-    let wrong = || "it is line, steps:RAD or voltage:RAD, as steps:0.001".to_owned();
+    let wrong = || "it is line or steps:RAD, as steps:0.001".to_owned();
     let number = |text: &str| text.parse::<f64>().map_err(|_| wrong());
     match text.split_once(':') {
         None if text == "line" => Ok(TargetSource::Line),
         Some(("steps", step)) => Ok(TargetSource::Steps {
             step: number(step)?,
         }),
-        Some(("voltage", range)) => Ok(TargetSource::Voltage {
-            range: number(range)?,
-        }),
+        Some(("voltage", _)) => Err(
+            "the drive has no analogue input any more: its step input has its place, steps:RAD"
+                .into(),
+        ),
         _ => Err(wrong()),
     }
 }

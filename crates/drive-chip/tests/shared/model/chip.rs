@@ -12,7 +12,7 @@ use drive_chip::bus::{Damage, Register};
 use super::clocks::{Peripheral, Source};
 use super::pins::{Level, Line, Mode};
 use super::timers::Output;
-use super::{adc, clocks, memory, pins, supply, timers, usart, watchdog};
+use super::{clocks, memory, pins, supply, timers, usart, watchdog};
 use crate::Family;
 use crate::facts::TIM1_FUNCTION;
 use crate::pac::Interrupt;
@@ -25,7 +25,6 @@ pub(crate) struct Chip {
     pub(crate) clocks: clocks::Clocks,
     pub(crate) pins: pins::Pins,
     pub(crate) timers: timers::Timers,
-    pub(crate) adc: adc::Adc,
     pub(crate) usart: usart::Usart,
     pub(crate) watchdog: watchdog::Watchdog,
     pub(crate) memory: memory::Memory,
@@ -63,7 +62,6 @@ impl Chip {
             clocks: clocks::Clocks::new(source),
             pins: pins::Pins::new(),
             timers: timers::Timers::new(),
-            adc: adc::Adc::new(),
             usart: usart::Usart::new(),
             watchdog: watchdog::Watchdog::new(),
             memory: memory::Memory::new(),
@@ -91,7 +89,6 @@ impl Chip {
         let found = self.pins.find(address);
         found
             .or_else(|| self.timers.find(address))
-            .or_else(|| self.adc.find(address))
             .or_else(|| self.usart.find(address))
     }
 
@@ -104,7 +101,6 @@ impl Chip {
             _ if !self.clocks.reaches(peripheral) => {}
             Peripheral::Port(number) => self.pins.write(number, address, word, new),
             Peripheral::Usart2 | Peripheral::Dma1 => self.usart.write(address, word, new),
-            Peripheral::Adc1 => self.adc.write(address, word, new, &self.clocks),
             _ => self.timers.write(address, word, new),
         }
         true
@@ -332,7 +328,6 @@ impl Bus for &Chip {
                 _ if !self.clocks.is_on(peripheral) => 0,
                 Peripheral::Port(number) => self.pins.read(number, address, word),
                 Peripheral::Usart2 | Peripheral::Dma1 => self.usart.read(address, word),
-                Peripheral::Adc1 => self.adc.read(address, word, &self.pins),
                 _ => {
                     let read = self.timers.read(address, word);
                     if let Some(event) = self.while_reading.take() {

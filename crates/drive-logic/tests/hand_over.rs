@@ -1,16 +1,15 @@
-//! The drive in the arithmetic that it is built for: run with the feature `fixed-point` and without.
+//! Counts that wrap, and a run that a commissioning takes over and hands back.
 
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Fault, Refusal, Report, State, Why};
+use drive_link::{Command, Fault, Refusal, Report, State};
 use identifier_core::commission::Phase;
 use identifier_core::parameters::ServoParameters;
 use support::commission::{ORDER, until};
 use support::drive::{SERVO, snapshots};
-use support::{Bench, FORMAT, Flash, OTHER_FORMAT, settings};
+use support::{Bench, Flash, settings};
 
-/// A revolution beyond the reference saturates a number in fixed point; the protections have the whole of it.
 #[test]
 fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault() {
     let (bench, flash) = (Bench::counting_from(i32::MAX - 100, &SERVO), Flash::blank());
@@ -31,25 +30,6 @@ fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault(
     assert!((found.servo.a - SERVO.a).abs() < 0.1, "{found:?}");
 }
 
-#[test]
-fn the_number_format_that_the_drive_is_not_built_for_is_refused_with_a_remedy() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    let mut wanted = settings();
-    wanted.closed_loop.format = OTHER_FORMAT;
-    let refusal = drive.refusal(Command::Configure(wanted));
-    let Refusal::Setting(refused) = &refusal else {
-        panic!("{refusal:?}");
-    };
-    assert_eq!(
-        (refused.name.as_str(), &refused.why),
-        ("arithmetic", &Why::BuiltFor(FORMAT))
-    );
-    assert!(refusal.to_string().contains("flash"), "{refusal}");
-    assert_eq!(drive.shown(), settings());
-}
-
-/// A commissioning computes in single precision; the run before and after it does not have to.
 #[test]
 fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
     /// Command of one count of the encoder, at most: k_p and the derivative's share of it.
