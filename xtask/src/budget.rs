@@ -170,7 +170,7 @@ fn refuse(objections: &[String]) -> Result<(), String> {
 }
 
 /// The budget.
-pub(crate) fn accepted() -> Result<Figures, String> {
+fn accepted() -> Result<Figures, String> {
     toml::from_str(&read(FILE)?).map_err(|error| format!("{FILE}: {error}"))
 }
 

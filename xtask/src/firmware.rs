@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::seal::seal;
 
 /// The chip.
-const TARGET: &str = "thumbv7em-none-eabihf";
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The root of the workspace.
 pub(crate) fn root() -> &'static Path {
@@ -82,18 +82,12 @@ pub(crate) fn build_trace() -> Result<PathBuf, String> {
     Ok(built().join("release").join(name))
 }
 
-/// Builds an example, a workspace of its own, and returns the folder of its binary. It shares the folder of
-/// what is built, so that common dependencies are built once.
-pub(crate) fn build_example(
-    folder: &Path,
-    target: &str,
-    features: &[&str],
-    more: &[&str],
-) -> Result<PathBuf, String> {
-    let features = format!("--features={}", features.join(","));
-    let what = [&["--target", target, &features], more].concat();
-    release(folder, &what)?;
-    Ok(built().join(target).join("release"))
+/// Builds a binary of the examples, which are a workspace of their own, and returns its file. They share the folder of what
+/// is built, so that common dependencies are built once.
+pub(crate) fn build_example(name: &str, target: &str) -> Result<PathBuf, String> {
+    let what = ["--bin", name, "--target", target];
+    release(&root().join("examples"), &what)?;
+    Ok(built().join(target).join("release").join(name))
 }
 
 /// Builds a release in a folder.

@@ -3,9 +3,9 @@
 mod budget;
 mod drive;
 mod elf;
-mod elsewhere;
 mod emulator;
 mod endings;
+mod examples;
 mod firmware;
 mod interrupt;
 mod lead;
@@ -61,15 +61,8 @@ enum Verb {
     /// Commission the drive on the emulated chip at 1, 10 and 20 kHz: every command must be out within 12.5 µs of its
     /// sample, and half of a sample be free at 10 kHz, both in instructions.
     Lead,
-    /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
-    Elsewhere {
-        /// In their place those on embassy and RTIC, on one core and an emulated board.
-        #[arg(long, conflicts_with = "constants")]
-        systems: bool,
-        /// In their place the one whose loop is constants: its bits on an emulated board, and its flash.
-        #[arg(long)]
-        constants: bool,
-    },
+    /// Build the examples for three cores, and run them on two emulated boards.
+    Examples,
     /// Build the playground: one page that runs the core and the virtual servo in a browser, from a file, without a
     /// server.
     Playground {
@@ -94,11 +87,7 @@ fn main() -> ExitCode {
         Verb::Soak { hours } => soak::check(hours),
         Verb::Interrupt => interrupt::print(),
         Verb::Lead => lead::check(),
-        Verb::Elsewhere { systems: true, .. } => elsewhere::check_on_systems(),
-        Verb::Elsewhere {
-            constants: true, ..
-        } => elsewhere::check_constants(),
-        Verb::Elsewhere { .. } => elsewhere::check(),
+        Verb::Examples => examples::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Playground { out } => {
             playground::build(&out.unwrap_or_else(playground::usual_folder))
