@@ -3,9 +3,13 @@
 use crate::elf::Elf;
 use crate::{emulator, firmware};
 
-/// Their binaries without an operating system: with this project's PID, built by the chip or by its build script, and with a
+/// Their packages and binaries without an operating system: with this project's PID, built by the chip or by its build script, and with a
 /// controller of its own, beside which the identifier observes.
-const FIRMWARES: [&str; 3] = ["firmware", "constants", "cascade"];
+const FIRMWARES: [[&str; 2]; 3] = [
+    ["firmware", "firmware"],
+    ["firmware", "constants"],
+    ["cascade", "cascade"],
+];
 
 /// Their targets, and the board of each that is emulated.
 const TARGETS: [(&str, Option<&str>); 3] = [
@@ -14,8 +18,8 @@ const TARGETS: [(&str, Option<&str>); 3] = [
     ("thumbv8m.main-none-eabihf", None),
 ];
 
-/// The binary on an operating system, for one core.
-const ON_A_SYSTEM: &str = "embassy";
+/// The one on an operating system, for one core.
+const ON_A_SYSTEM: [&str; 2] = ["embassy", "embassy"];
 
 /// Builds and runs them.
 pub(crate) fn check() -> Result<(), String> {
@@ -27,8 +31,8 @@ pub(crate) fn check() -> Result<(), String> {
     check_one(ON_A_SYSTEM, firmware::TARGET, Some(emulator::BOARD))
 }
 
-fn check_one(name: &str, target: &str, board: Option<&str>) -> Result<(), String> {
-    let binary = firmware::build_example(name, target)?;
+fn check_one([package, name]: [&str; 2], target: &str, board: Option<&str>) -> Result<(), String> {
+    let binary = firmware::build_example(package, name, target)?;
     let Elf { flash, .. } = Elf::read(&binary)?;
     let found = match board {
         None => String::new(),

@@ -84,8 +84,10 @@ pub(crate) fn build_trace() -> Result<PathBuf, String> {
 
 /// Builds a binary of the examples, which are a workspace of their own, and returns its file. They share the folder of what
 /// is built, so that common dependencies are built once.
-pub(crate) fn build_example(name: &str, target: &str) -> Result<PathBuf, String> {
-    let what = ["--bin", name, "--target", target];
+///
+/// Its package alone: those of one on an operating system have other features.
+pub(crate) fn build_example(package: &str, name: &str, target: &str) -> Result<PathBuf, String> {
+    let what = ["-p", package, "--bin", name, "--target", target];
     release(&root().join("examples"), &what)?;
     Ok(built().join(target).join("release").join(name))
 }

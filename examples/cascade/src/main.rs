@@ -4,7 +4,7 @@
 //! from then on every sample improves the estimates.
 //!
 //! ```sh
-//! cargo build --release --target thumbv7em-none-eabihf
+//! cargo build --release -p cascade --target thumbv7em-none-eabihf
 //! ```
 //!
 //! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is a few lines of

@@ -6,7 +6,7 @@
 //! used, which every Cortex-M has: put that of your chip in its place.
 //!
 //! ```sh
-//! cargo build --release --target thumbv7em-none-eabihf
+//! cargo build --release -p embassy --target thumbv7em-none-eabihf
 //! ```
 #![no_std]
 #![no_main]
@@ -18,7 +18,7 @@ use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use identifier_core::identifier::{DiagonalGradientIdentifier, Identify};
+use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::{Counter, LowPass};
 use identifier_core::parameters::Ab;
 use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
@@ -27,7 +27,7 @@ use lm3s6965::{Interrupt, interrupt};
 use servo::{COUNTS_PER_REV, SAMPLE_TIME, Servo, setpoint};
 
 type Loop = GradientLoop<f32, Ab, 2>;
-type Snapshot = <DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2> as Identify<f32>>::Snapshot;
+type Snapshot = <GradientIdentifier<f32, LowPass<f32>, Ab, 2> as Identify<f32>>::Snapshot;
 
 /// Samples between two reports.
 const REPORT: u32 = 1000;

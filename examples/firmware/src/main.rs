@@ -1,7 +1,7 @@
 //! The chip itself certifies and builds the loop.
 //!
 //! ```sh
-//! cargo build --release --bin firmware --target thumbv7em-none-eabihf
+//! cargo build --release -p firmware --target thumbv7em-none-eabihf
 //! ```
 //!
 //! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is a few lines of

@@ -55,15 +55,5 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         .map_err(|error| scenario.fault(&error))?;
     // Refuses with the scenario's key what the drive would refuse with its own.
     identifier_in::<f64>(scenario, &core)?;
-    let rows = core.identifier.gamma.iter().flatten().enumerate();
-    for (i, row) in rows {
-        if row
-            .iter()
-            .enumerate()
-            .any(|(j, &entry)| i != j && entry != 0.0)
-        {
-            return refused("identifier.gamma", "the firmware has a diagonal one");
-        }
-    }
     Ok(LoopSettings { core, law })
 }

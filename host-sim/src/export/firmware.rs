@@ -8,7 +8,7 @@ use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion,
+    ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier,
     IdentifiableSet, MachineEstimates, ServoLoop,
 };
 use identifier_core::measurement::VelocityEstimate;
@@ -323,7 +323,7 @@ where
     V: VelocityEstimate<f32> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: ServoLoop<f32, V, DiagonalGradientIdentifier<f32, V, S, P>> = settings.build()?;
+    let own: ServoLoop<f32, V, GradientIdentifier<f32, V, S, P>> = settings.build()?;
     Ok(written(&own, own.identifier(), language))
 }
 
@@ -332,7 +332,7 @@ where
     V: VelocityEstimate<f32> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: DiagonalGradientIdentifier<f32, V, S, P> = settings.build()?;
+    let own: GradientIdentifier<f32, V, S, P> = settings.build()?;
     Ok(written(&own, &own, language))
 }
 
@@ -425,7 +425,7 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
     }
     let identifier = match scenario.identifier.law {
         Law::GaussNewton => format!("{of}::GaussNewtonRecursion<f32, {set}>"),
-        _ => format!("{of}::DiagonalGradientIdentifier<f32, {velocity}, {set}>"),
+        _ => format!("{of}::GradientIdentifier<f32, {velocity}, {set}>"),
     };
     match has_loop {
         true => format!("{of}::ServoLoop<f32, {velocity}, {identifier}>"),

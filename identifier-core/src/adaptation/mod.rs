@@ -7,9 +7,9 @@ mod gradient;
 mod identifiable_set;
 mod projection;
 
-pub(crate) use gain::{DiagonalGain, FullGain, Gain};
+pub(crate) use gain::Gain;
 pub(crate) use gauss_newton::EstimateUncertainty;
 pub(crate) use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
-pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep, GradientWith};
+pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep};
 pub use identifiable_set::IdentifiableSet;
 pub(crate) use projection::Projection;

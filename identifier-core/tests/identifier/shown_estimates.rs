@@ -3,7 +3,7 @@
 
 use crate::support::{Kind, Loop, Servo};
 use identifier_core::Settings;
-use identifier_core::identifier::{DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify};
+use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
@@ -85,9 +85,9 @@ fn of_numbers<I: Identify<f32> + FromSettings>(settings: &Settings) -> (u32, u32
 
 #[test]
 fn a_gradient_snapshot_gives_the_sample_s_estimates() {
-    assert_moved_to_the_bound(of_numbers::<
-        DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>,
-    >(&settings()));
+    assert_moved_to_the_bound(of_numbers::<GradientIdentifier<f32, LowPass<f32>, Ab, 2>>(
+        &settings(),
+    ));
 }
 
 #[test]

@@ -5,9 +5,8 @@ use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
-    BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion,
-    IdentifiableSet, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
-    SettledEstimates, Update,
+    BehindAmplifier, ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet,
+    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{
@@ -46,8 +45,8 @@ enum Laws {
     WithTerms(With<Termed>),
 }
 
-type Gradient = Behind<DiagonalGradientIdentifier<f32, Velocity, Ab, 2>>;
-type GradientWithFriction = Behind<DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>>;
+type Gradient = Behind<GradientIdentifier<f32, Velocity, Ab, 2>>;
+type GradientWithFriction = Behind<GradientIdentifier<f32, Velocity, AbCoulomb, 3>>;
 
 /// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
