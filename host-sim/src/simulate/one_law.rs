@@ -58,7 +58,7 @@ pub(crate) fn identifier(
         return Err(absent("identifier.parameters"));
     }
     if scenario.has_terms() {
-        return Err(absent("identifier.terms"));
+        return Err(absent("identifier.required_terms"));
     }
     if settings.identifier.terms.declares_amplifier() {
         return Err(absent("amplifier"));
