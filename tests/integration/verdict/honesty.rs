@@ -75,15 +75,15 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
     }
     let load = random.uniform(-0.1, 0.1) * kind.b * kind.command;
     plant = format!("load = {load:?}\n{plant}");
-    let place = random.uniform(0.0, 3.999) as usize;
-    let law = if place == 3 {
+    let place = random.uniform(0.0, 2.999) as usize;
+    let law = if place == 2 {
         let [low, high] = [
             kind.b * random.log_uniform(0.4, 0.9),
             kind.b * random.log_uniform(1.1, 1.5),
         ];
         format!(
             "{}\nplant_box = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
-            LAWS[3]
+            LAWS[2]
         )
     } else {
         LAWS[place].to_owned()
