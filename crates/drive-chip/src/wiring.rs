@@ -72,6 +72,8 @@ pub fn wire<'a, B: Bus>(
     B::Family::watch_supply(bus);
     B::Family::run_while_halted(bus);
 
+    // Before the PWM locks its breaks.
+    B::Family::wire(bus, &board.own);
     let (pwm, direction) = pwm::signed(bus, &clocks);
     let Functions {
         tim1,
@@ -102,7 +104,6 @@ pub fn wire<'a, B: Bus>(
     }
     board.analogue.power(bus);
     board.analogue.analogue(bus);
-    B::Family::wire(bus, &board.own);
     let (line, port) = serial::line(bus, &clocks, received, to_send);
     Wired {
         encoder: Quadrature::new(bus),

@@ -41,6 +41,8 @@ pub(crate) struct Chip {
     now: Cell<u64>,
     /// Happens once, after the next read of a timer.
     while_reading: Cell<Option<fn(&Chip)>>,
+    /// Happens once, in the next step of the flash.
+    in_a_step: Cell<Option<fn(&Chip)>>,
     damage: &'static Damage,
     /// It is in the interrupt that nothing masks.
     is_in_nmi: Cell<bool>,
@@ -81,6 +83,7 @@ impl Chip {
             barriers: Cell::new(0),
             now: Cell::new(0),
             while_reading: Cell::new(None),
+            in_a_step: Cell::new(None),
             damage: Box::leak(Box::default()),
             is_in_nmi: Cell::new(false),
         }
@@ -129,6 +132,11 @@ impl Chip {
     /// Has something happen after the next read of a timer.
     pub(crate) fn while_reading(&self, event: fn(&Chip)) {
         self.while_reading.set(Some(event));
+    }
+
+    /// Has something happen in the next step of the flash.
+    pub(crate) fn in_a_step(&self, event: fn(&Chip)) {
+        self.in_a_step.set(Some(event));
     }
 
     /// Advances the time, s.
@@ -366,8 +374,10 @@ impl Bus for &Chip {
             || self.supply.write(address, word, &self.clocks)
             || self.nvic.write(address, word);
         assert!(taken, "nothing is at {address:#x}");
-        if self.memory.is_in_a_step(self.now.get()) && self.memory.sags.take() {
-            self.supply.set(2.5);
+        if self.memory.is_in_a_step(self.now.get())
+            && let Some(event) = self.in_a_step.take()
+        {
+            event(self);
         }
         self.clocks.reset_peripherals(self);
         self.memory.check_wait_states(self.clocks.frequencies());
