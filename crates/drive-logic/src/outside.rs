@@ -1,6 +1,7 @@
 //! Targets from outside: step pulses with a direction, or a voltage.
 
 use drive_link::{Fault, NotAllowed, Settings, TargetSource};
+use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 use crate::chip::Chip;
@@ -93,8 +94,8 @@ impl Outside {
             TargetSource::Voltage { range } => {
                 checked("source.range", range, farthest)?;
                 Input::Voltage {
-                    range: (range * units.position()) as f32,
-                    share: (units.sample_time() / VOLTAGE_FILTER).min(1.0) as f32,
+                    range: f32::from_f64(range * units.position()),
+                    share: f32::from_f64((units.sample_time() / VOLTAGE_FILTER).min(1.0)),
                     filtered: 0.0,
                     invalid: 0,
                     max_invalid: samples(INVALID_TIME, units),

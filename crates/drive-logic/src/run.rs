@@ -272,18 +272,13 @@ impl Run {
         self.closed_loop.examine()
     }
 
-    /// Counts a sample that ended before the next was due, or late.
+    /// Takes in whether a sample ended too late.
     ///
     /// # Errors
-    /// Too many in a row were late.
+    /// Too many did.
     #[inline]
-    pub(crate) fn end_sample(&mut self, in_time: bool) -> Result<(), Ended> {
-        if in_time {
-            self.protection.ended_in_time();
-            Ok(())
-        } else {
-            self.protection.ended_late().map_err(Ended::Faulted)
-        }
+    pub(crate) fn end_sample(&mut self, late: bool) -> Result<(), Ended> {
+        self.protection.end_sample(late).map_err(Ended::Faulted)
     }
 
     /// The last sample as it is reported.

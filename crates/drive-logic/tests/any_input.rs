@@ -10,7 +10,9 @@ use drive_link::{
     Command, Format, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
 };
 use drive_logic::Conversation;
+use identifier_core::commission::CommissionSettings;
 use proptest::prelude::*;
+use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
 use support::{Bench, FORMAT, Flash, OTHER_FORMAT, SECTOR, settings};
 
@@ -80,6 +82,13 @@ fn number() -> impl Strategy<Value = f64> {
         Just(f64::MAX),
         -1e3..1e3,
         any::<f64>(),
+    ]
+}
+
+fn number_of_any_size() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        number(),
+        (-50.0..50.0).prop_map(|power| f64::powf(10.0, power))
     ]
 }
 
@@ -207,6 +216,51 @@ proptest! {
                         }
                     }
                     holds_what_it_may(&drive)?;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn any_order_to_commission_is_refused_or_keeps_its_limits(
+        changes in prop::collection::vec((0_usize..9, number_of_any_size(), any::<bool>()), 0..3),
+    ) {
+        let mut order = ORDER;
+        for (place, number, as_factor) in changes {
+            let CommissionSettings { limits, command_delay, max_gain, noise, .. } = &mut order;
+            let [low, high] = &mut limits.travel;
+            let [least, most] = &mut limits.command;
+            let numbers = [
+                low,
+                high,
+                &mut limits.speed,
+                least,
+                most,
+                &mut limits.duration,
+                command_delay,
+                noise,
+                max_gain.get_or_insert(1000.0),
+            ];
+            let changed = numbers.into_iter().nth(place).expect("nine");
+            *changed = if as_factor { *changed * number } else { number };
+        }
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        if let Report::Done { .. } = drive.ask(Command::Commission(order)) {
+            let [low, high] = order.limits.travel;
+            let counts = |radians: f64| (radians / order.resolution) as f32;
+            prop_assert!(counts(low).is_finite() && counts(high - low) <= 16_777_216.0);
+            let a_sample = counts(order.limits.speed * order.sample_time);
+            prop_assert!(a_sample > 0.0 && a_sample <= 32_767.01, "{}", a_sample);
+            let [least, most] = order.limits.command;
+            prop_assert!(-10.0 <= least && least < 0.0 && 0.0 < most && most <= 10.0);
+            for _ in 0..1000 {
+                drive.pass(1);
+                if let Some(command) = bench.held.get() {
+                    // Until it ends, and the gains before hold the servo.
+                    let is_within = (least..=most).contains(&f64::from(command));
+                    prop_assert!(command.is_finite() && command.abs() <= 10.0);
+                    prop_assert!(is_within || drive.supervisor.state() == State::Commissioning);
                 }
             }
         }

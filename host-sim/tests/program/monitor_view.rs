@@ -6,8 +6,8 @@ use std::time::Instant;
 use crate::support::simulated_drive::SERVO;
 use drive_link::{
     BootChecks, Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed,
-    PROTOCOL, Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does,
-    Status, TargetSource,
+    Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status,
+    TargetSource,
 };
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
@@ -44,7 +44,6 @@ fn settings() -> Settings {
 
 fn status(state: Does) -> Status {
     Status {
-        protocol: PROTOCOL,
         state,
         kept: Kept::Nothing,
         configured: true,

@@ -120,6 +120,7 @@ const FLASH_KEYR: u32 = 0x4002_3c04;
 const FLASH_SR: u32 = 0x4002_3c0c;
 const FLASH_CR: u32 = 0x4002_3c10;
 const PWR_CSR: u32 = 0x4000_7004;
+const EXTI_PR: u32 = 0x4001_3c14;
 const WATCHDOG: u32 = 0x4000_3000;
 const PEND_USART2: u32 = 0xe000_e204;
 const RECORDS: std::ops::Range<u32> = 0x0800_4000..0x0800_c000;
@@ -453,7 +454,7 @@ impl Bus for &'static Machine {
                 0
             }
             FLASH_CR => self.flash_control.get(),
-            FLASH_ACR | PWR_CSR => 0,
+            FLASH_ACR | PWR_CSR | EXTI_PR => 0,
             address if RECORDS.contains(&address) => self.words.borrow()[self.word(address)],
             address => panic!("nothing is read at {address:#x}"),
         }

@@ -18,9 +18,11 @@ use crate::chip::OutputStage;
 use crate::closed_loop::FORMAT;
 use crate::commissioning::Commissioning;
 use crate::conversion;
+use crate::ending::REST_TIME;
+use crate::guide;
 use crate::messages::{Mode, Order};
+use crate::protection::{check_limit, largest};
 use crate::run::Run;
-use crate::store::StoreError;
 
 impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a commissioning, unless it is overtaken by a stop.
@@ -73,9 +75,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         commissioning: Mode,
         listen: impl FnOnce(),
     ) -> Result<(), Refusal> {
-        if self.keep(true).is_err() {
+        if let Err(refusal) = self.keep(true) {
             self.free(commissioning);
-            return Err(Refusal::NotKept);
+            return Err(refusal);
         }
         // To save may take long: only now is it known whether a stop has come.
         let ordered = self.order_after(listen, Order::Begin(commissioning));
@@ -100,6 +102,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     pub(super) fn conclude(&mut self, over: &'static mut Commissioning) {
         self.solver.end_commissioning();
         let mut outcome = over.outcome();
+        self.doubt_position_after(outcome.commissioning.reason);
         self.free(Mode::Commissioning(over));
         if !self.is_driven() {
             self.following.reset();
@@ -111,18 +114,30 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 reason: Some(Reason::NoGains),
             };
         }
-        self.save_pending |= outcome.commissioning.phase == Phase::Applied;
         self.outcome = Some(outcome);
-        self.save_if_pending();
+    }
+
+    /// True for commissioned gains that do not survive a loss of power yet.
+    pub(super) fn has_unsaved_gains(&self) -> bool {
+        let is_unsaved = |last: &Outcome| last.commissioning.phase == Phase::Applied && !last.kept;
+        self.commissioned.is_some() && self.outcome.as_ref().is_some_and(is_unsaved)
     }
 
     /// Saves the settings that hold, if that is pending and the servo is disabled: writing stops the processor, and with
     /// it the mode that holds the servo.
     pub(super) fn save_if_pending(&mut self) {
-        if self.save_pending && !self.is_driven() {
-            // If that fails, the store holds all of the old, and the next time may do.
+        if self.save_pending && !self.is_driven() && self.may_write() {
+            // If that fails, the store holds all of the old, and the end of the next run may do.
+            self.save_pending = false;
             let _ = self.keep(false);
         }
+    }
+
+    /// True unless the flash must be erased for a record and the servo, which is disabled, does not stand: for as long as
+    /// that takes no sample follows it.
+    fn may_write(&mut self) -> bool {
+        let stands_for = f64::from(self.channel.standstill()) * self.sample_time();
+        stands_for >= REST_TIME || !self.store.must_erase()
     }
 
     /// Puts the result of a commissioning in force.
@@ -146,14 +161,25 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// Saves the settings that hold.
-    pub(super) fn keep(&mut self, under_way: bool) -> Result<(), StoreError> {
+    ///
+    /// # Errors
+    /// The servo does not stand, or the flash does not take the record.
+    pub(super) fn keep(&mut self, under_way: bool) -> Result<(), Refusal> {
+        if !self.may_write() {
+            return Err(Refusal::NotAtRest);
+        }
+        if self.store.must_erase() {
+            // Meanwhile an axis that is turned may lose a turn of the counter.
+            self.origin = guide::Origin::Start;
+        }
         let record = Record {
             settings: self.settings,
             estimates: self.estimates,
             commissioned: self.commissioned,
             under_way,
         };
-        self.store.keep(|room| record.to_bytes(room))?;
+        let kept = self.store.keep(|room| record.to_bytes(room));
+        kept.map_err(|_| Refusal::NotKept)?;
         self.kept = Kept::Record;
         self.save_pending = under_way;
         if let Some(outcome) = &mut self.outcome {
@@ -240,7 +266,15 @@ fn prepare(
             return Err(conversion::out_of_range(name, value, (own, own)));
         }
     }
-    conversion::check_stage_limits(given.limits.command, stage)?;
+    let units = core
+        .units()
+        .map_err(|error| conversion::not_allowed(error.into()))?;
+    let limits = &given.limits;
+    let ([low, high], [farthest, fastest, longest]) = (limits.travel, largest(&units));
+    check_limit("travel", high - low, farthest)?;
+    check_limit("speed", limits.speed, fastest)?;
+    check_limit("duration", limits.duration, longest)?;
+    conversion::check_stage_limits(limits.command, stage)?;
     let settings = CommissionSettings {
         command_delay: given.command_delay + stage.command_delay,
         notch: given.notch && !cfg!(feature = "fixed-point"),

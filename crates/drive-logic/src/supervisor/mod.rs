@@ -68,7 +68,7 @@ pub struct Supervisor<'a, F> {
     origin: Origin,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
-    /// The settings that hold are to be saved as soon as the servo is disabled.
+    /// The settings that hold are to be saved as soon as the servo is disabled, and at rest if that takes erasing.
     save_pending: bool,
     /// The commissioning that the gains come from, unless they were given.
     commissioned: Option<Commissioned>,
@@ -165,7 +165,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         };
         if record.is_some_and(|record| record.under_way) {
             // Reported once. If it cannot be saved, it is reported again.
-            let _ = supervisor.keep(false);
+            supervisor.save_pending = supervisor.keep(false).is_err();
         }
         supervisor.set_disabled_patience(DISABLED_PATIENCE);
         supervisor
@@ -232,6 +232,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if self.awaits_resume {
             self.resume();
         }
+        self.save_if_pending();
         let certifies = self.certify();
         self.solver.work(&mut self.channel) || certifies
     }
@@ -275,10 +276,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     }
 
     fn obey(&mut self, command: &Command, listen: impl FnOnce()) -> Result<(), Refusal> {
-        if matches!(
-            command,
-            Command::Start | Command::Target(_) | Command::Commission(_)
-        ) {
+        if command.may_move() {
             self.must_be_last()?;
         }
         match *command {
@@ -346,7 +344,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Save => {
                 // Writing stops the processor, and with it the loop.
                 self.must_be_disabled()?;
-                self.keep(false).map_err(|_| Refusal::NotKept)?;
+                self.keep(false)?;
             }
             Command::Commission(settings) => self.commission(&settings, listen)?,
         }

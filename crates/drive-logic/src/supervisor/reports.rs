@@ -1,7 +1,8 @@
 //! The reports of the background.
 
-use drive_link::{Fault, PROTOCOL, Progress, Report, Snapshot, Status};
+use drive_link::{Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
+use identifier_core::commission::Reason;
 use identifier_core::parameters::IdentifiedServo;
 
 use super::Supervisor;
@@ -58,30 +59,35 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.phase = state.phase.unwrap_or(self.phase);
         self.awaits_resume = state.awaits_resume;
         self.origin = state.origin.unwrap_or(self.origin);
+        let has_returned = state.returned.is_some();
         match state.returned {
             Some(Mode::Run(run)) => {
                 if run.has_run() {
                     self.take_in_all(run);
                 }
-                self.origin = if state.fault.is_some_and(loses_count) {
-                    Origin::Start
-                } else {
-                    run.origin().after_run()
-                };
+                self.origin = run.origin().after_run();
                 self.free(Mode::Run(run));
                 if !self.is_commissioning() {
                     self.following.reset();
                 }
-                self.save_if_pending();
             }
             Some(Mode::Commissioning(over)) => self.conclude(over),
             None => {}
+        }
+        self.doubt_position_after(state.fault);
+        self.save_pending |= has_returned && self.has_unsaved_gains();
+        self.save_if_pending();
+    }
+
+    /// The home position is unknown after a reason that loses the position.
+    pub(super) fn doubt_position_after(&mut self, reason: Option<Reason>) {
+        if reason.is_some_and(Reason::loses_position) {
+            self.origin = Origin::Start;
         }
     }
 
     pub(super) fn status(&self, id: Option<u8>) -> Report {
         let status = Status {
-            protocol: PROTOCOL,
             state: self.state(),
             kept: self.kept,
             configured: self.configured,
@@ -96,7 +102,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             servo_change: self.changes.reported().copied(),
             not_followed: self.following.refused(),
             noticed: self.counts.noticed,
-            overruns: self.counts.overruns,
+            overruns: self.channel.overruns(),
             dropped: self.counts.dropped.saturating_add(self.reports_dropped),
             garbled: self.garbled,
             boot: self.boot,
@@ -146,16 +152,4 @@ impl<F: NorFlash> Supervisor<'_, F> {
             gain: self.solver.servo().map(gain),
         }
     }
-}
-
-/// True for a fault after which the encoder's count may no longer be that of the axis.
-fn loses_count(fault: Fault) -> bool {
-    matches!(
-        fault,
-        Fault::EncoderLost
-            | Fault::EncoderSilent
-            | Fault::EncoderStuck
-            | Fault::EncoderJumped
-            | Fault::OutOfReach
-    )
 }

@@ -100,6 +100,10 @@ pub(crate) struct Flash {
     pub(crate) bytes: Rc<RefCell<Vec<u8>>>,
     pub(crate) steps_left: Rc<Cell<usize>>,
     pub(crate) steps: Rc<Cell<usize>>,
+    /// Steps that were refused.
+    pub(crate) refused: Rc<Cell<u32>>,
+    /// Sectors that were erased.
+    pub(crate) erased: Rc<Cell<u32>>,
     /// A byte that can no longer be written.
     pub(crate) worn: Rc<Cell<Option<usize>>>,
 }
@@ -110,6 +114,8 @@ impl Flash {
             bytes: Rc::new(RefCell::new(vec![0xff; 2 * SECTOR])),
             steps_left: Rc::new(Cell::new(usize::MAX)),
             steps: Rc::new(Cell::new(0)),
+            refused: Rc::default(),
+            erased: Rc::default(),
             worn: Rc::default(),
         }
     }
@@ -121,8 +127,11 @@ impl Flash {
     }
 
     fn step(&self) -> Result<(), PowerGone> {
-        let left = self.steps_left.get();
-        self.steps_left.set(left.checked_sub(1).ok_or(PowerGone)?);
+        let Some(left) = self.steps_left.get().checked_sub(1) else {
+            self.refused.set(self.refused.get() + 1);
+            return Err(PowerGone);
+        };
+        self.steps_left.set(left);
         self.steps.set(self.steps.get() + 1);
         Ok(())
     }
@@ -152,6 +161,7 @@ impl NorFlash for Flash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerGone> {
         assert!(from.is_multiple_of(SECTOR as u32) && to - from == SECTOR as u32);
+        self.erased.set(self.erased.get() + 1);
         // Not in order: half-way, a sector holds words of both kinds anywhere.
         let words = SECTOR / 4;
         for k in 0..words {
@@ -199,7 +209,7 @@ pub(crate) struct Bench {
     /// Counts of an encoder that is not connected.
     pub(crate) flicker: Cell<i32>,
     /// The count at the servo's start.
-    pub(crate) first: i32,
+    pub(crate) first: Cell<i32>,
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
     /// False for a stage that cannot be disabled.
@@ -230,7 +240,7 @@ impl Bench {
 
     pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> Self {
         Self {
-            first,
+            first: Cell::new(first),
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
             connected: Cell::new(true),
@@ -295,7 +305,7 @@ impl Bench {
             let last = turns(before.max(plant.position));
             if last > turns(before.min(plant.position)) {
                 let count = self.encoder.read(index_at + TAU * last) as i32;
-                self.index.set(Some(self.first.wrapping_add(count)));
+                self.index.set(Some(self.first.get().wrapping_add(count)));
             }
         }
     }
@@ -368,7 +378,7 @@ impl PositionSensor for &Bench {
         } else {
             self.flicker.get()
         };
-        Ok(self.first.wrapping_add(moved))
+        Ok(self.first.get().wrapping_add(moved))
     }
 }
 
