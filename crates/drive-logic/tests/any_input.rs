@@ -253,7 +253,7 @@ proptest! {
             let a_sample = counts(order.limits.speed * order.sample_time);
             prop_assert!(a_sample > 0.0 && a_sample <= 32_767.01, "{}", a_sample);
             let [least, most] = order.limits.command;
-            prop_assert!(-10.0 <= least && least < 0.0 && 0.0 < most && most <= 10.0);
+            prop_assert!((-10.0..0.0).contains(&least) && most > 0.0 && most <= 10.0);
             for _ in 0..1000 {
                 drive.pass(1);
                 if let Some(command) = bench.held.get() {

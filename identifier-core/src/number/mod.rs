@@ -102,9 +102,9 @@ impl Number for f32 {
     const EPSILON: f64 = Self::EPSILON as f64;
 
     #[inline]
+    #[expect(clippy::manual_clamp, reason = "not a number becomes one too")]
     #[expect(clippy::cast_possible_truncation, reason = "rounding is the purpose")]
     fn from_f64(value: f64) -> Self {
-        // Not `clamp`, which leaves NaN.
         (value as Self).max(Self::MIN).min(Self::MAX)
     }
 
