@@ -235,6 +235,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
                 Some(Cap::EncoderNoise) => 2,
                 Some(Cap::CommandLimit) => 3,
                 Some(Cap::Resonance) => 4,
+                Some(Cap::UnseenResonance) => 5,
             },
             unused: 0,
         }

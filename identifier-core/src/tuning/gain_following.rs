@@ -127,7 +127,8 @@ impl GainFollowing {
         }
         // A notch fits one resonance, which another inertia moves.
         let is_fitted = tuning.notch > 0.0;
-        if is_fitted || (factor > 1.0 && tuning.cap == Some(Cap::Resonance)) {
+        let resonates = matches!(tuning.cap, Some(Cap::Resonance | Cap::UnseenResonance));
+        if is_fitted || (factor > 1.0 && resonates) {
             return Err(NotFollowed::Limited(Cap::Resonance));
         }
         let tuning = scaled(tuning, factor);
@@ -181,7 +182,7 @@ impl GainFollowing {
         state: &mut GainFollowingState,
     ) -> Option<Result<FollowedGains, NotFollowed>> {
         match &mut state.0 {
-            Stage::Margins(case) => match self.judge.work(case, &[])? {
+            Stage::Margins(case) => match self.judge.work(case, &[], true)? {
                 Verdict::Breaks(cap) => Some(Err(NotFollowed::Limited(cap))),
                 Verdict::Keeps(design, margins) => {
                     match PromisePrediction::begin(&self.scene, &design, &margins) {

@@ -33,6 +33,7 @@ mod servo_change_state;
 mod settings;
 mod step_measure;
 mod tuner;
+mod unseen_resonance;
 
 pub use closed_loop::PredictedSample;
 pub use gain_following::{FollowedGains, GainFollowing, GainFollowingState, NotFollowed};

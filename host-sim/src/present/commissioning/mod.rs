@@ -205,14 +205,14 @@ fn masses(outcome: &Outcome) -> String {
                 a resonance that friction hides from a motor at rest would not have been found."
             .to_owned();
     };
-    let lines = response.lines.len();
-    let Some(Resonance { mode, errors }) = &response.resonance else {
-        return format!("The {lines} lines of the frequency response show no resonance.");
-    };
     let hertz = |omega: f64| figure(omega / TAU);
+    let (lines, highest) = (response.lines.len(), hertz(response.highest_frequency()));
+    let Some(Resonance { mode, errors }) = &response.resonance else {
+        return format!("The {lines} lines of the frequency response, up to {highest} Hz, show no resonance.");
+    };
     let [error, _] = errors;
     format!(
-        "Two masses: {lines} lines of the frequency response show a resonance at {} Hz, known to {} % (standard error), an \
+        "Two masses: {lines} lines of the frequency response, up to {highest} Hz, show a resonance at {} Hz, known to {} % (standard error), an \
          antiresonance at {} Hz and a load of {} times the motor's inertia; the damping is {} at most.",
         hertz(mode.frequency),
         figure(100.0 * error),

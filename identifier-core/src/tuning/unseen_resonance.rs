@@ -1,0 +1,227 @@
+//! The resonance that may hide between two measured lines.
+//!
+//! With x = 1 − cos ωT, which far below the sampling frequency is (ωT)²/2, a second mass with the share β multiplies the sampled
+//! response of a servo by 1 + γ x/(x − x₂) about its resonance ω₂, γ = 2β x₂/(ω₂T)², and at the resonance by γ x₂/(ζ ω₂T sin ω₂T)
+//! at most. A line shows the real part of this change with its own deviation. An image of a resonance beyond half of the sampling
+//! frequency is one of 2π − ω₂T.
+
+use core::f64::consts::TAU;
+
+use super::measured_line::MeasuredLine;
+use super::sampled_response::{SampledServo, nu_at};
+use crate::number::Complex;
+
+/// The change of a servo's response that a line shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Change {
+    x: f64,
+    /// Real part, relative to the servo, and its variance.
+    seen: f64,
+    variance: f64,
+}
+
+/// The largest resonance that lines leave possible at a frequency: ωT, x₂ and γ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct UnseenResonance {
+    pub(super) nu: f64,
+    x: f64,
+    gamma: f64,
+}
+
+impl Change {
+    fn of(line: &MeasuredLine, servo: &SampledServo, sample_time: f64) -> Option<Self> {
+        let nu = nu_at(line.frequency, sample_time)?;
+        let expected = servo.at(nu);
+        Some(Self {
+            x: 2.0 * nu * nu / (1.0 + nu * nu),
+            seen: (line.gain / expected).re - 1.0,
+            variance: 0.5 * line.deviation * line.deviation / expected.power(),
+        })
+    }
+}
+
+impl UnseenResonance {
+    /// Lines on either side that show it.
+    const NEAR: usize = 2;
+
+    /// The standard deviations that it changes the lines by at least where it is seen, and beyond the one that fits them best
+    /// where they exclude it.
+    const SEEN: f64 = 3.0;
+    const EXCLUDED: f64 = 2.0;
+
+    /// Its damping ratio, and the least share of a second mass that matters.
+    const DAMPING: f64 = 0.005;
+    const LEAST: f64 = 0.1;
+
+    /// Above the line at a place, halfway to the next or to half of the sampling frequency.
+    pub(super) fn above(
+        place: usize,
+        lines: &[MeasuredLine],
+        servo: &SampledServo,
+        sample_time: f64,
+    ) -> Option<Self> {
+        let change = |place: usize| Change::of(lines.get(place)?, servo, sample_time);
+        let below = change(place)?.x;
+        let next = change(place + 1).map_or(2.0, |next| next.x);
+        // Two lines may be the same.
+        let x = (next > below).then_some(0.5 * (below + next))?;
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for near in (place + 1).saturating_sub(Self::NEAR)..=place + Self::NEAR {
+            if let Some(line) = change(near) {
+                let of_one = line.x / (line.x - x);
+                sum += of_one * line.seen / line.variance;
+                weight += of_one * of_one / line.variance;
+            }
+        }
+        let deviations = libm::sqrt(weight);
+        Some(Self {
+            nu: libm::sqrt(x / (2.0 - x)),
+            x,
+            gamma: Self::SEEN.max(sum / deviations + Self::EXCLUDED) / deviations,
+        })
+    }
+
+    /// True if a loop with this gain without it stays away from −1, at whatever phase it resonates.
+    pub(super) fn is_borne(&self, gain: Complex, max_sensitivity: f64) -> bool {
+        let size = libm::sqrt(gain.power());
+        let distance = libm::sqrt((gain + 1.0).power());
+        let angle = 2.0 * libm::atan(self.nu);
+        let sine = 2.0 * self.nu / (1.0 + self.nu * self.nu);
+        [angle, TAU - angle].into_iter().all(|angle| {
+            let peak = self.gamma * self.x / (Self::DAMPING * angle * sine);
+            let least = Self::LEAST * 2.0 * self.x / (angle * angle);
+            self.gamma < least || distance - size * peak >= 1.0 / max_sensitivity
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{IdentifiedServo, ServoParameters};
+    use crate::tuning::placement::Design;
+    use crate::tuning::sampled_response::SampledResponse;
+    use crate::tuning::{Cap, Mode, PossibleServo, Tuner, Tuning, TuningSettings};
+    use std::vec::Vec;
+
+    const TIME: f64 = 1e-3;
+
+    const ONE_MASS: PossibleServo = PossibleServo {
+        a: 0.2,
+        b: 200.0,
+        delay: TIME,
+    };
+
+    fn sampled(mode: Option<&Mode>) -> SampledServo {
+        SampledServo::new(&ONE_MASS, mode, TIME)
+    }
+
+    /// Lines of a servo with a relative deviation of so much at 500 Hz, that falls with the square of the frequency.
+    fn lines(mode: Option<&Mode>, deviation: f64) -> Vec<MeasuredLine> {
+        let of = |place: i32| {
+            let hertz = 6.0 * libm::pow(495.0 / 6.0, f64::from(place) / 31.0);
+            let frequency = TAU * hertz;
+            let gain = sampled(mode).at(nu_at(frequency, TIME).expect("below a half"));
+            let part = deviation * (hertz / 500.0) * (hertz / 500.0);
+            MeasuredLine {
+                frequency,
+                gain,
+                deviation: part * libm::sqrt(gain.power()),
+            }
+        };
+        (0..32).map(of).collect()
+    }
+
+    /// The gains for one mass with lines of the true servo.
+    fn tuned(lines: &[MeasuredLine]) -> Tuning {
+        let PossibleServo { a, b, delay } = ONE_MASS;
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a,
+                b,
+                coulomb: 0.0,
+                load: 0.0,
+            },
+            delay,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        let settings = TuningSettings::new(TIME, 1e-6, 10.0, 0.1);
+        let tuner = Tuner::new(&settings, &servo).expect("a servo");
+        let mut state = tuner.start();
+        loop {
+            if let Some(found) = tuner.work_with(&mut state, lines, true) {
+                return found.expect("gains");
+            }
+        }
+    }
+
+    /// The largest |S| about a resonance.
+    fn sensitivity(tuning: &Tuning, mode: &Mode) -> f64 {
+        let response =
+            SampledResponse::around(&Design::from_tuning(tuning), sampled(Some(mode)), TIME);
+        let near = (-400..=400).map(|place| mode.frequency * (1.0 + 1e-4 * f64::from(place)));
+        near.filter_map(|omega| nu_at(omega, TIME))
+            .fold(0.0, |largest, nu| {
+                (1.0 / libm::sqrt((response.at(nu).gain() + 1.0).power())).max(largest)
+            })
+    }
+
+    /// The resonances that lines do not show, one between every two of them.
+    fn unseen(lines: &[MeasuredLine]) -> impl Iterator<Item = Mode> {
+        (0..lines.len() - 1).filter_map(|place| {
+            let unseen = UnseenResonance::above(place, lines, &sampled(None), TIME)?;
+            let angle = 2.0 * libm::atan(unseen.nu);
+            Some(Mode {
+                frequency: angle / TIME,
+                damping: UnseenResonance::DAMPING,
+                ratio: unseen.gamma * angle * angle / (2.0 * unseen.x),
+            })
+        })
+    }
+
+    #[test]
+    fn gains_are_no_faster_than_what_the_lines_may_have_missed_permits() {
+        let free = tuned(&[]);
+        assert_eq!(free.cap, Some(Cap::Delay));
+        let fine = tuned(&lines(None, 0.05));
+        assert_eq!((fine.cap, fine.bandwidth), (free.cap, free.bandwidth));
+        for deviation in [2.0, 6.0] {
+            let lines = lines(None, deviation);
+            let slower = tuned(&lines);
+            assert_eq!(slower.cap, Some(Cap::UnseenResonance), "{deviation}");
+            let worst = |tuning: &Tuning| {
+                let matters = |mode: &Mode| {
+                    mode.frequency > tuning.crossover() && mode.ratio > UnseenResonance::LEAST
+                };
+                let unseen = unseen(&lines).filter(matters);
+                unseen.fold(0.0_f64, |worst, mode| worst.max(sensitivity(tuning, &mode)))
+            };
+            assert!(worst(&slower) < 1.76, "{deviation}: {}", worst(&slower));
+            assert!(worst(&free) > 3.0, "{deviation}: {}", worst(&free));
+        }
+    }
+
+    /// A second mass that the lines show a little is as possible as they show it, and one that they do not is not.
+    #[test]
+    fn what_the_lines_show_adds_to_what_they_may_have_missed() {
+        let frequency = TAU * 300.0;
+        let of = |ratio: f64| {
+            let mode = Mode {
+                frequency,
+                damping: 0.01,
+                ratio,
+            };
+            let lines = lines(Some(&mode), 0.1);
+            let below = lines.partition_point(|line| line.frequency < frequency) - 1;
+            let above = UnseenResonance::above(below, &lines, &sampled(None), TIME);
+            above.expect("between two lines").gamma
+        };
+        let scale = |unseen: f64| unseen / (of(1e-9));
+        assert!((scale(of(1e-9)) - 1.0).abs() < 1e-6);
+        // Of 0.3 the lines show about that, 2 β x₂/(ω₂T)².
+        let shown =
+            0.3 * 2.0 * (1.0 - libm::cos(frequency * TIME)) / (frequency * TIME * frequency * TIME);
+        assert!((of(0.3) / shown - 1.0).abs() < 0.3, "{} {shown}", of(0.3));
+    }
+}
