@@ -153,11 +153,12 @@
 #define SERVO_ID_IS_AT_BOUND   2
 
 /* What keeps a tuned loop from being faster. */
-#define SERVO_ID_CAP_NONE            0
-#define SERVO_ID_CAP_DELAY           1
-#define SERVO_ID_CAP_ENCODER_NOISE   2
-#define SERVO_ID_CAP_COMMAND_LIMIT   3
-#define SERVO_ID_CAP_RESONANCE       4
+#define SERVO_ID_CAP_NONE             0
+#define SERVO_ID_CAP_DELAY            1
+#define SERVO_ID_CAP_ENCODER_NOISE    2
+#define SERVO_ID_CAP_COMMAND_LIMIT    3
+#define SERVO_ID_CAP_RESONANCE        4
+#define SERVO_ID_CAP_UNSEEN_RESONANCE 5
 
 /* Phases of a commissioning; the last three are ends. */
 #define SERVO_ID_PHASE_IDLE             0

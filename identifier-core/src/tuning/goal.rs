@@ -26,7 +26,7 @@ pub enum Cap {
     CommandLimit,
     /// A resonance.
     Resonance,
-    /// A resonance that may hide between the measured lines.
+    /// A resonance between measured lines that these show in part.
     UnseenResonance,
 }
 
@@ -51,7 +51,7 @@ impl fmt::Display for Cap {
             Self::EncoderNoise => "the encoder's noise in the command",
             Self::CommandLimit => "the command that the step asks for",
             Self::Resonance => "the resonance",
-            Self::UnseenResonance => "a resonance that may hide between the measured lines",
+            Self::UnseenResonance => "a resonance between measured lines, which show it in part",
         })
     }
 }

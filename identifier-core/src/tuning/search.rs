@@ -208,7 +208,7 @@ impl Judge {
         Some(Walk::begin(response, first, sensitivity))
     }
 
-    /// True if a design keeps its distance from −1 where a resonance may hide above a line.
+    /// True if a design keeps its distance from −1 beside the resonance that lines show between one and the next.
     fn bears_unseen(&self, design: &Design, place: usize, lines: &[MeasuredLine]) -> bool {
         let time = self.sample_time;
         let mode = self.resonance.map(|resonance| resonance.mode);

@@ -16,9 +16,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The ratio by which the gain of the response differs from that of the motions of one mass at most.
     const ALIKE: f64 = 1.25;
 
-    /// The bandwidth, over that whose period is delay and sample time, beyond which more lines are not worth their time, and the
-    /// lowest frequency of these lines over the bandwidth: twice its crossover.
-    const FAST: f64 = 0.03;
+    /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
     const ABOVE: f64 = 4.0;
 
     /// A resonance below this is looked for with low lines, rad/s.
@@ -89,13 +87,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.slide(mode.as_ref(), &lines)
     }
 
-    /// Slides a last time, with lines between the others, where a resonance that these may have missed keeps gains at this
-    /// bandwidth (rad/s); none where they are fast nevertheless, or there is no room for it.
+    /// Slides a last time, with lines between the others, where a resonance that these show in part keeps gains at this bandwidth
+    /// (rad/s); none where there is no room for it.
     pub(super) fn look_closer(&mut self, bandwidth: f64) -> Option<DecisionKind<N>> {
-        let (time, servo) = (self.settings.sample_time, self.servo.as_ref()?);
-        if self.surveys >= Self::MAX_SURVEYS || bandwidth * (time + servo.delay) > Self::FAST {
+        if self.surveys >= Self::MAX_SURVEYS {
             return None;
         }
+        let (time, servo) = (self.settings.sample_time, self.servo.as_ref()?);
         let lines = Lines::between(time, Self::ABOVE * bandwidth);
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let plan = SlidePlan::new(&self.settings, servo, false, mode.as_ref(), &lines)?;
