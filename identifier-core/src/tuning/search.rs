@@ -216,9 +216,8 @@ impl Judge {
         let Some(unseen) = UnseenResonance::above(place, lines, &servo, time) else {
             return true;
         };
-        let gain = SampledResponse::around(design, servo, time)
-            .at(unseen.nu)
-            .gain();
+        let open = SampledResponse::around(design, servo, time);
+        let gain = open.at(unseen.nu).gain();
         let sensitivity = 1.0 + Resonance::DIFFERING * (self.max_sensitivity - 1.0);
         // Friction and rounding blur lower lines, resonances show at higher ones.
         gain.power() > 1.0 || unseen.is_borne(gain, sensitivity)

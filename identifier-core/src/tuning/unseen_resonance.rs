@@ -11,33 +11,12 @@ use super::measured_line::MeasuredLine;
 use super::sampled_response::{SampledServo, nu_at};
 use crate::number::Complex;
 
-/// The change of a servo's response that a line shows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Change {
-    x: f64,
-    /// Real part, relative to the servo, and its variance.
-    seen: f64,
-    variance: f64,
-}
-
 /// The resonance that fits the lines about a frequency best: ν = tan(ω₂T/2), x₂ and γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct UnseenResonance {
     pub(super) nu: f64,
     x: f64,
     gamma: f64,
-}
-
-impl Change {
-    fn of(line: &MeasuredLine, servo: &SampledServo, sample_time: f64) -> Option<Self> {
-        let nu = nu_at(line.frequency, sample_time)?;
-        let expected = servo.at(nu);
-        Some(Self {
-            x: 2.0 * nu * nu / (1.0 + nu * nu),
-            seen: (line.gain / expected).re - 1.0,
-            variance: 0.5 * line.deviation * line.deviation / expected.power(),
-        })
-    }
 }
 
 impl UnseenResonance {
@@ -58,17 +37,25 @@ impl UnseenResonance {
         servo: &SampledServo,
         sample_time: f64,
     ) -> Option<Self> {
-        let change = |place: usize| Change::of(lines.get(place)?, servo, sample_time);
-        let below = change(place)?.x;
-        let next = change(place + 1).map_or(2.0, |next| next.x);
+        // x of a line, the real part of the change that it shows, and its variance.
+        let change = |place: usize| {
+            let line: &MeasuredLine = lines.get(place)?;
+            let nu = nu_at(line.frequency, sample_time)?;
+            let expected = servo.at(nu);
+            let variance = 0.5 * line.deviation * line.deviation / expected.power();
+            let x = 2.0 * nu * nu / (1.0 + nu * nu);
+            Some((x, (line.gain / expected).re - 1.0, variance))
+        };
+        let (below, ..) = change(place)?;
+        let next = change(place + 1).map_or(2.0, |(next, ..)| next);
         // Two lines may be the same.
         let x = (next > below).then_some(0.5 * (below + next))?;
         let (mut sum, mut weight) = (0.0, 0.0);
         for near in (place + 1).saturating_sub(Self::NEAR)..=place + Self::NEAR {
-            if let Some(line) = change(near) {
-                let of_one = line.x / (line.x - x);
-                sum += of_one * line.seen / line.variance;
-                weight += of_one * of_one / line.variance;
+            if let Some((at, seen, variance)) = change(near) {
+                let of_one = at / (at - x);
+                sum += of_one * seen / variance;
+                weight += of_one * of_one / variance;
             }
         }
         let is_shown = sum > Self::SEEN * libm::sqrt(weight);
