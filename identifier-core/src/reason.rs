@@ -312,6 +312,11 @@ impl Reason {
         unreliable || (self.is_fault() && !held_by_gains)
     }
 
+    /// True for a limit of the axis that was left, whatever drove it.
+    pub(crate) const fn is_limit(self) -> bool {
+        matches!(self, Self::TravelLeft | Self::SpeedExceeded)
+    }
+
     /// True if an effect that the model lacks, as this reason names it, may appear as another reason.
     #[must_use]
     pub const fn may_appear_as(self, other: Self) -> bool {

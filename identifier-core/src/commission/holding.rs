@@ -19,6 +19,22 @@ pub(super) struct Holding<N: Number> {
     disturbance: N,
     limit: [N; 2],
     rest: RestWatch<N>,
+    overdue: Overdue<N>,
+}
+
+/// A servo that does not move although its reference does is pushed on by a command that grows, as the ramp of the first
+/// motion does: friction holds it for no longer, and a servo or an encoder that stands still shows soon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Overdue<N> {
+    /// Where the servo last was seen to move, and how far the reference has moved since, counts.
+    at: N,
+    ordered: N,
+    /// Samples for which a count is overdue, and for how many that is waited for.
+    samples: u32,
+    patience: u32,
+    /// The command that pushes, and its growth in a sample.
+    push: N,
+    growth: N,
 }
 
 /// True if a servo stays within a few counts of a place.
@@ -64,7 +80,31 @@ impl<N: Number> Holding<N> {
                 commands: N::ZERO,
                 commanded: 0,
             },
+            overdue: Overdue {
+                at: position,
+                ordered: N::ZERO,
+                samples: 0,
+                patience: rest / 2,
+                push: N::ZERO,
+                growth: N::ZERO,
+            },
         }
+    }
+
+    /// The same, and pushes a servo on that does not follow.
+    pub(super) fn pushing(mut self) -> Self {
+        /// The growth of the push in the time of a rest, over the command's limit.
+        const GROWTH: f64 = 0.4;
+        let [low, high] = self.limit;
+        let most = if high < -low { high } else { -low };
+        let rest = N::from_count(self.rest.needed.min(1 << 20) as i32);
+        self.overdue.growth = N::from_f64(GROWTH) * most * rest.reciprocal();
+        self
+    }
+
+    /// True if the servo should have moved by now.
+    pub(super) fn is_overdue(&self) -> bool {
+        self.overdue.samples > self.overdue.patience
     }
 
     /// The loop that holds it.
@@ -82,8 +122,9 @@ impl<N: Number> Holding<N> {
         self.rest.begin();
     }
 
-    /// Sets the samples after which it counts as at rest.
+    /// Sets the samples after which it counts as at rest. The longer that takes, the longer friction may hold it.
     pub(super) fn rest_for(&mut self, samples: u32) {
+        self.overdue.patience = (5 * self.rest.needed / 2).max(samples / 8);
         self.rest.needed = samples;
     }
 
@@ -96,6 +137,7 @@ impl<N: Number> Holding<N> {
     /// A step of the reference.
     pub(super) fn step_to(&mut self, target: N) {
         self.send(target);
+        self.overdue.ordered += (target - self.reference).magnitude();
         self.reference = target;
     }
 
@@ -129,6 +171,7 @@ impl<N: Number> Holding<N> {
     /// Leads the servo on by a velocity for a sample, with this command on top of the controller's.
     pub(super) fn lead(&mut self, velocity: N, command: N) {
         self.reference += velocity;
+        self.overdue.ordered += velocity.magnitude();
         self.target = self.reference;
         // The derivative acts on the measured velocity alone, and would brake.
         self.disturbance = command - self.controller.linear(N::ZERO, velocity);
@@ -146,20 +189,56 @@ impl<N: Number> Holding<N> {
 
     /// A sample: the command. None if the position is beyond the loop's counter.
     pub(super) fn process(&mut self, position: N, increment: N) -> Option<N> {
-        self.reference += self.velocity();
+        let velocity = self.velocity();
+        self.reference += velocity;
+        self.overdue.ordered += velocity.magnitude();
         self.rest.observe(position);
+        self.push_on(position);
         let error = self.reference - position;
         let sample = self.controller.process(&mut self.state, error, increment);
         let [low, high] = self.limit;
-        let command = sample.ok()?.command + self.disturbance;
+        let command = sample.ok()?.command + self.disturbance + self.overdue.push;
         let command = command.limited(low, high);
         self.rest.gather(command);
         Some(command)
     }
 
+    /// Pushes on a servo that should have moved by now.
+    fn push_on(&mut self, position: N) {
+        /// Counts of a motion, and those by which the reference moves until one is overdue.
+        const MOVED: f64 = 2.5;
+        const ORDERED: f64 = 8.0;
+        let overdue = &mut self.overdue;
+        if (position - overdue.at).magnitude() > N::from_f64(MOVED) {
+            *overdue = Overdue {
+                at: position,
+                ordered: N::ZERO,
+                samples: 0,
+                push: N::ZERO,
+                ..*overdue
+            };
+            return;
+        }
+        if overdue.ordered <= N::from_f64(ORDERED) {
+            return;
+        }
+        overdue.samples = overdue.samples.saturating_add(1);
+        if self.is_overdue() {
+            let overdue = &mut self.overdue;
+            let growth = overdue.growth;
+            overdue.push += if self.reference < position {
+                -growth
+            } else {
+                growth
+            };
+        }
+    }
+
     /// True if the servo has arrived and stands.
     pub(super) fn is_at_rest(&self) -> bool {
-        self.reference == self.target && self.rest.still >= self.rest.needed
+        self.reference == self.target
+            && self.rest.still >= self.rest.needed
+            && self.overdue.push == N::ZERO
     }
 
     /// The sample from which a controller takes over at rest: the mean command, and no velocity. An

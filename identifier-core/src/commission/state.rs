@@ -54,6 +54,8 @@ pub struct CommissionState<N: Number> {
     /// A trial that has ended, before it is a result.
     pub(super) measured: Option<Trial<N>>,
     pub(super) reason: Option<Reason>,
+    /// The fault that is suspected, while the loop before shows whether it is one.
+    pub(super) suspected: Option<Reason>,
     /// The effect that the servo may have.
     pub(super) suspect: Option<Reason>,
 }
@@ -84,7 +86,13 @@ impl<N: Number> Activity<N> {
 impl<N: Number> Activity<N> {
     /// True if the command that acts must move the servo.
     pub(super) fn must_move(&self) -> bool {
-        matches!(self, Self::Probing(probing) if probing.is_swinging())
+        match self {
+            Self::Free => false,
+            Self::Probing(probing) => probing.is_swinging(),
+            Self::Holding(holding) | Self::Sliding(holding) | Self::OnTrial(holding, _) => {
+                holding.is_overdue()
+            }
+        }
     }
 }
 
@@ -177,6 +185,7 @@ impl<N: Number> CommissionState<N> {
             trial: None,
             measured: None,
             reason: None,
+            suspected: None,
             suspect: None,
         }
     }

@@ -267,6 +267,11 @@ impl<N: Number> Blocks<N> {
     }
 }
 
+/// The smaller of two.
+pub(super) fn smaller<N: Number>(one: N, other: N) -> N {
+    if one < other { one } else { other }
+}
+
 /// The larger of two.
 pub(super) fn larger<N: Number>(one: N, other: N) -> N {
     if one > other { one } else { other }

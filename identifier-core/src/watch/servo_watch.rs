@@ -138,6 +138,20 @@ impl<N: Number> ServoWatch<N> {
         state.restart_comparison();
     }
 
+    /// From now on a servo that is not known is known roughly: 1/b (samples² and command units per count), and the commands
+    /// that overcome its friction and hold its load.
+    pub(crate) fn guess(
+        &self,
+        state: &mut ServoWatchState<N>,
+        per_gain: N,
+        friction: N,
+        holding: N,
+    ) {
+        if state.known.is_none() {
+            (self.motion).guess(&mut state.motion, per_gain, friction, holding);
+        }
+    }
+
     /// A sample.
     ///
     /// # Errors
@@ -165,11 +179,12 @@ impl<N: Number> ServoWatch<N> {
             .motion(&mut state.bounds, increment, seen.position)
             .map_err(|limit| state.suspicion().unwrap_or(limit))?;
         let under = match seen.setpoint {
-            _ if seen.must_move => Under::Push,
             Some(setpoint) => Under::Control {
                 setpoint,
                 error: setpoint - seen.position,
+                is_led: seen.must_move,
             },
+            None if seen.must_move => Under::Push,
             None => Under::Nothing,
         };
         self.motion
@@ -201,7 +216,7 @@ impl<N: Number> ServoWatch<N> {
         part: &BlockPart<N>,
         seen: &Observation<N>,
     ) -> Result<(), Reason> {
-        let relay = seen.must_move;
+        let relay = seen.must_move && seen.setpoint.is_none();
         let is_operation = self.used_for == Use::Operation || seen.excited;
         let (Some(response), Some(past)) = (self.response.get(of), state.response.get_mut(of))
         else {
@@ -263,6 +278,14 @@ impl<N: Number> ServoWatchState<N> {
     /// Begins to count them anew: the loop is another one.
     pub(crate) fn forget_swings(&mut self) {
         self.oscillation.forget();
+    }
+
+    /// Forgets all evidence against the servo: another loop holds it.
+    pub(crate) fn forget_evidence(&mut self) {
+        self.restart_comparison();
+        self.forget_swings();
+        self.motion.stand_anew();
+        (self.gains_against, self.contradicted) = (0, 0);
     }
 
     fn restart_comparison(&mut self) {

@@ -85,7 +85,7 @@ pub struct Observation<N> {
     /// True if the sample before ended too late.
     pub late: bool,
     /// True if the command that acted must move the servo whatever its friction: that of a relay, once a
-    /// ramp has found where the servo breaks loose.
+    /// ramp has found where the servo breaks loose, or of a controller that pushes on one that does not follow.
     pub must_move: bool,
     /// True if a signal excites what a model of one mass does not have: a motion that is not the command's is then a
     /// fault only where the servo does not follow its setpoint either.

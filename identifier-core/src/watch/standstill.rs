@@ -1,6 +1,6 @@
 //! Detection of a standstill that is none: a stuck encoder, a dead actuator.
 
-use super::blocks::WatchBlock;
+use super::blocks::{WatchBlock, larger, smaller};
 use super::known_servo::{MODEL_ERROR, Model};
 use super::{Use, WatchSettings};
 use crate::number::Number;
@@ -16,6 +16,13 @@ pub(super) struct StandstillWatch<N> {
     fading: N,
     /// Ranges of the command that move any servo, with a step of the load and without, command units.
     ranges: [N; 2],
+    /// The command beyond friction that they leave to spare, the one that moves a servo that is known roughly, and the largest
+    /// from zero that may be needed to.
+    spare: N,
+    push: N,
+    most: N,
+    /// The command beyond these ranges times samples under which no servo stands.
+    impulse: N,
     /// Samples that a servo of which nothing is known may stand where it must move.
     patience: i32,
 }
@@ -40,13 +47,17 @@ pub(super) struct StandstillWatchState<N> {
     setpoint: N,
     /// The command under which it came to standstill where a load had moved it, before that its holding command.
     settled: N,
+    /// The lowest and the highest command under which it stood until a relay moved it.
+    stood: [N; 2],
     /// The largest error since the last standstill, counts, and whether the setpoint moved since.
     farthest: N,
     asked: bool,
     /// Samples of this standstill, as long as they are few,
     still: i32,
-    /// and of those, running, in which it had to move and did not, below zero where the relay pushes down.
+    /// and of those, running, in which a relay had to move it and did not, below zero where it pushes down.
     pushed: i32,
+    /// The integral of the command beyond all under which it can stand, and the integral of that, samples.
+    driven: [N; 2],
     able: Able<N>,
 }
 
@@ -60,10 +71,15 @@ pub(super) struct Able<N> {
     /// Ranges of the command within which it may stand, with a step of the load and without, command
     /// units,
     stands: [N; 2],
-    /// and around which command, and how far from it, after a step of the load.
+    /// and around which command, and how far from it, after a step of the load and under a loop that pushes it on.
     holding: N,
-    reach: N,
-    /// Samples until it counts as standing, and those that it may stand where it must move.
+    reach: [N; 2],
+    /// The command beyond friction that these leave to spare.
+    spare: N,
+    /// A command beyond these has moved it by what counts as motion once it is more than this, integrated, and integrated
+    /// twice.
+    shows: [N; 2],
+    /// Samples until it counts as standing, and those that it may stand where a relay must move it.
     settling: i32,
     patience: i32,
 }
@@ -99,6 +115,7 @@ impl<N: Number> StandstillWatch<N> {
     /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
     /// without: Coulomb friction of 20 % to either side, with a tenth to spare.
     const RANGES: [f64; 2] = [0.8, 0.5];
+    const SPARE: f64 = 0.1;
     /// A setpoint that moves by this many counts commands a motion; the command's change is then no
     /// answer to a load.
     const SETPOINT_STEP: i32 = 20;
@@ -106,11 +123,19 @@ impl<N: Number> StandstillWatch<N> {
     const LIKELY_BRAKING: f64 = 0.4;
     /// Friction's range that Stribeck's may add to Coulomb's.
     const LOW_SPEED: f64 = 1.5;
+    /// The same of one that is known roughly, its largest gain over the one that it seems to have, and the command beyond.
+    const ROUGH_FRICTION: f64 = 3.0;
+    const ROUGH_GAIN: f64 = 4.0;
+    const ROUGH_PUSH: f64 = 0.15;
+    /// The share of the limit that moves every servo that can be moved.
+    const MOST: f64 = 0.9;
+    /// The time in which all of the command moves a servo of which nothing is known, s.
+    const IMPULSE: f64 = 0.03;
     /// Memory of the command, s.
     const SMOOTHING_TIME: f64 = 5e-3;
     /// Memory of the range of the command, s: a load that changes more slowly is no fault.
     const FADING_TIME: f64 = 1.0;
-    /// The time that a servo may stand where it must move, s: as long, for one that is not known,
+    /// The time that a servo may stand where a relay must move it, s: as long, for one that is not known,
     const MAX_PATIENCE: f64 = 0.1;
     /// and as long at least, for one that is.
     const MIN_PATIENCE: f64 = 0.02;
@@ -122,6 +147,10 @@ impl<N: Number> StandstillWatch<N> {
             smoothing: over(Self::SMOOTHING_TIME),
             fading: over(Self::FADING_TIME),
             ranges: Self::RANGES.map(|share| N::from_f64(share * settings.limit())),
+            spare: N::from_f64(Self::SPARE * settings.limit()),
+            push: N::from_f64(Self::ROUGH_PUSH * settings.limit()),
+            most: N::from_f64(Self::MOST * settings.limit()),
+            impulse: N::from_f64(Self::IMPULSE / sample_time * settings.limit()),
             patience: Self::longest_patience(sample_time),
         }
     }
@@ -147,16 +176,20 @@ impl<N: Number> StandstillWatch<N> {
             range: [N::ZERO; 2],
             setpoint: N::ZERO,
             settled: N::ZERO,
+            stood: [N::ZERO; 2],
             farthest: N::ZERO,
             asked: false,
             still: 0,
             pushed: 0,
+            driven: [N::ZERO; 2],
             able: Able {
                 braking: N::REACH,
                 gain: N::ZERO,
                 stands: self.ranges,
                 holding: N::ZERO,
-                reach: N::REACH,
+                reach: [N::REACH; 2],
+                spare: self.spare,
+                shows: [self.impulse, N::REACH],
                 settling: self.patience,
                 patience: self.patience,
             },
@@ -167,6 +200,7 @@ impl<N: Number> StandstillWatch<N> {
     pub(super) fn begin(state: &mut StandstillWatchState<N>, command: N) {
         state.command = command;
         state.range = [command; 2];
+        state.stood = [command; 2];
     }
 
     /// Capabilities of a known servo.
@@ -181,25 +215,31 @@ impl<N: Number> StandstillWatch<N> {
         // To either side of the holding command, and a step of the load.
         let load_step = MODEL_ERROR * model.load_step / model.gain;
         let friction = 2.0 * Self::LOW_SPEED * model.breakaway + push_share * settings.limit();
-        let reach = Self::LOW_SPEED * model.breakaway + load_step + push_share * settings.limit();
+        let led = Self::LOW_SPEED * model.breakaway + push_share * settings.limit();
+        let holding = -model.load / model.gain;
+        let most = Self::MOST * settings.limit() - libm::fabs(holding);
+        let least_gain = settings.used_for.gain_range() * MODEL_ERROR;
+        let shows = least_gain * f64::from(Self::MISSED_COUNTS) / model.gain;
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
         let push = push_share * settings.limit() * model.gain;
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED_COUNTS) / push);
         let least = f64::from(Self::samples(Self::MIN_PATIENCE, sample_time));
-        let most = f64::from(Self::longest_patience(sample_time));
-        let shows = moves + model.delay as f64;
-        let patience = shows.max(least.min(most)).min(most);
+        let longest = f64::from(Self::longest_patience(sample_time));
+        let moves = moves + model.delay as f64;
+        let patience = moves.max(least.min(longest)).min(longest);
         let settling = match settings.used_for {
             Use::Commissioning => patience,
             // A fine encoder shows sooner that it stands.
-            Use::Operation => (1.5 * shows).max(patience / 2.0).min(patience),
+            Use::Operation => (1.5 * moves).max(patience / 2.0).min(patience),
         };
         Able {
             braking: N::from_f64(MODEL_ERROR * model.braking),
             gain: N::from_f64(MODEL_ERROR * model.gain),
             stands: [friction + load_steps * load_step, friction].map(N::from_f64),
-            holding: N::from_f64(-model.load / model.gain),
-            reach: N::from_f64(reach),
+            holding: N::from_f64(holding),
+            reach: [led + load_step, led.min(most)].map(N::from_f64),
+            spare: N::from_f64(push_share * settings.limit()),
+            shows: [N::REACH, N::from_f64(shows)],
             settling: settling as i32,
             patience: patience as i32,
         }
@@ -208,6 +248,23 @@ impl<N: Number> StandstillWatch<N> {
     pub(super) fn know(state: &mut StandstillWatchState<N>, able: &Able<N>) {
         state.able = *able;
         state.settled = able.holding;
+        state.stood = [able.holding; 2];
+    }
+
+    /// A servo that is known roughly: 1/b, and the commands that overcome its friction and hold its load.
+    pub(super) fn guess(
+        &self,
+        state: &mut StandstillWatchState<N>,
+        per_gain: N,
+        friction: N,
+        holding: N,
+    ) {
+        let missed = N::from_f64(Self::ROUGH_GAIN * f64::from(Self::MISSED_COUNTS));
+        let reach = N::from_f64(Self::ROUGH_FRICTION) * friction + self.push;
+        let reach = reach.limited(self.push, self.most - holding.magnitude());
+        state.able.holding = holding;
+        state.able.reach = [N::REACH, reach];
+        state.able.shows = [self.impulse, missed * per_gain];
     }
 
     /// The servo was seen to change its speed by so much, counts a sample squared.
@@ -301,17 +358,21 @@ impl<N: Number> StandstillWatch<N> {
     ) -> Result<(), Reason> {
         state.command += self.smoothing * (command - state.command);
         state.away += increment;
-        if let Under::Control { setpoint, error } = under {
+        if let Under::Control {
+            setpoint, error, ..
+        } = under
+        {
             state.asked |= state.is_asked(setpoint);
             if error.magnitude() > state.farthest {
                 state.farthest = error.magnitude();
             }
         }
         if state.away.magnitude() > N::from_count(Self::SLIP_COUNTS) {
-            state.away = N::ZERO;
-            state.still = 0;
-            state.pushed = 0;
-            state.abrupt = false;
+            if under == Under::Push && state.still > state.able.settling / 8 {
+                let [low, high] = state.stood;
+                state.stood = [smaller(low, state.command), larger(high, state.command)];
+            }
+            state.stand_anew();
             return Ok(());
         }
         // The command that brakes it is not yet the one under which it stands.
@@ -331,34 +392,29 @@ impl<N: Number> StandstillWatch<N> {
         if state.command > *high {
             *high = state.command;
         }
-        let [low, high] = state.range;
-        let pushed = match under {
-            Under::Nothing => false,
-            Under::Push => true,
-            Under::Control { setpoint, .. } => {
-                let [disturbed, undisturbed] = state.able.stands;
-                let stands = if state.is_asked(setpoint) {
-                    undisturbed
-                } else {
-                    disturbed
-                };
-                state.command - low > stands
-                    || high - state.command > stands
-                    || [state.able.holding, state.settled]
-                        .iter()
-                        .all(|&holding| (state.command - holding).magnitude() > state.able.reach)
-            }
-        };
-        if !pushed {
-            state.pushed = 0;
-            return Ok(());
-        }
         // A relay of few counts turns within those of a standstill: the time of one push does not count for the next.
         state.pushed = match under {
             Under::Push if command < state.able.holding => state.pushed.min(0).saturating_sub(1),
-            _ => state.pushed.max(0).saturating_add(1),
+            Under::Push => state.pushed.max(0).saturating_add(1),
+            _ => 0,
         };
-        if state.pushed.saturating_abs() < state.able.patience {
+        let (beyond, is_led) = match under {
+            Under::Control {
+                setpoint, is_led, ..
+            } => (state.beyond(setpoint, is_led), is_led),
+            _ => (N::ZERO, false),
+        };
+        // Friction stops one that is pushed no more.
+        let [speed, way] = &mut state.driven;
+        if beyond == N::ZERO || beyond * *speed < N::ZERO {
+            (*speed, *way) = (N::ZERO, N::ZERO);
+        }
+        *speed += beyond;
+        *way += *speed;
+        let [impulse, enough] = state.able.shows;
+        let may_stand = speed.magnitude() <= impulse && way.magnitude() <= enough
+            || !is_led && state.still < state.able.settling;
+        if may_stand && state.pushed.saturating_abs() < state.able.patience {
             Ok(())
         } else if state.abrupt {
             Err(Reason::EncoderStuck)
@@ -375,16 +431,54 @@ impl<N: Number> StandstillWatchState<N> {
         self.able.patience
     }
 
+    /// A standstill begins, if there is one.
+    pub(super) fn stand_anew(&mut self) {
+        self.away = N::ZERO;
+        self.still = 0;
+        self.pushed = 0;
+        self.driven = [N::ZERO; 2];
+        self.abrupt = false;
+    }
+
+    /// By how much the command is beyond friction, to its side, where it is beyond all under which the servo can stand; else
+    /// zero.
+    fn beyond(&self, setpoint: N, is_led: bool) -> N {
+        let [disturbed, undisturbed] = self.able.stands;
+        let stands = if self.is_asked(setpoint) {
+            undisturbed
+        } else {
+            disturbed
+        };
+        let [loaded, led] = self.able.reach;
+        let reach = if is_led { led } else { loaded };
+        let [low, high] = self.range;
+        let [least, most] = self.stood;
+        let least = smaller(least, smaller(self.settled, self.able.holding));
+        let most = larger(most, larger(self.settled, self.able.holding));
+        let up = self.command - smaller(low + stands, most + reach);
+        let down = larger(high - stands, least - reach) - self.command;
+        if up > N::ZERO {
+            up + self.able.spare
+        } else if down > N::ZERO {
+            -(down + self.able.spare)
+        } else {
+            N::ZERO
+        }
+    }
+
     /// It has come to standstill. Where a load has moved it although the setpoint did not move, or where it came to where it
     /// was asked to, this command balances it but for friction.
     fn settle(&mut self, under: Under<N>) {
-        let Under::Control { setpoint, error } = under else {
+        let Under::Control {
+            setpoint, error, ..
+        } = under
+        else {
             return;
         };
         let arrived = error.magnitude() <= N::from_count(StandstillWatch::<N>::SETPOINT_STEP);
         let is_moved = self.farthest > N::from_count(StandstillWatch::<N>::MISSED_COUNTS);
         let away = (self.command - self.able.holding).magnitude();
-        let is_loaded = away > N::from_f64(StandstillWatch::<N>::LOADED) * self.able.reach;
+        let is_loaded = away > N::from_f64(StandstillWatch::<N>::LOADED) * self.able.reach[0];
         if is_loaded && is_moved && (arrived || !self.asked) {
             self.settled = self.command;
         }
@@ -411,8 +505,8 @@ pub(super) enum Under<N> {
     Nothing,
     /// A command that must move it.
     Push,
-    /// A controller with this setpoint and this error, counts.
-    Control { setpoint: N, error: N },
+    /// A controller with this setpoint and this error, counts, which pushes the servo on where it `is_led`.
+    Control { setpoint: N, error: N, is_led: bool },
 }
 
 #[cfg(test)]

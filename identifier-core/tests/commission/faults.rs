@@ -37,7 +37,7 @@ fn servos() -> [(&'static str, Bench); 3] {
 fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
     use Reason::{
         ActuatorDead, ActuatorWeak, AmplifierFault, DoesNotMove, EncoderJumped, EncoderLost,
-        LimitSwitch, Overrun, OvershootExceeded, Reversed, TravelLeft,
+        LimitSwitch, Overrun, OvershootExceeded, Reversed, TooLittleEvidence, TravelLeft,
     };
     let is_unknown = matches!(phase, Phase::ReleasedCheck | Phase::Probing | Phase::Fit);
     match kind {
@@ -61,11 +61,21 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
             };
             (&[Reversed], time, 0)
         }
-        // In slides resonances explain much: it shows in the trial.
+        // In slides resonances explain much: it shows in the trial. One that friction holds there looks dead, until the gains
+        // before move it.
         FaultKind::ActuatorWeak if phase == Phase::Slide => {
-            (&[ActuatorWeak, OvershootExceeded], 5.0, 0)
+            (&[ActuatorWeak, ActuatorDead, OvershootExceeded], 5.0, 0)
         }
-        FaultKind::ActuatorWeak => (&[ActuatorWeak, OvershootExceeded], 1.6, 0),
+        FaultKind::ActuatorWeak => (
+            &[
+                ActuatorWeak,
+                ActuatorDead,
+                OvershootExceeded,
+                TooLittleEvidence,
+            ],
+            1.6,
+            0,
+        ),
         FaultKind::Overrun => (&[Overrun], 0.0, 3),
         FaultKind::LimitSwitch => (&[LimitSwitch], 0.0, 1),
         FaultKind::AmplifierFault => (&[AmplifierFault], 0.0, 1),

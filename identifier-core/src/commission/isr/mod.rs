@@ -81,6 +81,9 @@ impl<N: Number> CommissionIsr<N> {
     /// Recorded rest before a motion, s, and samples: as long as a command may be late.
     pub const LEAD: (f64, f64) = (2e-3, 4.0);
 
+    /// Rests for which the loop before shows whether a fault that is suspected is one.
+    const PROOF: u32 = 25;
+
     /// The longest that the solver may take, or a servo may need to come to rest, s.
     pub const PATIENCE: f64 = 30.0;
 
@@ -249,11 +252,14 @@ impl<N: Number> CommissionIsr<N> {
         let increment = state.observation.increment;
         let decided = self.monitored(state).and_then(|()| self.proceed(state));
         if let Err(reason) = decided {
-            if self.is_back(state) {
+            match state.suspected {
                 // The gains before fail too.
-                state.activity = Activity::Free;
-            } else {
-                self.end(state, reason);
+                Some(suspected) if Self::is_doubtful(reason) || reason.is_limit() => {
+                    self.end(state, suspected);
+                }
+                None if self.is_back(state) => state.activity = Activity::Free,
+                None if self.can_doubt(state, reason) => self.suspect(state, reason),
+                _ => self.end(state, reason),
             }
             state.acting = increment.and_then(|_| self.command(state, N::ZERO));
             state.command = state.acting.unwrap_or(N::ZERO);
@@ -271,7 +277,7 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Takes an answer of the solver.
     pub fn accept(&self, state: &mut CommissionState<N>, answer: &Decision<N>) {
-        if state.phase.is_end() {
+        if state.phase.is_end() || state.suspected.is_some() {
             return;
         }
         state.next = match &answer.0 {

@@ -1,6 +1,7 @@
 //! Every sample: its command, its checks, and the end where they fail.
 
 use super::super::conservative_pid::ConservativePid;
+use super::super::holding::Holding;
 use super::super::noise::Rest;
 use super::super::state::{Activity, CommissionState};
 use super::super::{Phase, Reason};
@@ -50,14 +51,20 @@ impl<N: Number> CommissionIsr<N> {
         }
         let checked = self.watch.process(&mut state.watch, &state.observation);
         self.give_way(state);
-        if checked == Err(Reason::EncoderJumped) && self.rest(state) != Some(Rest::Quiet) {
+        let is_unlikely = matches!(
+            checked,
+            Err(Reason::EncoderJumped | Reason::SpeedExceeded | Reason::Reversed)
+        );
+        if is_unlikely && self.rest(state) != Some(Rest::Quiet) {
             // Noise jumps too: which of the two it is shows soon.
             return Ok(());
         }
         // The gains before bring it back from beyond the limits of the commissioning.
         checked.or_else(|reason| match reason {
             Reason::ActuatorDead => Err(match &state.activity {
-                Activity::OnTrial(_, trial) if trial.may_rest_under(state.command) => {
+                Activity::OnTrial(_, trial)
+                    if self.before.is_none() && trial.may_rest_under(state.command) =>
+                {
                     Reason::DoesNotMove
                 }
                 _ => reason,
@@ -72,7 +79,11 @@ impl<N: Number> CommissionIsr<N> {
     fn give_way(&self, state: &mut CommissionState<N>) {
         let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial);
         let holding = match &mut state.activity {
-            Activity::Holding(holding) if is_studied && !state.phase.is_end() => holding,
+            Activity::Holding(holding)
+                if is_studied && !state.phase.is_end() && state.suspected.is_none() =>
+            {
+                holding
+            }
             Activity::Sliding(holding) if is_studied && !state.slide.injects() => holding,
             _ => return,
         };
@@ -99,6 +110,57 @@ impl<N: Number> CommissionIsr<N> {
         state.was_end && state.phase != Phase::Applied
     }
 
+    /// True for a fault that an axis which a load or friction holds may seem to have.
+    pub(super) fn is_doubtful(reason: Reason) -> bool {
+        matches!(
+            reason,
+            Reason::EncoderStuck | Reason::ActuatorDead | Reason::Reversed
+        )
+    }
+
+    /// True if the loop before can show whether there is this fault.
+    pub(super) fn can_doubt(&self, state: &CommissionState<N>, reason: Reason) -> bool {
+        let is_over = state.phase.is_end() || self.settings.limits.one_way;
+        self.before.is_some() && !is_over && Self::is_doubtful(reason)
+    }
+
+    /// Lets the loop before hold the servo until its motion shows whether there is a fault. One that stands is ordered the
+    /// other way: a servo whose command has an effect in either direction is no dead one.
+    pub(super) fn suspect(&self, state: &mut CommissionState<N>, reason: Reason) {
+        /// Counts.
+        const WAY: f64 = 40.0;
+        if let Activity::Probing(probing) = &state.activity
+            && probing.servo().is_known()
+        {
+            self.guess(&mut state.watch, probing.servo());
+        }
+        if let Activity::OnTrial(_, trial) = &state.activity {
+            state.measured = Some(*trial);
+        }
+        let up = state.command > state.held;
+        let target = match reason {
+            Reason::Reversed => N::ZERO,
+            _ if up => state.position - N::from_f64(WAY),
+            _ => state.position + N::from_f64(WAY),
+        };
+        state.drop_record();
+        state.watch.forget_evidence();
+        state.suspected = Some(reason);
+        if let Some(holding) = self.held_as_before(state, target) {
+            state.begin(Activity::Holding(holding.pushing()));
+        }
+    }
+
+    /// Held by the gains before, and brought to a place.
+    fn held_as_before(&self, state: &CommissionState<N>, target: N) -> Option<Holding<N>> {
+        // Its integral balances the load, and its derivative brakes.
+        let (before, velocity) = (self.before?, state.velocity_now);
+        let command = state.held + before.pid.linear(N::ZERO, velocity);
+        let mut holding = self.held_by(before, state.position, velocity, command);
+        holding.send(target);
+        Some(holding)
+    }
+
     /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
     pub(super) fn rest(&self, state: &CommissionState<N>) -> Option<Rest> {
         if state.phase != Phase::ReleasedCheck {
@@ -123,15 +185,9 @@ impl<N: Number> CommissionIsr<N> {
         if let Activity::OnTrial(_, trial) = &state.activity {
             state.measured = Some(*trial);
         }
-        state.activity = match self.before {
-            Some(before) if !reason.disables_stage() => {
-                // Its integral balances the load, and its derivative brakes.
-                let velocity = state.velocity_now;
-                let command = state.held + before.pid.linear(N::ZERO, velocity);
-                let mut holding = self.held_by(before, state.position, velocity, command);
-                holding.send(N::ZERO);
-                Activity::Holding(holding)
-            }
+        state.suspected = None;
+        state.activity = match self.held_as_before(state, N::ZERO) {
+            Some(holding) if !reason.disables_stage() => Activity::Holding(holding),
             _ => Activity::Free,
         };
     }

@@ -10,6 +10,7 @@ use super::super::{Phase, ProbingProgress, ProbingState, Reason, RoughModel};
 use super::CommissionIsr;
 use crate::control::ControlSample;
 use crate::number::Number;
+use crate::watch::ServoWatchState;
 
 impl<N: Number> CommissionIsr<N> {
     /// The sizes of the second and of the third motion, as parts of the first.
@@ -60,6 +61,14 @@ impl<N: Number> CommissionIsr<N> {
                 }
             }
             Activity::Holding(_) if state.phase.is_end() => Ok(()),
+            Activity::Holding(_) if state.suspected.is_some() => {
+                // It was held, so that there was no such fault.
+                let is_proved = state.passed > Self::PROOF * self.rest;
+                if is_proved {
+                    return Err(Reason::TooLittleEvidence);
+                }
+                Ok(())
+            }
             Activity::Holding(_) if state.passed > self.patience => Err(Reason::NeverAtRest),
             Activity::Holding(holding) => {
                 let is_at_rest = holding.is_at_rest();
@@ -235,7 +244,10 @@ impl<N: Number> CommissionIsr<N> {
             }
             _ => state.phase = Phase::Slide,
         }
-        let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
+        let servo = *servo;
+        self.guess(&mut state.watch, &servo);
+        let holding = self.held_by(controller, state.position, N::ZERO, state.command);
+        let mut holding = holding.pushing();
         state.slide.begin(&mut holding);
         state.begin_lines();
         state.begin(Activity::Sliding(holding));
@@ -279,8 +291,10 @@ impl<N: Number> CommissionIsr<N> {
         }
         let controller = self.conservative.around(servo, delay, state.bandwidth);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        self.guess(&mut state.watch, servo);
         let (velocity, command) = (state.velocity_now, state.command);
-        let mut holding = self.held_by(controller, state.position, velocity, command);
+        let holding = self.held_by(controller, state.position, velocity, command);
+        let mut holding = holding.pushing();
         if !self.settings.limits.one_way {
             holding.send(N::ZERO);
         }
@@ -297,6 +311,12 @@ impl<N: Number> CommissionIsr<N> {
         state.phase = Phase::Applied;
         state.begin(Activity::Holding(holding));
         Ok(())
+    }
+
+    /// Watches a servo that is not known yet by how it moved.
+    pub(super) fn guess(&self, watch: &mut ServoWatchState<N>, servo: &RoughModel<N>) {
+        let friction = servo.coulomb() * servo.per_gain;
+        (self.watch).guess(watch, servo.per_gain, friction, servo.holding());
     }
 
     fn begin_trial(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
