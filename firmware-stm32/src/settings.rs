@@ -1,15 +1,10 @@
 //! Example settings of a drive without a record: the paper's loop, with protections for a bare motor. It does
 //! not start with them: they are not those of its servo.
 
-use drive_link::{
-    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use identifier_core::settings::diagonal;
 
 use crate::paper;
-
-/// The drive is built for fixed point, which has the law without friction.
-const IS_FIXED_POINT: bool = cfg!(feature = "fixed-point");
 
 /// The settings.
 #[must_use]
@@ -19,14 +14,7 @@ pub fn built_in() -> Settings {
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::Gradient {
-                friction: !IS_FIXED_POINT,
-            },
-            format: if IS_FIXED_POINT {
-                Format::Fixed
-            } else {
-                Format::Single
-            },
+            law: Law::Gradient { friction: true },
         },
         dither: Dither {
             amplitude: 0.3,

@@ -16,17 +16,44 @@ pub enum Place {
     File,
 }
 
-use Place::{File, Option as Flag, Value, Verb};
+use Place::{File, Key, Option as Flag, Value, Verb};
 
 /// For a method that was only compared with.
 const RIVAL: &str =
     "\"relay-least-squares\" is the method to compare with, \"fit\" and \"gauss-newton\" identify";
+
+/// For the compensation of known forces.
+const FORCES: &str = "no loop compensates known forces: add what tune prints under feed_forward to the command of your \
+                      own controller";
 
 const GONE: &[(Place, &str, &str)] = &[
     (
         File,
         "MCAP",
         "MCAP is not read any more: convert the recording to .csv, in Python with the package mcap",
+    ),
+    (Key, "controller.feed_forward.constant", FORCES),
+    (Key, "controller.feed_forward.gravity", FORCES),
+    (Key, "controller.feed_forward.ripple", FORCES),
+    (Key, "controller.feed_forward.ripple_order", FORCES),
+    (Key, "controller.feed_forward.revolution", FORCES),
+    (Key, "controller.feed_forward.dead_band", FORCES),
+    (Key, "controller.feed_forward.delay", FORCES),
+    (
+        Key,
+        "identifier.terms",
+        "no term enters by itself: state those that the servo has in required_terms, or let law = \"fit\" find them in a \
+         whole log",
+    ),
+    (
+        Value,
+        "identifier.required_terms = wandering-load",
+        "law = \"fit\" finds by itself whether the load of a whole log wanders",
+    ),
+    (
+        Value,
+        "identifier.law = window",
+        "law = \"gauss-newton\" begins with the fit of a short motion, after a quarter of a second with start_time = 0.25",
     ),
     (Value, "identifier.law = proportional-least-squares", RIVAL),
     (Value, "identifier.law = two-degrees-of-freedom", RIVAL),

@@ -2,8 +2,6 @@
 //! measurement to a command.
 
 #[cfg(feature = "experiments")]
-mod compensated;
-#[cfg(feature = "experiments")]
 mod direct;
 mod feedback;
 #[cfg(feature = "experiments")]
@@ -14,8 +12,6 @@ mod pid;
 mod relay;
 mod whole_record;
 
-#[cfg(feature = "experiments")]
-pub(crate) use compensated::compensated;
 #[cfg(feature = "experiments")]
 pub(crate) use direct::Direct;
 #[cfg(feature = "experiments")]

@@ -107,7 +107,7 @@ impl Port {
             }
         }
         Err(self.fault(format_args!(
-            "no drive answers: is the right firmware running there, at {BAUD} baud?"
+            "no drive answers: is a firmware of this program's version running there, at {BAUD} baud?"
         )))
     }
 

@@ -112,7 +112,6 @@ impl Dice {
             "none",
             "gradient",
             "gauss-newton",
-            "window",
             "pd-gradient",
             "relay-least-squares",
             "low-pass",

@@ -49,11 +49,11 @@ mod reason;
 mod unrolled;
 pub mod watch;
 
-use identifier::{DiagonalGradientIdentifier, ServoLoop};
+use identifier::{GradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;
 
 pub use settings::{ControllerSettings, Settings};
 
 /// Our PID with a low-pass velocity estimate and the paper's identifier with a diagonal Γ.
 pub type GradientLoop<N, S, const P: usize> =
-    ServoLoop<N, LowPass<N>, DiagonalGradientIdentifier<N, LowPass<N>, S, P>>;
+    ServoLoop<N, LowPass<N>, GradientIdentifier<N, LowPass<N>, S, P>>;

@@ -3,9 +3,17 @@
 
 use core::fmt;
 
-/// Defines [`Reason`] and its rows from one table: variant, number and name, cause, remedy.
+/// The count of an encoder after a reason.
+enum Position {
+    /// It is that of the axis, as before.
+    Known,
+    /// It may be another: counts were lost, or may have been.
+    Doubtful,
+}
+
+/// Defines [`Reason`] and its rows from one table: variant, number, name and position afterwards, cause, remedy.
 macro_rules! catalogue {
-    ($($reason:ident = $number:literal, $name:literal: $cause:literal, $remedy:literal;)+) => {
+    ($($reason:ident = $number:literal, $name:literal, $position:ident: $cause:literal, $remedy:literal;)+) => {
         /// Why a drive disabled its stage, a commissioning ended without new gains, a first fit did not succeed, or gains no
         /// longer promise anything.
         ///
@@ -24,10 +32,10 @@ macro_rules! catalogue {
             /// All, by number.
             pub const ALL: &[Self] = &[$(Self::$reason),+];
 
-            /// Number, name, cause and remedy.
-            const fn row(self) -> (u8, &'static str, &'static str, &'static str) {
+            /// Number, name, cause and remedy, and the position afterwards.
+            const fn row(self) -> (u8, &'static str, &'static str, &'static str, Position) {
                 match self {
-                    $(Self::$reason => ($number, $name, $cause, $remedy),)+
+                    $(Self::$reason => ($number, $name, $cause, $remedy, Position::$position),)+
                 }
             }
         }
@@ -35,191 +43,188 @@ macro_rules! catalogue {
 }
 
 catalogue! {
-    ClockNotStable = 1, "clock-not-stable":
+    ClockNotStable = 1, "clock-not-stable", Doubtful:
         "the crystal or the PLL did not become ready",
         "check the crystal and the board file's frequency, then reset";
-    SelfTestFailed = 2, "self-test-failed":
+    SelfTestFailed = 2, "self-test-failed", Doubtful:
         "the self-test's known computation gave another result",
         "flash the firmware again; if it returns, replace the chip";
-    ResetByWatchdog = 3, "reset-by-watchdog":
+    ResetByWatchdog = 3, "reset-by-watchdog", Doubtful:
         "the watchdog reset the drive: a sample did not end in time",
         "lower the sample rate and start again";
-    ImageDamaged = 4, "image-damaged":
+    ImageDamaged = 4, "image-damaged", Doubtful:
         "the program in the drive's flash is not the one that was built",
         "flash the firmware again; if it returns, replace the chip";
-    AmplifierFault = 10, "amplifier-fault":
+    AmplifierFault = 10, "amplifier-fault", Known:
         "the amplifier reports a fault or too large a current",
         "check wiring and current limit of the amplifier";
-    LimitSwitch = 11, "limit-switch":
+    LimitSwitch = 11, "limit-switch", Known:
         "a limit switch opened in motion",
         "move the axis off the switch by hand, or allow less travel";
-    LimitSwitchesStuck = 12, "limit-switches-stuck":
+    LimitSwitchesStuck = 12, "limit-switches-stuck", Known:
         "a limit switch is open before motion begins",
         "free the switch or mend its wire (closed is healthy)";
-    SupplyLow = 13, "supply-low":
+    SupplyLow = 13, "supply-low", Doubtful:
         "the supply of the drive's chip sagged below 2.9 V",
         "check the supply's rating, its wires, and what else it feeds";
-    HomeSwitchStuck = 15, "home-switch-stuck":
+    HomeSwitchStuck = 15, "home-switch-stuck", Known:
         "the home switch stays closed although the axis was driven off it",
         "free the switch or mend its wire (open is away from home), exchange the sign of the homing speed, or allow \
          more clearance";
-    HomeNotFound = 16, "home-not-found":
+    HomeNotFound = 16, "home-not-found", Known:
         "the home switch did not close within the travel",
         "check the switch and its wire, exchange the sign of the homing speed, or allow more travel";
-    IndexNotFound = 17, "index-not-found":
+    IndexNotFound = 17, "index-not-found", Known:
         "the encoder gave no index pulse within a revolution behind the home switch",
         "check the encoder's index and its wire, or home without it";
-    EncoderLost = 20, "encoder-lost":
+    EncoderLost = 20, "encoder-lost", Doubtful:
         "the encoder gave no valid reading",
         "check the encoder's supply, wires and magnet";
-    EncoderSilent = 21, "encoder-silent":
+    EncoderSilent = 21, "encoder-silent", Doubtful:
         "the servo is driven and the encoder counts nothing",
         "connect the encoder, free the axis, or allow a larger breakaway";
-    FollowingError = 22, "following-error":
+    FollowingError = 22, "following-error", Known:
         "the position is too far from the reference",
         "check the encoder's direction and the gains, or allow a larger error";
-    TravelLeft = 23, "travel-left":
+    TravelLeft = 23, "travel-left", Known:
         "the servo left the travel that it may use",
         "move the axis back, allow more travel, or check what pushes the servo";
-    SpeedExceeded = 24, "speed-exceeded":
+    SpeedExceeded = 24, "speed-exceeded", Known:
         "the servo was faster than it may be",
         "check gains, load and encoder, or allow more speed";
-    Overrun = 30, "overrun":
+    Overrun = 30, "overrun", Known:
         "several successive samples took longer than the sample time",
         "lower the sample rate, or choose a cheaper law";
-    ActuatorFailed = 31, "actuator-failed":
+    ActuatorFailed = 31, "actuator-failed", Known:
         "the output stage took no command",
         "check the output stage's wires";
-    OutOfReach = 32, "out-of-reach":
+    OutOfReach = 32, "out-of-reach", Doubtful:
         "the position jumped beyond what the number format counts",
         "check the encoder for disturbances";
-    LinkLost = 40, "link-lost":
+    LinkLost = 40, "link-lost", Known:
         "the host was silent for too long",
         "check the line and the host";
-    StepsTooFast = 50, "steps-too-fast":
+    StepsTooFast = 50, "steps-too-fast", Known:
         "the step pulses came faster than the axis may follow",
         "lower their rate or the distance of a step, or allow more pace";
-    StepsUnclear = 51, "steps-unclear":
+    StepsUnclear = 51, "steps-unclear", Known:
         "the direction input changed more than once between two samples",
         "check the wires for disturbances, hold the direction for two samples, or sample faster";
-    TargetOutside = 52, "target-outside":
+    TargetOutside = 52, "target-outside", Known:
         "the command from outside asks for a target beyond the travel",
         "keep it within the travel, or allow more";
-    VoltageInvalid = 53, "voltage-invalid":
-        "the analogue input is beyond 10.5 V",
-        "check its wires and its source";
-    DoesNotStand = 100, "does-not-stand":
+    DoesNotStand = 100, "does-not-stand", Known:
         "the servo moved on its own before the probing motion, faster than it can be caught within the travel",
         "hold it by a brake or by gains that work, or allow more travel";
-    DoesNotMove = 101, "does-not-move":
+    DoesNotMove = 101, "does-not-move", Doubtful:
         "the servo did not move under a command that was to move it",
         "free the axis, check encoder and amplifier, or allow a larger command";
-    OneDirectionOnly = 102, "one-direction-only":
+    OneDirectionOnly = 102, "one-direction-only", Doubtful:
         "the servo moved one way and not the other",
         "free the axis, or declare that it may only move one way";
-    TooLittleEvidence = 110, "too-little-evidence":
+    TooLittleEvidence = 110, "too-little-evidence", Known:
         "the motion within the limits does not determine the servo well enough",
         "allow more travel, speed or duration, or use a finer encoder";
-    EstimateAtBound = 111, "estimate-at-bound":
+    EstimateAtBound = 111, "estimate-at-bound", Known:
         "an estimate stands at a bound, so it is no result",
         "check the unit of the command, the counts per revolution, the limit of the current and any bounds";
-    NotPredicted = 120, "not-predicted":
+    NotPredicted = 120, "not-predicted", Known:
         "the identified model does not predict a motion that it was not fitted to; no single effect stands out",
         "record a log and identify it with the law fit";
-    LacksResonance = 121, "lacks-resonance":
+    LacksResonance = 121, "lacks-resonance", Known:
         "the servo does not follow as one mass: it resonates",
         "stiffen the coupling, or record a log and identify it with the law fit";
-    LacksBacklash = 122, "lacks-backlash":
+    LacksBacklash = 122, "lacks-backlash", Known:
         "the servo has play at its reversals",
         "remove the play, or measure the position behind it";
-    LacksLowSpeedFriction = 123, "lacks-low-speed-friction":
+    LacksLowSpeedFriction = 123, "lacks-low-speed-friction", Known:
         "friction is higher near standstill than the model has it",
         "lubricate, or record a log and identify it with the law fit";
-    LacksGravity = 124, "lacks-gravity":
+    LacksGravity = 124, "lacks-gravity", Known:
         "the load changes with the angle",
         "balance the axis, or commission it within less travel";
-    LacksDeadBand = 125, "lacks-dead-band":
+    LacksDeadBand = 125, "lacks-dead-band", Known:
         "small commands do not act",
         "compensate the amplifier's dead band";
-    LacksRipple = 126, "lacks-ripple":
+    LacksRipple = 126, "lacks-ripple", Known:
         "the load ripples with the angle, as cogging does",
         "record a log and identify it with the law fit, or reduce the cogging";
-    NoGains = 130, "no-gains":
+    NoGains = 130, "no-gains", Known:
         "no gains keep the margins at what was asked for",
         "ask for a slower response: the figure that would do is stated";
-    ResponseTimeMissed = 140, "response-time-missed":
+    ResponseTimeMissed = 140, "response-time-missed", Known:
         "the rise time on the machine is not the promised one",
         "check for stiction, play, or a changed load";
-    OvershootExceeded = 141, "overshoot-exceeded":
+    OvershootExceeded = 141, "overshoot-exceeded", Known:
         "the overshoot on the machine is larger than promised",
         "check for stiction, a changed load, or a gain of the amplifier that changes";
-    DisturbanceExceeded = 142, "disturbance-exceeded":
+    DisturbanceExceeded = 142, "disturbance-exceeded", Known:
         "a disturbance moved the servo further than promised",
         "check for stiction or a changed load";
-    NeverAtRest = 143, "never-at-rest":
+    NeverAtRest = 143, "never-at-rest", Known:
         "the servo did not come to rest",
         "check for noise of the position and a compliant coupling";
-    EncoderStuck = 150, "encoder-stuck":
+    EncoderStuck = 150, "encoder-stuck", Doubtful:
         "the encoder stood still in motion",
         "check the encoder's coupling and wires";
-    EncoderNoise = 151, "encoder-noise":
+    EncoderNoise = 151, "encoder-noise", Doubtful:
         "the encoder's noise hides the motion, or would be mistaken for it",
         "declare the noise, allow more travel and speed, or shield the encoder's wires and check its magnet";
-    EncoderJumped = 152, "encoder-jumped":
+    EncoderJumped = 152, "encoder-jumped", Doubtful:
         "the position jumped further than the servo can go in a sample",
         "check the encoder's shield and wires";
-    Reversed = 153, "reversed":
+    Reversed = 153, "reversed", Doubtful:
         "the servo moved against the command: encoder or actuator is reversed",
         "exchange two phases of the motor or the encoder's tracks; where the command acts late, declare its delay";
-    ActuatorDead = 154, "actuator-dead":
+    ActuatorDead = 154, "actuator-dead", Doubtful:
         "the command moves nothing: the actuator is dead, or the encoder does not show the motion",
         "check the amplifier, its supply and its enable line, and then the encoder";
-    ActuatorWeak = 155, "actuator-weak":
+    ActuatorWeak = 155, "actuator-weak", Known:
         "the command acts less than it did or than was declared",
         "check the supply and the current limit of the amplifier";
-    Oscillating = 156, "oscillating":
+    Oscillating = 156, "oscillating", Known:
         "the loop oscillates",
         "ask for a slower response, declare or shorten the delay behind the command, or quicken the current loop";
-    TimeOver = 160, "time-over":
+    TimeOver = 160, "time-over", Known:
         "the duration was over before there was enough evidence",
         "allow more time, travel or speed";
-    Stopped = 170, "stopped":
+    Stopped = 170, "stopped", Known:
         "it was stopped by command",
         "order it again";
-    ModeChanged = 171, "mode-changed":
+    ModeChanged = 171, "mode-changed", Known:
         "another mode was commanded",
         "order it again";
-    PowerLost = 173, "power-lost":
+    PowerLost = 173, "power-lost", Doubtful:
         "the power was lost before it ended",
         "order it again";
-    TooLittleMotion = 180, "too-little-motion":
+    TooLittleMotion = 180, "too-little-motion", Known:
         "the servo moved hardly further than the steps and the noise of its encoder",
         "let it move further, faster and with turns";
-    OneWayMotion = 181, "one-way-motion":
+    OneWayMotion = 181, "one-way-motion", Known:
         "the servo moved in one direction, in which gain, friction and load are not told apart",
         "let it turn back";
-    ConstantCommand = 182, "constant-command":
+    ConstantCommand = 182, "constant-command", Known:
         "the command did not change, which leaves the gain open",
         "let the servo accelerate and brake, with turns";
-    DoesNotFollow = 183, "does-not-follow":
+    DoesNotFollow = 183, "does-not-follow", Known:
         "the position does not follow the command",
         "check the amplifier, and that command and position are of the same axis and the same clock";
-    PartlyExplained = 184, "partly-explained":
+    PartlyExplained = 184, "partly-explained", Known:
         "the model explains only a part of the motion, and the rest is more than noise",
         "record a log and identify it with the law fit";
-    EarlyCommand = 185, "early-command":
+    EarlyCommand = 185, "early-command", Known:
         "the command acts earlier than it is recorded or declared to",
         "record the command that acts until the next reading, not the one before it, and declare no longer delay than there is";
-    InertiaChanged = 190, "inertia-changed":
+    InertiaChanged = 190, "inertia-changed", Known:
         "the inertia is not the one that the gains promise for, or the command acts more or less than it did",
         "commission it again with this inertia";
-    ViscousFrictionChanged = 191, "viscous-friction-changed":
+    ViscousFrictionChanged = 191, "viscous-friction-changed", Known:
         "friction grows with speed more or less than that of the servo that the gains promise for",
         "check bearings and lubrication, and commission it again";
-    CoulombFrictionChanged = 192, "coulomb-friction-changed":
+    CoulombFrictionChanged = 192, "coulomb-friction-changed", Known:
         "Coulomb friction is not the one that the gains promise for",
         "check bearings, brake and lubrication, and commission it again";
-    LoadChanged = 193, "load-changed":
+    LoadChanged = 193, "load-changed", Known:
         "the load leaves less of the command than the promised step takes",
         "take off load, allow a larger command, or commission it again with this load";
 }
@@ -250,6 +255,12 @@ impl Reason {
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         self.row().3
+    }
+
+    /// True if the position may not be that of the axis any longer: what counts from it, as a home position, is unknown.
+    #[must_use]
+    pub const fn loses_position(self) -> bool {
+        matches!(self.row().4, Position::Doubtful)
     }
 
     /// Cause and remedy where it is why a first fit did not succeed, else none: a program without a drive has none of the other
@@ -344,7 +355,7 @@ impl Reason {
 
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (number, _, cause, remedy) = self.row();
+        let (number, _, cause, remedy, _) = self.row();
         let kind = if self.is_fault() { "fault" } else { "reason" };
         write!(f, "{kind} {number}: {cause}; {remedy}")
     }
@@ -369,6 +380,17 @@ mod tests {
             }
         }
         assert_eq!(Reason::from_number(0), None);
+    }
+
+    #[test]
+    fn the_position_is_doubtful_after_whatever_may_have_lost_counts() {
+        const DOUBTFUL: [u8; 16] = [
+            1, 2, 3, 4, 13, 20, 21, 32, 101, 102, 150, 151, 152, 153, 154, 173,
+        ];
+        for &reason in Reason::ALL {
+            let wanted = DOUBTFUL.contains(&reason.number());
+            assert_eq!(reason.loses_position(), wanted, "{reason}");
+        }
     }
 
     #[test]

@@ -74,7 +74,7 @@ fn each_method_keeps_its_own_claim() {
 #[test]
 fn the_methods_that_model_friction_identify_it() {
     let knowing = that_find(Parameter::Coulomb);
-    assert_eq!(knowing.len(), 4);
+    assert_eq!(knowing.len(), 3);
     let found = in_parallel(&knowing, |law| {
         let mut scenario = at_its_best(*law);
         servo(&mut scenario).coulomb = 10.0;
@@ -108,5 +108,5 @@ fn a_method_that_cannot_be_built_is_refused_and_the_others_run() {
     let result = compare::compare(&scenario, &|| ()).expect("it has a servo");
     let methods = &result.cases[0].methods;
     assert!(methods[0].status.is_none() && methods[0].reason.contains("kp"));
-    assert!(methods[4].status.is_some());
+    assert!(methods[3].status.is_some());
 }

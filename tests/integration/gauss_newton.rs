@@ -123,18 +123,16 @@ fn single_and_double_precision_agree() {
 
 #[test]
 fn a_loop_without_derivative_action_is_identified_too() {
-    for law in ["gauss-newton", "window"] {
-        let summary = run(&parse(&format!(
-            "[plant]\na = 20.0\nb = 257.7\nload = 20.0\n[controller]\nkp = 2.0\nkd = 0.0\nki = 1.0\n\
-             [identifier]\nlaw = \"{law}\"\n"
-        )));
-        assert!(
-            (summary.estimates.a.tail_mean - 20.0).abs() < 0.5,
-            "{law}: {summary:?}"
-        );
-        assert!(
-            (summary.estimates.b.tail_mean / 257.7 - 1.0).abs() < 0.01,
-            "{law}: {summary:?}"
-        );
-    }
+    let summary = run(&parse(
+        "[plant]\na = 20.0\nb = 257.7\nload = 20.0\n[controller]\nkp = 2.0\nkd = 0.0\nki = 1.0\n\
+         [identifier]\nlaw = \"gauss-newton\"\n",
+    ));
+    assert!(
+        (summary.estimates.a.tail_mean - 20.0).abs() < 0.5,
+        "{summary:?}"
+    );
+    assert!(
+        (summary.estimates.b.tail_mean / 257.7 - 1.0).abs() < 0.01,
+        "{summary:?}"
+    );
 }

@@ -14,4 +14,3 @@ mod stop;
 mod sweep;
 mod tune;
 mod verdict;
-mod window;

@@ -4,7 +4,9 @@ use std::fmt::Write;
 
 use host_sim::paper::{self, Case, Method};
 use host_sim::result::Summary;
-use host_sim::scenario::Scenario;
+use host_sim::scenario::{Law, Scenario};
+use host_sim::simulate;
+use identifier_core::parameters::PerParameter;
 use integration_tests::{Random, in_parallel, run, servo};
 
 const SERVOS: usize = 200;
@@ -95,6 +97,36 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
         assert!(b < 0.2, "{:?}: b̂ {:?}", summary.truth, summary.estimates.b);
     }
     insta::assert_snapshot!(table);
+}
+
+/// A first fit over a quarter of a second, without a guess.
+#[test]
+fn gauss_newton_knows_b_of_the_median_servo_after_a_quarter_of_a_second() {
+    const AFTER: f64 = 0.25;
+    let mut scenarios = scenarios();
+    for scenario in &mut scenarios {
+        scenario.identifier.set_law(Law::GaussNewton);
+        scenario.duration = 1.0;
+        let given = &mut scenario.stated.identifier;
+        given.start_time = Some(AFTER);
+        given.initial = PerParameter::default();
+        (given.plant_box, given.gamma) = (None, None);
+    }
+    let mut errors = in_parallel(&scenarios, |scenario| {
+        let truth = scenario.plant.expect("a run has a plant").b;
+        let mut error = f64::INFINITY;
+        simulate::run(scenario, &mut |sample| {
+            if sample.time <= AFTER {
+                error = (sample.estimates.b / truth - 1.0).abs();
+            }
+        })
+        .expect("a valid scenario");
+        error
+    });
+    errors.sort_by(f64::total_cmp);
+    let [median, ninety] = [0.5, 0.9].map(|fraction| quantile(&errors, fraction));
+    println!("b after {AFTER} s: {median:.5} at the median, {ninety:.5} in 90 %");
+    assert!(median < 0.01, "{median}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use host_sim::result::{Distribution, SweepRun};
 use host_sim::scenario::{Law, Scenario};
 use host_sim::sweep::sweep;
 use identifier_core::parameters::Parameter;
-use integration_tests::{parse, servo};
+use integration_tests::{environment, parse, servo};
 
 const BOX: &str = "
 [plant]
@@ -32,7 +32,8 @@ plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }
 duration = 30.0
 ";
 
-const SERVOS: u32 = 200;
+/// Servos of a sweep, times `CAMPAIGN`.
+const SERVOS: u32 = 14;
 
 fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
     sweep(scenario, 0..runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
@@ -41,14 +42,15 @@ fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
 /// By how much a load of 20 rad/s² moves the estimates of each servo, in ascending order: |Δb̂|/b in
 /// per cent and |Δâ| in 1/s.
 fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
+    let servos = SERVOS * environment("CAMPAIGN").unwrap_or(1);
     let mut scenario = parse(BOX);
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
     let mut scenario = with_law(&scenario, law);
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
-    let without = swept(&scenario, SERVOS);
+    let without = swept(&scenario, servos);
     // A load that is drawn would differ from servo to servo; this one is the same for all.
     let with: Vec<SweepRun> = {
-        let drawn: Vec<Scenario> = (0..SERVOS)
+        let drawn: Vec<Scenario> = (0..servos)
             .map(|index| {
                 let chosen = scenario.clone().with_gamma_chosen();
                 let mut drawn = host_sim::sweep::draw(&chosen, 7, index);

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::thread;
 
-use crate::cycles::Choice;
 use crate::elf::Elf;
 use crate::{emulator, firmware, interrupt, lead, listing};
 
@@ -15,8 +14,8 @@ const FILE: &str = "firmware-stm32/budget.toml";
 /// lost unnoticed.
 const TOLERANCE: f64 = 0.02;
 
-/// The same of the cycles of one interrupt, which depend on what the flash's cache holds, and of those of a commissioning,
-/// whose course depends on when the host asks: the same drive has differed by 5 %.
+/// The same of the interrupts of a commissioning, whose course depends on when the host asks: the same drive has differed
+/// by 5 %.
 const TOLERANCE_OF_A_COURSE: f64 = 0.1;
 
 /// The most that a sample may take at the optimiser level "s", in percent of what it takes at 3.
@@ -151,9 +150,7 @@ fn slower_at_s(counted: &Figures) -> Vec<String> {
 
 /// The relative change of a figure that needs no acceptance.
 fn tolerance(name: &str) -> f64 {
-    let is_of_course =
-        name.starts_with("interrupt-commission-") && !name.ends_with("-command-cycles");
-    if name.ends_with("-worst-cycles") || is_of_course {
+    if name.starts_with("interrupt-commission-") && !name.ends_with("-command") {
         TOLERANCE_OF_A_COURSE
     } else {
         TOLERANCE
@@ -173,11 +170,11 @@ fn refuse(objections: &[String]) -> Result<(), String> {
 }
 
 /// The budget.
-pub(crate) fn accepted() -> Result<Figures, String> {
+fn accepted() -> Result<Figures, String> {
     toml::from_str(&read(FILE)?).map_err(|error| format!("{FILE}: {error}"))
 }
 
-/// Instructions per sample and interrupt, cycles per interrupt, bytes of state, flash, static memory and
+/// Instructions per sample and interrupt, bytes of state, flash, static memory and
 /// stack, by name.
 fn count() -> Result<Figures, String> {
     // A build at 3 takes its place.
@@ -225,13 +222,9 @@ fn count() -> Result<Figures, String> {
     }
     // The last, as they build the drive again, for the emulator.
     counted.extend(lead::figures()?);
-    for (law, summary) in interrupt::count(interrupt::COUNTED_BY_BUDGET, Choice::Assumed)? {
+    for (law, summary) in interrupt::count(interrupt::COUNTED_BY_BUDGET)? {
         for (which, taken) in summary.named() {
-            let name = format!("interrupt-{law}-{which}");
-            if matches!(which, "typical" | "shown" | "worst") {
-                counted.insert(format!("{name}-cycles"), taken.cycles);
-            }
-            counted.insert(name, taken.instructions);
+            counted.insert(format!("interrupt-{law}-{which}"), taken);
         }
     }
     Ok(counted)
@@ -320,9 +313,10 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_interrupt_may_differ_by_a_tenth() {
-        let accepted = figures([("a-worst-cycles", 2000)]);
-        let found = |cycles| compare(&figures([("a-worst-cycles", cycles)]), &accepted).len();
+    fn an_interrupt_of_a_commissioning_may_differ_by_a_tenth() {
+        const NAME: &str = "interrupt-commission-1-khz-worst";
+        let accepted = figures([(NAME, 2000)]);
+        let found = |taken| compare(&figures([(NAME, taken)]), &accepted).len();
         assert_eq!([1799, 1800, 2200, 2201].map(found), [1, 0, 0, 1]);
     }
 

@@ -7,8 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use drive_link::{
-    BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, PROTOCOL,
-    Refusal, Report, Snapshot, State,
+    BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, Refusal,
+    Report, Snapshot, State,
 };
 use host_sim::drive::{Client, DriveError};
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
@@ -40,7 +40,6 @@ fn refuse_damage() -> Result<(), Box<dyn Error>> {
 
 fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
-    expect("protocol", status.protocol, PROTOCOL)?;
     expect("state after the boot", status.state, State::Released)?;
     expect("configured", status.configured, false)?;
     expect("the boot", status.boot, BootChecks::PASSED)?;

@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::seal::seal;
 
 /// The chip.
-const TARGET: &str = "thumbv7em-none-eabihf";
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The root of the workspace.
 pub(crate) fn root() -> &'static Path {
@@ -65,8 +65,8 @@ pub(crate) fn build_for_size(bench: &str) -> Result<PathBuf, String> {
 }
 
 /// Builds and seals the drive for a board.
-pub(crate) fn image(board: &str, features: &[String]) -> Result<(), String> {
-    let features = format!("--features={board},{}", features.join(","));
+pub(crate) fn image(board: &str) -> Result<(), String> {
+    let features = format!("--features={board}");
     let what = ["--bin", "drive", "--no-default-features", &features];
     release(&root().join("firmware-stm32"), &what)?;
     let drive = path("drive");
@@ -82,18 +82,14 @@ pub(crate) fn build_trace() -> Result<PathBuf, String> {
     Ok(built().join("release").join(name))
 }
 
-/// Builds an example, a workspace of its own, and returns the folder of its binary. It shares the folder of
-/// what is built, so that common dependencies are built once.
-pub(crate) fn build_example(
-    folder: &Path,
-    target: &str,
-    features: &[&str],
-    more: &[&str],
-) -> Result<PathBuf, String> {
-    let features = format!("--features={}", features.join(","));
-    let what = [&["--target", target, &features], more].concat();
-    release(folder, &what)?;
-    Ok(built().join(target).join("release"))
+/// Builds a binary of the examples, which are a workspace of their own, and returns its file. They share the folder of what
+/// is built, so that common dependencies are built once.
+///
+/// Its package alone: those of one on an operating system have other features.
+pub(crate) fn build_example(package: &str, name: &str, target: &str) -> Result<PathBuf, String> {
+    let what = ["-p", package, "--bin", name, "--target", target];
+    release(&root().join("examples"), &what)?;
+    Ok(built().join(target).join("release").join(name))
 }
 
 /// Builds a release in a folder.

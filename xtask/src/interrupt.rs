@@ -1,19 +1,17 @@
-//! The whole sample interrupt of the linked drive in a run, counted on an emulated chip: instructions as they are
-//! executed, and cycles by the model of `docs/cycles.md`.
+//! The whole sample interrupt of the linked drive in a run: its instructions, counted on an emulated chip.
 
 use std::error::Error;
-use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Command, Format, Law};
+use drive_link::{Command, Law};
 use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 use host_sim::drive::Client;
 use identifier_core::parameters::{Term, Terms};
 
-use crate::cycles::{Choice, Cost, Taken};
 use crate::firmware;
-use crate::metered::{self, CLOCK, Metered, Next};
+use crate::meter::Cost;
+use crate::metered::{self, Metered, Next, instructions_in};
 
 /// A law, with the terms that it estimates, by the name that its figures have.
 #[derive(Clone, Copy)]
@@ -51,27 +49,16 @@ const ALL_TERMS: Terms = Terms::NONE
     .with(Term::Ripple)
     .with(Term::DeadBand);
 
-/// The laws of the drive of each arithmetic, with the features that it is built with.
-const DRIVES: [(Format, &[&str], &[NamedLaw]); 2] = [
-    (
-        Format::Single,
-        &["emulator"],
-        &[
-            NamedLaw::plain("gradient-friction", Law::Gradient { friction: true }),
-            NamedLaw::plain("gradient", Law::Gradient { friction: false }),
-            NamedLaw::plain("gauss-newton", Law::GaussNewton),
-            NamedLaw {
-                name: "gauss-newton-terms",
-                law: Law::GaussNewton,
-                terms: ALL_TERMS,
-            },
-        ],
-    ),
-    (
-        Format::Fixed,
-        &["emulator", "fixed-point"],
-        &[NamedLaw::plain("fixed", Law::Gradient { friction: false })],
-    ),
+/// The laws of the drive.
+const LAWS: [NamedLaw; 4] = [
+    NamedLaw::plain("gradient-friction", Law::Gradient { friction: true }),
+    NamedLaw::plain("gradient", Law::Gradient { friction: false }),
+    NamedLaw::plain("gauss-newton", Law::GaussNewton),
+    NamedLaw {
+        name: "gauss-newton-terms",
+        law: Law::GaussNewton,
+        terms: ALL_TERMS,
+    },
 ];
 
 /// Functions by which interrupts are classified, in the order of the marks: the first begins a run,
@@ -92,90 +79,46 @@ const WATCHED: u16 = 20;
 /// Time limit of the emulator for them.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// The cost of the interrupts of a run.
+/// Instructions of the interrupts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Summary {
-    /// Medians of those that show nothing.
-    pub(crate) typical: Taken,
-    /// Medians of those that show a sample.
-    pub(crate) shown: Taken,
+    /// The median of those that show nothing.
+    pub(crate) typical: u64,
+    /// The median of those that show a sample.
+    pub(crate) shown: u64,
     /// The one that begins the run.
-    pub(crate) first: Taken,
-    /// The most of all, of instructions and of cycles.
-    pub(crate) worst: Taken,
+    pub(crate) first: u64,
+    /// The most of all.
+    pub(crate) worst: u64,
 }
 
-/// Prints the cost of every law, with the model's choice where the manuals give a range.
-pub(crate) fn print(choice: Choice) -> Result<(), String> {
-    let counted = count(COUNTED, choice)?;
-    println!(
-        "{:<18} {:<8} {:>12} {:>8} {:>8}",
-        "law", "", "instructions", "cycles", "µs"
-    );
-    for (law, summary) in counted {
-        for (
-            name,
-            Taken {
-                instructions,
-                cycles,
-            },
-        ) in summary.named()
-        {
-            let time = cycles as f64 / CLOCK;
-            println!("{law:<18} {name:<8} {instructions:>12} {cycles:>8} {time:>8.1}");
+/// Prints the instructions of every law.
+pub(crate) fn print() -> Result<(), String> {
+    println!("{:<20} {:<8} {:>12}", "law", "", "instructions");
+    for (law, summary) in count(COUNTED)? {
+        for (name, instructions) in summary.named() {
+            println!("{law:<20} {name:<8} {instructions:>12}");
         }
     }
-    println!("{COUNTED} interrupts of each law; µs at {CLOCK} MHz; the cycles are a model's");
+    println!("{COUNTED} interrupts of each law");
     Ok(())
 }
 
-/// Builds the drive of each arithmetic for the emulator and counts so many interrupts of every law.
+/// Builds the drive for the emulator and counts so many interrupts of every law.
 ///
 /// # Errors
 /// Also where one takes more than half of the shortest sample that the drive allows its law.
-pub(crate) fn count(
-    interrupts: usize,
-    choice: Choice,
-) -> Result<Vec<(&'static str, Summary)>, String> {
+pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_trace()?;
-    let mut counted = Vec::new();
-    for (format, features, laws) in DRIVES {
-        firmware::build(&["drive"], features)?;
-        counted.extend(count_laws(format, laws, &plugin, (interrupts, choice))?);
-    }
-    Ok(counted)
-}
-
-/// # Errors
-/// An interrupt takes more than half of a sample.
-fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String> {
-    let allowed = (CLOCK * 1e6 * sample_time / 2.0).round() as u64;
-    let taken = summary.worst.cycles;
-    if taken <= allowed {
-        return Ok(());
-    }
-    Err(format!(
-        "an interrupt takes {taken} cycles, of which {allowed} are allowed: half of a sample of {} µs",
-        1e6 * sample_time
-    ))
-}
-
-/// Counts the laws of the drive that was built last.
-fn count_laws(
-    format: Format,
-    laws: &[NamedLaw],
-    plugin: &Path,
-    (interrupts, choice): (usize, Choice),
-) -> Result<Vec<(&'static str, Summary)>, String> {
+    firmware::build(&["drive"], &["emulator"])?;
     let drive = firmware::path("drive");
     let metered = Metered {
         drive: &drive,
-        plugin,
+        plugin: &plugin,
         marks: &MARKS,
-        choice,
     };
     let count_one = |law: &NamedLaw| {
-        let costs = measure(metered, interrupts, |client| start(client, law, format))?;
+        let costs = measure(metered, interrupts, |client| start(client, law))?;
         let named = |fault| format!("{}: {fault}", law.name);
         let summary = Summary::new(&costs).map_err(named)?;
         check_half_is_free(&summary, law.min_sample_time()).map_err(named)?;
@@ -183,10 +126,8 @@ fn count_laws(
     };
     thread::scope(|scope| {
         let count_one = &count_one;
-        let laws: Vec<_> = laws
-            .iter()
-            .map(|law| scope.spawn(move || count_one(law)))
-            .collect();
+        let laws = LAWS.each_ref();
+        let laws = laws.map(|law| scope.spawn(move || count_one(law)));
         laws.into_iter()
             .map(|law| {
                 law.join()
@@ -196,15 +137,28 @@ fn count_laws(
     })
 }
 
+/// # Errors
+/// An interrupt takes more than half of a sample.
+fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String> {
+    let allowed = instructions_in(sample_time / 2.0);
+    let taken = summary.worst;
+    if taken <= allowed {
+        return Ok(());
+    }
+    Err(format!(
+        "an interrupt takes {taken} instructions, of which {allowed} are allowed: half of a sample of {} µs",
+        1e6 * sample_time
+    ))
+}
+
 /// Starts a law, and some of its samples being shown.
-fn start(drive: &mut Client, law: &NamedLaw, format: Format) -> Result<(), Box<dyn Error>> {
+fn start(drive: &mut Client, law: &NamedLaw) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law.law;
     let declared = &mut settings.closed_loop.core.identifier.terms;
     declared.demanded = law.terms;
     declared.low_speed_velocity = Some(0.2);
     declared.ripple_order = Some(11.0);
-    settings.closed_loop.format = format;
     // The emulator's time is not the host's.
     settings.protection.link_timeout = 0.0;
     drive.ask(Command::Configure(settings))?;
@@ -255,16 +209,17 @@ impl Summary {
         Ok(Self {
             typical: middle(&typical).ok_or("no interrupt without a sample shown was seen")?,
             shown: middle(&shown).ok_or("no interrupt with a sample shown was seen")?,
-            first: first.taken,
-            worst: Taken {
-                instructions: most(costs, |taken| taken.instructions),
-                cycles: most(costs, |taken| taken.cycles),
-            },
+            first: first.instructions,
+            worst: costs
+                .iter()
+                .map(|cost| cost.instructions)
+                .max()
+                .unwrap_or(0),
         })
     }
 
     /// The figures by their names.
-    pub(crate) fn named(&self) -> [(&'static str, Taken); 4] {
+    pub(crate) fn named(&self) -> [(&'static str, u64); 4] {
         [
             ("typical", self.typical),
             ("shown", self.shown),
@@ -274,69 +229,46 @@ impl Summary {
     }
 }
 
-/// The medians.
-fn middle(costs: &[Cost]) -> Option<Taken> {
-    let median = |figure: fn(Taken) -> u64| {
-        let mut figures: Vec<u64> = costs.iter().map(|cost| figure(cost.taken)).collect();
-        figures.sort_unstable();
-        figures.get(figures.len() / 2).copied()
-    };
-    Some(Taken {
-        instructions: median(|taken| taken.instructions)?,
-        cycles: median(|taken| taken.cycles)?,
-    })
-}
-
-fn most(costs: &[Cost], figure: fn(Taken) -> u64) -> u64 {
-    costs
-        .iter()
-        .map(|cost| figure(cost.taken))
-        .max()
-        .unwrap_or(0)
+/// The median.
+fn middle(costs: &[Cost]) -> Option<u64> {
+    let mut figures: Vec<u64> = costs.iter().map(|cost| cost.instructions).collect();
+    figures.sort_unstable();
+    figures.get(figures.len() / 2).copied()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn cost(marks: u32, instructions: u64, cycles: u64) -> Cost {
+    fn cost(marks: u32, instructions: u64) -> Cost {
         Cost {
             marks,
             command: None,
-            taken: Taken {
-                instructions,
-                cycles,
-            },
+            instructions,
         }
     }
 
     #[test]
     fn the_classes_are_separate() {
         let costs = [
-            cost(FIRST | SHOWN, 900, 2000),
-            cost(0, 100, 250),
-            cost(0, 110, 210),
-            cost(0, 5000, 900),
-            cost(SHOWN, 300, 400),
+            cost(FIRST | SHOWN, 900),
+            cost(0, 100),
+            cost(0, 110),
+            cost(0, 5000),
+            cost(SHOWN, 300),
         ];
         let summary = Summary::new(&costs).expect("all classes are there");
-        let taken = |instructions, cycles| Taken {
-            instructions,
-            cycles,
-        };
-        assert_eq!(summary.typical, taken(110, 250));
-        assert_eq!(summary.shown, taken(300, 400));
-        assert_eq!(summary.first, taken(900, 2000));
-        assert_eq!(summary.worst, taken(5000, 2000));
+        let named = summary.named().map(|(_, instructions)| instructions);
+        assert_eq!(named, [110, 300, 900, 5000]);
     }
 
     #[test]
     fn a_run_keeps_half_of_a_sample_free() {
-        let counted = |cycles| {
-            let costs = [cost(FIRST, 9, 9), cost(0, 9, cycles), cost(SHOWN, 9, 9)];
+        let counted = |instructions| {
+            let costs = [cost(FIRST, 9), cost(0, instructions), cost(SHOWN, 9)];
             Summary::new(&costs).expect("all classes are there")
         };
-        for (sample_time, half) in [(5e-5, 4200), (1.5e-4, 12_600)] {
+        for (sample_time, half) in [(5e-5, 1909), (1.5e-4, 5727)] {
             assert_eq!(check_half_is_free(&counted(half), sample_time), Ok(()));
             assert!(check_half_is_free(&counted(half + 1), sample_time).is_err());
         }
@@ -344,10 +276,10 @@ mod tests {
 
     #[test]
     fn a_class_that_was_not_seen_is_an_error() {
-        let first = cost(FIRST, 900, 2000);
+        let first = cost(FIRST, 900);
         assert!(Summary::new(&[]).is_err());
         assert!(Summary::new(&[first]).is_err());
-        assert!(Summary::new(&[first, cost(0, 1, 1)]).is_err());
-        assert!(Summary::new(&[first, cost(SHOWN, 1, 1)]).is_err());
+        assert!(Summary::new(&[first, cost(0, 1)]).is_err());
+        assert!(Summary::new(&[first, cost(SHOWN, 1)]).is_err());
     }
 }

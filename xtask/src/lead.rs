@@ -9,16 +9,16 @@ use drive_link::{Command, State};
 use host_sim::drive::Client;
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
 
-use crate::cycles::{Choice, Cost};
 use crate::firmware;
-use crate::metered::{self, CLOCK, Metered, Next};
+use crate::meter::Cost;
+use crate::metered::{self, Metered, Next, instructions_in};
 
 /// Rates at which the drive commissions, Hz.
 const RATES: [f64; 3] = [1e3, 1e4, 2e4];
 
-/// From a sample to the PWM period in which its command acts, cycles: the drive's promise
-/// (`drive_chip::sample_timer::LEAD`), 12.5 µs.
-const LEAD: u64 = 2100;
+/// From a sample to the PWM period in which its command acts, s: the drive's promise
+/// (`drive_chip::sample_timer::LEAD`).
+const LEAD: f64 = 12.5e-6;
 
 /// The sample of 10 kHz and slower ones keep this share free.
 const MAX_SHARE: f64 = 0.5;
@@ -30,13 +30,13 @@ const AT_REST: usize = 100;
 /// Time limit of the emulator for a commissioning.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// The samples of a commissioning that drive the output, and those before and after.
+/// Instructions of the samples of a commissioning that drive the output, and of those before and after.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Driven {
-    /// Cycles of the whole interrupt, and until the command is out.
+    /// Of the whole interrupt, and until the command is out.
     whole: Vec<u64>,
     command: Vec<u64>,
-    /// Cycles of an interrupt that drives nothing.
+    /// Of an interrupt that drives nothing.
     at_rest: Vec<u64>,
 }
 
@@ -49,7 +49,7 @@ fn count() -> Result<Vec<(f64, Driven)>, String> {
     measured.collect()
 }
 
-/// Median cycles until the command is out, and cycles that half of all interrupts, nine in ten and all of them take at most,
+/// Median instructions until the command is out, and those that half of all interrupts, nine in ten and all of them take at most,
 /// by name; and of all that drive nothing.
 ///
 /// # Errors
@@ -58,7 +58,7 @@ pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
     let counted = count()?;
     refuse(&counted)?;
     let named = counted.iter().flat_map(|(rate, driven)| {
-        let name = |what| format!("interrupt-commission-{}-khz-{what}-cycles", rate / 1e3);
+        let name = |what| format!("interrupt-commission-{}-khz-{what}", rate / 1e3);
         [
             (name("command"), share(&driven.command, 0.5)),
             (name("typical"), share(&driven.whole, 0.5)),
@@ -71,11 +71,11 @@ pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
         .map(|(_, driven)| share(&driven.at_rest, 1.0));
     let at_rest = at_rest
         .max()
-        .map(|most| ("interrupt-at-rest-worst-cycles".to_owned(), most));
+        .map(|most| ("interrupt-at-rest-worst".to_owned(), most));
     Ok(named.chain(at_rest).collect())
 }
 
-/// Commissions at every rate, prints the cycles, and fails where a command comes too late.
+/// Commissions at every rate, prints the instructions, and fails where a command comes too late.
 pub(crate) fn check() -> Result<(), String> {
     let counted = count()?;
     println!(
@@ -92,10 +92,10 @@ pub(crate) fn check() -> Result<(), String> {
             share(whole, 0.5),
             share(whole, 0.9),
             share(whole, 1.0),
-            100.0 * share(whole, 1.0) as f64 / cycles_of_a_sample(*rate),
+            100.0 * share(whole, 1.0) as f64 / instructions_in(1.0 / rate) as f64,
         );
     }
-    println!("cycles at {CLOCK} MHz by the model of docs/cycles.md");
+    println!("instructions");
     refuse(&counted)
 }
 
@@ -112,13 +112,9 @@ fn refuse(counted: &[(f64, Driven)]) -> Result<(), String> {
     }
 }
 
-fn cycles_of_a_sample(rate: f64) -> f64 {
-    CLOCK * 1e6 / rate
-}
-
-/// The cycles that a share of the samples need at most.
-fn share(cycles: &[u64], share: f64) -> u64 {
-    let mut sorted = cycles.to_vec();
+/// The instructions that a share of the samples need at most.
+fn share(instructions: &[u64], share: f64) -> u64 {
+    let mut sorted = instructions.to_vec();
     sorted.sort_unstable();
     let last = sorted.len().saturating_sub(1);
     let place = (share * last as f64).round() as usize;
@@ -129,22 +125,24 @@ impl Driven {
     /// The promises that were not kept.
     fn objections(&self, rate: f64) -> Vec<String> {
         let at = format!("at {} kHz", rate / 1e3);
-        let late = self.command.iter().filter(|&&cycles| cycles > LEAD).count();
-        let most = share(&self.whole, 1.0) as f64;
-        let allowed = if rate <= FASTEST_WITH_A_SHARE {
-            MAX_SHARE * cycles_of_a_sample(rate)
+        let lead = instructions_in(LEAD);
+        let late = self.command.iter().filter(|&&taken| taken > lead).count();
+        let most = share(&self.whole, 1.0);
+        let share_allowed = if rate <= FASTEST_WITH_A_SHARE {
+            MAX_SHARE
         } else {
-            cycles_of_a_sample(rate)
+            1.0
         };
+        let allowed = instructions_in(share_allowed / rate);
         let too_late = (late > 0).then(|| {
             format!(
-                "{at} {late} of {} commands take more than the {LEAD} cycles of the lead, {} at most",
+                "{at} {late} of {} commands take more than the {lead} instructions of the lead, {} at most",
                 self.command.len(),
                 share(&self.command, 1.0)
             )
         });
         let too_long = (most > allowed).then(|| {
-            format!("{at} an interrupt takes {most} cycles, of which {allowed} are allowed")
+            format!("{at} an interrupt takes {most} instructions, of which {allowed} are allowed")
         });
         let nothing = self
             .command
@@ -165,7 +163,7 @@ fn measure(rate: f64, plugin: &Path) -> Result<Driven, String> {
     let take = |cost: Cost| {
         let Some(command) = cost.command else {
             at_rest += 1;
-            driven.at_rest.push(cost.taken.cycles);
+            driven.at_rest.push(cost.instructions);
             let is_over = !driven.command.is_empty() && at_rest >= AT_REST;
             return Ok(if is_over {
                 Next::Enough
@@ -175,7 +173,7 @@ fn measure(rate: f64, plugin: &Path) -> Result<Driven, String> {
         };
         at_rest = 0;
         driven.command.push(command);
-        driven.whole.push(cost.taken.cycles);
+        driven.whole.push(cost.instructions);
         Ok(Next::Interrupt)
     };
     let drive = firmware::path("drive");
@@ -184,7 +182,6 @@ fn measure(rate: f64, plugin: &Path) -> Result<Driven, String> {
         drive: &drive,
         plugin,
         marks: &[],
-        choice: Choice::Assumed,
     };
     metered::run(metered, TIME_LIMIT, commissioned, take)?;
     Ok(driven)
@@ -230,19 +227,19 @@ mod tests {
             whole: vec![200, whole],
             at_rest: Vec::new(),
         };
-        assert!(driven(LEAD, 8400).objections(1e4).is_empty());
-        assert!(driven(LEAD, 8400).objections(2e4).is_empty());
-        assert_eq!(driven(LEAD + 1, 8400).objections(1e4).len(), 1);
-        assert_eq!(driven(LEAD, 8401).objections(1e4).len(), 1);
-        assert_eq!(driven(LEAD + 1, 8401).objections(2e4).len(), 2);
+        assert!(driven(954, 3818).objections(1e4).is_empty());
+        assert!(driven(954, 3818).objections(2e4).is_empty());
+        assert_eq!(driven(955, 3818).objections(1e4).len(), 1);
+        assert_eq!(driven(954, 3819).objections(1e4).len(), 1);
+        assert_eq!(driven(955, 3819).objections(2e4).len(), 2);
         assert_eq!(Driven::default().objections(1e3).len(), 1);
     }
 
     #[test]
     fn shares_are_those_of_the_sorted_figures() {
-        let cycles: Vec<u64> = (0..=100).rev().collect();
+        let counted: Vec<u64> = (0..=100).rev().collect();
         assert_eq!(
-            [0.0, 0.5, 0.9, 1.0].map(|part| share(&cycles, part)),
+            [0.0, 0.5, 0.9, 1.0].map(|part| share(&counted, part)),
             [0, 50, 90, 100]
         );
         assert_eq!(share(&[], 0.5), 0);

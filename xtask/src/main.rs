@@ -1,17 +1,16 @@
 //! Checks of the firmware on emulated chips, and its costs.
 
-mod breaks;
 mod budget;
-mod cycles;
 mod drive;
 mod elf;
-mod elsewhere;
 mod emulator;
 mod endings;
+mod examples;
 mod firmware;
 mod interrupt;
 mod lead;
 mod listing;
+mod meter;
 mod metered;
 mod playground;
 mod python;
@@ -22,7 +21,6 @@ mod soak;
 mod thumb;
 
 use std::process::ExitCode;
-use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
@@ -48,45 +46,23 @@ enum Verb {
         /// The board.
         #[arg(long, default_value = "olimex-stm32-h405")]
         board: String,
-        /// A further feature: dac or fixed-point.
-        #[arg(long)]
-        feature: Vec<String>,
     },
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
-    /// Count instructions, cycles and bytes on the emulated chip and compare them with the accepted budget; every command
+    /// Count instructions and bytes on the emulated chip and compare them with the accepted budget; every command
     /// of a commissioning must be out in time, as `lead` checks it.
     Budget {
         /// Accept the figures as the budget.
         #[arg(long)]
         accept: bool,
     },
-    /// Count the whole sample interrupt of the drive on the emulated chip: instructions as they are
-    /// executed, and cycles by the model of docs/cycles.md.
-    Interrupt {
-        /// The figure of the model where the manuals give a range.
-        #[arg(long, value_enum, default_value_t)]
-        choice: cycles::Choice,
-    },
-    /// Break the drive's code by the list of crates/drive-logic/breaks.toml, one place after the other, in a copy;
-    /// the tests must notice every break.
-    Breaks {
-        /// Begin no further break after this time, s. The first one differs from commit to commit.
-        #[arg(long)]
-        within: Option<u64>,
-    },
+    /// Count the instructions of the whole sample interrupt of the drive on the emulated chip.
+    Interrupt,
     /// Commission the drive on the emulated chip at 1, 10 and 20 kHz: every command must be out within 12.5 µs of its
-    /// sample, and half of a sample be free at 10 kHz, by the model of docs/cycles.md.
+    /// sample, and half of a sample be free at 10 kHz, both in instructions.
     Lead,
-    /// Build the two examples for three cores, run them on two emulated boards, and count a sample.
-    Elsewhere {
-        /// In their place those on embassy and RTIC, on one core and an emulated board.
-        #[arg(long, conflicts_with = "constants")]
-        systems: bool,
-        /// In their place the one whose loop is constants: its bits on an emulated board, and its flash.
-        #[arg(long)]
-        constants: bool,
-    },
+    /// Build the examples for three cores, and run them on two emulated boards.
+    Examples,
     /// Build the playground: one page that runs the core and the virtual servo in a browser, from a file, without a
     /// server.
     Playground {
@@ -106,17 +82,12 @@ enum Verb {
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Same => same_bits::check(),
-        Verb::Image { board, feature } => firmware::image(&board, &feature),
+        Verb::Image { board } => firmware::image(&board),
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
-        Verb::Interrupt { choice } => interrupt::print(choice),
-        Verb::Breaks { within } => breaks::check(within.map(Duration::from_secs)),
+        Verb::Interrupt => interrupt::print(),
         Verb::Lead => lead::check(),
-        Verb::Elsewhere { systems: true, .. } => elsewhere::check_on_systems(),
-        Verb::Elsewhere {
-            constants: true, ..
-        } => elsewhere::check_constants(),
-        Verb::Elsewhere { .. } => elsewhere::check(),
+        Verb::Examples => examples::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Playground { out } => {
             playground::build(&out.unwrap_or_else(playground::usual_folder))

@@ -1,5 +1,5 @@
-//! Thumb-2 instructions of a Cortex-M4F as Capstone decodes them, reduced to their time, their stack and
-//! their flow.
+//! Thumb-2 instructions of a Cortex-M4F as Capstone decodes them, reduced to their stack, their
+//! flow and what they do to the core's registers.
 
 use capstone::arch::arm::{
     ArchExtraMode, ArchMode, ArmCC, ArmInsnDetail, ArmOpMem, ArmOperandType, ArmReg,
@@ -12,19 +12,11 @@ pub(crate) struct Instruction {
     pub(crate) address: u32,
     /// Bytes: 2 or 4.
     pub(crate) length: u32,
-    /// Cycles by itself, without a refill of the pipeline, memory without wait states (Cortex-M4 TRM
-    /// r0p1, tables 3-1 and 7-1).
-    pub(crate) cycles: u32,
-    pub(crate) unit: Unit,
     pub(crate) flow: Flow,
     /// Core registers that an address is made of, a bit each.
     pub(crate) address_from: u32,
     /// Core registers that it writes, a bit each.
     pub(crate) writes: u32,
-    /// Registers of the FPU that it reads, a bit each.
-    pub(crate) floats_read: u32,
-    /// Registers of the FPU that it writes a cycle late, a bit each.
-    pub(crate) floats_late: u32,
     /// Bytes of stack that it pushes or reserves.
     pub(crate) stack: u32,
     /// Its constant; the target of a branch or a call.
@@ -56,21 +48,6 @@ pub(crate) enum Source {
     Word(u32),
     /// That of another core register.
     Register(usize),
-}
-
-/// The unit that executes an instruction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Unit {
-    /// The core, without memory.
-    Core,
-    /// A load of one register.
-    Load,
-    /// A store of one register.
-    Store,
-    /// A load or a store of several registers, or an exclusive one.
-    Several,
-    /// The FPU, its loads and stores included.
-    Float,
 }
 
 /// The instruction after this one, unless its condition fails.
@@ -111,13 +88,9 @@ impl Instruction {
             address,
             // ARMv7-M Architecture Reference Manual, A5.1.
             length: if first >> 11 >= 0b11101 { 4 } else { 2 },
-            cycles: 1,
-            unit: Unit::Core,
             flow: Flow::On,
             address_from: 0,
             writes: 0,
-            floats_read: 0,
-            floats_late: 0,
             stack: 0,
             immediate: None,
             divides: false,
@@ -156,30 +129,17 @@ impl Instruction {
         let arm = detail.arch_detail();
         let arm = arm.arm()?;
         let operands = Operands::read(&name, arm);
-        let unit = unit(&name);
         let is_always = matches!(arm.cc(), ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID);
         Some(Self {
-            cycles: cycles(&name, unit, &operands),
-            unit,
             flow: flow(&name, &operands),
             address_from: operands.address & !PC,
-            writes: operands.written.core & !PC,
-            floats_read: match &*name {
-                "vstr" | "vpush" | "vstmia" | "vstmdb" => operands.registers.floats,
-                _ if is_float_memory(&name) => 0,
-                _ => operands.read.floats,
-            },
-            floats_late: if has_late_result(&name) {
-                operands.written.floats
-            } else {
-                0
-            },
-            stack: stack(&name, unit, &operands),
+            writes: operands.written & !PC,
+            stack: stack(&name, &operands),
             immediate: operands.immediate,
             divides: matches!(&*name, "sdiv" | "udiv" | "vdiv" | "vsqrt"),
             is_conditional: !is_always || matches!(&*name, "cbz" | "cbnz"),
             sets: sets(unknown.address, &name, &operands),
-            through: only(operands.read.core).filter(|_| matches!(&*name, "bx" | "blx")),
+            through: only(operands.read).filter(|_| matches!(&*name, "bx" | "blx")),
             entry: match &*name {
                 "tbb" => 1,
                 "tbh" => 2,
@@ -191,48 +151,28 @@ impl Instruction {
     }
 }
 
-/// Registers of the core and of the FPU in single precision, a bit each.
-#[derive(Debug, Clone, Copy, Default)]
-struct Registers {
-    core: u32,
-    floats: u32,
-}
-
-impl Registers {
-    fn one(register: RegId) -> Self {
-        let number = u32::from(register.0);
-        let (core, floats) = match number {
-            ArmReg::ARM_REG_SP => (SP, 0),
-            ArmReg::ARM_REG_LR => (LR, 0),
-            ArmReg::ARM_REG_PC => (PC, 0),
-            ArmReg::ARM_REG_R0..=ArmReg::ARM_REG_R12 => (1 << (number - ArmReg::ARM_REG_R0), 0),
-            ArmReg::ARM_REG_S0..=ArmReg::ARM_REG_S31 => (0, 1 << (number - ArmReg::ARM_REG_S0)),
-            ArmReg::ARM_REG_D0..=ArmReg::ARM_REG_D15 => {
-                (0, 0b11 << (2 * (number - ArmReg::ARM_REG_D0)))
-            }
-            _ => (0, 0),
-        };
-        Self { core, floats }
-    }
-
-    fn add(&mut self, other: Self) {
-        self.core |= other.core;
-        self.floats |= other.floats;
-    }
-
-    fn count(self) -> u32 {
-        self.core.count_ones() + self.floats.count_ones()
+/// A register's bit among those of the core, 0 of another, and the words that it holds, 0 of none that is pushed.
+fn bit_and_words(register: RegId) -> (u32, u32) {
+    let number = u32::from(register.0);
+    match number {
+        ArmReg::ARM_REG_SP => (SP, 1),
+        ArmReg::ARM_REG_LR => (LR, 1),
+        ArmReg::ARM_REG_PC => (PC, 1),
+        ArmReg::ARM_REG_R0..=ArmReg::ARM_REG_R12 => (1 << (number - ArmReg::ARM_REG_R0), 1),
+        ArmReg::ARM_REG_S0..=ArmReg::ARM_REG_S31 => (0, 1),
+        ArmReg::ARM_REG_D0..=ArmReg::ARM_REG_D15 => (0, 2),
+        _ => (0, 0),
     }
 }
 
 /// The operands of an instruction.
 #[derive(Debug, Default)]
 struct Operands {
-    read: Registers,
-    written: Registers,
-    /// Registers that are no part of an address, and their number.
-    registers: Registers,
-    count: u32,
+    /// Registers of the core that it reads and writes, a bit each, those of an address apart.
+    read: u32,
+    written: u32,
+    /// Words of its registers, the FPU's too.
+    words: u32,
     /// Registers of which an address is made, and the one that the others are added to.
     address: u32,
     base: u32,
@@ -265,18 +205,17 @@ impl Operands {
             match operand.op_type {
                 ArmOperandType::Reg(register) if is_base => {
                     is_base = false;
-                    found.address = Registers::one(register).core;
+                    found.address = bit_and_words(register).0;
                 }
                 ArmOperandType::Reg(register) => {
-                    let register = Registers::one(register);
+                    let (bit, words) = bit_and_words(register);
                     let access = operand.access;
-                    found.registers.add(register);
-                    found.count += register.count();
+                    found.words += words;
                     if access.is_some_and(|access| access.is_readable()) {
-                        found.read.add(register);
+                        found.read |= bit;
                     }
                     if access.is_some_and(|access| access.is_writable()) {
-                        found.written.add(register);
+                        found.written |= bit;
                     }
                 }
                 ArmOperandType::Mem(memory) => found.take_address(memory),
@@ -288,61 +227,12 @@ impl Operands {
     }
 
     fn take_address(&mut self, memory: ArmOpMem) {
-        let index = Registers::one(memory.index()).core;
-        self.base = Registers::one(memory.base()).core;
+        let index = bit_and_words(memory.index()).0;
+        self.base = bit_and_words(memory.base()).0;
         self.address = self.base | index;
         self.has_index = index != 0;
         self.displacement = memory.disp();
     }
-}
-
-fn unit(name: &str) -> Unit {
-    let is = |beginnings: &[&str]| beginnings.iter().any(|begin| name.starts_with(begin));
-    if is(&["v"]) {
-        Unit::Float
-    } else if is(&[
-        "push", "pop", "ldm", "stm", "ldrd", "strd", "ldrex", "strex", "tb",
-    ]) {
-        Unit::Several
-    } else if is(&["ldr"]) {
-        Unit::Load
-    } else if is(&["str"]) {
-        Unit::Store
-    } else {
-        Unit::Core
-    }
-}
-
-fn cycles(name: &str, unit: Unit, operands: &Operands) -> u32 {
-    match name {
-        // The most of a range.
-        "sdiv" | "udiv" => 12,
-        "mrs" | "msr" | "cps" => 2,
-        // Refills the pipeline.
-        "isb" => 3,
-        // Two for the load, one for the addition, and the branch; nothing overlaps.
-        "tbb" | "tbh" => 4,
-        "vdiv" | "vsqrt" => 14,
-        "vmla" | "vmls" | "vnmla" | "vnmls" | "vfma" | "vfms" | "vfnma" | "vfnms" => 3,
-        "vmov" if operands.registers.core.count_ones() == 2 => 2,
-        _ if name.contains("rex") => 2,
-        _ if unit == Unit::Several || is_float_memory(name) => 1 + operands.count,
-        _ if unit == Unit::Load => 2,
-        // Its address is made in its only cycle, unless it is made of two registers.
-        _ if unit == Unit::Store && operands.has_index => 2,
-        _ => 1,
-    }
-}
-
-fn is_float_memory(name: &str) -> bool {
-    ["vldr", "vstr", "vldm", "vstm", "vpush", "vpop"]
-        .iter()
-        .any(|begin| name.starts_with(begin))
-}
-
-/// True for arithmetic of the FPU.
-fn has_late_result(name: &str) -> bool {
-    !is_float_memory(name) && !matches!(name, "vmov" | "vabs" | "vneg")
 }
 
 fn flow(name: &str, operands: &Operands) -> Flow {
@@ -350,10 +240,10 @@ fn flow(name: &str, operands: &Operands) -> Flow {
         "b" | "cbz" | "cbnz" => Flow::Jump,
         "tbb" | "tbh" => Flow::Table,
         "bl" | "blx" => Flow::Call,
-        "bx" if operands.read.core == LR => Flow::Return,
+        "bx" if operands.read == LR => Flow::Return,
         "bx" => Flow::Jump,
-        _ if operands.written.core & PC == 0 => Flow::On,
-        _ if operands.address == SP || operands.read.core == LR => Flow::Return,
+        _ if operands.written & PC == 0 => Flow::On,
+        _ if operands.address == SP || operands.read == LR => Flow::Return,
         // The compiler calls otherwise: it reaches a table of branches by this.
         "mov" => Flow::Table,
         _ => Flow::Jump,
@@ -361,17 +251,17 @@ fn flow(name: &str, operands: &Operands) -> Flow {
 }
 
 fn sets(address: u32, name: &str, operands: &Operands) -> Option<(usize, Source)> {
-    let register = only(operands.written.core)?;
+    let register = only(operands.written)?;
     // The program counter is two short instructions ahead, and its word is read.
     let base = (address & !0b11).wrapping_add(4);
     let source = match (name, operands.immediate) {
         // Capstone calls a short one "adr".
-        ("adr" | "add", Some(ahead)) if operands.read.core & !PC == 0 => {
+        ("adr" | "add", Some(ahead)) if operands.read & !PC == 0 => {
             Source::Constant(base.wrapping_add(ahead))
         }
         ("mov" | "movw", Some(value)) => Source::Constant(value),
         ("movt", Some(value)) => Source::UpperHalf(value),
-        ("mov", None) if operands.count == 2 => Source::Register(only(operands.read.core)?),
+        ("mov", None) if operands.words == 2 => Source::Register(only(operands.read)?),
         ("ldr", None) if operands.address == PC && !operands.has_index => {
             Source::Word(base.wrapping_add_signed(operands.displacement))
         }
@@ -380,11 +270,11 @@ fn sets(address: u32, name: &str, operands: &Operands) -> Option<(usize, Source)
     Some((register, source))
 }
 
-fn stack(name: &str, unit: Unit, operands: &Operands) -> u32 {
+fn stack(name: &str, operands: &Operands) -> u32 {
     match name {
-        "push" | "vpush" => 4 * operands.count,
-        "sub" | "subw" if operands.written.core == SP => operands.immediate.unwrap_or(0),
-        _ if unit != Unit::Core && operands.writes_back && operands.address == SP => {
+        "push" | "vpush" => 4 * operands.words,
+        "sub" | "subw" if operands.written == SP => operands.immediate.unwrap_or(0),
+        _ if operands.writes_back && operands.address == SP => {
             operands.displacement.min(0).unsigned_abs()
         }
         _ => 0,
@@ -397,49 +287,6 @@ mod tests {
 
     fn decode(halves: [u16; 2]) -> Instruction {
         Instruction::decode(0x100, halves)
-    }
-
-    #[test]
-    fn cycles_are_those_of_the_manual() {
-        for (halves, cycles) in [
-            // adds r6, r0, r1; mla r1, r8, r1, r0; udiv r0, r1, r2; it ge
-            ([0x1846, 0], 1),
-            ([0xfb08, 0x0101], 1),
-            ([0xfbb1, 0xf0f2], 12),
-            ([0xbfa4, 0], 1),
-            // cpsid i; mrs r4, primask; msr primask, r4; isb sy; dmb sy
-            ([0xb672, 0], 2),
-            ([0xf3ef, 0x8410], 2),
-            ([0xf384, 0x8810], 2),
-            ([0xf3bf, 0x8f6f], 3),
-            ([0xf3bf, 0x8f5f], 1),
-            // ldr r0, [r1]; str r0, [r1]; str r0, [r1, r2]; pld [r0]
-            ([0x6808, 0], 2),
-            ([0x6008, 0], 1),
-            ([0x5088, 0], 2),
-            ([0xf890, 0xf000], 1),
-            // push {r4-r7, lr}; stm r0!, {r1-r3}; strd r8, r8, [sp]; ldrex r0, [r1]; tbh [pc, r0]
-            ([0xb5f0, 0], 6),
-            ([0xc00e, 0], 4),
-            ([0xe9cd, 0x880e], 3),
-            ([0xe851, 0x0f00], 2),
-            ([0xe8df, 0xf010], 4),
-            // vadd.f32; vfma.f32; vdiv.f32; vsqrt.f32; vmrs; vmov s1, r2; vmov r0, r1, s2, s3
-            ([0xee30, 0x0a81], 1),
-            ([0xeea0, 0x0a81], 3),
-            ([0xee80, 0x0a81], 14),
-            ([0xeeb1, 0x0ae0], 14),
-            ([0xeef1, 0xfa10], 1),
-            ([0xee00, 0x2a90], 1),
-            ([0xec51, 0x0a11], 2),
-            // vldr s0; vldr d0; vpush {d8-d11}; vstmia r0, {s0-s2}
-            ([0xed91, 0x0a01], 2),
-            ([0xed91, 0x0b02], 3),
-            ([0xed2d, 0x8b08], 9),
-            ([0xec80, 0x0a03], 4),
-        ] {
-            assert_eq!(decode(halves).cycles, cycles, "{halves:x?}");
-        }
     }
 
     #[test]
@@ -494,24 +341,13 @@ mod tests {
     }
 
     #[test]
-    fn registers_that_a_neighbour_waits_for_are_named() {
+    fn registers_of_an_address_are_named() {
         // ldr.w r8, [r0, r1]; ldr r0, [pc, #4]; cmp r0, r1; sub sp, #4
         let load = decode([0xf850, 0x8001]);
         assert_eq!((load.address_from, load.writes), (0b11, 1 << 8));
         assert_eq!(decode([0x4801, 0]).address_from, 0);
         assert_eq!(decode([0x4288, 0]).writes, 0);
         assert_eq!(decode([0xb081, 0]).writes, SP);
-        // vfma.f32 s0, s1, s2; vabs.f32 s0, s1; vmov.f32 s0, #1.0; vstr d1, [r1]; vldr s0, [r1]
-        let floats = |halves| {
-            let instruction = decode(halves);
-            assert_eq!(instruction.unit, Unit::Float);
-            (instruction.floats_read, instruction.floats_late)
-        };
-        assert_eq!(floats([0xeea0, 0x0a81]), (0b111, 0b001));
-        assert_eq!(floats([0xeeb0, 0x0ae0]), (0b010, 0));
-        assert_eq!(floats([0xeeb7, 0x0a00]), (0, 0));
-        assert_eq!(floats([0xed81, 0x1b00]), (0b1100, 0));
-        assert_eq!(floats([0xed91, 0x0a01]), (0, 0));
     }
 
     #[test]
@@ -599,13 +435,6 @@ mod tests {
         assert_eq!(table([0xe8d2, 0xf011]), Some(2));
         assert_eq!(table([0xe8d2, 0xf001]), Some(2));
         assert_eq!(table([0x6810, 0]), None);
-    }
-
-    #[test]
-    fn a_condition_ends_with_its_block() {
-        // itttt eq, and then elsewhere: vfma.f32
-        assert_eq!(decode([0xbf01, 0]).flow, Flow::On);
-        assert_eq!(decode([0xeea0, 0x0a81]).cycles, 3);
     }
 
     #[test]

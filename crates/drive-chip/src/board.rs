@@ -78,8 +78,6 @@ pub struct Board<F: Family> {
     pub home_switch: Pin,
     /// Step and direction: channels 1 and 2 of TIM4, pulled up. A step is a rising edge.
     pub step: [Pin; 2],
-    /// The command of ±10 V: PA1, channel 1 of an STM32F4's ADC1 and channel 2 of an STM32G4's.
-    pub analogue: Pin,
     /// Serial line, transmit and receive: USART2.
     pub serial: [Pin; 2],
     /// The areas that keep records.

@@ -1,6 +1,6 @@
 //! Memory in place of the registers that an emulated chip lacks, and access to them from outside.
 //!
-//! QEMU's STM32F405 has no pins, TIM1, watchdog, converter, DMA and flash control, keeps RCC as plain storage, and
+//! QEMU's STM32F405 has no pins, TIM1, watchdog, DMA and flash control, keeps RCC as plain storage, and
 //! lets the timers of the encoder and of the steps count the clock. Memory stands in for those; everything else is the
 //! emulator's.
 
@@ -21,8 +21,8 @@ const TIM1: timer::Timer = F4::TIM1;
 const WORDS: usize = 40;
 
 /// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, PWR, DBGMCU, the ports A to C, TIM3,
-/// TIM4, IWDG, ADC1 and what the converters share.
-const PERIPHERALS: [u32; 13] = [
+/// TIM4, IWDG.
+const PERIPHERALS: [u32; 11] = [
     0x4002_3800,
     0x4002_3c00,
     0x4002_6000,
@@ -34,8 +34,6 @@ const PERIPHERALS: [u32; 13] = [
     0x4000_0400,
     0x4000_0800,
     0x4000_3000,
-    0x4001_2000,
-    0x4001_2300,
 ];
 
 /// The two sectors of records, shortened.

@@ -94,7 +94,7 @@ pub(crate) fn becomes(bus: impl Bus, register: Register, bits: u32, wanted: u32)
 
 /// A family of chips.
 pub trait Family:
-    ClockTree + Peripherals + Supply + Receiver + Converter + Storage + Copy + Debug + Eq + 'static
+    ClockTree + Peripherals + Supply + Receiver + Storage + Copy + Debug + Eq + 'static
 {
     /// The parts that only boards of this family have.
     type Own: Copy + Debug + Eq;
@@ -182,15 +182,6 @@ pub trait Receiver {
 
     /// Clears the errors of the reception, once the status was read.
     fn clear_reception_errors(bus: impl Bus<Family = Self>);
-}
-
-/// The converter of the analogue input.
-pub trait Converter {
-    /// The newest code of the analogue input.
-    const ANALOGUE_CODE: Register;
-
-    /// Has the converter convert without a pause, from its reset state.
-    fn start_converter(bus: impl Bus<Family = Self>);
 }
 
 /// The flash of a family.

@@ -10,9 +10,9 @@ use embedded_storage::nor_flash::{
 };
 
 use crate::bus::{Register, Step};
-use crate::family::{Bus, Storage, Supply};
+use crate::family::{Bus, Storage};
 use crate::registers::flash::{self, AREA};
-use crate::watchdog;
+use crate::{supply, watchdog};
 
 /// Two neighbouring areas of 16 KiB, between the vectors and the program: sectors of an STM32F4, pages of an STM32G4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,7 +129,7 @@ impl<B: Bus> RecordFlash<B> {
         start: (Register, u32),
     ) -> Result<(), FlashError> {
         // A word that is written below 2.7 V may read back whole, and not for long.
-        if B::Family::supply_is_low(self.bus) {
+        if supply::has_sagged(self.bus) {
             return Err(FlashError::SupplyLow);
         }
         let step = Step {
@@ -138,15 +138,16 @@ impl<B: Bus> RecordFlash<B> {
             busy: flash::SR_BSY,
             meanwhile: watchdog::FOOD,
         };
-        let status = self.bus.without_interrupts(|| {
+        // A sag is looked for before a sample acknowledges it.
+        let (status, has_sagged) = self.bus.without_interrupts(|| {
             if let Some((register, word)) = first {
                 self.bus.write(register, word);
             }
-            self.bus.do_step(step)
+            (self.bus.do_step(step), supply::has_sagged(self.bus))
         });
         if status & (flash::SR_BSY | B::Family::FLASH.errors) != 0 {
             Err(FlashError::Hardware)
-        } else if B::Family::supply_is_low(self.bus) {
+        } else if has_sagged {
             Err(FlashError::SupplyLow)
         } else {
             Ok(())

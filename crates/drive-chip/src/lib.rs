@@ -12,7 +12,6 @@
 //! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
 //! | [`quadrature`] | TIM3 | the encoder and its index |
 //! | [`step_input`] | TIM4 | step pulses with a direction |
-//! | [`analogue_input`] | ADC1 | a command of ±10 V |
 //! | [`inputs`] | GPIO, TIM1 | fault line, limit and home switches |
 //! | [`serial`] | USART2, DMA1 | the line to the host |
 //! | [`line_timer`] | SysTick | has the line listened to |
@@ -28,7 +27,6 @@
 #![no_std]
 #![deny(missing_docs)]
 
-pub mod analogue_input;
 #[cfg(target_os = "none")]
 pub mod background;
 pub mod board;

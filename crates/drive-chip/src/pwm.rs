@@ -18,15 +18,19 @@ pub const FREQUENCY: u32 = 20_000;
 pub const PERIOD: f64 = 1.0 / FREQUENCY as f64;
 
 /// Off: the break input is on and active high, and the timer drives the output to its idle state, low,
-/// in place of floating (OSSI; RM0090, table 98).
-const OFF: u32 = timer::BDTR_BKE | timer::BDTR_BKP | timer::BDTR_OSSR | timer::BDTR_OSSI;
+/// in place of floating (OSSI; RM0090, table 98). The first write locks what concerns breaks until a reset (RM0090,
+/// 17.4.18); no output comes back by itself after one (AOE).
+const OFF: u32 =
+    timer::BDTR_BKE | timer::BDTR_BKP | timer::BDTR_OSSR | timer::BDTR_OSSI | timer::BDTR_LOCK_1;
 
-/// TIM1, channel 1. While its break input is high, and until a duty is set after that, hardware keeps the
-/// output off.
+/// TIM1, channel 1. From a break on, hardware keeps the output off until it was switched off and a duty is set
+/// after that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pwm<B> {
     bus: B,
     steps: u16,
+    /// A duty was set since it was switched off.
+    is_on: bool,
 }
 
 /// TIM1, complementary output of channel 2: high for all of a period, or low. Low while the PWM is switched off.
@@ -56,7 +60,12 @@ pub(crate) fn signed<B: Bus>(bus: B, clocks: &Clocks) -> (Pwm<B>, Direction<B>) 
     );
     bus.write(B::Family::TIM1.at(timer::BDTR), OFF);
     bus.write(B::Family::TIM1.at(timer::EGR), timer::EGR_UG);
-    (Pwm { bus, steps }, Direction { bus, steps })
+    let pwm = Pwm {
+        bus,
+        steps,
+        is_on: false,
+    };
+    (pwm, Direction { bus, steps })
 }
 
 impl<B> digital::ErrorType for Direction<B> {
@@ -111,14 +120,18 @@ impl<B: Bus> SetDutyCycle for Pwm<B> {
             u32::from(duty.min(self.steps)),
         );
         take_effect(self.bus);
-        self.bus
-            .write(B::Family::TIM1.at(timer::BDTR), OFF | timer::BDTR_MOE);
+        // Only once: a break may have disabled it since.
+        if !core::mem::replace(&mut self.is_on, true) {
+            self.bus
+                .write(B::Family::TIM1.at(timer::BDTR), OFF | timer::BDTR_MOE);
+        }
         Ok(())
     }
 
     #[inline]
     fn set_duty_cycle_fully_off(&mut self) -> Result<(), Infallible> {
         off(self.bus);
+        self.is_on = false;
         self.bus.write(B::Family::TIM1.at(timer::CCR1), 0);
         take_effect(self.bus);
         // Acknowledged: the next break and the next sag show again. Ones leave the other flags.

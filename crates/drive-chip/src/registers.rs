@@ -133,6 +133,7 @@ pub(crate) mod timer {
     pub(crate) const CCER_CC2NP: u32 = 1 << 7;
     pub(crate) const CCER_CC3E: u32 = 1 << 8;
     pub(crate) const CCER_CC2NE: u32 = 1 << 6;
+    pub(crate) const BDTR_LOCK_1: u32 = 0b01 << 8;
     pub(crate) const BDTR_OSSI: u32 = 1 << 10;
     pub(crate) const BDTR_OSSR: u32 = 1 << 11;
     pub(crate) const BDTR_BKE: u32 = 1 << 12;

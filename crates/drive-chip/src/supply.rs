@@ -15,6 +15,11 @@ pub(crate) fn is_healthy<B: Bus>(bus: B) -> bool {
     bus.read(B::Family::EVENTS) & exti::PVD == 0
 }
 
+/// True while the supply is too low for the flash, or has been since it was acknowledged.
+pub(crate) fn has_sagged<B: Bus>(bus: B) -> bool {
+    !is_healthy(bus) || B::Family::supply_is_low(bus)
+}
+
 /// Acknowledges a sag that is over, so that the next one shows.
 #[inline]
 pub(crate) fn acknowledge<B: Bus>(bus: B) {

@@ -2,7 +2,6 @@
 
 use drive_link::Fault;
 
-use crate::analogue_input::AnalogueInput;
 use crate::board::Board;
 use crate::clock;
 use crate::family::{Bus, Peripherals, Storage, Supply};
@@ -32,8 +31,6 @@ pub struct Wired<'a, B> {
     pub enable: Output<B>,
     /// Counts steps with their direction.
     pub steps: StepInput<B>,
-    /// The command of ±10 V.
-    pub analogue: AnalogueInput<B>,
     /// The amplifier's fault line, the limit switches and the home switch.
     pub inputs: Inputs<B>,
     /// Interrupts at every sample.
@@ -72,6 +69,8 @@ pub fn wire<'a, B: Bus>(
     B::Family::watch_supply(bus);
     B::Family::run_while_halted(bus);
 
+    // Before the PWM locks its breaks.
+    B::Family::wire(bus, &board.own);
     let (pwm, direction) = pwm::signed(bus, &clocks);
     let Functions {
         tim1,
@@ -100,9 +99,6 @@ pub fn wire<'a, B: Bus>(
         switch.power(bus);
         switch.input(bus);
     }
-    board.analogue.power(bus);
-    board.analogue.analogue(bus);
-    B::Family::wire(bus, &board.own);
     let (line, port) = serial::line(bus, &clocks, received, to_send);
     Wired {
         encoder: Quadrature::new(bus),
@@ -110,7 +106,6 @@ pub fn wire<'a, B: Bus>(
         direction,
         enable: Output::new(bus, board.enable),
         steps: StepInput::new(bus, board),
-        analogue: AnalogueInput::new(bus),
         inputs: Inputs::new(bus, board),
         timer: SampleTimer::new(bus, &clocks),
         line,

@@ -73,11 +73,6 @@ pub enum Origin {
     Given,
     /// A commissioning found and validated them.
     Commissioned,
-    /// They are those of a commissioning, and have followed the inertia of the servo in this run.
-    Followed {
-        /// The gains over those of the commissioning.
-        factor: f32,
-    },
 }
 
 impl fmt::Display for Commissioning {
@@ -127,12 +122,6 @@ impl fmt::Display for Origin {
         f.write_str(match self {
             Self::Given => "as given",
             Self::Commissioned => "as commissioned",
-            Self::Followed { factor } => {
-                return write!(
-                    f,
-                    "{factor:.3} times as commissioned: they follow the inertia"
-                );
-            }
         })
     }
 }

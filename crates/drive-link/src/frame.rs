@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::message::{Report, Request};
+use crate::message::{Command, PROTOCOL, Report, Request, STOP};
 
 /// Bytes of the longest message before framing, its check included: settings with nothing left out
 /// take some 700.
@@ -32,6 +32,15 @@ pub enum FrameError {
     Damaged,
     /// Undamaged, but no message of this version.
     Unknown,
+    /// The same of a request, which is to be refused.
+    NoRequest {
+        /// Its number.
+        id: u8,
+        /// The byte in the place of [`PROTOCOL`].
+        given: u8,
+        /// Its bytes.
+        bytes: u16,
+    },
 }
 
 impl fmt::Display for FrameError {
@@ -40,7 +49,9 @@ impl fmt::Display for FrameError {
             Self::TooLong => "a frame is longer than any message: is this the drive's port?",
             Self::NotFramed => "bytes were lost on the line: they are no frame",
             Self::Damaged => "bytes were damaged on the line: the check does not fit",
-            Self::Unknown => "the message is of another version of the protocol",
+            Self::Unknown | Self::NoRequest { .. } => {
+                "the message is of another version of the protocol"
+            }
         })
     }
 }
@@ -108,6 +119,14 @@ impl Receiver {
 
     /// Takes a byte; at the end of a frame, its message or an error, which costs that frame and no other.
     pub fn take<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
+        self.take_as(byte, |message| whole(message).ok_or(FrameError::Unknown))
+    }
+
+    fn take_as<T>(
+        &mut self,
+        byte: u8,
+        read: impl FnOnce(&[u8]) -> Result<T, FrameError>,
+    ) -> Option<Result<T, FrameError>> {
         if byte != 0 {
             self.overflowed |= self.bytes.push(byte).is_err();
             return None;
@@ -118,7 +137,7 @@ impl Receiver {
             // Two zeros in a row: the sender begins anew.
             None
         } else {
-            Some(unframed::<_, MAX_FRAME_BYTES>(&self.bytes))
+            Some(checked(&self.bytes, &mut [0; MAX_FRAME_BYTES]).and_then(read))
         };
         self.bytes.clear();
         self.overflowed = false;
@@ -129,28 +148,49 @@ impl Receiver {
     // Not generic: it is compiled here, and once.
     #[inline(never)]
     pub fn take_request(&mut self, byte: u8) -> Option<Result<Request, FrameError>> {
-        self.take(byte)
+        self.take_as(byte, request)
     }
+}
+
+/// The request of these bytes.
+fn request(message: &[u8]) -> Result<Request, FrameError> {
+    let [id, given, ref command @ ..] = *message else {
+        return Err(FrameError::Unknown);
+    };
+    let command = match given {
+        STOP if command.is_empty() => Some(Command::Stop),
+        PROTOCOL => whole(command),
+        _ => None,
+    };
+    let bytes = message.len() as u16;
+    command
+        .map(|command| Request { id, command })
+        .ok_or(FrameError::NoRequest { id, given, bytes })
+}
+
+/// What takes all of these bytes.
+fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+    let (read, rest) = postcard::take_from_bytes(bytes).ok()?;
+    rest.is_empty().then_some(read)
 }
 
 /// Detects stops alone, byte by byte as they are received: so a stop need not wait for the answers to earlier
 /// requests.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StopListener {
-    bytes: [u8; STOP],
+    bytes: [u8; STOP_BYTES],
     length: usize,
 }
 
-/// Bytes of the frame of a stop, without the zero at its end: number, command and check, and one for
-/// COBS.
-const STOP: usize = 2 + CHECK_BYTES + 1;
+/// Bytes of the frame of a stop, without the zero at its end: its two and the check, and one for COBS.
+const STOP_BYTES: usize = 2 + CHECK_BYTES + 1;
 
 impl StopListener {
     /// Waits for the beginning of a frame.
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            bytes: [0; STOP],
+            bytes: [0; STOP_BYTES],
             length: 0,
         }
     }
@@ -164,27 +204,16 @@ impl StopListener {
             self.length = self.length.saturating_add(1);
             return false;
         }
-        let is_as_long = core::mem::take(&mut self.length) == STOP;
+        let is_as_long = core::mem::take(&mut self.length) == STOP_BYTES;
         is_as_long && is_stop(&self.bytes)
     }
 }
 
 /// True for the frame of a stop. Compared by its bytes: the listener interrupts the background, on top of whose stack a
 /// whole decoder would be.
-fn is_stop(framed: &[u8; STOP]) -> bool {
-    let mut plain = [0; STOP];
-    matches!(checked(framed, &mut plain), Ok([_, STOP_COMMAND]))
-}
-
-/// The bytes of [`Command::Stop`](crate::Command::Stop).
-const STOP_COMMAND: u8 = 6;
-
-/// The message of at most `N` bytes of a frame.
-fn unframed<T: DeserializeOwned, const N: usize>(bytes: &[u8]) -> Result<T, FrameError> {
-    match postcard::take_from_bytes(checked(bytes, &mut [0; N])?) {
-        Ok((message, [])) => Ok(message),
-        _ => Err(FrameError::Unknown),
-    }
+fn is_stop(framed: &[u8; STOP_BYTES]) -> bool {
+    let mut plain = [0; STOP_BYTES];
+    matches!(checked(framed, &mut plain), Ok([_, STOP]))
 }
 
 /// The bytes of the message of a frame, if they are undamaged.

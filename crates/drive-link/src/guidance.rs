@@ -16,11 +16,6 @@ pub enum TargetSource {
         /// exchange the two.
         step: f64,
     },
-    /// The voltage at the analogue input.
-    Voltage {
-        /// The target at +10 V, rad from the origin; its opposite at −10 V. Negative to exchange the two.
-        range: f64,
-    },
 }
 
 /// The way to the home position of an axis, on which a switch is closed at one end of its travel.
@@ -59,12 +54,6 @@ impl fmt::Display for TargetSource {
         match self {
             Self::Line => f.write_str("targets come over the line"),
             Self::Steps { step } => write!(f, "targets come from the step input, {step} rad each"),
-            Self::Voltage { range } => {
-                write!(
-                    f,
-                    "targets come from the analogue input, {range} rad at 10 V"
-                )
-            }
         }
     }
 }

@@ -30,6 +30,6 @@ pub use message::{
 pub use no_gains::NoGains;
 pub use record::{Commissioned, Record};
 pub use settings::{
-    Dither, Format, Law, LoopSettings, Name, NotAllowed, Protection, ServoChanges, Settings, Why,
+    Dither, Law, LoopSettings, Name, NotAllowed, Protection, ServoChanges, Settings, Why,
 };
 pub use term_sizes::TermSizes;

@@ -2,22 +2,33 @@ use core::fmt;
 
 use identifier_core::commission::{CommissionSettings, Reason};
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::tuning::{NotFollowed, ServoChange};
-use serde::{Deserialize, Serialize};
+use identifier_core::tuning::ServoChange;
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
 use crate::guidance::Home;
 use crate::settings::{NotAllowed, Settings};
 use crate::term_sizes::TermSizes;
 
-/// The version of these messages: a host and a drive of different versions do not talk.
-pub const PROTOCOL: u8 = 18;
+/// The version of these messages, which every request but a stop carries: a drive refuses those of another.
+///
+/// Above every index that a command had before requests carried it.
+pub const PROTOCOL: u8 = 19;
+
+/// The second and last byte of a stop, in every version from 18 on.
+pub(crate) const STOP: u8 = 6;
 
 /// A [`Reason`] for which a drive disables its stage until it is cleared.
 pub type Fault = Reason;
 
 /// A message of the host: a command, and the number that the answer will carry.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+///
+/// | byte | of a stop | of any other request |
+/// |---|---|---|
+/// | 0 | its number | its number |
+/// | 1 | 6 | [`PROTOCOL`] |
+/// | 2–… | | the command |
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
     /// The host's number for it.
     pub id: u8,
@@ -44,8 +55,6 @@ pub enum Command {
     Target(f64),
     /// Drives the axis home, in a run: targets and travel count from its origin afterwards.
     Home,
-    /// Disables the servo at once: no command before it still moves the servo.
-    Stop,
     /// Clears a fault whose cause is gone.
     Clear,
     /// Reports a sample at this interval, samples; 0 for never.
@@ -58,6 +67,36 @@ pub enum Command {
     Commission(CommissionSettings),
     /// Reports the last commissioning: answered by [`Report::Outcome`].
     Outcome,
+    /// Disables the servo at once: no command before it still moves the servo. Its bytes are those of a [`Request`].
+    #[serde(skip)]
+    Stop,
+}
+
+impl Command {
+    /// True if it may move the axis: only the last and whole request of an undisturbed line does.
+    #[must_use]
+    pub const fn may_move(&self) -> bool {
+        match self {
+            Self::Start | Self::Target(_) | Self::Home | Self::Commission(_) => true,
+            Self::Hello
+            | Self::Configure(_)
+            | Self::Show
+            | Self::Clear
+            | Self::Watch(_)
+            | Self::Save
+            | Self::Outcome
+            | Self::Stop => false,
+        }
+    }
+}
+
+impl Serialize for Request {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.command {
+            Command::Stop => (self.id, STOP).serialize(serializer),
+            command => (self.id, PROTOCOL, command).serialize(serializer),
+        }
+    }
 }
 
 /// Messages of a drive.
@@ -111,8 +150,6 @@ pub enum Report {
 /// The state of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// [`PROTOCOL`] of the drive.
-    pub protocol: u8,
     /// Disabled, running, commissioning or faulted.
     pub state: State,
     /// The record in the store.
@@ -140,11 +177,9 @@ pub struct Status {
     /// How the servo of this run, or of the last, differs from that for which its gains were commissioned, where
     /// [`Settings::servo_changes`] asks for it.
     pub servo_change: Option<ServoChange>,
-    /// Why the gains do not follow that change, where [`Settings::servo_changes`] asks for it and its inertia changed.
-    pub not_followed: Option<NotFollowed>,
     /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,
-    /// Samples that ended too late since the start, as last reported.
+    /// Samples that ended too late since the start.
     pub overruns: u32,
     /// Samples that were not reported for want of room on the line.
     pub dropped: u32,
@@ -269,6 +304,16 @@ impl fmt::Display for Ended {
 /// Reasons for not carrying out a request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
+    /// It is of another version, or its command is longer or shorter than in this one. The first, so that a host of any
+    /// later version reads it.
+    NotUnderstood {
+        /// [`PROTOCOL`] of the drive.
+        spoken: u8,
+        /// The byte of the request in its place.
+        given: u8,
+        /// Bytes of the request.
+        bytes: u16,
+    },
     /// The drive was never configured for its servo: configure first.
     NotConfigured,
     /// A stop came after it, and before it was done.
@@ -302,11 +347,22 @@ pub enum Refusal {
     Busy,
     /// The store did not take the record; the one before it still holds.
     NotKept,
+    /// The flash must be erased for the record, and the axis does not stand.
+    NotAtRest,
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::NotUnderstood {
+                spoken,
+                given,
+                bytes,
+            } => write!(
+                f,
+                "the drive speaks version {spoken} of the protocol, and the request of {bytes} bytes is of version \
+                 {given} or damaged: use the program of the firmware's version, or flash the firmware of this one"
+            ),
             Self::NotConfigured => {
                 f.write_str("the drive is not configured for its servo yet: configure it first")
             }
@@ -332,10 +388,13 @@ impl fmt::Display for Refusal {
             ),
             Self::Homing => f.write_str("the axis is on its way home: ask again when it is there"),
             Self::TargetsFromOutside => f.write_str(
-                "the targets come from the step or the analogue input: configure it with --source line \
+                "the targets come from the step input: configure it with --source line \
                  first",
             ),
             Self::Busy => f.write_str("the command before is not done yet: ask again"),
+            Self::NotAtRest => f.write_str(
+                "the flash must be erased for it, which takes an axis at rest: ask again when it stands",
+            ),
             Self::NotKept => {
                 f.write_str("the flash did not take the record, and the one before still holds")
             }

@@ -38,10 +38,6 @@ pub enum ServoChanges {
     Ignored,
     /// The status has the change, once it is certain; for Gauss–Newton without terms. It changes nothing else.
     Reported,
-    /// The same, and the gains of the run follow another inertia as far as
-    /// [`GainFollowing`](identifier_core::tuning::GainFollowing) certifies them. Those that were commissioned stay in the settings,
-    /// and the next run begins with them.
-    Followed,
 }
 
 /// Settings of a loop.
@@ -51,8 +47,6 @@ pub struct LoopSettings {
     pub core: identifier_core::Settings,
     /// The adaptation law.
     pub law: Law,
-    /// The number format of the loop.
-    pub format: Format,
 }
 
 /// An adaptation law.
@@ -65,15 +59,6 @@ pub enum Law {
     },
     /// Recursive Gauss–Newton over a, b, Coulomb friction and load, which needs no initial estimates.
     GaussNewton,
-}
-
-/// A number format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Format {
-    /// Single precision.
-    Single,
-    /// Fixed point, words of 32 bits.
-    Fixed,
 }
 
 /// The pseudo-random binary signal that is added to the reference, so that there is something to
@@ -141,18 +126,9 @@ impl fmt::Display for Law {
     }
 }
 
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Single => "single precision",
-            Self::Fixed => "fixed point",
-        })
-    }
-}
-
 impl fmt::Display for LoopSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { core, law, format } = self;
+        let Self { core, law } = self;
         writeln!(
             f,
             "sample time {} s, a count is {} rad, velocity cut-off {} rad/s",
@@ -180,7 +156,7 @@ impl fmt::Display for LoopSettings {
             }
             writeln!(f)?;
         }
-        write!(f, "{law}, in {format}")?;
+        write!(f, "{law}")?;
         learning(&core.identifier, f)
     }
 }
@@ -276,10 +252,6 @@ impl fmt::Display for Settings {
             ServoChanges::Reported => {
                 writeln!(f, "changes of the commissioned servo are reported")?
             }
-            ServoChanges::Followed => writeln!(
-                f,
-                "changes of the commissioned servo are reported, and the gains follow its inertia"
-            )?,
         }
         source.fmt(f)
     }
@@ -376,8 +348,6 @@ pub enum Why {
     NotGiven,
     /// This firmware does not have it.
     NotHere,
-    /// The firmware is built for this arithmetic only.
-    BuiltFor(Format),
 }
 
 impl NotAllowed {
@@ -456,17 +426,6 @@ impl fmt::Display for NotAllowed {
                 f,
                 "this firmware does not have the {name} that was asked for"
             ),
-            Why::BuiltFor(format) => {
-                let (key, build) = match format {
-                    Format::Single => ("f32", "with"),
-                    Format::Fixed => ("fixed", "without"),
-                };
-                write!(
-                    f,
-                    "this firmware computes in {format}: ask for identifier.{name} = \"{key}\", or \
-                     flash a firmware that is built {build} the feature fixed-point"
-                )
-            }
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Frames over a line that loses, doubles and changes bytes.
 
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Format, FrameError, Homing, Law, LoopSettings,
-    MAX_FRAME_BYTES, NoGains, Outcome, Protection, Receiver, Report, Request, ServoChanges,
-    Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
+    Command, Commissioning, Dither, Estimates, FrameError, Homing, Law, LoopSettings,
+    MAX_FRAME_BYTES, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal, Report, Request,
+    ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
 };
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
@@ -53,7 +53,6 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         memory: perhaps(next),
         terms: TermSettings {
             demanded: Terms::NONE.with(Term::Delay).with(Term::Gravity),
-            allowed: Terms::NONE.with(Term::Ripple),
             delay: next(),
             dead_band: next(),
             current_loop: next(),
@@ -94,11 +93,6 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         closed_loop: LoopSettings {
             core,
             law: Law::Gradient { friction },
-            format: if friction {
-                Format::Single
-            } else {
-                Format::Fixed
-            },
         },
         dither: Dither {
             amplitude: next(),
@@ -135,7 +129,8 @@ fn settings_with_every_field_fit_a_message() {
     let framed = frame(&Request { id: 255, command }).expect("it fits");
     assert!(framed.len() <= MAX_FRAME_BYTES, "{}", framed.len());
     let report = Report::Settings { id: 255, settings };
-    assert_eq!(frame(&report).expect("it fits").len(), framed.len());
+    // A report carries no version.
+    assert_eq!(frame(&report).expect("it fits").len() + 1, framed.len());
 }
 
 /// Any estimates.
@@ -243,7 +238,7 @@ fn settings_are_decoded_as_given() {
     let mut settings = filled(&mut || 1.5, u32::MAX, 3);
     let all = settings.to_string();
     assert!(all.contains("b begins with 1.5"), "{all}");
-    assert!(all.contains("gradient over a, b and Coulomb friction, in single precision"));
+    assert!(all.contains("gradient over a, b and Coulomb friction"));
     settings.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     let few = settings.to_string();
     assert!(
@@ -270,7 +265,7 @@ fn request() -> impl Strategy<Value = Request> {
 fn received(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Result<Request, FrameError>> {
     bytes
         .iter()
-        .filter_map(|&byte| receiver.take(byte))
+        .filter_map(|&byte| receiver.take_request(byte))
         .collect()
 }
 
@@ -380,13 +375,108 @@ proptest! {
     }
 }
 
+/// A message in a frame, byte by byte: its check and its framing are computed here apart from the code.
+fn framed_bytes(message: &[u8]) -> Vec<u8> {
+    let mut check = u32::MAX;
+    for &byte in message {
+        check ^= u32::from(byte);
+        for _ in 0..8 {
+            check = check >> 1 ^ if check & 1 == 1 { 0xedb8_8320 } else { 0 };
+        }
+    }
+    let whole = [message, &(!check).to_le_bytes()].concat();
+    let runs = whole.split(|&byte| byte == 0);
+    let mut framed: Vec<u8> = runs
+        .flat_map(|run| [&[run.len() as u8 + 1], run].concat())
+        .collect();
+    framed.push(0);
+    framed
+}
+
+#[test]
+fn the_bytes_of_a_stop_are_these_in_every_version() {
+    const STOP: [u8; 8] = [0x07, 0x09, 0x06, 0x83, 0x0c, 0x78, 0x79, 0x00];
+    let (id, command) = (9, Command::Stop);
+    let stop = Request { id, command };
+    assert_eq!(framed_bytes(&[9, 6]), STOP);
+    assert_eq!(frame(&stop).expect("it fits"), STOP);
+    assert_eq!(received(&mut Receiver::new(), &STOP), [Ok(stop)]);
+    let mut listener = StopListener::new();
+    assert_eq!(STOP.iter().filter(|&&byte| listener.take(byte)).count(), 1);
+}
+
+#[test]
+fn a_request_of_another_version_is_none_whatever_it_asks_for() {
+    const OURS: u8 = PROTOCOL;
+    let heard = |message: &[u8]| {
+        let mut heard = received(&mut Receiver::new(), &framed_bytes(message));
+        (heard.len() == 1)
+            .then(|| heard.remove(0))
+            .expect("a frame")
+    };
+    let refused = |message: &[u8]| {
+        Err(FrameError::NoRequest {
+            id: message[0],
+            given: message[1],
+            bytes: message.len() as u16,
+        })
+    };
+    // Start, as it has always been numbered.
+    let (id, command) = (7, Command::Start);
+    assert_eq!(heard(&[7, OURS, 3]), Ok(Request { id, command }));
+    for version in (0..=u8::MAX).filter(|&version| version != OURS) {
+        assert_eq!(
+            heard(&[7, version, 3]),
+            refused(&[7, version, 3]),
+            "{version}"
+        );
+    }
+    // A request of a host that sends no version, of any number and command; its stop is one here too.
+    for id in [0, 3, 6, OURS - 1, OURS, 255] {
+        for command in (0..=11).filter(|&command| command != 6) {
+            for body in [&[][..], &[0], &[3], &[3, 3], &[0; 8]] {
+                let message = [&[id, command], body].concat();
+                assert_eq!(heard(&message), refused(&message));
+            }
+        }
+    }
+    // A command that is longer, shorter, missing or unknown, and a stop that is longer or in the place of a command.
+    for message in [
+        &[7, OURS, 3, 0][..],
+        &[7, OURS, 4, 0, 0],
+        &[7, OURS],
+        &[7, OURS, 200],
+        &[7, OURS, 11],
+        &[7, 6, 0],
+    ] {
+        assert_eq!(heard(message), refused(message));
+    }
+    assert_eq!(heard(&[7]), Err(FrameError::Unknown));
+}
+
+#[test]
+fn a_refusal_for_another_version_has_the_same_bytes_in_every_version() {
+    let refusal = Refusal::NotUnderstood {
+        spoken: 19,
+        given: 3,
+        bytes: 300,
+    };
+    let shown = refusal.to_string();
+    for part in ["version 19", "version 3", "300 bytes", "flash"] {
+        assert!(shown.contains(part), "{shown}");
+    }
+    let report = Report::Refused { id: 7, refusal };
+    let framed = frame(&report).expect("it fits");
+    assert_eq!(framed, framed_bytes(&[1, 7, 0, 19, 3, 0xac, 0x02])[..]);
+}
+
 #[test]
 fn a_frame_without_end_is_refused_and_forgotten() {
     let mut receiver = Receiver::new();
     for _ in 0..10 * MAX_FRAME_BYTES {
-        assert_eq!(receiver.take::<Request>(7), None);
+        assert_eq!(receiver.take_request(7), None);
     }
-    assert_eq!(receiver.take::<Request>(0), Some(Err(FrameError::TooLong)));
+    assert_eq!(receiver.take_request(0), Some(Err(FrameError::TooLong)));
     let hello = Request {
         id: 3,
         command: Command::Hello,

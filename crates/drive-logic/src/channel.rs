@@ -74,6 +74,10 @@ struct Signals {
     mode_changes: AtomicU32,
     host_frames: AtomicU32,
     background_turns: AtomicU32,
+    /// Samples that ended too late since the start. The interrupt raises it and sets the next one.
+    overruns: AtomicU32,
+    /// No counter: samples for which the axis has stood while it was disabled.
+    standstill: AtomicU32,
     /// No counter: samples for which the background may not run while the servo is disabled.
     disabled_patience: AtomicU32,
 }
@@ -140,6 +144,8 @@ impl Channel {
                 mode_changes: AtomicU32::new(0),
                 host_frames: AtomicU32::new(0),
                 background_turns: AtomicU32::new(0),
+                overruns: AtomicU32::new(0),
+                standstill: AtomicU32::new(0),
                 disabled_patience: AtomicU32::new(1),
             },
         }
@@ -304,6 +310,16 @@ impl BackgroundEnd<'_> {
         raise(&self.signals.requests);
     }
 
+    /// The samples that ended too late since the start.
+    pub(crate) fn overruns(&self) -> u32 {
+        self.signals.overruns.load(Ordering::Relaxed)
+    }
+
+    /// The samples for which the axis has stood while it was disabled.
+    pub(crate) fn standstill(&self) -> u32 {
+        self.signals.standstill.load(Ordering::Relaxed)
+    }
+
     /// Sets the samples for which the background may not run while the servo is disabled.
     pub(crate) fn set_disabled_patience(&self, samples: u32) {
         let place = &self.signals.disabled_patience;
@@ -357,6 +373,26 @@ impl InterruptEnd<'_> {
     #[inline]
     pub(crate) fn drop_solution(&mut self) -> bool {
         self.solutions.dequeue().is_some()
+    }
+
+    /// Sets the samples for which the axis has stood while it was disabled.
+    pub(crate) fn set_standstill(&self, samples: u32) {
+        self.signals.standstill.store(samples, Ordering::Relaxed);
+    }
+
+    /// Counts late samples from zero.
+    pub(crate) fn start_overruns(&self) {
+        self.signals.overruns.store(0, Ordering::Relaxed);
+    }
+
+    /// Ends a sample that drove the servo: counts it if it ended too late.
+    #[inline]
+    pub(crate) fn end_sample(&self, late: bool) -> bool {
+        self.set_standstill(0);
+        if late {
+            raise(&self.signals.overruns);
+        }
+        late
     }
 
     pub(crate) fn stops(&self) -> u32 {

@@ -26,9 +26,6 @@ pub trait Chip {
     /// that cannot be known.
     fn steps(&mut self) -> Option<i16>;
 
-    /// The voltage at the analogue input, parts of 10 V; none beyond 10.5 V.
-    fn voltage(&mut self) -> Option<f32>;
-
     /// True if the time of the next sample has come.
     fn next_is_due(&self) -> bool;
 

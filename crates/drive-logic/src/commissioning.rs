@@ -187,10 +187,10 @@ impl Commissioning {
         }
     }
 
-    /// Takes in whether a sample ended before the next was due.
+    /// Takes in whether a sample ended too late.
     #[inline]
-    pub(crate) fn end_sample(&mut self, in_time: bool) {
-        self.late = !in_time;
+    pub(crate) fn end_sample(&mut self, late: bool) {
+        self.late = late;
     }
 
     /// Has a command act, or disables the servo.
@@ -249,6 +249,10 @@ impl Commissioning {
             self.commission.accept(&mut self.state, decision);
         }
         let is_end = step.phase.is_end();
+        if is_end && count.is_none() {
+            // No reading is bridged any longer.
+            self.abort_with_fault(Fault::EncoderLost);
+        }
         if self.disabled || (is_end && command.is_none()) {
             return Course::Over;
         }

@@ -1,6 +1,6 @@
 //! The background's turns: requests first, then reports while the line has room, then work.
 
-use drive_link::{Line, MAX_FRAME_BYTES, Receiver, Report};
+use drive_link::{FrameError, Line, MAX_FRAME_BYTES, PROTOCOL, Receiver, Refusal, Report};
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::supervisor::Supervisor;
@@ -62,6 +62,15 @@ impl Conversation {
                 Some(Ok(request)) => {
                     let answer = supervisor.answer_after(&request, || line.listen());
                     send(line, &answer, 0);
+                    return true;
+                }
+                Some(Err(FrameError::NoRequest { id, given, bytes })) => {
+                    let refusal = Refusal::NotUnderstood {
+                        spoken: PROTOCOL,
+                        given,
+                        bytes,
+                    };
+                    send(line, &Report::Refused { id, refusal }, 0);
                     return true;
                 }
                 Some(Err(_)) => supervisor.count_garbled(),

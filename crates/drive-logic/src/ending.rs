@@ -8,16 +8,34 @@ use crate::time::samples;
 
 /// Counts within which the servo is at rest, and for how long, s.
 const REST_COUNTS: u32 = 4;
-const REST_TIME: f64 = 0.02;
+pub(crate) const REST_TIME: f64 = 0.02;
+
+/// A place at which a servo stands: the count, and the samples for which it has been there.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Standstill {
+    at: i32,
+    samples: u32,
+}
+
+impl Standstill {
+    /// The samples for which it stands, after one at a count.
+    pub(crate) fn take(&mut self, count: i32) -> u32 {
+        if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
+            (self.at, self.samples) = (count, 0);
+        } else {
+            self.samples = self.samples.saturating_add(1);
+        }
+        self.samples
+    }
+}
 
 /// A servo that comes to rest, or does not within its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rest {
     max_samples: u32,
     needed: u32,
-    /// The count at which it has stayed, for how many samples, and the samples that are left.
-    at: i32,
-    still: u32,
+    standstill: Standstill,
+    /// The samples that are left.
     left: u32,
 }
 
@@ -28,26 +46,24 @@ impl Rest {
         Self {
             max_samples,
             needed: samples(REST_TIME, units),
-            at: 0,
-            still: 0,
+            standstill: Standstill::default(),
             left: max_samples,
         }
     }
 
     /// From a count on.
     pub(crate) fn begin(&mut self, count: i32) {
-        (self.at, self.still, self.left) = (count, 0, self.max_samples);
+        self.standstill = Standstill {
+            at: count,
+            samples: 0,
+        };
+        self.left = self.max_samples;
     }
 
     /// True if it rests after a sample at a count, or its time is over.
     pub(crate) fn is_over(&mut self, count: i32) -> bool {
-        if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
-            (self.at, self.still) = (count, 0);
-        } else {
-            self.still = self.still.saturating_add(1);
-        }
         self.left = self.left.saturating_sub(1);
-        self.still >= self.needed || self.left == 0
+        self.standstill.take(count) >= self.needed || self.left == 0
     }
 }
 
@@ -229,6 +245,26 @@ mod tests {
         // It stands at once: 20 samples show that.
         let end = until(&mut ending, |_| 2000);
         assert_eq!(end, (20, Course::Ended(Ended::Over)));
+    }
+
+    #[test]
+    fn the_earlier_of_both_ends_a_run_whose_time_and_silence_are_bounded() {
+        let mut silent = ending(10.0, 0.3);
+        assert_eq!(until(&mut silent, |_| 0), (300, Course::Rests));
+        let lost = Ended::Faulted(Fault::LinkLost);
+        assert_eq!(until(&mut silent, |_| 0), (20, Course::Ended(lost)));
+        let mut over = ending(0.2, 0.3);
+        assert_eq!(until(&mut over, |_| 0), (200, Course::Rests));
+        assert_eq!(until(&mut over, |_| 0), (20, Course::Ended(Ended::Over)));
+        // And while the host talks, its silence begins anew and the time does not.
+        let mut talking = ending(0.5, 0.3);
+        for k in 1..500 {
+            if k % 100 == 0 {
+                talking.link_alive();
+            }
+            assert_eq!(talking.check(0), Course::Continues, "{k}");
+        }
+        assert_eq!(talking.check(0), Course::Rests);
     }
 
     #[test]

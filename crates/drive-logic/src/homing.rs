@@ -1,6 +1,7 @@
 //! The way to the home position: to a switch, off it slowly, and to the switch's edge or the index pulse behind it.
 
 use drive_link::{Fault, NotAllowed, Settings};
+use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 use crate::chip::Chip;
@@ -93,7 +94,7 @@ impl Homing {
         }
         // Distances are within the travel, which is within what 32 bits hold.
         let counts = |radians: f64| (radians * units.position()) as i32;
-        let speed = |speed: f64| (speed * units.velocity()) as f32;
+        let speed = |speed: f64| f32::from_f64(speed * units.velocity());
         let revolution = core::f64::consts::TAU * REVOLUTIONS_TO_INDEX;
         Ok(Some(Self {
             direction: if given.seek > 0.0 { 1 } else { -1 },

@@ -14,8 +14,7 @@
 //! ```
 //!
 //! A servo is driven by one *mode* at a time: a run, which controls and identifies, or a commissioning. The supervisor
-//! builds it and lends it to the sampler, which returns it at its end. The loop of a run is computed in single precision,
-//! or in fixed point with the feature `fixed-point`.
+//! builds it and lends it to the sampler, which returns it at its end. The loop of a run is computed in single precision.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -33,7 +32,6 @@ mod homing;
 mod image;
 mod listener;
 mod messages;
-mod new_gains;
 mod outside;
 mod protection;
 mod reference;

@@ -6,7 +6,6 @@ use identifier_core::commission::Phase;
 use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;
 use crate::guide::Origin;
-use crate::new_gains::NewGains;
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, Counts, RunSample};
 
@@ -32,8 +31,6 @@ pub(crate) enum Order {
     Target(i32),
     /// Drive the axis home.
     Home,
-    /// Exchange the gains of the run.
-    ExchangeGains(NewGains),
     /// Clear a fault, if its cause is gone.
     Clear,
     /// Report samples at this interval; 0 for none.

@@ -2,8 +2,10 @@
 
 use drive_link::{Dither, Fault, NotAllowed, Settings};
 use identifier_core::control::ControlSample;
+use identifier_core::number::Number;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
+use identifier_core::watch::LateSamples;
 
 use crate::chip::Lines;
 use crate::closed_loop::Handover;
@@ -51,7 +53,7 @@ pub(crate) struct Protection {
     stall: StallWatch,
     lines: LineWatch,
     max_late: u32,
-    late: u32,
+    late: LateSamples,
 }
 
 /// The watch over the speed: the distance in a fixed interval.
@@ -77,6 +79,28 @@ struct StallWatch {
     at_rest: f32,
 }
 
+/// The largest position error, rad, speed, rad/s, and time, s, that the samples compute with.
+pub(crate) fn largest(units: &Units) -> [f64; 3] {
+    /// Counts in a sample that an encoder's counter of 16 bits tells from those of the other direction.
+    const COUNTS_IN_A_SAMPLE: f64 = i16::MAX as f64;
+    [
+        f64::from(f32::REACH) * units.position_unit(),
+        COUNTS_IN_A_SAMPLE / units.velocity(),
+        f64::from(u32::MAX) * units.sample_time(),
+    ]
+}
+
+/// # Errors
+/// A limit that is not positive, or beyond the largest.
+pub(crate) fn check_limit(name: &str, value: f64, most: f64) -> Result<(), NotAllowed> {
+    // Not a number is none.
+    if value > 0.0 && value <= most {
+        Ok(())
+    } else {
+        Err(out_of_range(name, value, (0.0, most)))
+    }
+}
+
 /// The largest distance of a target from where the servo started, rad.
 pub(crate) fn reach(settings: &Settings) -> f64 {
     settings.protection.travel - AMPLITUDES_OF_TRAVEL * settings.dither.amplitude
@@ -93,41 +117,36 @@ impl Protection {
         units: &Units,
     ) -> Result<Self, NotAllowed> {
         let given = &settings.protection;
-        for (name, value) in [
-            ("following_error", given.following_error),
-            ("travel", given.travel),
-            ("pace", given.pace),
-            ("speed", given.speed),
-            ("breakaway", given.breakaway),
-            ("stall_time", given.stall_time),
-            ("stop_time", given.stop_time),
+        let [farthest, fastest, longest] = largest(units);
+        for (name, value, most) in [
+            ("following_error", given.following_error, farthest),
+            (
+                "travel",
+                given.travel,
+                MAX_DISTANCE_COUNTS * units.position_unit(),
+            ),
+            ("pace", given.pace, fastest),
+            ("speed", given.speed, fastest),
+            ("breakaway", given.breakaway, 1.0),
+            ("stall_time", given.stall_time, longest),
+            ("stop_time", given.stop_time, longest),
         ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(out_of_range(name, value, (f64::MIN_POSITIVE, f64::MAX)));
-            }
+            check_limit(name, value, most)?;
         }
         for (name, value) in [
             ("duration", given.duration),
             ("link_timeout", given.link_timeout),
         ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(out_of_range(name, value, (0.0, f64::MAX)));
+            // Zero is none.
+            if value != 0.0 {
+                check_limit(name, value, longest)?;
             }
         }
         if given.overruns == 0 {
             return Err(out_of_range("overruns", 0.0, (1.0, 255.0)));
         }
-        let farthest = MAX_DISTANCE_COUNTS * units.position_unit();
-        if given.travel > farthest {
-            let within = (f64::MIN_POSITIVE, farthest);
-            return Err(out_of_range("travel", given.travel, within));
-        }
         let [low, high] = controller.limit;
         let limit = high.min(-low);
-        if given.breakaway > 1.0 {
-            let within = (f64::MIN_POSITIVE, 1.0);
-            return Err(out_of_range("breakaway", given.breakaway, within));
-        }
         let breakaway = given.breakaway * limit;
         let Dither { amplitude, .. } = settings.dither;
         for (name, value, least, other) in [
@@ -158,7 +177,7 @@ impl Protection {
         let interval = samples(SPEED_TIME, units);
         let counts_in_interval = given.speed * units.velocity() * f64::from(interval);
         Ok(Self {
-            following_error: (given.following_error * units.position()) as f32,
+            following_error: f32::from_f64(given.following_error * units.position()),
             // Within 2³⁰ counts.
             travel: (given.travel * units.position() + ROUNDING) as u32,
             origin: 0,
@@ -170,7 +189,7 @@ impl Protection {
                 from: 0,
             },
             stall: StallWatch {
-                change: stalls_at as f32,
+                change: f32::from_f64(stalls_at),
                 max_samples: samples(given.stall_time, units),
                 stalled: 0,
                 from: 0,
@@ -178,7 +197,7 @@ impl Protection {
             },
             lines: LineWatch::new(units),
             max_late: u32::from(given.overruns),
-            late: 0,
+            late: LateSamples::default(),
         })
     }
 
@@ -220,21 +239,13 @@ impl Protection {
         self.stall.check(sample, count)
     }
 
-    /// Takes in that a sample ended in time.
+    /// Takes in whether a sample ended too late.
+    ///
+    /// # Errors
+    /// Too many did.
     #[inline]
-    pub(crate) fn ended_in_time(&mut self) {
-        self.late = 0;
-    }
-
-    /// Takes in that a sample ended too late.
-    #[cold]
-    pub(crate) fn ended_late(&mut self) -> Result<(), Fault> {
-        self.late = self.late.saturating_add(1);
-        if self.late >= self.max_late {
-            Err(Fault::Overrun)
-        } else {
-            Ok(())
-        }
+    pub(crate) fn end_sample(&mut self, late: bool) -> Result<(), Fault> {
+        self.late.take(late, self.max_late)
     }
 }
 

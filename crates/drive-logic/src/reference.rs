@@ -44,7 +44,7 @@ impl Reference {
             )?;
             Some((prbs, Excitation::<f32>::start(&prbs)))
         };
-        let pace = (settings.protection.pace * units.velocity()) as f32;
+        let pace = f32::from_f64(settings.protection.pace * units.velocity());
         Ok(Self {
             dither,
             usual_pace: pace,

@@ -19,7 +19,6 @@ use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonito
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin};
-use crate::new_gains::NewGains;
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
@@ -130,29 +129,6 @@ impl Run {
         self.closed_loop.know(servo, motion);
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
-        }
-    }
-
-    /// The gains of a run with these settings, for this servo.
-    #[inline(never)]
-    pub(crate) fn gains_for(settings: &Settings, servo: &IdentifiedServo) -> Option<NewGains> {
-        let core = &settings.closed_loop.core;
-        let axis = axis(core, &core.controller?);
-        Some(NewGains {
-            controller: ClosedLoop::controller(&loop_settings(settings))?,
-            known: KnownServo::from_identified(&axis, servo),
-        })
-    }
-
-    /// Goes on with other gains.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn exchange_gains(&mut self, gains: &NewGains) {
-        let last = self.last;
-        self.closed_loop
-            .exchange_controller(&gains.controller, &last);
-        if let Some(known) = &gains.known {
-            self.watch.know(&mut self.watched, known);
         }
     }
 
@@ -272,18 +248,13 @@ impl Run {
         self.closed_loop.examine()
     }
 
-    /// Counts a sample that ended before the next was due, or late.
+    /// Takes in whether a sample ended too late.
     ///
     /// # Errors
-    /// Too many in a row were late.
+    /// Too many did.
     #[inline]
-    pub(crate) fn end_sample(&mut self, in_time: bool) -> Result<(), Ended> {
-        if in_time {
-            self.protection.ended_in_time();
-            Ok(())
-        } else {
-            self.protection.ended_late().map_err(Ended::Faulted)
-        }
+    pub(crate) fn end_sample(&mut self, late: bool) -> Result<(), Ended> {
+        self.protection.end_sample(late).map_err(Ended::Faulted)
     }
 
     /// The last sample as it is reported.
@@ -385,13 +356,11 @@ fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAl
     let is_examined = *law == Law::GaussNewton && core.identifier.terms.demanded.is_empty();
     match settings.servo_changes {
         ServoChanges::Ignored => Ok(0),
-        ServoChanges::Reported | ServoChanges::Followed if is_examined => {
+        ServoChanges::Reported if is_examined => {
             let interval = samples(ServoChangeState::INTERVAL, units);
             Ok(u16::try_from(interval).unwrap_or(u16::MAX))
         }
-        ServoChanges::Reported | ServoChanges::Followed => {
-            Err(conversion::refusal("servo_changes", Why::NotHere))
-        }
+        ServoChanges::Reported => Err(conversion::refusal("servo_changes", Why::NotHere)),
     }
 }
 

@@ -10,6 +10,7 @@ use crate::background_watch::BackgroundWatch;
 use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
+use crate::ending::Standstill;
 use crate::messages::{Event, Examination, InterruptState, Mode, Order};
 use crate::run::Run;
 use crate::telemetry::{Counts, ReportTimer};
@@ -37,6 +38,8 @@ pub struct Sampler<'a> {
     examination_timer: ReportTimer,
     counts: Counts,
     background: BackgroundWatch,
+    /// The axis while it is disabled.
+    standstill: Standstill,
 }
 
 impl<'a> Sampler<'a> {
@@ -58,6 +61,7 @@ impl<'a> Sampler<'a> {
             examination_timer: ReportTimer::NEVER,
             counts: Counts::default(),
             background: BackgroundWatch::new(),
+            standstill: Standstill::default(),
         }
     }
 
@@ -104,8 +108,9 @@ impl<'a> Sampler<'a> {
             Err(ended) => return self.end_run(ended, output),
         }
         let guided = run.guide(chip);
-        let in_time = self.counts.end_sample(chip);
-        match guided.and_then(|is_home| run.end_sample(in_time).map(|()| is_home)) {
+        self.standstill = Standstill::default();
+        let late = self.channel.end_sample(chip.next_is_due());
+        match guided.and_then(|is_home| run.end_sample(late).map(|()| is_home)) {
             Ok(false) => {}
             Ok(true) => self.report_state(),
             Err(ended) => {
@@ -148,7 +153,8 @@ impl<'a> Sampler<'a> {
                 self.counts.dropped = self.counts.dropped.saturating_add(1);
             }
         }
-        commissioning.end_sample(self.counts.end_sample(chip));
+        self.standstill = Standstill::default();
+        commissioning.end_sample(self.channel.end_sample(chip.next_is_due()));
         self.feed_watchdog(chip);
     }
 
@@ -157,7 +163,9 @@ impl<'a> Sampler<'a> {
     fn rest<C: Chip>(&mut self, chip: &mut C) {
         let (sensor, output) = chip.servo();
         // Read even so: a counter of few bits that wraps unread loses its turns.
-        let _ = sensor.count();
+        let count = sensor.count();
+        let stands_for = count.map_or(0, |count| self.standstill.take(count));
+        self.channel.set_standstill(stands_for);
         let is_disabled = output.release().is_ok();
         if !is_disabled && self.fault.is_none() {
             self.fault = Some(Fault::ActuatorFailed);
@@ -233,7 +241,7 @@ impl<'a> Sampler<'a> {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.refuse(mode, Reason::Stopped),
             Order::Watch(interval) => self.report_timer = ReportTimer::every(interval),
-            Order::Target(_) | Order::Home | Order::ExchangeGains(_) | Order::Clear => {}
+            Order::Target(_) | Order::Home | Order::Clear => {}
         }
     }
 
@@ -255,11 +263,6 @@ impl<'a> Sampler<'a> {
             Order::Home => {
                 if let Some(Mode::Run(run)) = &mut self.mode {
                     run.home();
-                }
-            }
-            Order::ExchangeGains(gains) => {
-                if let Some(Mode::Run(run)) = &mut self.mode {
-                    run.exchange_gains(&gains);
                 }
             }
             Order::Clear => self.clear(lines),
@@ -292,6 +295,7 @@ impl<'a> Sampler<'a> {
             }
         }
         self.counts.start();
+        self.channel.start_overruns();
         let is_commissioning = matches!(mode, Mode::Commissioning(_));
         self.drive_by(mode);
         if is_commissioning {

@@ -175,19 +175,32 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
+    /// True if an area must be erased for the next record.
+    pub fn must_erase(&mut self) -> bool {
+        self.blank_slot().is_none()
+    }
+
+    /// The next blank slot in the area of the newest record.
+    fn blank_slot(&mut self) -> Option<u32> {
+        let behind = self.newest.map_or(0, |newest| newest.slot + 1);
+        (behind..(self.area() + 1) * Self::SLOTS).find(|&slot| {
+            let is_blank = |_, bytes: &[u8]| bytes.iter().all(|&byte| byte == 0xff);
+            self.reads(slot, is_blank) == Ok(true)
+        })
+    }
+
+    /// The area of the newest record.
+    fn area(&self) -> u32 {
+        self.newest.map_or(0, |newest| newest.slot / Self::SLOTS)
+    }
+
     /// The next blank slot in the area of the newest record, or the first of the other area once that
     /// is erased.
     fn free_slot(&mut self) -> Result<u32, StoreError> {
-        let (area, behind) = match self.newest {
-            Some(Newest { slot, .. }) => (slot / Self::SLOTS, slot + 1),
-            None => (0, 0),
-        };
-        for slot in behind..(area + 1) * Self::SLOTS {
-            let is_blank = |_, bytes: &[u8]| bytes.iter().all(|&byte| byte == 0xff);
-            if self.reads(slot, is_blank) == Ok(true) {
-                return Ok(slot);
-            }
+        if let Some(slot) = self.blank_slot() {
+            return Ok(slot);
         }
+        let area = self.area();
         let other = if self.newest.is_some() {
             (area + 1) % AREAS
         } else {
@@ -307,7 +320,6 @@ mod tests {
     use identifier_core::tuning::{Cap, Promise};
 
     use super::*;
-    use crate::closed_loop::FORMAT;
 
     const ANY: f64 = 1.0;
 
@@ -352,7 +364,6 @@ mod tests {
                     ..identifier_core::Settings::new(ANY, ANY)
                 },
                 law: Law::Gradient { friction: true },
-                format: FORMAT,
             },
             dither: Dither {
                 amplitude: ANY,

@@ -4,7 +4,6 @@ use drive_link::Noticed;
 use identifier_core::commission::{CommissionStep, Phase};
 use identifier_core::identifier;
 
-use crate::chip::Chip;
 use crate::closed_loop::Learnt;
 
 /// The samples that are reported.
@@ -50,8 +49,6 @@ impl ReportTimer {
 pub(crate) struct Counts {
     /// Events of the identifier since the start.
     pub(crate) noticed: Noticed,
-    /// Samples that ended too late since the start.
-    pub(crate) overruns: u32,
     /// Samples that were not reported for want of room since the drive was switched on.
     pub(crate) dropped: u32,
 }
@@ -63,16 +60,6 @@ impl Counts {
             dropped: self.dropped,
             ..Self::default()
         };
-    }
-
-    /// True if a sample has ended before the next is due; an overrun is counted.
-    #[inline]
-    pub(crate) fn end_sample<C: Chip>(&mut self, chip: &C) -> bool {
-        let in_time = !chip.next_is_due();
-        if !in_time {
-            self.overruns = self.overruns.saturating_add(1);
-        }
-        in_time
     }
 
     #[inline]

@@ -7,12 +7,14 @@ mod support;
 use std::collections::VecDeque;
 
 use drive_link::{
-    Command, Format, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
+    Command, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
 };
 use drive_logic::Conversation;
+use identifier_core::commission::CommissionSettings;
 use proptest::prelude::*;
+use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
-use support::{Bench, FORMAT, Flash, OTHER_FORMAT, SECTOR, settings};
+use support::{Bench, Flash, SECTOR, settings};
 
 /// The numbers of settings that a user may get wrong.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
@@ -83,21 +85,25 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn law() -> impl Strategy<Value = (Law, Format)> {
-    let law = prop_oneof![
+fn number_of_any_size() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        number(),
+        (-50.0..50.0).prop_map(|power| f64::powf(10.0, power))
+    ]
+}
+
+fn law() -> impl Strategy<Value = Law> {
+    prop_oneof![
         Just(Law::Gradient { friction: false }),
         Just(Law::Gradient { friction: true }),
         Just(Law::GaussNewton),
-    ];
-    // The other arithmetic is refused.
-    (law, prop_oneof![4 => Just(FORMAT), 1 => Just(OTHER_FORMAT)])
+    ]
 }
 
 fn source() -> impl Strategy<Value = TargetSource> {
     prop_oneof![
         2 => Just(TargetSource::Line),
         1 => number().prop_map(|step| TargetSource::Steps { step }),
-        1 => number().prop_map(|range| TargetSource::Voltage { range }),
     ]
 }
 
@@ -108,7 +114,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         0..4,
     );
     let of_run = (0_u8..4, source(), any::<bool>());
-    (changes, law(), of_run).prop_map(|(changes, (law, format), (overruns, source, index))| {
+    (changes, law(), of_run).prop_map(|(changes, law, (overruns, source, index))| {
         let mut wanted = settings();
         wanted.source = source;
         wanted.homing = Some(Homing {
@@ -119,7 +125,6 @@ fn any_settings() -> impl Strategy<Value = Settings> {
             offset: 2.0,
         });
         wanted.closed_loop.law = law;
-        wanted.closed_loop.format = format;
         wanted.protection.overruns = overruns;
         for (place, number, as_factor) in changes {
             let mut numbers = numbers(&mut wanted);
@@ -180,7 +185,7 @@ proptest! {
     #[test]
     fn settings_of_any_numbers_are_refused_or_run_within_their_limits(
         wanted in any_settings(),
-        outside in prop::collection::vec((prop::option::of(any::<i16>()), prop::option::of(-1.05_f32..1.05)), 1..10),
+        outside in prop::collection::vec(prop::option::of(any::<i16>()), 1..10),
         homes in any::<bool>(),
         switch in (-1.0..1.0, 0.0..2.0),
     ) {
@@ -195,9 +200,7 @@ proptest! {
                     drive.ask(Command::Home);
                 }
                 for k in 0..300 {
-                    let (steps, voltage) = outside[k / 20 % outside.len()];
-                    bench.steps.set(steps);
-                    bench.voltage.set(voltage);
+                    bench.steps.set(outside[k / 20 % outside.len()]);
                     for report in drive.pass(1) {
                         if let Report::Snapshot(shown) = report {
                             let command = f64::from(shown.command);
@@ -207,6 +210,51 @@ proptest! {
                         }
                     }
                     holds_what_it_may(&drive)?;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn any_order_to_commission_is_refused_or_keeps_its_limits(
+        changes in prop::collection::vec((0_usize..9, number_of_any_size(), any::<bool>()), 0..3),
+    ) {
+        let mut order = ORDER;
+        for (place, number, as_factor) in changes {
+            let CommissionSettings { limits, command_delay, max_gain, noise, .. } = &mut order;
+            let [low, high] = &mut limits.travel;
+            let [least, most] = &mut limits.command;
+            let numbers = [
+                low,
+                high,
+                &mut limits.speed,
+                least,
+                most,
+                &mut limits.duration,
+                command_delay,
+                noise,
+                max_gain.get_or_insert(1000.0),
+            ];
+            let changed = numbers.into_iter().nth(place).expect("nine");
+            *changed = if as_factor { *changed * number } else { number };
+        }
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        if let Report::Done { .. } = drive.ask(Command::Commission(order)) {
+            let [low, high] = order.limits.travel;
+            let counts = |radians: f64| (radians / order.resolution) as f32;
+            prop_assert!(counts(low).is_finite() && counts(high - low) <= 16_777_216.0);
+            let a_sample = counts(order.limits.speed * order.sample_time);
+            prop_assert!(a_sample > 0.0 && a_sample <= 32_767.01, "{}", a_sample);
+            let [least, most] = order.limits.command;
+            prop_assert!((-10.0..0.0).contains(&least) && most > 0.0 && most <= 10.0);
+            for _ in 0..1000 {
+                drive.pass(1);
+                if let Some(command) = bench.held.get() {
+                    // Until it ends, and the gains before hold the servo.
+                    let is_within = (least..=most).contains(&f64::from(command));
+                    prop_assert!(command.is_finite() && command.abs() <= 10.0);
+                    prop_assert!(is_within || drive.supervisor.state() == State::Commissioning);
                 }
             }
         }

@@ -55,9 +55,29 @@ fn contradictory_settings_are_refused_by_name_before_anything_is_kept_or_moves()
             order.limits.command[1] = 10.1;
             order
         }),
+        ("limit_low", {
+            let mut order = ORDER;
+            order.limits.command[0] = -10.1;
+            order
+        }),
         ("travel", {
             let mut order = ORDER;
             order.limits.travel = [1.0, 2.0];
+            order
+        }),
+        ("travel", {
+            let mut order = ORDER;
+            order.limits.travel = [-1.8e40, 1.0];
+            order
+        }),
+        ("duration", {
+            let mut order = ORDER;
+            order.limits.duration = 1.8e40;
+            order
+        }),
+        ("speed", {
+            let mut order = ORDER;
+            order.limits.speed = 1.8e40;
             order
         }),
         ("speed", {
@@ -213,6 +233,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
     ];
     for (event, refusal) in events {
         boot!(drive, &bench, &flash);
+        drive.pass(30);
         let mut listener = drive.listener.take().expect("one line");
         let answer = drive
             .supervisor
@@ -224,6 +245,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
     {
         boot!(drive, &bench, &flash);
         assert_eq!(drive.status().commissioning, None);
+        drive.pass(30);
         // The queue of orders is full.
         for _ in 0..3 {
             drive.done(Command::Watch(1));
@@ -233,6 +255,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
     }
     boot!(drive, &bench, &flash);
     assert_eq!(drive.status().commissioning, None);
+    drive.pass(30);
     drive.done(Command::Commission(ORDER));
 }
 
@@ -398,6 +421,8 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
             } else {
                 assert_eq!(says, None, "cut after {cut} of {steps:?}: reported twice");
             }
+            // That it was reported is saved where the axis stands.
+            drive.pass(30);
             drive.done(Command::Start);
         }
     }

@@ -362,6 +362,114 @@ fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() 
 }
 
 #[test]
+fn the_command_that_holds_the_load_after_a_commissioning_is_no_stall() {
+    // More than the breakaway, 3, and friction keeps the axis where it is.
+    let heavy = ServoParameters {
+        load: 1000.0,
+        coulomb: 100.0,
+        ..SERVO
+    };
+    let (bench, flash) = (Bench::new(&heavy), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    assert!(held(&drive).abs() > 3.2, "{}", held(&drive));
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::ReleasedCheck);
+    drive.refusal(Command::Start);
+    over(&mut drive);
+    drive.pass(1000);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+#[test]
+fn everything_is_watched_after_its_end_until_the_loop_resumes() {
+    type Harm = fn(&mut Drive<'_>);
+    let harms: [(Harm, Option<Fault>); 7] = [
+        (
+            |drive| drive.lines(|lines| lines.amplifier = false),
+            Some(Fault::AmplifierFault),
+        ),
+        (
+            |drive| drive.lines(|lines| lines.low_switch = false),
+            Some(Fault::LimitSwitch),
+        ),
+        (
+            |drive| drive.bench.stage_works.set(false),
+            Some(Fault::ActuatorFailed),
+        ),
+        (
+            |drive| drive.bench.sensor_works.set(false),
+            Some(Fault::EncoderLost),
+        ),
+        (|_| {}, Some(Fault::LinkLost)),
+        (|drive| drive.bench.late.set(true), None),
+        (|drive| drive.bench.plant.borrow_mut().position += 2.0, None),
+    ];
+    for (harm, fault) in harms {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let mut wanted = quiet();
+        wanted.protection.link_timeout = if fault == Some(Fault::LinkLost) {
+            0.2
+        } else {
+            0.0
+        };
+        drive.done(Command::Configure(wanted));
+        drive.done(Command::Start);
+        drive.pass(10);
+        drive.done(Command::Commission(ORDER));
+        until(&mut drive, Phase::Probing);
+        drive.refusal(Command::Start);
+        // The background has not built the loop yet.
+        drive.pass_without_work(100);
+        assert!(bench.held.get().is_some(), "it holds the servo");
+        harm(&mut drive);
+        drive.pass_without_work(300);
+        assert_eq!(bench.held.get(), None, "{fault:?}");
+        drive.pass(2);
+        let state = fault.map_or(State::Released, State::Faulted);
+        assert_eq!(drive.supervisor.state(), state, "{fault:?}");
+    }
+}
+
+#[test]
+fn an_answer_of_the_solver_after_its_end_changes_nothing() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Fit);
+    drive.refusal(Command::Start);
+    over(&mut drive);
+    let ended = outcome(&mut drive);
+    assert_eq!(ended.commissioning.reason, Some(Reason::ModeChanged));
+    assert_eq!((ended.servo, ended.tuning), (None, None));
+}
+
+#[test]
+fn no_command_of_it_is_beyond_the_order_s_limits() {
+    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
+    boot!(drive, &bench, &flash);
+    run(&mut drive, quiet());
+    let mut order = ORDER;
+    order.limits.command = [-1.5, 2.0];
+    // A push has the loop command more than that when the order comes.
+    bench.hold_at(position(&drive) - 0.3);
+    drive.sample();
+    assert!(held(&drive) > 2.0, "{}", held(&drive));
+    drive.done(Command::Commission(order));
+    for sample in 0..3000 {
+        drive.pass(1);
+        if drive.supervisor.state() != State::Commissioning {
+            break;
+        }
+        let command = f64::from(held(&drive));
+        let [low, high] = order.limits.command;
+        assert!((low..=high).contains(&command), "{command} in {sample}");
+    }
+}
+
+#[test]
 fn a_silent_host_ends_it_as_it_ends_a_run() {
     let mut listening = quiet();
     listening.protection.link_timeout = 0.05;

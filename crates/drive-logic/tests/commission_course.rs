@@ -276,6 +276,86 @@ fn its_late_samples_are_counted_and_reported() {
 }
 
 #[test]
+fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Probing);
+    bench.stage_works.set(false);
+    drive.sample();
+    assert_eq!(bench.held.get(), None);
+}
+
+#[test]
+fn its_result_is_saved_once_the_axis_stands_if_the_flash_must_be_erased_for_that() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    // With the mark at its begin, all that an area holds.
+    drive.done(Command::Save);
+    drive.done(Command::Save);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert_eq!(outcome(&mut drive).commissioning, APPLIED);
+    assert_eq!(bench.held.get(), None);
+    // Turned by hand.
+    for k in 0..100 {
+        bench.hold_at(0.01 * f64::from(k));
+        drive.pass(1);
+        assert_eq!((flash.erased.get(), outcome(&mut drive).kept), (0, false));
+    }
+    drive.pass(18);
+    assert_eq!((flash.erased.get(), outcome(&mut drive).kept), (0, false));
+    drive.pass(4);
+    assert_eq!((flash.erased.get(), outcome(&mut drive).kept), (1, true));
+    drive.pass(100);
+    assert_eq!(flash.erased.get(), 1, "once");
+}
+
+#[test]
+fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    assert!(outcome(&mut drive).kept);
+    let run = |drive: &mut Drive<'_>| {
+        let steps = flash.steps.get();
+        drive.done(Command::Start);
+        drive.pass(100);
+        drive.done(Command::Stop);
+        drive.pass(100);
+        assert_eq!(flash.steps.get(), steps);
+    };
+    run(&mut drive);
+    // Nor after one that has found nothing.
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Probing);
+    drive.refusal(Command::Start);
+    over(&mut drive);
+    drive.pass(100);
+    run(&mut drive);
+}
+
+#[test]
+fn a_flash_that_fails_is_tried_again_with_the_end_of_a_run_and_not_all_the_time() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Trial);
+    flash.steps_left.set(0);
+    over(&mut drive);
+    drive.pass(200);
+    assert_eq!(outcome(&mut drive).commissioning, APPLIED);
+    assert_eq!((flash.refused.get(), outcome(&mut drive).kept), (1, false));
+    flash.steps_left.set(usize::MAX);
+    drive.done(Command::Start);
+    drive.pass(100);
+    drive.done(Command::Stop);
+    drive.pass(100);
+    assert!(outcome(&mut drive).kept);
+}
+
+#[test]
 fn a_silent_host_ends_it_in_any_phase() {
     let mut listening = settings();
     listening.protection.link_timeout = 0.01;

@@ -16,7 +16,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, COUNTS, Flash, HEALTHY, OTHER_FORMAT, STAGE, diagonal, settings};
+use support::{Bench, COUNTS, Flash, HEALTHY, STAGE, diagonal, settings};
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
@@ -279,16 +279,12 @@ fn gravity_is_estimated_by_the_angle_of_the_counter() {
 fn terms_that_the_drive_would_ignore_are_refused() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    let mut on_evidence = first_contact();
-    on_evidence.closed_loop.core.identifier.terms.allowed = Terms::NONE.with(Term::Delay);
-    let mut of_gradient = settings();
-    of_gradient.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
-    for (mut wanted, name) in [(on_evidence, "terms"), (of_gradient, "required_terms")] {
-        let expected = Refusal::Setting(NotAllowed::new(name, Why::NotHere));
-        assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
-        wanted.closed_loop.core.controller = None;
-        assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
-    }
+    let mut wanted = settings();
+    wanted.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
+    let expected = Refusal::Setting(NotAllowed::new("required_terms", Why::NotHere));
+    assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
+    wanted.closed_loop.core.controller = None;
+    assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
 }
 
 #[test]
@@ -593,7 +589,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
     fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
         &mut settings.closed_loop.core.identifier
     }
-    let changes: [(&str, Change); 25] = [
+    let changes: [(&str, Change); 24] = [
         ("kp", |s| pid(s).kp = 0.0),
         ("kp", |s| pid(s).kp = 1.0),
         ("kd", |s| pid(s).kd = f64::NAN),
@@ -606,7 +602,6 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("resolution", |s| s.closed_loop.core.resolution = 0.0),
         ("sample_time", |s| s.closed_loop.core.sample_time = -1e-3),
         ("cutoff", |s| s.closed_loop.core.cutoff = 0.0),
-        ("arithmetic", |s| s.closed_loop.format = OTHER_FORMAT),
         ("mu", |s| identifier(s).mu = Some(1e6)),
         ("initial.b", |s| identifier(s).initial.b = Some(1e9)),
         ("bounds.a", |s| identifier(s).bounds.a = Some([3.0, 1.0])),

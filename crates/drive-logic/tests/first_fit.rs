@@ -1,5 +1,4 @@
 //! A run whose first fit does not succeed reports why, over the line and of its own accord.
-#![cfg(not(feature = "fixed-point"))]
 
 #[macro_use]
 mod support;

@@ -6,8 +6,9 @@ mod support;
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use drive_link::{Command, Fault, Home, Homing, Refusal, Report, Settings, State, TargetSource};
+use identifier_core::commission::Phase;
 use identifier_core::parameters::ServoParameters;
-use support::commission::{ORDER, outcome, over};
+use support::commission::{ORDER, outcome, over, until};
 use support::drive::{Drive, snapshots};
 use support::{Bench, COUNTS, Flash, settings};
 
@@ -60,6 +61,13 @@ fn home(drive: &mut Drive<'_>) -> Vec<Report> {
         }
     }
     panic!("it never gets home");
+}
+
+impl Drive<'_> {
+    /// From now on a servo of another gain.
+    fn change(&self, b: f64) {
+        self.bench.change(&ServoParameters { b, ..SERVO });
+    }
 }
 
 fn position(drive: &Drive<'_>) -> f64 {
@@ -349,6 +357,218 @@ fn the_origin_holds_for_later_runs_until_the_count_is_doubtful() {
     bench.sensor_works.set(false);
     drive.pass(5);
     assert_eq!(drive.status().home, Home::Unknown);
+}
+
+#[test]
+fn the_travel_counts_from_the_origin_in_the_run_that_has_found_it_too() {
+    // The origin is at −1, and the travel 8.
+    for (place, state) in [
+        (6.9, State::Running),
+        (7.1, State::Faulted(Fault::TravelLeft)),
+        (-8.9, State::Running),
+        (-9.1, State::Faulted(Fault::TravelLeft)),
+    ] {
+        let mut wanted = homed_by(HOMING);
+        wanted.dither.amplitude = 0.0;
+        wanted.protection.following_error = 100.0;
+        wanted.protection.speed = 1e4;
+        running!(drive, bench, wanted, -6.0..-3.0);
+        home(&mut drive);
+        // By hand, slowly.
+        let mut at = position(&drive);
+        while (at - place).abs() > 0.02 && drive.supervisor.state() == State::Running {
+            at += 0.02 * (place - at).signum();
+            bench.hold_at(at);
+            drive.pass(1);
+        }
+        assert_eq!(drive.supervisor.state(), state, "{place} rad");
+    }
+}
+
+#[test]
+fn home_is_unknown_after_every_end_that_loses_the_position() {
+    type Harm = fn(&Drive<'_>);
+    let stop: Harm = |_| {};
+    let harms: [(Harm, &[u8]); 6] = [
+        (|drive| drive.bench.sensor_works.set(false), &[20]),
+        (|drive| drive.bench.stick(), &[101, 150, 154]),
+        (
+            |drive| drive.bench.plant.borrow_mut().position += 3.0,
+            &[152],
+        ),
+        (|drive| drive.change(-SERVO.b), &[153]),
+        (|drive| drive.change(1e-3), &[154]),
+        (stop, &[171]),
+    ];
+    for beside in [false, true] {
+        for (harm, numbers) in harms {
+            let mut wanted = homed_by(HOMING);
+            wanted.dither.amplitude = 0.0;
+            running!(drive, bench, wanted, -6.0..-3.0);
+            home(&mut drive);
+            drive.done(Command::Target(0.0));
+            drive.pass(3000);
+            if !beside {
+                drive.done(Command::Stop);
+                drive.pass(100);
+            }
+            assert_eq!(drive.status().home, Home::Known);
+            drive.done(Command::Commission(ORDER));
+            until(&mut drive, Phase::Probing);
+            drive.pass(20);
+            if numbers == [171] {
+                drive.refusal(Command::Start);
+            }
+            harm(&drive);
+            over(&mut drive);
+            let reason = outcome(&mut drive).commissioning.reason;
+            let reason = reason.expect("it has not succeeded");
+            assert!(numbers.contains(&reason.number()), "{numbers:?}: {reason}");
+            let home = if numbers == [171] {
+                Home::Known
+            } else {
+                Home::Unknown
+            };
+            assert_eq!(drive.status().home, home, "{reason}");
+            if home == Home::Unknown && drive.supervisor.state() != State::Running {
+                // The next run does not count from there either.
+                drive.done(Command::Clear);
+                bench.sensor_works.set(true);
+                drive.pass(2);
+                drive.done(Command::Start);
+                drive.pass(1);
+                assert_eq!(drive.status().home, Home::Unknown, "{reason}");
+            }
+        }
+    }
+}
+
+#[test]
+fn home_is_unknown_after_a_run_in_which_the_actuator_dies() {
+    let mut wanted = homed_by(HOMING);
+    wanted.dither.amplitude = 0.0;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    drive.done(Command::Stop);
+    drive.pass(100);
+    drive.done(Command::Commission(ORDER));
+    over(&mut drive);
+    drive.done(Command::Start);
+    drive.pass(10);
+    home(&mut drive);
+    assert_eq!(drive.status().home, Home::Known);
+    drive.done(Command::Target(6.0));
+    drive.pass(300);
+    drive.change(1e-3);
+    drive.pass(1000);
+    let dead = State::Faulted(Fault::ActuatorDead);
+    assert_eq!(drive.supervisor.state(), dead);
+    assert_eq!(drive.status().home, Home::Unknown);
+}
+
+#[test]
+fn home_is_unknown_to_a_drive_that_counts_in_another_resolution() {
+    running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
+    home(&mut drive);
+    drive.done(Command::Stop);
+    drive.pass(2);
+    let mut wanted = homed_by(HOMING);
+    drive.done(Command::Configure(wanted));
+    assert_eq!(drive.status().home, Home::Known, "the same settings");
+    wanted.closed_loop.core.resolution *= 0.5;
+    drive.done(Command::Configure(wanted));
+    assert_eq!(drive.status().home, Home::Unknown);
+}
+
+#[test]
+fn the_flash_is_erased_at_rest_alone_and_home_is_unknown_afterwards() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    *bench.home_switch.borrow_mut() = -6.0..-3.0;
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(homed_by(HOMING)));
+    drive.done(Command::Start);
+    drive.pass(10);
+    home(&mut drive);
+    drive.done(Command::Stop);
+    drive.pass(2);
+    // The axis coasts. Writing leaves the samples to follow it.
+    bench.plant.borrow_mut().velocity = 40.0;
+    drive.pass(30);
+    for _ in 0..3 {
+        drive.done(Command::Save);
+        assert_eq!((flash.erased.get(), drive.status().home), (0, Home::Known));
+    }
+    for order in [Command::Save, Command::Commission(ORDER)] {
+        assert_eq!(drive.refusal(order), Refusal::NotAtRest);
+        assert_eq!((flash.erased.get(), drive.status().home), (0, Home::Known));
+    }
+    while bench.plant.borrow().velocity > 0.5 {
+        drive.pass(1);
+    }
+    assert_eq!(drive.refusal(Command::Save), Refusal::NotAtRest);
+    drive.pass(200);
+    drive.done(Command::Save);
+    assert_eq!(
+        (flash.erased.get(), drive.status().home),
+        (1, Home::Unknown)
+    );
+    // Meanwhile it was turned by 40 000 counts, of which a counter of 16 bits has lost a round.
+    bench.hold_at(position(&drive) + 40_000.0 * A_COUNT);
+    bench.first.set(-65_536);
+    let begin = position(&drive);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.status().home, Home::Unknown);
+    let place = origin(&mut drive);
+    assert!((place - begin).abs() < 3.0 * A_COUNT, "{place} {begin}");
+}
+
+#[test]
+fn a_standstill_is_a_time_at_every_rate() {
+    for (sample_time, samples) in [(1e-3, 20), (2.5e-4, 80), (5e-5, 400)] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let mut wanted = settings();
+        wanted.dither.amplitude = 0.0;
+        wanted.closed_loop.core.sample_time = sample_time;
+        drive.done(Command::Configure(wanted));
+        for _ in 0..3 {
+            drive.done(Command::Save);
+        }
+        drive.pass(samples - 1);
+        assert_eq!(drive.refusal(Command::Save), Refusal::NotAtRest);
+        drive.pass(2);
+        drive.done(Command::Save);
+    }
+}
+
+#[test]
+fn a_run_between_two_saves_is_no_standstill() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for _ in 0..3 {
+        drive.done(Command::Save);
+    }
+    drive.pass(1000);
+    drive.done(Command::Start);
+    drive.pass(10);
+    drive.done(Command::Target(3.0));
+    drive.pass(300);
+    // It is released in motion, where it has stood before.
+    bench.hold_at(0.0);
+    bench.plant.borrow_mut().velocity = 5.0;
+    drive.done(Command::Stop);
+    drive.pass(1);
+    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.refusal(Command::Save), Refusal::NotAtRest);
+    // An encoder that gives nothing shows no standstill either.
+    drive.pass(3000);
+    bench.sensor_works.set(false);
+    drive.pass(100);
+    assert_eq!(drive.refusal(Command::Save), Refusal::NotAtRest);
+    bench.sensor_works.set(true);
+    drive.pass(30);
+    drive.done(Command::Save);
 }
 
 #[test]

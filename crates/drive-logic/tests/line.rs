@@ -7,8 +7,12 @@ mod support;
 use std::collections::VecDeque;
 
 use drive_link::Line;
-use drive_link::{Command, Fault, Law, Receiver, Refusal, Report, Request, Settings, State, frame};
+use drive_link::{
+    Command, Fault, Home, Homing, Law, PROTOCOL, Receiver, Refusal, Report, Request, Settings,
+    State, frame,
+};
 use drive_logic::{Conversation, PolledLine};
+use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
 use support::{Bench, Flash, settings};
 
@@ -403,6 +407,80 @@ fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
     listener.disturbed();
     drive.sample();
     assert!(drive.bench.held.get().is_some());
+}
+
+#[test]
+fn no_order_that_may_move_the_axis_is_obeyed_in_doubt_and_any_other_request_is() {
+    let moving = [
+        Command::Start,
+        Command::Target(0.1),
+        Command::Home,
+        Command::Commission(ORDER),
+    ];
+    let others = [
+        Command::Hello,
+        Command::Show,
+        Command::Watch(0),
+        Command::Clear,
+        Command::Stop,
+    ];
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = settings();
+    wanted.homing = Some(Homing {
+        seek: -3.0,
+        approach: 0.2,
+        clearance: 0.5,
+        index: false,
+        offset: 0.0,
+    });
+    drive.done(Command::Configure(wanted));
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    drive.listener.as_mut().expect("one line").disturbed();
+    for command in moving {
+        assert!(command.may_move());
+        assert_eq!(drive.refusal(command), Refusal::LineDisturbed);
+    }
+    drive.pass(10);
+    assert_eq!(drive.status().home, Home::Unknown, "it is not on its way");
+    for command in others {
+        assert!(!command.may_move());
+        let answer = drive.ask(command);
+        assert!(!matches!(answer, Report::Refused { .. }), "{answer:?}");
+    }
+}
+
+#[test]
+fn a_request_of_another_version_is_answered_with_a_refusal_and_moves_nothing() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Start);
+    drive.pass(10);
+    let mut conversation = Conversation::new();
+    let mut line = drive.polled(Wires::default());
+    // The order to go home of a host of version 17, whose stop it was before, and one with a byte too many.
+    for (framed, given, bytes) in [
+        (frame(&(8_u8, 5_u8)), 5, 2),
+        (frame(&(8_u8, PROTOCOL, 5_u8, 0_u8)), PROTOCOL, 4),
+    ] {
+        line.line().heard.push_back(0);
+        line.line().heard.extend(framed.expect("it fits").iter());
+        while conversation.turn(&mut line, &mut drive.supervisor) {}
+        let mut receiver = Receiver::new();
+        let sent = std::mem::take(&mut line.line().to_say);
+        let heard = sent.iter().find_map(|&byte| receiver.take::<Report>(byte));
+        let refusal = Refusal::NotUnderstood {
+            spoken: PROTOCOL,
+            given,
+            bytes,
+        };
+        assert_eq!(heard, Some(Ok(Report::Refused { id: 8, refusal })));
+    }
+    drive.pass(10);
+    assert_eq!(drive.status().home, Home::Unknown);
+    assert_eq!(drive.status().garbled, 0);
 }
 
 #[test]

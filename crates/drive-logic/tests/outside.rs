@@ -167,82 +167,17 @@ fn steps_beyond_the_travel_and_steps_that_are_unclear_are_faults() {
 }
 
 #[test]
-fn a_voltage_is_followed_at_the_pace() {
-    for range in [6.0, -6.0] {
-        running!(drive, bench, followed(TargetSource::Voltage { range }));
-        bench.voltage.set(Some(0.5));
-        let mut fastest = 0.0_f64;
-        for _ in 0..3000 {
-            drive.pass(1);
-            fastest = fastest.max(bench.plant.borrow().velocity.abs());
-        }
-        let at = reference(&mut drive);
-        assert!((at - 0.5 * range).abs() < 2e-3, "{at}");
-        assert!((position(&drive) - at).abs() < 0.05);
-        assert!(fastest < 1.5 * 5.0, "{fastest}");
-        bench.voltage.set(Some(-1.0));
-        drive.pass(4000);
-        let at = reference(&mut drive);
-        assert!((at + range).abs() < 2e-3, "{at}");
-        // A little beyond 10 V is 10 V.
-        bench.voltage.set(Some(1.05));
-        drive.pass(6000);
-        let at = reference(&mut drive);
-        assert!((at - range).abs() < 2e-3, "{at}");
-        assert_eq!(drive.supervisor.state(), State::Running);
-    }
-}
-
-#[test]
-fn noise_on_the_voltage_hardly_moves_the_axis() {
-    running!(drive, bench, followed(TargetSource::Voltage { range: 6.0 }));
-    let mut farthest = 0.0_f64;
-    for k in 0..2000 {
-        // ± 50 mV, from sample to sample.
-        bench
-            .voltage
-            .set(Some(if k % 2 == 0 { 5e-3 } else { -5e-3 }));
-        drive.pass(1);
-        farthest = farthest.max(position(&drive).abs());
-    }
-    assert!(farthest < 0.01, "{farthest}");
-}
-
-#[test]
-fn an_invalid_voltage_is_a_fault_after_two_milliseconds() {
-    running!(drive, bench, followed(TargetSource::Voltage { range: 6.0 }));
-    for _ in 0..5 {
-        bench.voltage.set(None);
-        drive.pass(1);
-        bench.voltage.set(Some(0.0));
-        drive.pass(1);
-    }
-    assert_eq!(drive.supervisor.state(), State::Running);
-    bench.voltage.set(None);
-    drive.pass(2);
-    let invalid = State::Faulted(Fault::VoltageInvalid);
-    assert_eq!(drive.supervisor.state(), invalid);
-    assert_eq!(bench.held.get(), None);
-}
-
-#[test]
 fn targets_of_the_host_are_refused_and_a_stop_holds() {
-    for source in [
-        TargetSource::Steps { step: STEP },
-        TargetSource::Voltage { range: 6.0 },
-    ] {
-        running!(drive, bench, followed(source));
-        let refused = drive.refusal(Command::Target(1.0));
-        assert_eq!(refused, Refusal::TargetsFromOutside);
-        bench.voltage.set(Some(1.0));
-        step(&mut drive, 2, 100);
-        drive.done(Command::Stop);
-        step(&mut drive, 2, 1);
-        assert_eq!(bench.held.get(), None);
-        step(&mut drive, 2, 100);
-        assert_eq!(bench.held.get(), None);
-        assert_eq!(drive.supervisor.state(), State::Released);
-    }
+    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    let refused = drive.refusal(Command::Target(1.0));
+    assert_eq!(refused, Refusal::TargetsFromOutside);
+    step(&mut drive, 2, 100);
+    drive.done(Command::Stop);
+    step(&mut drive, 2, 1);
+    assert_eq!(bench.held.get(), None);
+    step(&mut drive, 2, 100);
+    assert_eq!(bench.held.get(), None);
+    assert_eq!(drive.supervisor.state(), State::Released);
 }
 
 #[test]
@@ -306,28 +241,13 @@ fn after_a_commissioning_steps_count_from_where_it_stands() {
 fn sources_out_of_range_are_refused_by_name() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    for (name, source) in [
-        ("source.step", TargetSource::Steps { step: 0.0 }),
-        ("source.step", TargetSource::Steps { step: f64::NAN }),
-        ("source.step", TargetSource::Steps { step: 8.1 }),
-        ("source.range", TargetSource::Voltage { range: 0.0 }),
-        ("source.range", TargetSource::Voltage { range: -8.1 }),
-        (
-            "source.range",
-            TargetSource::Voltage {
-                range: f64::INFINITY,
-            },
-        ),
-    ] {
+    for step in [0.0, f64::NAN, 8.1] {
+        let source = TargetSource::Steps { step };
         match drive.refusal(Command::Configure(followed(source))) {
-            Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
-            other => panic!("{name}: {other:?}"),
+            Refusal::Setting(refused) => assert_eq!(refused.name, "source.step", "{refused}"),
+            other => panic!("{step}: {other:?}"),
         }
     }
-    for source in [
-        TargetSource::Steps { step: -8.0 },
-        TargetSource::Voltage { range: 8.0 },
-    ] {
-        drive.done(Command::Configure(followed(source)));
-    }
+    let source = TargetSource::Steps { step: -8.0 };
+    drive.done(Command::Configure(followed(source)));
 }

@@ -4,11 +4,13 @@
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Ended, Fault, Law, Refusal, Report, Settings, State, Why};
+use core::f64::consts::TAU;
+
+use drive_link::{Command, Ended, Fault, Law, NotAllowed, Refusal, Report, Settings, State, Why};
 use drive_logic::Channel;
 use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, Flash, HEALTHY, SAMPLE_TIME, settings};
+use support::{Bench, COUNTS, Flash, HEALTHY, SAMPLE_TIME, settings};
 
 /// Settings without dither.
 fn still() -> Settings {
@@ -147,6 +149,37 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
         assert_eq!(drive.status().ended, Some(Ended::Faulted(Fault::LinkLost)));
     }
+}
+
+#[test]
+fn a_start_that_finds_no_room_can_be_ordered_again() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for _ in 0..3 {
+        drive.done(Command::Watch(0));
+    }
+    assert_eq!(drive.refusal(Command::Start), Refusal::Busy);
+    drive.pass(10);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.supervisor.state(), State::Running);
+}
+
+#[test]
+fn what_asks_for_a_servo_at_rest_is_refused_until_a_stop_is_obeyed() {
+    running!(drive, bench, &SERVO, still());
+    drive.pass(10);
+    drive.done(Command::Stop);
+    for command in [Command::Save, Command::Configure(still())] {
+        assert_eq!(drive.refusal(command), Refusal::Running);
+    }
+    drive.pass(2);
+    drive.done(Command::Configure(still()));
+    // A stop of a servo that is disabled already counts as well.
+    drive.done(Command::Stop);
+    assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+    drive.pass(2);
+    drive.done(Command::Save);
 }
 
 #[test]
@@ -425,7 +458,7 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
 }
 
 #[test]
-fn only_late_samples_in_a_row_are_a_fault_and_each_is_reported() {
+fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
     running!(drive, bench, &SERVO, settings());
     drive.pass(100);
     let late = |drive: &mut Drive<'_>, samples: u32| {
@@ -435,9 +468,10 @@ fn only_late_samples_in_a_row_are_a_fault_and_each_is_reported() {
     };
     for _ in 0..5 {
         late(&mut drive, 2);
-        drive.pass(1);
+        drive.pass(8);
     }
     assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.status().overruns, 10, "although nobody watches");
     late(&mut drive, 3);
     assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
     assert_eq!(drive.status().overruns, 13);
@@ -450,6 +484,128 @@ fn only_late_samples_in_a_row_are_a_fault_and_each_is_reported() {
     drive.done(Command::Stop);
     drive.pass(1);
     assert_eq!(drive.status().overruns, 1);
+    // Seven, of which every other one is late.
+    drive.done(Command::Start);
+    drive.pass(10);
+    for _ in 0..3 {
+        late(&mut drive, 1);
+        drive.pass(1);
+    }
+    assert_eq!(drive.supervisor.state(), State::Running);
+    late(&mut drive, 1);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
+    assert_eq!(drive.status().overruns, 4);
+}
+
+#[test]
+fn as_many_late_samples_as_are_configured_are_a_fault() {
+    for overruns in [1, 2, 5] {
+        let mut wanted = still();
+        wanted.protection.overruns = overruns;
+        running!(drive, bench, &SERVO, wanted);
+        drive.pass(10);
+        bench.late.set(true);
+        drive.pass(u32::from(overruns) - 1);
+        assert_eq!(drive.supervisor.state(), State::Running);
+        drive.pass(1);
+        assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
+    }
+}
+
+#[test]
+fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
+    type Change = fn(&mut Settings, f64);
+    let a_count = TAU / COUNTS;
+    let longest = f64::from(u32::MAX) * SAMPLE_TIME;
+    let changes: [(&str, f64, Change); 8] = [
+        ("following_error", 16_777_216.0 * a_count, |s, x| {
+            s.protection.following_error = x;
+        }),
+        ("travel", 1_073_741_824.0 * a_count, |s, x| {
+            s.protection.travel = x;
+        }),
+        ("speed", 32_767.0 * a_count / SAMPLE_TIME, |s, x| {
+            s.protection.speed = x;
+        }),
+        ("breakaway", 1.0, |s, x| s.protection.breakaway = x),
+        ("stall_time", longest, |s, x| s.protection.stall_time = x),
+        ("stop_time", longest, |s, x| s.protection.stop_time = x),
+        ("duration", longest, |s, x| s.protection.duration = x),
+        ("link_timeout", longest, |s, x| {
+            s.protection.link_timeout = x
+        }),
+    ];
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for (name, wanted_most, change) in changes {
+        let is_none_at_zero = ["duration", "link_timeout"].contains(&name);
+        for given in [1.8e40, f64::MAX, f64::INFINITY, f64::NAN, -1.0, 0.0] {
+            let mut wanted = still();
+            change(&mut wanted, given);
+            if given == 0.0 && is_none_at_zero {
+                drive.done(Command::Configure(wanted));
+                continue;
+            }
+            let refused = drive.refusal(Command::Configure(wanted));
+            let Refusal::Setting(NotAllowed { name: named, why }) = refused else {
+                panic!("{name}: {refused:?}");
+            };
+            let Why::OutOfRange { least, most, .. } = why else {
+                panic!("{name}: {why:?}");
+            };
+            assert_eq!((named.as_str(), least), (name, 0.0));
+            assert!((most / wanted_most - 1.0).abs() < 1e-9, "{name}: {most}");
+            // What is named would do.
+            change(&mut wanted, most);
+            drive.done(Command::Configure(wanted));
+            drive.done(Command::Configure(still()));
+        }
+    }
+}
+
+#[test]
+fn the_smaller_limit_of_the_command_is_the_one_that_a_stall_is_judged_by() {
+    // A command of 2.9 is more than 0.3 of the smaller limit, whichever way that is.
+    for (limit, fault) in [
+        ([-10.0, 9.0], None),
+        ([-4.0, 10.0], Some(Fault::EncoderSilent)),
+        ([-10.0, 4.0], Some(Fault::EncoderSilent)),
+    ] {
+        let servo = ServoParameters {
+            coulomb: 900.0,
+            load: 0.0,
+            ..SERVO
+        };
+        let mut wanted = still();
+        wanted.protection.breakaway = 0.3;
+        wanted.protection.following_error = 2.0;
+        let controller = wanted.closed_loop.core.controller.as_mut();
+        let controller = controller.expect("there is one");
+        (controller.limit, controller.ki) = (limit, 0.0);
+        wanted.closed_loop.core.identifier.plant_box = None;
+        wanted.closed_loop.law = Law::GaussNewton;
+        wanted.closed_loop.core.identifier =
+            identifier_core::settings::IdentifierSettings::UNSTATED;
+        running!(drive, bench, &servo, wanted);
+        drive.pass(10);
+        for sign in [1.0, -1.0] {
+            if drive.supervisor.state() == State::Running {
+                drive.done(Command::Target(sign * 0.25));
+                drive.pass(1000);
+            }
+        }
+        let wanted = fault.map_or(State::Running, State::Faulted);
+        assert_eq!(drive.supervisor.state(), wanted, "{limit:?}");
+    }
+}
+
+#[test]
+fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
+    running!(drive, bench, &SERVO, still());
+    drive.pass(10);
+    bench.stage_works.set(false);
+    drive.sample();
+    assert_eq!(bench.held.get(), None);
 }
 
 #[test]

@@ -1,5 +1,4 @@
 //! Changes of a servo after its commissioning, as the status has them.
-#![cfg(not(feature = "fixed-point"))]
 
 #[macro_use]
 mod support;

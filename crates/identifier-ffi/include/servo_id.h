@@ -153,11 +153,12 @@
 #define SERVO_ID_IS_AT_BOUND   2
 
 /* What keeps a tuned loop from being faster. */
-#define SERVO_ID_CAP_NONE            0
-#define SERVO_ID_CAP_DELAY           1
-#define SERVO_ID_CAP_ENCODER_NOISE   2
-#define SERVO_ID_CAP_COMMAND_LIMIT   3
-#define SERVO_ID_CAP_RESONANCE       4
+#define SERVO_ID_CAP_NONE             0
+#define SERVO_ID_CAP_DELAY            1
+#define SERVO_ID_CAP_ENCODER_NOISE    2
+#define SERVO_ID_CAP_COMMAND_LIMIT    3
+#define SERVO_ID_CAP_RESONANCE        4
+#define SERVO_ID_CAP_UNSEEN_RESONANCE 5
 
 /* Phases of a commissioning; the last three are ends. */
 #define SERVO_ID_PHASE_IDLE             0
@@ -305,7 +306,7 @@ typedef struct servo_id_tuner {
 
 /* The interrupt's half of a commissioning. */
 typedef struct servo_id_commission {
-    SERVO_ID_ALIGNED uint64_t words[620];
+    SERVO_ID_ALIGNED uint64_t words[660];
 } servo_id_commission;
 
 /* Its background's half. */
@@ -369,7 +370,7 @@ SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gauss_newton_loop) == 8, "alignment 
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_loop) == 8, "alignment of servo_id_fixed_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_fixed_coulomb_loop) == 8, "alignment of servo_id_fixed_coulomb_loop");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_tuner) == 8, "alignment of servo_id_tuner");
-SERVO_ID_ASSERT(sizeof(servo_id_commission) == 4960, "size of servo_id_commission");
+SERVO_ID_ASSERT(sizeof(servo_id_commission) == 5280, "size of servo_id_commission");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_commission) == 8, "alignment of servo_id_commission");
 SERVO_ID_ASSERT(sizeof(servo_id_solver) == 15200, "size of servo_id_solver");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_solver) == 8, "alignment of servo_id_solver");

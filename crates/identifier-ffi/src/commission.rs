@@ -45,7 +45,7 @@ pub type Decision = Object<CoreDecision<f32>>;
 
 impl Content for Interrupt {
     const MARK: u32 = 0x5e1d_0031;
-    const WORDS: usize = 620;
+    const WORDS: usize = 660;
 }
 
 impl Content for Background {

@@ -238,12 +238,12 @@ macro_rules! listening_to_words {
 
 /// The paper's law for a and b; the load is carried by the correction.
 pub mod gradient {
-    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
     use identifier_core::parameters::Ab;
 
     listening_to_numbers! {
-        Gradient: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 52 words;
+        Gradient: GradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 52 words;
         servo_id_gradient_init servo_id_gradient_sample servo_id_gradient_resume
         servo_id_gradient_estimates servo_id_gradient_learn
         servo_id_gradient_init_from_constants servo_id_gradient_machine_estimates;
@@ -256,12 +256,12 @@ pub mod gradient {
 
 /// The same with Coulomb friction.
 pub mod gradient_coulomb {
-    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
     use identifier_core::parameters::AbCoulomb;
 
     listening_to_numbers! {
-        GradientCoulomb: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 66 words;
+        GradientCoulomb: GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 66 words;
         servo_id_gradient_coulomb_init servo_id_gradient_coulomb_sample servo_id_gradient_coulomb_resume
         servo_id_gradient_coulomb_estimates servo_id_gradient_coulomb_learn
         servo_id_gradient_coulomb_init_from_constants servo_id_gradient_coulomb_machine_estimates;

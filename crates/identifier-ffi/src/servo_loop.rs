@@ -254,11 +254,11 @@ macro_rules! closed_on_words {
 
 /// With the paper's law for a and b.
 pub mod gradient {
-    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::identifier::GradientIdentifier;
     use identifier_core::parameters::Ab;
 
     closed_on_numbers! {
-        GradientLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 72 words;
+        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 72 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
         servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
         servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
@@ -267,11 +267,11 @@ pub mod gradient {
 
 /// The same with Coulomb friction.
 pub mod gradient_coulomb {
-    use identifier_core::identifier::DiagonalGradientIdentifier;
+    use identifier_core::identifier::GradientIdentifier;
     use identifier_core::parameters::AbCoulomb;
 
     closed_on_numbers! {
-        GradientCoulombLoop: DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 84 words;
+        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 84 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
         servo_id_gradient_coulomb_loop_estimates

@@ -74,6 +74,7 @@ pub const CAPS: &[(&str, i32)] = &[
     ("CAP_ENCODER_NOISE", 2),
     ("CAP_COMMAND_LIMIT", 3),
     ("CAP_RESONANCE", 4),
+    ("CAP_UNSEEN_RESONANCE", 5),
 ];
 
 /// A tuner and its work.
@@ -235,6 +236,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
                 Some(Cap::EncoderNoise) => 2,
                 Some(Cap::CommandLimit) => 3,
                 Some(Cap::Resonance) => 4,
+                Some(Cap::UnseenResonance) => 5,
             },
             unused: 0,
         }

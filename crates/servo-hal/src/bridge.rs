@@ -167,6 +167,8 @@ mod tests {
     use embedded_hal_mock::eh1::digital::{Mock as Pin, State, Transaction as Level};
     use embedded_hal_mock::eh1::pwm::{Mock as Pwm, Transaction as Duty};
 
+    use core::cell::RefCell;
+    use core::convert::Infallible;
     use std::vec::Vec;
 
     fn pwm(duties: &[u16]) -> Pwm {
@@ -192,6 +194,51 @@ mod tests {
         }
         pwm.done();
         pin.done();
+    }
+
+    /// A PWM and a direction that write what they are set to into one list.
+    struct Listed<'a>(&'a RefCell<Vec<u16>>);
+
+    impl embedded_hal::pwm::ErrorType for Listed<'_> {
+        type Error = Infallible;
+    }
+
+    impl SetDutyCycle for Listed<'_> {
+        fn max_duty_cycle(&self) -> u16 {
+            1000
+        }
+
+        fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+            self.0.borrow_mut().push(duty);
+            Ok(())
+        }
+    }
+
+    impl embedded_hal::digital::ErrorType for Listed<'_> {
+        type Error = Infallible;
+    }
+
+    impl OutputPin for Listed<'_> {
+        fn set_low(&mut self) -> Result<(), Infallible> {
+            self.set_duty_cycle(LOW)
+        }
+
+        fn set_high(&mut self) -> Result<(), Infallible> {
+            self.set_duty_cycle(HIGH)
+        }
+    }
+
+    const LOW: u16 = u16::MAX - 1;
+    const HIGH: u16 = u16::MAX;
+
+    #[test]
+    fn the_direction_is_set_before_its_duty() {
+        let list = RefCell::default();
+        let mut bridge = PwmDirection::new(Listed(&list), Listed(&list), 10.0).expect("valid");
+        for command in [2.5, -5.0] {
+            bridge.hold(command).expect("no fault");
+        }
+        assert_eq!(*list.borrow(), [HIGH, 250, LOW, 500]);
     }
 
     #[test]

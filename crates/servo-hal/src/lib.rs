@@ -5,7 +5,6 @@
 //! | [`PwmDirection`] | a bridge with a PWM and a direction input | `SetDutyCycle`, `OutputPin` |
 //! | [`LockedAntiphase`] | a bridge whose one PWM means standstill at one half | `SetDutyCycle` |
 //! | [`HalfBridges`] | two half bridges, one for each direction | two `SetDutyCycle` |
-//! | [`Ad5761`] | an analogue ±10 V amplifier in current mode, like the paper's, behind a DAC | `SpiDevice` |
 //! | [`Gate`] | any of these with an enable or brake pin | `OutputPin` |
 //! | [`As504x`] | AS5047P and AS5048A magnetic encoders, parity checked | `SpiDevice` |
 //! | [`Mt6701`] | MT6701 magnetic encoder, CRC checked | `SpiDevice` |
@@ -21,13 +20,11 @@
 
 mod as504x;
 mod bridge;
-mod dac;
 mod gate;
 mod mt6701;
 
 pub use as504x::{As504x, As504xError};
 pub use bridge::{BridgeError, HalfBridges, LockedAntiphase, PwmDirection};
-pub use dac::Ad5761;
 pub use gate::{Gate, GateError};
 pub use mt6701::{Mt6701, Mt6701Error};
 

@@ -181,10 +181,6 @@ impl Chip for Servo {
         Some(0)
     }
 
-    fn voltage(&mut self) -> Option<f32> {
-        Some(0.0)
-    }
-
     fn next_is_due(&self) -> bool {
         false
     }

@@ -18,13 +18,13 @@ use fixed::types::I16F16;
 use identifier_core::Settings;
 use identifier_core::control::Setpoint;
 use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
-use identifier_core::identifier::{DiagonalGradientIdentifier, FitBlocks, Identify, RecordBlocks};
+use identifier_core::identifier::{FitBlocks, GradientIdentifier, Identify, RecordBlocks};
 use identifier_core::measurement::{Counter, LowPass, VelocityEstimate};
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
 
-type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
-type GradientWithFriction = DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
+type Gradient = GradientIdentifier<f32, LowPass<f32>, Ab, 2>;
+type GradientWithFriction = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
 type Fixed = FixedServoLoop<LowPass<Word>, Ab, 2>;
 
 #[entry]

@@ -9,7 +9,6 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{entry, exception};
-use drive_chip::analogue_input::AnalogueInput;
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
 use drive_chip::serial::{Port, Reception};
@@ -40,7 +39,6 @@ struct Wiring {
     output: Output,
     inputs: Inputs<Mmio>,
     steps: StepInput<Mmio>,
-    analogue: AnalogueInput<Mmio>,
     watchdog: Watchdog<Mmio>,
 }
 
@@ -77,11 +75,6 @@ impl Chip for Wiring {
     #[inline]
     fn steps(&mut self) -> Option<i16> {
         self.steps.steps()
-    }
-
-    #[inline]
-    fn voltage(&mut self) -> Option<f32> {
-        self.analogue.voltage()
     }
 
     #[inline]
@@ -187,7 +180,6 @@ fn background(parts: Parts) {
         encoder,
         inputs,
         steps,
-        analogue,
         timer,
         mut line,
         port,
@@ -218,7 +210,6 @@ fn background(parts: Parts) {
             output,
             inputs,
             steps,
-            analogue,
             watchdog,
         },
     });
@@ -234,7 +225,7 @@ fn background(parts: Parts) {
     let mut state = supervisor.state();
     log(state);
     #[cfg(feature = "defmt")]
-    let mut servo = (None, None);
+    let mut servo = None;
     loop {
         let samples = SAMPLES.load(Ordering::Relaxed);
         let more = board::background::turn(conversation, &mut line, supervisor);
@@ -243,9 +234,9 @@ fn background(parts: Parts) {
             log(state);
         }
         #[cfg(feature = "defmt")]
-        if (supervisor.changed(), supervisor.gain_factor()) != servo {
-            servo = (supervisor.changed(), supervisor.gain_factor());
-            defmt::info!("servo changed: {}, gains times {}", servo.0, servo.1);
+        if supervisor.changed() != servo {
+            servo = supervisor.changed();
+            defmt::info!("servo changed: {}", servo);
         }
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {

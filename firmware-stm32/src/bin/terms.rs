@@ -8,9 +8,9 @@ use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{COULOMB, COUNTED, Experiment, GaussNewton, Halves};
 use firmware_stm32::paper;
 use identifier_core::Settings;
+use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::Identify;
 use identifier_core::identifier::{AngledInputs, DelayedInputs};
-use identifier_core::identifier::{IdentifiableSet, OnDemand};
 use identifier_core::number::Number;
 use identifier_core::parameters::{AbCoulombDelayLoad, Term, Terms, Unknown, UnknownSet};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
@@ -52,8 +52,6 @@ macro_rules! with_term {
         impl IdentifiableSet<$count> for $set {
             type Lower<N: Number> = [N; $lower];
             type Inputs<N: Number> = $inputs<N, 8>;
-            type Evidence<N: Number> = OnDemand;
-            type Whitening<N: Number> = ();
         }
     )*};
 }

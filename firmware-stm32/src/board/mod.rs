@@ -4,8 +4,6 @@
 //! family, change its pins, and name it here and in Cargo.toml. `f4` and `g4` have the
 //! interrupts of a family, by the vendor's description.
 
-#[cfg(feature = "dac")]
-mod analogue;
 #[cfg(feature = "f4")]
 mod f4;
 #[cfg(all(feature = "g4", not(feature = "f4")))]
@@ -45,8 +43,6 @@ compile_error!("a board is needed: --features olimex-stm32-h405, for instance");
 compile_error!(
     "the emulator has an STM32F405: --features emulator without --features nucleo-g474re"
 );
-#[cfg(all(feature = "g4", feature = "dac"))]
-compile_error!("the DAC is wired to boards with an STM32F4: --features nucleo-g474re without dac");
 
 use drive_chip::{pins, serial};
 #[cfg(feature = "f4")]
@@ -61,23 +57,14 @@ pub type Mmio = drive_chip::Mmio<Family>;
 /// It itself.
 pub const BUS: Mmio = Mmio::BUS;
 
-/// The command that asks for the whole duty, or for 10 V, command units.
+/// The command that asks for the whole duty, command units.
 const FULL_SCALE: f64 = 10.0;
 
 /// Properties of the output stage. Its PWM takes effect with the next period.
-#[cfg(not(feature = "dac"))]
 pub const STAGE: drive_logic::OutputStage = drive_logic::OutputStage {
     full_scale: FULL_SCALE,
     period: drive_chip::pwm::PERIOD,
     command_delay: drive_chip::sample_timer::LEAD,
-};
-
-/// Properties of the output stage. The SPI needs 5 µs for 24 bits, after the computation of the sample.
-#[cfg(feature = "dac")]
-pub const STAGE: drive_logic::OutputStage = drive_logic::OutputStage {
-    full_scale: FULL_SCALE,
-    period: drive_chip::pwm::PERIOD,
-    command_delay: 5e-6,
 };
 
 /// The encoder.
@@ -86,10 +73,7 @@ pub type Encoder = drive_chip::quadrature::Quadrature<Mmio>;
 /// The output stage with its enable line.
 pub type Output = Gate<Stage, pins::Output<Mmio>>;
 
-#[cfg(not(feature = "dac"))]
 type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, drive_chip::pwm::Direction<Mmio>>;
-#[cfg(feature = "dac")]
-type Stage = analogue::Analogue;
 
 /// The other parts of a board that a drive uses, and the fault found on the way: an unstable clock, a failed output, or
 /// a reset by the watchdog.
@@ -118,19 +102,8 @@ pub fn outlives_nmi() -> bool {
 #[must_use]
 pub fn wire() -> Option<(Wired, Output)> {
     let to_send = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
-    // The HAL resets a port that it takes: before it is used.
-    #[cfg(feature = "dac")]
-    let pins = analogue::Pins::take()?;
-    let mut chip = drive_chip::wire(BUS, &BOARD, &RECEIVED, to_send);
-    let full_scale = FULL_SCALE as f32;
-    #[cfg(not(feature = "dac"))]
-    let (stage, started) = (
-        Stage::new(chip.pwm, chip.direction, full_scale).ok()?,
-        Ok(()),
-    );
-    #[cfg(feature = "dac")]
-    let (stage, started) = analogue::stage(pins, chip.pwm, full_scale)?;
-    chip.found = started.and(chip.found);
+    let chip = drive_chip::wire(BUS, &BOARD, &RECEIVED, to_send);
+    let stage = Stage::new(chip.pwm, chip.direction, FULL_SCALE as f32).ok()?;
     let output = Gate::new(stage, chip.enable);
     Some((chip, output))
 }

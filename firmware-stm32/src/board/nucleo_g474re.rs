@@ -13,7 +13,6 @@
 //! | PC0, PC1 | CN7 38, CN7 36 (A5, A4) | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
 //! | PC2 | CN7 35 | home switch, pulled up: closed to ground is at home | switch |
 //! | PB6, PB7 | CN10 17, CN7 21 | step and direction (TIM4), pulled up, 3.3 V or open collector | controller |
-//! | PA1 | CN7 30 (A1) | command of ±10 V (ADC1), over three resistors | controller |
 //! | PA2, PA3 | on the board | serial line, out and in (USART2), 1 Mbaud, over the probe's USB | host |
 //!
 //! PA0 has no pull: a resistor of 1 MΩ to 3.3 V outside has a broken wire disable the output too. One that is not used is
@@ -38,7 +37,6 @@ pub const BOARD: Board<G4> = Board {
     high_switch: Pin::new(Port::C, 1),
     home_switch: Pin::new(Port::C, 2),
     step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
-    analogue: Pin::new(Port::A, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
     records: Areas::starting_at(1),
     own: OverCurrent::above(Pin::new(Port::A, 0), 2_500),

@@ -11,9 +11,7 @@
 //! | PC0, PC1 | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
 //! | PC2 | home switch, pulled up: closed to ground is at home | switch |
 //! | PB6, PB7 | step and direction (TIM4), pulled up, 3.3 V or open collector | controller |
-//! | PA1 | command of ±10 V (ADC1), over three resistors | controller |
 //! | PA2, PA3 | serial line, out and in (USART2), 1 Mbaud, 3.3 V | host |
-//! | PA5, PA7, PA4 | with the feature `dac`: clock, data and select of an AD5761 (SPI1) | DAC |
 
 use drive_chip::F4;
 use drive_chip::board::{Board, Oscillator};
@@ -33,7 +31,6 @@ pub const BOARD: Board<F4> = Board {
     high_switch: Pin::new(Port::C, 1),
     home_switch: Pin::new(Port::C, 2),
     step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
-    analogue: Pin::new(Port::A, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
     records: Areas::starting_at(1),
     own: (),

@@ -25,6 +25,12 @@ impl FrequencyResponse {
         })
     }
 
+    /// The highest frequency that was looked at, rad/s.
+    #[must_use]
+    pub fn highest_frequency(&self) -> f64 {
+        self.lines.last().map_or(0.0, |line| line.frequency)
+    }
+
     /// By frequency (Hz): the measured acceleration per command, b = 1, and its standard deviation, dB.
     pub fn measured(&self, b: f64) -> impl Iterator<Item = (f64, f64, f64)> {
         self.lines.iter().map(move |line| {

@@ -1,8 +1,6 @@
 //! From a scenario to the settings that a drive builds its loop from.
 
-use drive_link::{Format, Law as LinkLaw, LoopSettings};
-
-use identifier_core::parameters::Term;
+use drive_link::{Law as LinkLaw, LoopSettings};
 
 use crate::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
 use crate::simulate::identifier_in;
@@ -24,27 +22,20 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
             );
         }
     };
-    let format = match identifier.arithmetic {
-        Arithmetic::F32 => Format::Single,
-        Arithmetic::Fixed => Format::Fixed,
-        Arithmetic::F64 => {
-            return refused(
-                "identifier.arithmetic",
-                "the firmware has \"f32\" and \"fixed\"",
-            );
-        }
-    };
+    if identifier.arithmetic != Arithmetic::F32 {
+        return refused(
+            "identifier.arithmetic",
+            "the firmware has \"f32\"; fixed point is for chips without an FPU, in a firmware of your own",
+        );
+    }
     let law = match scenario.model_set() {
         ModelSet::Ab if gradient => LinkLaw::Gradient { friction: false },
-        ModelSet::AbCoulomb if gradient && format == Format::Single => {
-            LinkLaw::Gradient { friction: true }
-        }
-        ModelSet::AbCoulombLoad if !gradient && format == Format::Single => LinkLaw::GaussNewton,
+        ModelSet::AbCoulomb if gradient => LinkLaw::Gradient { friction: true },
+        ModelSet::AbCoulombLoad if !gradient => LinkLaw::GaussNewton,
         _ => {
             return refused(
                 "identifier.parameters",
-                "the firmware has [\"a\", \"b\"], in f32 \
-                 [\"a\", \"b\", \"coulomb\"] too, and for gauss-newton \
+                "the firmware has [\"a\", \"b\"] and [\"a\", \"b\", \"coulomb\"], and for gauss-newton \
                  [\"a\", \"b\", \"coulomb\", \"load\"]",
             );
         }
@@ -59,31 +50,10 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         let fault = "a chip counts, so it must not be 0";
         return refused("encoder.counts_per_rev", fault);
     }
-    scenario.must_not_compensate()?;
-    let terms = &scenario.stated.identifier.terms;
-    if !terms.allowed.is_empty() {
-        let fault = "the firmware gathers no evidence: move those that `run` or `identify` found \
-                     to identifier.required_terms";
-        return refused("identifier.terms", fault);
-    }
-    if terms.demanded.has(Term::WanderingLoad) {
-        let fault = "the firmware has no \"wandering-load\"";
-        return refused("identifier.required_terms", fault);
-    }
     let core = scenario
         .settings()
         .map_err(|error| scenario.fault(&error))?;
     // Refuses with the scenario's key what the drive would refuse with its own.
     identifier_in::<f64>(scenario, &core)?;
-    let rows = core.identifier.gamma.iter().flatten().enumerate();
-    for (i, row) in rows {
-        if row
-            .iter()
-            .enumerate()
-            .any(|(j, &entry)| i != j && entry != 0.0)
-        {
-            return refused("identifier.gamma", "the firmware has a diagonal one");
-        }
-    }
-    Ok(LoopSettings { core, law, format })
+    Ok(LoopSettings { core, law })
 }

@@ -8,7 +8,7 @@ use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion,
+    ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier,
     IdentifiableSet, MachineEstimates, ServoLoop,
 };
 use identifier_core::measurement::VelocityEstimate;
@@ -213,7 +213,6 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
         }
         _ => {}
     }
-    scenario.must_not_compensate()?;
     if is_gradient && scenario.stated.identifier.plant_box.is_none() {
         let fault = "without a box of servos nothing is certified: state the lowest and highest a and b that the \
                      servo may have, as plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
@@ -221,7 +220,7 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
     }
     if scenario.has_terms() {
         let fault = "an exported loop has no optional terms: leave them out, or build the loop in the firmware";
-        return Err(Fault::new("identifier.terms", fault));
+        return Err(Fault::new("identifier.required_terms", fault));
     }
     if scenario.stated.identifier.terms.declares_amplifier() {
         let fault = "an exported loop has no declared amplifier: build it in the firmware, as BehindAmplifier";
@@ -324,7 +323,7 @@ where
     V: VelocityEstimate<f32> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: ServoLoop<f32, V, DiagonalGradientIdentifier<f32, V, S, P>> = settings.build()?;
+    let own: ServoLoop<f32, V, GradientIdentifier<f32, V, S, P>> = settings.build()?;
     Ok(written(&own, own.identifier(), language))
 }
 
@@ -333,7 +332,7 @@ where
     V: VelocityEstimate<f32> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: DiagonalGradientIdentifier<f32, V, S, P> = settings.build()?;
+    let own: GradientIdentifier<f32, V, S, P> = settings.build()?;
     Ok(written(&own, &own, language))
 }
 
@@ -426,7 +425,7 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
     }
     let identifier = match scenario.identifier.law {
         Law::GaussNewton => format!("{of}::GaussNewtonRecursion<f32, {set}>"),
-        _ => format!("{of}::DiagonalGradientIdentifier<f32, {velocity}, {set}>"),
+        _ => format!("{of}::GradientIdentifier<f32, {velocity}, {set}>"),
     };
     match has_loop {
         true => format!("{of}::ServoLoop<f32, {velocity}, {identifier}>"),

@@ -1,6 +1,6 @@
 //! The PID's loop with an identifier beside it, in floating point.
 
-use identifier_core::control::{ControlState, Controller, Lead};
+use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
@@ -10,17 +10,17 @@ use super::{DynIdentifier, Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
 
 /// A PID controller, and the identifier of its commands.
-pub(crate) struct PidLoop<N: Number, V: VelocityEstimate<N>, F: Lead<N>> {
-    controller: Controller<N, V, F>,
-    control: ControlState<N, V::State, F::Motion>,
+pub(crate) struct PidLoop<N: Number, V: VelocityEstimate<N>> {
+    controller: Controller<N, V>,
+    control: ControlState<N, V::State>,
     feedback: Feedback<N>,
     identifier: Box<dyn DynIdentifier>,
 }
 
-impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> PidLoop<N, V, F> {
+impl<N: Number, V: VelocityEstimate<N>> PidLoop<N, V> {
     /// At rest at a count.
     pub(crate) fn new(
-        controller: Controller<N, V, F>,
+        controller: Controller<N, V>,
         identifier: Box<dyn DynIdentifier>,
         start: i32,
     ) -> Self {
@@ -33,7 +33,7 @@ impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> PidLoop<N, V, F> {
     }
 }
 
-impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> SimLoop for PidLoop<N, V, F> {
+impl<N: Number, V: VelocityEstimate<N>> SimLoop for PidLoop<N, V> {
     fn process(&mut self, reference: f64, measured: Measurement) -> Result<Step, StepError> {
         let motion = self.feedback.read(reference, measured);
         let control = self

@@ -144,7 +144,7 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
             controller
                 .feed_forward
                 .as_ref()
-                .map_or_else(String::new, |led| declared_feed_forward(led, None))
+                .map_or_else(String::new, declared_feed_forward)
         ),
         _ => Ok(()),
     };

@@ -119,7 +119,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
         VerdictReason::Lacks { cause: None, .. } => vec![
             "Nothing stands out, so several effects act at once: declare what you know of the amplifier \
              (amplifier.delay, amplifier.current_loop, amplifier.dead_band), and let other effects that your servo has \
-             be estimated, with identifier.terms."
+             be estimated, with identifier.required_terms."
                 .to_owned(),
         ],
         VerdictReason::Elsewhere { unknown, .. } => vec![

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use identifier_core::control::{CompensationSettings, FeedForwardSettings};
+use identifier_core::control::FeedForwardSettings;
 use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
@@ -155,25 +155,15 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
     blocks
 }
 
-/// The controller of a tuning as a scenario has it. A load alone is left to the integral.
+/// The controller of a tuning as a scenario has it.
 #[must_use]
 pub fn tuned_controller(tuned: &Tuned) -> String {
-    let known = &tuned.compensation;
-    let more = known.largest() > known.constant.abs();
-    controller(
-        &tuned.tuning,
-        more.then_some(known),
-        tuned.settings.sample_time,
-    )
+    controller(&tuned.tuning, tuned.settings.sample_time)
 }
 
 /// The controller as a scenario has it.
 #[must_use]
-pub(super) fn controller(
-    tuning: &Tuning,
-    known: Option<&CompensationSettings>,
-    sample_time: f64,
-) -> String {
+pub(super) fn controller(tuning: &Tuning, sample_time: f64) -> String {
     format!(
         "[controller]\n\
          kp = {}\n\
@@ -192,16 +182,13 @@ pub(super) fn controller(
         tuning
             .feed_forward
             .as_ref()
-            .map_or_else(String::new, |led| declared_feed_forward(led, known))
+            .map_or_else(String::new, declared_feed_forward)
     )
 }
 
-/// A feed-forward as the controller of a scenario has it, with its compensation of known forces.
+/// A feed-forward as the controller of a scenario has it.
 #[must_use]
-pub fn declared_feed_forward(
-    led: &FeedForwardSettings,
-    known: Option<&CompensationSettings>,
-) -> String {
+pub fn declared_feed_forward(led: &FeedForwardSettings) -> String {
     let [bandwidth, acceleration, velocity, coulomb, speed] = [
         led.bandwidth,
         led.acceleration,
@@ -210,33 +197,10 @@ pub fn declared_feed_forward(
         led.coulomb_speed,
     ]
     .map(seven_digits);
-    let known = known.map_or_else(String::new, declared);
     format!(
         "feed_forward = {{ bandwidth = {bandwidth}, acceleration = {acceleration}, velocity = {velocity}, coulomb = {coulomb}, \
-         coulomb_speed = {speed}{known} }}\n"
+         coulomb_speed = {speed} }}\n"
     )
-}
-
-/// A compensation as a feed-forward of a scenario has it: what there is of it.
-fn declared(of: &CompensationSettings) -> String {
-    let numbers = [
-        ("constant", of.constant),
-        ("ripple_order", of.ripple_order),
-        ("revolution", of.revolution),
-        ("dead_band", of.dead_band),
-        ("delay", of.delay),
-    ];
-    let numbers = numbers.into_iter().filter(|(_, value)| *value != 0.0);
-    let numbers = numbers.map(|(name, value)| format!(", {name} = {}", seven_digits(value)));
-    let waves = [("gravity", of.gravity), ("ripple", of.ripple)];
-    let waves = waves
-        .into_iter()
-        .filter(|(_, [sine, cosine])| sine.hypot(*cosine) > 0.0);
-    let waves = waves.map(|(name, wave)| {
-        let [sine, cosine] = wave.map(seven_digits);
-        format!(", {name} = [{sine}, {cosine}]")
-    });
-    waves.chain(numbers).collect()
 }
 
 /// A gain as a scenario needs it, with seven digits.

@@ -38,7 +38,8 @@ impl OnlineIdentifier {
     pub fn new(mut scenario: Scenario) -> Result<Self, Fault> {
         let columns = scenario.log_columns();
         if scenario.identifier.law.takes_whole_record() {
-            let why = "this law looks at a whole log: on line are \"gauss-newton\", \"window\" and \"gradient\"";
+            let why =
+                "this law looks at a whole log: on line are \"gauss-newton\" and \"gradient\"";
             return Err(Fault::new("identifier.law", why));
         }
         let Some(sample_time) = scenario.log_sample_time() else {

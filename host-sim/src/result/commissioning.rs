@@ -285,10 +285,12 @@ fn response<S: Serializer>(
     }
     #[derive(Serialize)]
     struct Keys {
+        highest_frequency: f64,
         resonance: Option<Found>,
         lines: Vec<Line>,
     }
     let keys = response.as_ref().map(|response| Keys {
+        highest_frequency: response.highest_frequency(),
         resonance: response.resonance.map(|Resonance { mode, errors }| Found {
             frequency: mode.frequency,
             antiresonance: mode.antiresonance(),

@@ -1,6 +1,6 @@
-use drive_link::{Estimates, Origin, State, Status};
+use drive_link::{Estimates, State, Status};
 use identifier_core::commission::Reason;
-use identifier_core::tuning::{NotFollowed, ServoChange};
+use identifier_core::tuning::ServoChange;
 use serde::{Serialize, Serializer};
 
 use super::Gains;
@@ -21,14 +21,9 @@ pub struct DriveStatus {
     pub noise_counts: Option<f32>,
     /// The gains in force.
     pub gains: Option<Gains>,
-    /// The gains over those that were commissioned; none for gains that were given.
-    pub gain_factor: Option<f64>,
     /// How the servo differs from the one that the gains promise for.
     #[serde(serialize_with = "change")]
     pub servo_change: Option<ServoChange>,
-    /// Why the gains do not follow that.
-    #[serde(serialize_with = "not_followed")]
-    pub not_followed: Option<NotFollowed>,
 }
 
 impl From<&Status> for DriveStatus {
@@ -48,13 +43,7 @@ impl From<&Status> for DriveStatus {
             gains: status
                 .gains
                 .map(|gains| Gains::of(&gains.controller, gains.cutoff)),
-            gain_factor: status.gains.and_then(|gains| match gains.origin {
-                Origin::Given => None,
-                Origin::Commissioned => Some(1.0),
-                Origin::Followed { factor } => Some(f64::from(factor)),
-            }),
             servo_change: status.servo_change,
-            not_followed: status.not_followed,
         }
     }
 }
@@ -75,11 +64,4 @@ fn change<S: Serializer>(change: &Option<ServoChange>, serializer: S) -> Result<
         standard_errors: change.standard_errors,
     });
     keys.serialize(serializer)
-}
-
-fn not_followed<S: Serializer>(
-    why: &Option<NotFollowed>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    why.map(|why| why.to_string()).serialize(serializer)
 }

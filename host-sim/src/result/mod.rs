@@ -30,4 +30,6 @@ pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};
 pub use sensor_noise::SensorNoise;
 pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};
-pub use tuning::{DelayedServo, FeedForward, Gains, StiffPromise, TuningConditions, TuningResult};
+pub use tuning::{
+    DelayedServo, FeedForward, Gains, KnownForces, StiffPromise, TuningConditions, TuningResult,
+};

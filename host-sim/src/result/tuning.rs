@@ -1,6 +1,6 @@
 //! The result of a tuning.
 
-use identifier_core::control::{CompensationSettings, FeedForwardSettings};
+use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{Promise, Tuning};
@@ -142,12 +142,29 @@ pub struct TuningConditions {
     pub resonance: Option<f64>,
 }
 
+/// The commands that hold the forces that are known, and what else is known of the command, SI; zero for what is not.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct KnownForces {
+    /// −d/b, command units.
+    pub constant: f64,
+    /// −g_s/b and −g_c/b, command units.
+    pub gravity: [f64; 2],
+    /// −r_s/b and −r_c/b, command units.
+    pub ripple: [f64; 2],
+    /// N, periods per revolution.
+    pub ripple_order: f64,
+    /// δ, command units.
+    pub dead_band: f64,
+    /// Time from a command to its acceleration besides the hold's, s.
+    pub delay: f64,
+}
+
 impl FeedForward {
     /// Of a servo with known forces under a derivative gain, command units per rad/s; `hold` is the mean delay of a hold, s.
     #[must_use]
     pub fn of_servo(
         servo: &ServoParameters,
-        known: &CompensationSettings,
+        known: &KnownForces,
         derivative: f64,
         hold: f64,
     ) -> Self {

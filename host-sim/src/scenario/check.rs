@@ -42,9 +42,6 @@ pub(super) fn complete(
             "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
         ));
     }
-    if purpose != Purpose::Run {
-        scenario.must_not_compensate()?;
-    }
     match purpose {
         Purpose::Run => {
             scenario.servo()?;
@@ -118,7 +115,7 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
             "the log must have the command, or the reference that the declared controller computes it from",
         ),
         (
-            identifier.terms.may_enter(Term::Gravity) && !log.absolute && !own,
+            identifier.terms.demanded.has(Term::Gravity) && !log.absolute && !own,
             "log.angle",
             "gravity goes with the angle of the shaft, and a counter that began anywhere does not know \
              it: if a position of zero is the same angle in every recording, state angle = \"absolute\", \

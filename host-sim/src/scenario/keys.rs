@@ -5,7 +5,7 @@
 
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits};
-use identifier_core::control::{CompensationSettings, FeedForwardSettings, Gains};
+use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
@@ -40,7 +40,6 @@ const COUNTS: Range = Fixed(Allowed::Within(0.0, 1e9));
 const POSITIVE: Range = Fixed(Allowed::Above(0.0));
 const NOT_NEGATIVE: Range = Fixed(Allowed::AtLeast(0.0));
 const GAIN: Range = Fixed(Allowed::Within(0.0, Gains::LARGEST));
-const ANY_GAIN: Range = Fixed(Allowed::Within(-Gains::LARGEST, Gains::LARGEST));
 const POSITIVE_GAIN: Range = Fixed(Allowed::PositiveUpTo(Gains::LARGEST));
 const SAMPLE_TIME: Range = Fixed(Allowed::Within(
     Units::SAMPLE_TIMES.0,
@@ -175,20 +174,6 @@ keys! {
     "command for Coulomb friction, with the sign of its velocity";
 "controller.feed_forward.coulomb_speed": Number(POSITIVE, |s, v| lead(s).coulomb_speed = v), Value(LEAST_LEAD.coulomb_speed), "rad/s",
     "speed below which that command goes linearly through zero";
-"controller.feed_forward.constant": Number(ANY_GAIN, |s, v| compensation(s).constant = v), Derived("none"), "command units",
-    "command that holds the load, -d/b; this and the keys below are of a simulated loop, no drive has them";
-"controller.feed_forward.gravity": Two(ANY_GAIN, |s, v| compensation(s).gravity = v), Derived("none"), "command units",
-    "[-g_s/b, -g_c/b], command for sin and cos of the model's angle, which is 0 where the servo starts";
-"controller.feed_forward.ripple": Two(ANY_GAIN, |s, v| compensation(s).ripple = v), Derived("none"), "command units",
-    "[-r_s/b, -r_c/b], command for sin and cos of N times that angle";
-"controller.feed_forward.ripple_order": Number(POSITIVE, |s, v| compensation(s).ripple_order = v), Derived("none"), "",
-    "N, periods of the ripple to a revolution";
-"controller.feed_forward.revolution": Number(POSITIVE, |s, v| compensation(s).revolution = v), Derived("2π"), "rad",
-    "travel after which gravity and ripple repeat, for a linear axis a pole pitch";
-"controller.feed_forward.dead_band": Number(GAIN, |s, v| compensation(s).dead_band = v), Derived("none"), "command units",
-    "command that the bridge swallows to either side, added in the direction of the command that the model needs";
-"controller.feed_forward.delay": Number(NOT_NEGATIVE, |s, v| compensation(s).delay = v), Derived("none"), "s",
-    "time from a command to its acceleration besides the hold's: gravity and ripple are those of where the model is then";
 "controller.sample_time": Number(SAMPLE_TIME, |s, v| s.stated.sample_time = v), Value(1e-3), "s",
     "time from one control sample to the next; in a replay without a controller, the log's own";
 "controller.velocity_filter": Table(Always), Derived("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",
@@ -289,11 +274,9 @@ keys! {
     "least standard deviation of the position noise; a larger one is found";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| given(s).start_time = Some(v)),
     Derived("1; in a replay, no more than the log has"), "s",
-    "gauss-newton: the time over which the first fit looks; window: its length, for terms best 2 s";
+    "the time over which the first fit looks";
 "identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| given(s).memory = Some(v)), Derived("all that ever was"), "s",
     "how long a sample counts, for a servo that changes";
-"identifier.terms": TermList(|s, v| given(s).terms.allowed = v), Derived("none"), "",
-    "optional terms of the model, each of which is estimated once there is evidence for it";
 "identifier.required_terms": TermList(|s, v| given(s).terms.demanded = v), Derived("none"), "",
     "optional terms of the model that are estimated as soon as the motion allows";
 "identifier.low_speed_velocity": Number(POSITIVE, |s, v| given(s).terms.low_speed_velocity = Some(v)),
@@ -526,10 +509,6 @@ const LEAST_LEAD: FeedForwardSettings = FeedForwardSettings {
 
 fn lead(s: &mut Scenario) -> &mut FeedForwardSettings {
     pid(s).feed_forward.get_or_insert(LEAST_LEAD)
-}
-
-fn compensation(s: &mut Scenario) -> &mut CompensationSettings {
-    s.compensation.get_or_insert(CompensationSettings::NONE)
 }
 
 fn given(s: &mut Scenario) -> &mut IdentifierSettings {

@@ -292,6 +292,9 @@ fn unknown<'n>(
     name: &str,
     known: impl Iterator<Item = &'n str>,
 ) -> Fault {
+    if let Some(instead) = gone::replacement(Place::Value, &format!("{} = {name}", key.path)) {
+        return refused(key, value, format!("\"{name}\" is gone: {instead}"));
+    }
     let near = nearest(name, known);
     refused(key, value, format!("there is no {what}\"{}\"", shown(name)))
         .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))
@@ -417,12 +420,7 @@ pub(super) fn choice(key: &Key, value: &Value<'_>, choices: &[Choice]) -> Result
     let name = text(key, value, "a text")?;
     let index = choices.iter().position(|choice| choice.name == name);
     let names = choices.iter().map(|choice| choice.name);
-    index.ok_or_else(
-        || match gone::replacement(Place::Value, &format!("{} = {name}", key.path)) {
-            Some(instead) => refused(key, value, format!("\"{name}\" is gone: {instead}")),
-            None => unknown(key, value, "", name, names),
-        },
-    )
+    index.ok_or_else(|| unknown(key, value, "", name, names))
 }
 
 fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {

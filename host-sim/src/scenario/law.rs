@@ -48,15 +48,6 @@ const ALL: &[Parameter] = &Parameter::ALL;
 #[rustfmt::skip]
 const GRADIENT: &[&str] = &["gamma", "mu", "bounds", "plant_box", "correction", "bandwidth", "max_speed"];
 
-macro_rules! fitting {
-    ($($own:literal),*) => {
-        &[
-            "bounds", "uncertainty", "noise", "bandwidth", "max_speed", "start_time", $($own,)* "terms",
-            "required_terms", "low_speed_velocity", "ripple_order", "revolution",
-        ]
-    };
-}
-
 macro_rules! laws {
     ($(
         $(#[$doc:meta])*
@@ -97,10 +88,10 @@ laws! {
         GRADIENT;
     /// Recursive Gauss–Newton.
     GaussNewton: "gauss-newton", Fit, ALL, Pid, "nothing", "this project",
-        fitting!["memory"];
-    /// Windowed Gauss–Newton.
-    Window: "window", Fit, ALL, Pid, "nothing", "this project",
-        fitting![];
+        &[
+            "bounds", "uncertainty", "noise", "bandwidth", "max_speed", "start_time", "memory",
+            "required_terms", "low_speed_velocity", "ripple_order", "revolution",
+        ];
     /// One fit to the whole record, with the effects that it needs.
     Fit: "fit", Record, ALL, Pid, "nothing", "this project",
         &["required_terms", "low_speed_velocity", "ripple_order", "revolution"];

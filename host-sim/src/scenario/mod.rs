@@ -42,7 +42,6 @@ pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceStat
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
-use identifier_core::control::CompensationSettings;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::units::Units;
 use identifier_core::{ControllerSettings, Settings};
@@ -70,8 +69,6 @@ pub struct Scenario {
     pub stated: Settings,
     /// The velocity estimate; the cut-off of a low-pass is in `stated`.
     pub velocity: Velocity,
-    /// The known forces that the feed-forward of a simulated loop compensates.
-    pub compensation: Option<CompensationSettings>,
     /// The reference.
     pub excitation: ExcitationSettings,
     /// Law, parameters and number format of the identification.
@@ -199,19 +196,6 @@ impl Scenario {
         self.stated.controller.as_ref().expect(CHECKED)
     }
 
-    /// # Errors
-    /// The feed-forward, if it compensates forces, as a run of the program does alone: the angle of other loops begins anywhere.
-    pub(crate) fn must_not_compensate(&self) -> Result<(), Fault> {
-        match self.compensation {
-            None => Ok(()),
-            Some(_) => Err(Fault::new(
-                "controller.feed_forward",
-                "only a simulated run of `servo-id` compensates load, gravity, ripple and dead band: leave out the keys \
-                 from constant on",
-            )),
-        }
-    }
-
     /// The control samples of the run.
     #[must_use]
     pub fn samples(&self) -> u64 {
@@ -239,7 +223,6 @@ impl Scenario {
             },
             duration: 0.0,
             seed: None,
-            compensation: None,
             log: None,
             inner: None,
             physical: PhysicalSettings::NONE,

@@ -186,7 +186,7 @@ impl Scenario {
             SettingsError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
             SettingsError::NoGamma(_) => "controller.sample_time".to_owned(),
             SettingsError::SampledLoop(_) => "controller.sample_time".to_owned(),
-            SettingsError::NoSuchTerm { .. } => "identifier.terms".to_owned(),
+            SettingsError::NoSuchTerm { .. } => "identifier.required_terms".to_owned(),
             SettingsError::Estimate(_) => "identifier.bounds.b".to_owned(),
             _ => "identifier.gamma".to_owned(),
         }

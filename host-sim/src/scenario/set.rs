@@ -34,8 +34,7 @@ impl Scenario {
     /// True if the model may have optional terms.
     #[must_use]
     pub fn has_terms(&self) -> bool {
-        let terms = &self.stated.identifier.terms;
-        !terms.demanded.or(terms.allowed).is_empty()
+        !self.stated.identifier.terms.demanded.is_empty()
     }
 
     /// The smallest set that holds every parameter that is estimated or known to be there.

@@ -3,12 +3,12 @@
 //! A new law is an arm of [`method`].
 
 use identifier_core::Settings;
-use identifier_core::control::{CompensationSettings, Controller};
+use identifier_core::control::Controller;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify,
 };
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
@@ -20,26 +20,10 @@ use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
     Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
-    RelayMethod, Running, WholeRecord, compensated, gamma_over,
+    RelayMethod, Running, WholeRecord, gamma_over,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
 use crate::scenario::{Arithmetic, Fault, Law, Scenario};
-
-/// Blocks of a window, enough for every sample of half a second at 1 kHz.
-const WINDOW_BLOCKS: usize = 512;
-
-/// The same with terms, for which a block should be a sample: two seconds at 1 kHz.
-const TERM_WINDOW_BLOCKS: usize = 2048;
-
-/// The windowed law with every optional term.
-type TermWindow<N> = WindowIdentifier<
-    N,
-    AllUnknowns,
-    { Unknown::COUNT },
-    TERM_WINDOW_BLOCKS,
-    AllUnknowns,
-    { Unknown::COUNT },
->;
 
 /// Commands in the longest delay of an amplifier.
 const MAX_DELAYED: usize = 128;
@@ -134,21 +118,15 @@ fn pid_loop<N: Number>(
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, Fault> {
-    let known = scenario.compensation.as_ref();
-    with_velocity!(scenario, N => pid::<N>(settings, known, identifier, start))
+    with_velocity!(scenario, N => pid::<N>(settings, identifier, start))
         .map_err(|error| scenario.fault(&error))
 }
 
 fn pid<N: Number, V: VelocityEstimate<N, State: Send> + Send + 'static>(
     settings: &Settings,
-    known: Option<&CompensationSettings>,
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, SettingsError> {
-    if let Some(known) = known {
-        let controller = compensated::<N, V>(settings, known)?;
-        return Ok(Box::new(PidLoop::new(controller, identifier, start)));
-    }
     let controller: Controller<N, V> = settings.build()?;
     Ok(Box::new(PidLoop::new(controller, identifier, start)))
 }
@@ -217,14 +195,10 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
     let built = match scenario.identifier.law {
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
         Law::GaussNewton if scenario.has_terms() => {
-            // Every term; those that the settings do not ask for never enter.
+            // Those that the settings do not require never enter.
             gauss_newton::<N, AllUnknowns, { Unknown::COUNT }>(&with_terms(scenario, settings))
         }
         Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
-        Law::Window if scenario.has_terms() => {
-            fitting::<N, TermWindow<N>>(&with_terms(scenario, settings))
-        }
-        Law::Window => with_set!(scenario => window::<N>(settings)),
         Law::Fit => {
             whole_record_terms(scenario)?;
             return Ok(Method::Identifier(Box::new(WholeRecord)));
@@ -283,12 +257,6 @@ where
     Ok(Box::new(Running::<N, _>::new(identifier, known)))
 }
 
-fn gauss_newton<N: Number, S: IdentifiableSet<P> + Send + 'static, const P: usize>(
-    settings: &Settings,
-) -> Built {
-    fitting::<N, GaussNewtonIdentifier<N, S, P>>(settings)
-}
-
 /// The load is one of the parameters of a model with terms, and without friction its friction stays at
 /// zero.
 fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
@@ -297,25 +265,19 @@ fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
     settings
 }
 
-fn window<N: Number, S: IdentifiableSet<P> + Send + 'static, const P: usize>(
+/// It needs no estimate to begin with, but for a gain that it is not to find.
+fn gauss_newton<N: Number, S: IdentifiableSet<P> + Send + 'static, const P: usize>(
     settings: &Settings,
 ) -> Built {
-    fitting::<N, WindowIdentifier<N, S, P, WINDOW_BLOCKS>>(settings)
-}
-
-/// A law that fits: it needs no estimate to begin with, but for a gain that it is not to find.
-fn fitting<N, I>(settings: &Settings) -> Built
-where
-    N: Number,
-    I: Identify<N, State: Send> + FromSettings + Send + 'static,
-{
     let given = &settings.identifier;
     if given.known.b && given.initial.b.is_none() {
         return Err(SettingsError::NotGiven {
             setting: "initial.b",
         });
     }
-    beside(settings, |_: &I| Outcome::default())
+    beside(settings, |_: &GaussNewtonIdentifier<N, S, P>| {
+        Outcome::default()
+    })
 }
 
 /// The method to compare with.
@@ -342,12 +304,6 @@ fn whole_record_terms(scenario: &Scenario) -> Result<(), Fault> {
         if terms.demanded.has(term) && value.is_none() {
             return Err(scenario.fault(&SettingsError::NotGiven { setting }));
         }
-    }
-    if terms.demanded.has(Term::WanderingLoad) {
-        return Err(Fault::new(
-            "identifier.required_terms",
-            "\"wandering-load\" is no term of the law \"fit\", which finds by itself whether the load wanders: leave it out",
-        ));
     }
     Ok(())
 }

@@ -23,7 +23,6 @@ impl Simulation {
             .settings()
             .map_err(|error| scenario.fault(&error))?;
         let identifier = identifier(scenario, &settings)?;
-        scenario.must_not_compensate()?;
         let controller: Controller<f32, LowPass<f32>> =
             (settings.build()).map_err(|error| scenario.fault(&error))?;
         Ok(Self {
@@ -59,7 +58,7 @@ pub(crate) fn identifier(
         return Err(absent("identifier.parameters"));
     }
     if scenario.has_terms() {
-        return Err(absent("identifier.terms"));
+        return Err(absent("identifier.required_terms"));
     }
     if settings.identifier.terms.declares_amplifier() {
         return Err(absent("amplifier"));

@@ -109,10 +109,6 @@ impl Chip for SimulatedChip {
     }
 
     /// Nothing is connected to it.
-    fn voltage(&mut self) -> Option<f32> {
-        Some(0.0)
-    }
-
     fn next_is_due(&self) -> bool {
         self.late
     }

@@ -243,7 +243,6 @@ fn example(core: identifier_core::Settings) -> Settings {
                 ..core
             },
             law: drive_link::Law::GaussNewton,
-            format: drive_link::Format::Single,
         },
         dither: Dither {
             amplitude: 0.0,

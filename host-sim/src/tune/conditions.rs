@@ -5,7 +5,7 @@ use identifier_core::tuning::{Goal, TuningSettings};
 use serde::Deserialize;
 
 use super::IdentifiedResult;
-use super::known_forces::{Angle, compensation};
+use super::known_forces::Angle;
 #[cfg(feature = "experiments")]
 use crate::provenance::{Origin, Task};
 use crate::scenario::Scenario;
@@ -140,11 +140,7 @@ impl Conditions {
         let resolution = resolution.ok_or(ConditionError::Resolution)?;
         let limit = self.limit.map(|limit| [-limit, limit]).or(known.limit);
         let limit = limit.ok_or(ConditionError::Limit)?;
-        let mut command = beyond_the_load(result, limit)?;
-        if self.feed_forward {
-            let known = compensation(result, known.angle.as_ref(), 0.0);
-            command -= known.largest() - known.constant.abs();
-        }
+        let command = beyond_the_load(result, limit)?;
         let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
         let command_delay = self.command_delay.unwrap_or(known.command_delay);
         Ok(TuningSettings {

@@ -1,8 +1,7 @@
-//! What is known of the forces on a servo beside inertia and friction, for a feed-forward.
-
-use identifier_core::control::CompensationSettings;
+//! What is known of the forces on a servo beside inertia and friction, for the formula of a feed-forward.
 
 use super::IdentifiedResult;
+use crate::result::KnownForces;
 use crate::scenario::Scenario;
 
 /// An estimate and its standard error, infinite where that is not known.
@@ -22,8 +21,6 @@ pub struct Effects {
 /// An angle that is the same one in every run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Angle {
-    /// The travel after which gravity and ripple repeat, rad.
-    pub revolution: f64,
     /// Periods of the ripple to a revolution; none where none is declared.
     pub ripple_order: Option<f64>,
 }
@@ -39,7 +36,6 @@ impl Angle {
             None => scenario.plant.is_some(),
         };
         is_same.then_some(Self {
-            revolution: terms.revolution,
             ripple_order: terms.ripple_order,
         })
     }
@@ -57,13 +53,13 @@ fn known([value, std_error]: Estimated) -> f64 {
     }
 }
 
-/// The compensation of the forces that are known, for an angle, if there is one. The `delay` is that from a command to its
+/// The forces that are known, for an angle, if there is one. The `delay` is that from a command to its
 /// acceleration besides the hold's, s.
-pub(super) fn compensation(
+pub(super) fn known_forces(
     result: &IdentifiedResult,
     angle: Option<&Angle>,
     delay: f64,
-) -> CompensationSettings {
+) -> KnownForces {
     let Effects {
         gravity,
         ripple,
@@ -72,20 +68,19 @@ pub(super) fn compensation(
     let b = result.servo.parameters.b;
     // Without a zero's sign.
     let held = |force| 0.0 - known(force) / b;
-    let none = CompensationSettings {
+    let without_angle = KnownForces {
         constant: held(result.load),
         dead_band: known(dead_band).max(0.0),
         delay,
-        ..CompensationSettings::NONE
+        ..KnownForces::default()
     };
     let Some(angle) = angle else {
-        return none;
+        return without_angle;
     };
-    CompensationSettings {
+    KnownForces {
         gravity: gravity.map(held),
         ripple: angle.ripple_order.map_or([0.0; 2], |_| ripple.map(held)),
         ripple_order: angle.ripple_order.unwrap_or(0.0),
-        revolution: angle.revolution,
-        ..none
+        ..without_angle
     }
 }

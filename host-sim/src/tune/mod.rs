@@ -11,12 +11,11 @@ pub use conditions::{ConditionError, Conditions, KnownConditions};
 pub use known_forces::{Angle, Effects, Estimated};
 pub use result::{IdentifiedResult, ResultError};
 
-use identifier_core::control::CompensationSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, Gains, StiffPromise, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, Gains, KnownForces, StiffPromise, TuningConditions, TuningResult,
 };
 
 /// Gains, and what they were found for.
@@ -25,7 +24,7 @@ pub struct Tuned {
     /// The servo.
     pub servo: IdentifiedServo,
     /// What is known of the forces beside inertia and friction.
-    pub compensation: CompensationSettings,
+    pub forces: KnownForces,
     /// The goal and its conditions.
     pub settings: TuningSettings,
     /// The gains.
@@ -59,7 +58,7 @@ impl Tuned {
         settings: &TuningSettings,
     ) -> Result<Self, NoGains> {
         let delay = result.servo.delay + settings.command_delay;
-        let compensation = known_forces::compensation(result, angle, delay);
+        let forces = known_forces::known_forces(result, angle, delay);
         let tuning = settings.tune(&result.servo).map_err(|error| match error {
             TuningError::TooFast { most, cap, .. } => {
                 let goal = Goal::Bandwidth(most);
@@ -74,7 +73,7 @@ impl Tuned {
         })?;
         Ok(Self {
             servo: result.servo,
-            compensation,
+            forces,
             settings: *settings,
             tuning,
         })
@@ -92,12 +91,7 @@ impl Tuned {
     #[must_use]
     pub fn feed_forward(&self) -> FeedForward {
         let hold = self.settings.sample_time / 2.0;
-        FeedForward::of_servo(
-            &self.servo.parameters,
-            &self.compensation,
-            self.tuning.kd,
-            hold,
-        )
+        FeedForward::of_servo(&self.servo.parameters, &self.forces, self.tuning.kd, hold)
     }
 
     /// The result.

@@ -51,7 +51,7 @@ macro_rules! causes {
 causes! {
     /// A delay between command and acceleration, or a current loop, which looks the same.
     Delay: "delay", Some(Unknown::Delay), "a delay or a current loop between command and motion",
-        "set amplifier.delay, or let it be estimated with terms = [\"delay\"]";
+        "set amplifier.delay, or let it be estimated with required_terms = [\"delay\"]";
     /// Coulomb friction that is not estimated.
     Coulomb: "coulomb", Some(Unknown::Coulomb), "Coulomb friction",
         "estimate it too: \"coulomb\" in identifier.parameters, of a law that has it, such as \"gauss-newton\"";
@@ -60,22 +60,22 @@ causes! {
         "estimate it too: \"load\" in identifier.parameters, of a law that has it, such as \"gauss-newton\"";
     /// Viscous friction that differs with the direction.
     Asymmetry: "asymmetry", Some(Unknown::Asymmetry), "viscous friction that differs with the direction",
-        "let it be estimated with terms = [\"asymmetry\"]";
+        "let it be estimated with required_terms = [\"asymmetry\"]";
     /// Friction that changes at low speed.
     LowSpeedFriction: "low-speed-friction", Some(Unknown::LowSpeed), "friction that changes at low speed",
-        "let it be estimated with terms = [\"low-speed\"] and low_speed_velocity";
+        "let it be estimated with required_terms = [\"low-speed\"] and low_speed_velocity";
     /// Friction that grows with the square of the velocity.
     QuadraticFriction: "quadratic-friction", None, "friction that grows with the square of the velocity",
         "let one fit to the whole record estimate it, with law = \"fit\", or identify at the speeds that matter";
     /// A force that goes with the angle, once a revolution.
     Gravity: "gravity", Some(Unknown::GravitySine), "gravity, or another force that goes with the angle",
-        "let it be estimated with terms = [\"gravity\"], on an absolute angle";
+        "let it be estimated with required_terms = [\"gravity\"], on an absolute angle";
     /// A force that repeats many times a revolution.
     Ripple: "ripple", Some(Unknown::RippleSine), "ripple (cogging)",
-        "let it be estimated with terms = [\"ripple\"] and ripple_order";
+        "let it be estimated with required_terms = [\"ripple\"] and ripple_order";
     /// A dead band of the bridge.
     DeadBand: "dead-band", Some(Unknown::DeadBand), "a dead band of the bridge",
-        "set amplifier.dead_band, or let it be estimated with terms = [\"dead-band\"]";
+        "set amplifier.dead_band, or let it be estimated with required_terms = [\"dead-band\"]";
     /// Two masses with a spring between them.
     Resonance: "resonance", None, "a resonance of two masses",
         "let one fit to the whole record estimate it, with law = \"fit\", \

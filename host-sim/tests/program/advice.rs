@@ -86,8 +86,8 @@ fn cause(of: Cause) -> Row {
             &[
                 Followed("set amplifier.delay", &[("amplifier", "delay = 0.0015")]),
                 Followed(
-                    "terms = [\"delay\"]",
-                    &[("identifier", "terms = [\"delay\"]")],
+                    "required_terms = [\"delay\"]",
+                    &[("identifier", "required_terms = [\"delay\"]")],
                 ),
             ],
         ),
@@ -125,8 +125,8 @@ fn cause(of: Cause) -> Row {
                 "a = 3.0\nb = 257.7\ncoulomb = 5.0\nasymmetry = 1.5",
             )],
             &[Followed(
-                "terms = [\"asymmetry\"]",
-                &[("identifier", "terms = [\"asymmetry\"]")],
+                "required_terms = [\"asymmetry\"]",
+                &[("identifier", "required_terms = [\"asymmetry\"]")],
             )],
         ),
         Cause::LowSpeedFriction => row(
@@ -135,10 +135,10 @@ fn cause(of: Cause) -> Row {
                 "low_speed_friction = 10.0\nlow_speed_velocity = 1.0",
             )],
             &[Followed(
-                "terms = [\"low-speed\"] and low_speed_velocity",
+                "required_terms = [\"low-speed\"] and low_speed_velocity",
                 &[(
                     "identifier",
-                    "terms = [\"low-speed\"]\nlow_speed_velocity = 1.0",
+                    "required_terms = [\"low-speed\"]\nlow_speed_velocity = 1.0",
                 )],
             )],
         ),
@@ -158,15 +158,18 @@ fn cause(of: Cause) -> Row {
         Cause::Gravity => row(
             &[("plant", "gravity = [60.0, 20.0]")],
             &[Followed(
-                "terms = [\"gravity\"]",
-                &[("identifier", "terms = [\"gravity\"]")],
+                "required_terms = [\"gravity\"]",
+                &[("identifier", "required_terms = [\"gravity\"]")],
             )],
         ),
         Cause::Ripple => row(
             &[("plant", "ripple = [15.0, 0.0]\nripple_order = 12")],
             &[Followed(
-                "terms = [\"ripple\"] and ripple_order",
-                &[("identifier", "terms = [\"ripple\"]\nripple_order = 12")],
+                "required_terms = [\"ripple\"] and ripple_order",
+                &[(
+                    "identifier",
+                    "required_terms = [\"ripple\"]\nripple_order = 12",
+                )],
             )],
         ),
         Cause::DeadBand => row(
@@ -177,8 +180,8 @@ fn cause(of: Cause) -> Row {
                     &[("amplifier", "dead_band = 0.06")],
                 ),
                 Followed(
-                    "terms = [\"dead-band\"]",
-                    &[("identifier", "terms = [\"dead-band\"]")],
+                    "required_terms = [\"dead-band\"]",
+                    &[("identifier", "required_terms = [\"dead-band\"]")],
                 ),
             ],
         ),
@@ -692,7 +695,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 104.0\nlow_speed_velocity = 1.0",
+                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 110.0\nlow_speed_velocity = 1.0",
                 ),
                 (
                     "=commission",
@@ -862,7 +865,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             remedies: &[
                 Followed(
                     "quicken the current loop",
-                    &[("plant", "current_loop = 0.005")],
+                    &[("plant", "current_loop = 0.004")],
                 ),
                 // The loop gives way to delays of 6 ms that nothing declares.
                 NotHere("declare or shorten the delay"),
@@ -978,7 +981,7 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         | R::OutOfReach => "the encoder or its wires are mended",
         R::FollowingError => "phases or tracks are exchanged",
         R::LinkLost => "the line is mended",
-        R::StepsTooFast | R::StepsUnclear | R::TargetOutside | R::VoltageInvalid => {
+        R::StepsTooFast | R::StepsUnclear | R::TargetOutside => {
             "the source of the target is changed"
         }
         R::DoesNotStand => "a brake holds the servo",

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::support::{folder, refusal_message, servo_id};
 
-const LAWS: [&str; 3] = ["fit", "gauss-newton", "window"];
+const LAWS: [&str; 2] = ["fit", "gauss-newton"];
 
 /// Rows of time, position in counts of 10 000 to a turn, and command of a servo with friction.
 fn rows(samples: usize, command: impl Fn(f64) -> f64) -> Vec<[String; 3]> {

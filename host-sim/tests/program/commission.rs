@@ -85,6 +85,14 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
             "{gain}"
         );
     }
+    let [highest, time] = [
+        &result["response"]["highest_frequency"],
+        &result["sample_time"],
+    ]
+    .map(|figure| figure.as_f64().expect("a number"));
+    let looked_at = highest * time / std::f64::consts::TAU;
+    assert!((0.49..0.4951).contains(&looked_at), "{looked_at}");
+    assert!(answer.contains(", up to 494.0 Hz, show"), "{answer}");
     let promised = result["promise"]["rise_time"].as_f64().expect("a number");
     let measured = result["trial"]["rise_time"].as_f64().expect("a number");
     assert!(

@@ -14,35 +14,6 @@ fn settings_of(test: &str, text: &str) -> Result<drive_link::LoopSettings, Fault
     loop_settings(&Scenario::load(&path, Purpose::Run).expect("a PC can"))
 }
 
-/// Of a and b alone, as in the firmware's fixed point: bounds of friction and load are not
-/// stated and have to be sent.
-#[test]
-fn bounds_that_follow_from_the_box_are_sent() {
-    let drift = include_str!("../../scenarios/drift.toml");
-    let lines = drift.lines().filter(|line| !line.starts_with("bounds = "));
-    let text: String = lines.flat_map(|line| [line, "\n"]).collect();
-    assert!(text.len() < drift.len(), "drift.toml states bounds");
-    let text = text.replace("[\"a\", \"b\", \"coulomb\"]", "[\"a\", \"b\"]");
-    let sent = settings_of("drive-settings-bounds", &text).expect("the firmware has it");
-    let bounds = &sent.core.identifier.bounds;
-    assert!(bounds.coulomb.is_some() && bounds.load.is_some());
-}
-
-/// Keys that the drive would refuse.
-#[test]
-fn terms_that_the_firmware_lacks_are_refused() {
-    for (key, asked) in [
-        ("identifier.terms", "terms = [\"delay\"]"),
-        (
-            "identifier.required_terms",
-            "required_terms = [\"wandering-load\"]",
-        ),
-    ] {
-        let fault = settings_of("drive-settings-terms", &with_terms(asked)).expect_err(key);
-        assert!(fault.to_string().starts_with(key), "{fault}");
-    }
-}
-
 #[test]
 fn required_terms_are_sent() {
     let asked = with_terms("required_terms = [\"delay\", \"gravity\"]");
@@ -88,17 +59,20 @@ fn a_loop_that_the_firmware_lacks_is_refused() {
             "arithmetic = \"f64\"",
             "identifier.arithmetic",
         ),
-        ("law = \"gradient\"", "law = \"window\"", "identifier.law"),
+        (
+            "law = \"gradient\"",
+            "law = \"pd-gradient\"",
+            "identifier.law",
+        ),
+        (
+            "arithmetic = \"f32\"",
+            "arithmetic = \"fixed\"",
+            "identifier.arithmetic",
+        ),
     ] {
         let changed = paper.replace(from, to);
         assert_ne!(changed, paper, "{from}");
-        let of_gradient = |line: &&str| {
-            let keys = ["gamma", "mu", "plant_box"];
-            to.contains("window") && keys.iter().any(|key| line.starts_with(key))
-        };
-        let lines = changed.lines().filter(|line| !of_gradient(line));
-        let text = lines.collect::<Vec<_>>().join("\n");
-        let fault = settings_of("drive-settings-loop", &text).expect_err(key);
+        let fault = settings_of("drive-settings-loop", &changed).expect_err(key);
         assert!(fault.to_string().starts_with(key), "{fault}");
     }
 }

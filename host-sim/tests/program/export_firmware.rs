@@ -5,15 +5,15 @@ use std::path::Path;
 use identifier_core::constants::{Configuration, Constants};
 use identifier_core::fixed_point::{FixedServoLoop, Word};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonIdentifier, GaussNewtonRecursion, Identify,
-    MachineEstimates, PreparedServo, ServoLoop,
+    GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier, Identify, MachineEstimates,
+    PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, Parameter};
 
 use crate::support::{assert_done, folder, refusal_message, scenario, servo_id};
 
-type Gradient<S, const P: usize> = DiagonalGradientIdentifier<f32, LowPass<f32>, S, P>;
+type Gradient<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 type Closed<I> = ServoLoop<f32, LowPass<f32>, I>;
 
 /// The result of the servo with friction, and where it is.
@@ -136,7 +136,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     begins_at(identifier, state, f64::from, &c, estimates, &with_friction);
     for part in [
         "servo_id_gradient_coulomb_loop_init_from_constants",
-        "static const uint32_t elbow_words[118] = {",
+        "static const uint32_t elbow_words[124] = {",
         "static const float elbow_si[4] = {",
     ] {
         assert!(c.contains(part), "{part}: {c}");

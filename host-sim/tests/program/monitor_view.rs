@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use crate::support::simulated_drive::SERVO;
 use drive_link::{
-    BootChecks, Dither, Ended, Estimates, Fault, Format, Home, Kept, Law, LoopSettings, Noticed,
-    PROTOCOL, Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does,
-    Status, TargetSource,
+    BootChecks, Dither, Ended, Estimates, Fault, Home, Kept, Law, LoopSettings, Noticed, Progress,
+    Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status, TargetSource,
 };
 use host_sim::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
 use identifier_core::ControllerSettings;
@@ -29,7 +28,6 @@ fn settings() -> Settings {
                 ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
             },
             law: Law::GaussNewton,
-            format: Format::Single,
         },
         dither: Dither {
             amplitude: 0.0,
@@ -44,7 +42,6 @@ fn settings() -> Settings {
 
 fn status(state: Does) -> Status {
     Status {
-        protocol: PROTOCOL,
         state,
         kept: Kept::Nothing,
         configured: true,
@@ -57,7 +54,6 @@ fn status(state: Does) -> Status {
         obstacle: None,
         noise: None,
         servo_change: None,
-        not_followed: None,
         noticed: Noticed::default(),
         overruns: 0,
         dropped: 0,

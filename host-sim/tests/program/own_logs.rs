@@ -86,7 +86,6 @@ fn a_saturated_first_command_and_every_law_and_number_format_replay_to_the_last_
             "double",
             format!("law = \"gauss-newton\"\n{ALL}\narithmetic = \"f64\""),
         ),
-        ("window", format!("law = \"window\"\n{ALL}")),
         ("gradient", GRADIENT.to_owned()),
         ("fixed", format!("{GRADIENT}\narithmetic = \"fixed\"")),
         (

@@ -108,7 +108,7 @@ fn a_comparison_is_reported() {
     assert_self_contained(&page);
     for part in [
         "Comparison on short.toml",
-        "5 methods, 6 cases",
+        "4 methods, 6 cases",
         "data-level=\"5\"",
     ] {
         assert!(page.contains(part), "{part}");

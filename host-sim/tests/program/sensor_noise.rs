@@ -36,7 +36,7 @@ fn assert_is_the_sensors(noise: &Value) {
 
 #[test]
 fn every_law_reports_the_noise_of_the_sensor() {
-    for law in ["gradient", "gauss-newton", "window", "fit"] {
+    for law in ["gradient", "gauss-newton", "fit"] {
         assert_is_the_sensors(&result(law)["noise"]);
     }
 }

@@ -99,9 +99,9 @@ fn it_prints_a_feed_forward_that_a_scenario_takes() {
     assert!(rise(&led) < 0.4 * rise(&filtered), "{led}");
 }
 
-/// Forces that are five standard errors from zero, and no others; nothing but a simulated run takes them.
+/// Forces that are five standard errors from zero, and no others.
 #[test]
-fn known_forces_are_compensated() {
+fn known_forces_are_in_the_formula() {
     let folder = folder("tune-compensates");
     let path = folder.join("scenario.toml").display().to_string();
     let plant = "[plant]\na = 0.2174\nb = 257.7\ngravity = [300.0, 0.0]\nripple = [-20.0, 0.0]\nripple_order = 7\n\
@@ -127,12 +127,6 @@ fn known_forces_are_compensated() {
         "--scenario",
         &path,
     ];
-    let printed = tune(&folder, &result, &asked);
-    assert_done(&printed);
-    let printed = String::from_utf8(printed.stdout).expect("text");
-    let known = "gravity = [-1.164144, 0.0], ripple = [0.07760962, 0.0], constant = -0.07760962, ripple_order = 7.0, \
-                 revolution = 6.283185, dead_band = 0.2";
-    assert!(printed.contains(known), "{printed}");
     let json = printed_json(&tune(
         &folder,
         &result,
@@ -147,30 +141,6 @@ fn known_forces_are_compensated() {
         [led("ripple_order"), led("dead_band")].map(f64::to_bits),
         [7.0_f64, 0.2].map(f64::to_bits)
     );
-
-    let begin = printed.find("[controller]").expect("a controller");
-    let end = printed[begin..].find("\n\n").expect("its end") + begin;
-    let led = format!("{plant}{}\n", &printed[begin..end]);
-    std::fs::write(&path, &led).expect("the scenario is written");
-    let outcome = folder.join("run.json").display().to_string();
-    assert_done(&servo_id(&["run", &path, "--json", &outcome]));
-    let ordered = format!("{led}[commission]\ntravel = 0.5\nspeed = 30.0\n");
-    let order = folder.join("order.toml").display().to_string();
-    std::fs::write(&order, ordered).expect("the scenario is written");
-    let of_scenario = ["--accept-unconverged", "--scenario", &path];
-    let of_result = &of_scenario[..1];
-    let exported =
-        |more: &[&str]| servo_id(&[&["export", &outcome, "--firmware", "rust"], more].concat());
-    for refused in [
-        servo_id(&["commission", &order]),
-        exported(&of_scenario),
-        exported(of_result),
-    ] {
-        assert_eq!(refused.status.code(), Some(2));
-        let answer = String::from_utf8_lossy(&refused.stderr);
-        let said = "controller.feed_forward: only a simulated run";
-        assert!(answer.contains(said), "{answer}");
-    }
 }
 
 /// The controller that is printed for a goal, which a run takes.

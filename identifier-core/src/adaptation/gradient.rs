@@ -1,4 +1,4 @@
-use super::{FullGain, Gain, Projection};
+use super::{Gain, Projection};
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
@@ -17,11 +17,9 @@ use crate::unrolled::{each, from_fn};
 /// and scaling the whole step by a positive factor only makes Γ smaller for that sample. Without a
 /// box, the smallest α follows from the present estimate b̂ and not from the widest bound, under which
 /// a servo with strong damping would be identified many times more slowly.
-///
-/// The form of Γ is a type, G: [`Gradient`] takes any.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GradientWith<N, const P: usize, G> {
-    gamma: G,
+pub(crate) struct Gradient<N, const P: usize> {
+    gamma: Gain<N, P>,
     mu: N,
     strongest: N,
     strongest_per_gain: N,
@@ -29,13 +27,10 @@ pub(crate) struct GradientWith<N, const P: usize, G> {
 }
 
 encode! {
-    [N: Encode, const P: usize, G: Encode] GradientWith<N, P, G> as "GradientWith" {
+    [N: Encode, const P: usize] Gradient<N, P> as "Gradient" {
         gamma, mu, strongest, strongest_per_gain, projection,
     }
 }
-
-/// The law with any Γ.
-pub(crate) type Gradient<N, const P: usize> = GradientWith<N, P, FullGain<N, P>>;
 
 /// State of the law: the estimates, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,23 +95,23 @@ impl<N: Number, const P: usize> GradientState<N, P> {
     }
 }
 
-impl<N: Number, const P: usize, G: Gain<N, P>> GradientWith<N, P, G> {
+impl<N: Number, const P: usize> Gradient<N, P> {
     /// ρ: the largest T φᵀΓφ/α_min. At 0.05 none of the servos of the paper's box diverges under
     /// any Γ; at 0.3 some do.
     pub(crate) const GUARD: f64 = 0.05;
 
-    /// The law from its Γ in the form for the hot path and its configuration.
+    /// The law from its configuration.
     ///
     /// # Errors
     /// `mu` and the smallest α, or `decay_per_gain` in its place, must be positive.
-    pub(crate) fn new(gamma: G, config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
+    pub(crate) fn new(config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         let per_gain = config.decay_per_gain;
         Allowed::AtLeast(0.0).check("alpha_min", config.slowest_decay)?;
         Allowed::AtLeast(0.0).check("alpha_min", per_gain)?;
         Allowed::Above(0.0).check("alpha_min", config.slowest_decay + per_gain)?;
         Ok(Self {
-            gamma,
+            gamma: Gain::new(&config.gamma, config.frozen),
             mu: N::from_f64(config.mu),
             strongest: N::from_f64(Self::GUARD * config.slowest_decay),
             strongest_per_gain: N::from_f64(Self::GUARD * per_gain),
@@ -185,8 +180,7 @@ mod tests {
             bounds: [wide; 3],
             frozen: [false; 3],
         };
-        let gain = FullGain::new(&config.gamma, config.frozen).expect("any form");
-        Gradient::new(gain, &config).expect("valid")
+        Gradient::new(&config).expect("valid")
     }
 
     const GAMMA: [[f64; 3]; 3] = [[2.0, 0.5, 0.0], [0.5, 1.0, 0.1], [0.0, 0.1, 3.0]];

@@ -1,19 +1,15 @@
 //! From output error and regressor (9) to parameters: the Γ-gradient law (11), recursive Gauss–Newton,
 //! and the projections that keep both within their bounds.
 
-mod evidence;
 mod gain;
 mod gauss_newton;
 mod gradient;
 mod identifiable_set;
 mod projection;
 
-pub use evidence::OnDemand;
-pub(crate) use evidence::{Evidence, ScoreTest};
-pub(crate) use gain::{DiagonalGain, FullGain, Gain};
+pub(crate) use gain::Gain;
 pub(crate) use gauss_newton::EstimateUncertainty;
-pub(crate) use gauss_newton::{FirstOrder, Whitening};
 pub(crate) use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
-pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep, GradientWith};
+pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep};
 pub use identifiable_set::IdentifiableSet;
 pub(crate) use projection::Projection;

@@ -43,22 +43,23 @@ impl<N: Number, const P: usize> Projection<N, P> {
     /// Moves the estimates back into the box if they have left it.
     #[inline]
     pub(crate) fn apply(&self, estimates: &mut [N::Sum; P]) {
-        let is_outside = |i: usize| {
-            let value = estimates[i].value();
-            value < self.low[i] || value > self.high[i]
-        };
-        let mut outside = false;
-        each::<P>(|i| outside |= is_outside(i));
-        if outside {
+        let mut inside = true;
+        each::<P>(|i| inside &= self.is_inside(i, estimates[i].value()));
+        if !inside {
             self.enter_all(estimates);
         }
+    }
+
+    /// False for NaN, too.
+    #[inline]
+    fn is_inside(&self, place: usize, value: N) -> bool {
+        value >= self.low[place] && value <= self.high[place]
     }
 
     #[cold]
     fn enter_all(&self, estimates: &mut [N::Sum; P]) {
         for i in 0..P {
-            let value = estimates[i].value();
-            if value < self.low[i] || value > self.high[i] {
+            if !self.is_inside(i, estimates[i].value()) {
                 self.enter(estimates, i);
             }
         }
@@ -69,7 +70,10 @@ impl<N: Number, const P: usize> Projection<N, P> {
         let back = outside.limited(self.low[face], self.high[face]) - outside;
         for j in 0..P {
             let moved = estimates[j].value() + back * self.direction[face][j];
-            estimates[j] = N::Sum::new(moved.limited(self.low[j], self.high[j]));
+            let moved = moved.limited(self.low[j], self.high[j]);
+            // A step that overflows leaves no estimate.
+            let is_number = self.is_inside(j, moved);
+            estimates[j] = N::Sum::new(if is_number { moved } else { self.low[j] });
         }
     }
 }

@@ -26,10 +26,7 @@ mod notch;
 mod pid;
 mod reference_filter;
 
-pub use feed_forward::{
-    CompensatedFeedForward, CompensatedMotion, CompensationSettings, FeedForward,
-    FeedForwardSettings, Lead, ReferenceMotion,
-};
+pub use feed_forward::{FeedForward, FeedForwardSettings, ReferenceMotion};
 pub use gains::Gains;
 pub use limit::CommandLimit;
 pub use notch::Notch;
@@ -50,7 +47,7 @@ use crate::units::Units;
 /// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The law it computes is in the documentation of this
 /// [module](self).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller<N, V, F = FeedForward<N>> {
+pub struct Controller<N, V> {
     /// The control law.
     pub(crate) pid: Pid<N>,
     /// The filter before it.
@@ -58,7 +55,7 @@ pub struct Controller<N, V, F = FeedForward<N>> {
     /// The filter behind it.
     pub(crate) notch: Notch<N>,
     /// The feed-forward behind the filter.
-    pub(crate) feed_forward: F,
+    pub(crate) feed_forward: FeedForward<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// Weight of an increment against an error in the check of the inputs: an increment of
@@ -67,7 +64,7 @@ pub struct Controller<N, V, F = FeedForward<N>> {
 }
 
 encode! {
-    [N: Encode, V: Encode, F: Encode] Controller<N, V, F> as "Controller" {
+    [N: Encode, V: Encode] Controller<N, V> as "Controller" {
         pid, reference, feed_forward, notch, velocity, jump,
     }
 }
@@ -100,9 +97,7 @@ impl<N: Number, V> Controller<N, V> {
             ..self
         }
     }
-}
 
-impl<N: Number, V, F> Controller<N, V, F> {
     /// The same with a filter of the reference.
     #[must_use]
     pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
@@ -111,14 +106,10 @@ impl<N: Number, V, F> Controller<N, V, F> {
 
     /// The same with a feed-forward, for these gains and this velocity estimate.
     #[must_use]
-    pub fn with_feed_forward<G: Lead<N>>(self, feed_forward: G) -> Controller<N, V, G> {
-        Controller {
-            pid: self.pid,
-            reference: self.reference,
-            notch: self.notch,
+    pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
+        Self {
             feed_forward,
-            velocity: self.velocity,
-            jump: self.jump,
+            ..self
         }
     }
 
@@ -138,10 +129,10 @@ impl<N: Number, V, F> Controller<N, V, F> {
 
 /// State of the controller between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControlState<N: Number, S, M = ReferenceMotion<N>> {
+pub struct ControlState<N: Number, S> {
     integral: N::Sum,
     reference: FilteredError<N>,
-    motion: M,
+    motion: ReferenceMotion<N>,
     filter: S,
     notch: NotchState<N>,
 }
@@ -159,18 +150,7 @@ impl<N: Number, S: Default> Default for ControlState<N, S> {
     }
 }
 
-impl<N: Number, S, M> ControlState<N, S, M> {
-    /// With another motion of the reference model.
-    pub(crate) fn with_motion<O>(self, motion: O) -> ControlState<N, S, O> {
-        ControlState {
-            integral: self.integral,
-            reference: self.reference,
-            motion,
-            filter: self.filter,
-            notch: self.notch,
-        }
-    }
-
+impl<N: Number, S> ControlState<N, S> {
     /// With an integral ∑e that a controller has gathered before, machine units.
     #[must_use]
     pub fn with_integral(self, integral: N) -> Self {
@@ -238,19 +218,11 @@ impl<N: Number> Controller<N, LowPass<N>> {
     }
 }
 
-impl<N: Number, V: VelocityEstimate<N>> Controller<N, V, CompensatedFeedForward<N>> {
-    /// The state at rest at a position (position units) from where the angle is zero, integral empty, the reference there.
+impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
+    /// The state at rest, integral empty, the reference where the servo is.
     #[must_use]
-    pub fn start_at(&self, position: N) -> ControlState<N, V::State, CompensatedMotion<N>> {
-        ControlState::default().with_motion(self.feed_forward.at(position))
-    }
-}
-
-impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> Controller<N, V, F> {
-    /// The state at rest, integral empty, the reference where the servo is, and the angle zero there.
-    #[must_use]
-    pub fn start(&self) -> ControlState<N, V::State, F::Motion> {
-        ControlState::default().with_motion(F::at_rest(N::ZERO))
+    pub fn start(&self) -> ControlState<N, V::State> {
+        ControlState::default()
     }
 
     /// One sample: position error and increment of the measured position (machine units) to command.
@@ -261,7 +233,7 @@ impl<N: Number, V: VelocityEstimate<N>, F: Lead<N>> Controller<N, V, F> {
     #[inline]
     pub fn process(
         &self,
-        state: &mut ControlState<N, V::State, F::Motion>,
+        state: &mut ControlState<N, V::State>,
         error: N,
         increment: N,
     ) -> Result<ControlSample<N>, StepError> {

@@ -4,7 +4,7 @@ use crate::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Colour<N> {
     /// The last error.
-    pub(crate) last: N,
+    last: N,
     /// Sum of the products of successive errors.
     pub(crate) products: N,
 }

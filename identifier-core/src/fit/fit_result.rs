@@ -7,7 +7,7 @@ use super::survey::{larger, root};
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
-use crate::parameters::{Term, Unknown};
+use crate::parameters::Unknown;
 use crate::reason::Reason;
 
 /// Noise explains errors of less than this many times its variance.
@@ -31,12 +31,8 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     /// True for an unknown that a bound stopped. Where zero is the bound, it counts only if the motion
     /// asks for significantly less than zero: the truth may be zero.
     pub(crate) at_bound: [bool; P],
-    /// The term to try next.
-    pub(crate) suggests: Option<Term>,
     /// The sum of all distances moved, counts.
     pub(crate) path: N,
-    /// The last output error, counts.
-    pub(crate) output_error: N,
     /// Root mean square of the acceleration that the command gives, counts per sample².
     pub(crate) acceleration: N,
     /// The part of the motion that the fit leaves unexplained, 0 to 1: mean square of its errors over
@@ -64,40 +60,6 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     /// True if any of them was.
     pub(crate) fn is_at_bound(&self) -> bool {
         self.at_bound.contains(&true)
-    }
-
-    /// True if its standard errors are not far larger than those of an earlier result, so that it may
-    /// take its place: a window that has seen little motion knows less than one that has seen much.
-    pub(crate) fn is_as_sure_as(&self, earlier: &Self) -> bool {
-        /// The square of the factor that the same motion seen by another part of it can make.
-        const MAX_VARIANCE_RATIO: f64 = 9.0;
-        (0..P).all(|i| {
-            let before = earlier.covariance[i][i];
-            before == N::ZERO || self.covariance[i][i] <= N::from_f64(MAX_VARIANCE_RATIO) * before
-        })
-    }
-
-    /// The result with the variances of an earlier one where those are smaller, so that a series of ever
-    /// less sure results takes no place.
-    pub(crate) fn as_sure_as(&self, earlier: &Self) -> Self {
-        let mut surer = *self;
-        for i in 0..P {
-            let before = earlier.covariance[i][i];
-            if before > N::ZERO && before < self.covariance[i][i] {
-                surer.covariance[i][i] = before;
-            }
-        }
-        surer
-    }
-
-    /// Grows its variances, for each later result: after some windows of weaker motion less sure ones
-    /// count too.
-    pub(crate) fn age(&mut self) {
-        /// Over a window of 32 results a factor of two in the standard errors.
-        const GROWTH: f64 = 1.044;
-        for entry in self.covariance.as_flattened_mut() {
-            *entry = *entry * N::from_f64(GROWTH);
-        }
     }
 
     /// True if a recursion can continue from it: the motion is explained, and the relative standard
@@ -163,11 +125,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    pub(super) fn result(
-        &self,
-        fit: &Fit<N, S::Inputs<N>, P>,
-        suggests: Option<Term>,
-    ) -> Option<FitResult<N, P>> {
+    pub(super) fn result(&self, fit: &Fit<N, S::Inputs<N>, P>) -> Option<FitResult<N, P>> {
         /// Standard errors.
         const MIN_STANDARD_ERRORS: f64 = 3.0;
         let best = fit.best.as_ref()?;
@@ -226,9 +184,7 @@ where
             },
             bandwidth,
             at_bound,
-            suggests,
             path: fit.survey.path,
-            output_error: best.sums.colour.last,
             acceleration: fit.survey.usual_command(fit.blocks) * best.unknowns[B] * per[B],
             left: fit.left,
             only_direction: fit.pass.turns.only_direction(),

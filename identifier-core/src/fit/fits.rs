@@ -1,21 +1,18 @@
-use super::Prior;
 use super::block::NumberedBlock;
 use super::fit_result::FitResult;
 use super::fitter::{Fit, Fitter};
 use super::record::Record;
 use super::wait::FirstFitWait;
-use crate::adaptation::IdentifiableSet;
-use crate::model::KnownInputs;
 use crate::number::Number;
 use crate::reason::Reason;
 
 /// A record of at most W blocks and the fits to it, one at a time: the background's share.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fits<N, const W: usize, I = (), const P: usize = 4> {
-    record: Record<N, I, W>,
+pub(crate) struct Fits<N, const W: usize> {
+    record: Record<N, W>,
     /// Blocks since the last fit began.
     fresh: usize,
-    fit: Option<Fit<N, I, P>>,
+    fit: Option<Fit<N, (), 4>>,
     /// The number of the block that follows the last.
     next: u32,
     wait: FirstFitWait,
@@ -23,20 +20,16 @@ pub(crate) struct Fits<N, const W: usize, I = (), const P: usize = 4> {
 
 /// A fit that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ended<N, const P: usize = 4> {
+pub(crate) struct Ended<N> {
     /// Its result; none if the servo has not moved.
-    pub(crate) result: Option<FitResult<N, P>>,
+    pub(crate) result: Option<FitResult<N>>,
     /// The number of the last block that it used.
     pub(crate) last: u32,
     /// The record was full.
     pub(crate) full: bool,
 }
 
-impl<N, I, const W: usize, const P: usize> Fits<N, W, I, P>
-where
-    N: Number,
-    I: KnownInputs<N>,
-{
+impl<N: Number, const W: usize> Fits<N, W> {
     /// No block yet.
     pub(crate) fn none() -> Self {
         Self {
@@ -58,11 +51,6 @@ where
         self.fresh
     }
 
-    /// The distance travelled to and fro since the last fit began, counts.
-    pub(crate) fn fresh_path(&self) -> N {
-        self.record.path(self.fresh)
-    }
-
     /// True if a fit is under way.
     pub(crate) fn is_under_way(&self) -> bool {
         self.fit.is_some()
@@ -74,59 +62,38 @@ where
     }
 }
 
-impl<N, S, const P: usize> Fitter<N, S, P>
-where
-    N: Number,
-    S: IdentifiableSet<P>,
-{
+impl<N: Number> Fitter<N> {
     /// Forgets the record, and the fit under way.
-    pub(crate) fn begin_anew<const W: usize>(&self, fits: &mut Fits<N, W, S::Inputs<N>, P>) {
-        fits.record.clear(&self.angle);
+    pub(crate) fn begin_anew<const W: usize>(&self, fits: &mut Fits<N, W>) {
+        fits.record.clear();
         fits.fresh = 0;
         fits.fit = None;
     }
 
     /// Takes a block. One that is not the next begins the record anew: no fit spans a gap.
-    pub(crate) fn take<const W: usize>(
-        &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P>,
-        numbered: &NumberedBlock<N>,
-    ) {
+    pub(crate) fn take<const W: usize>(&self, fits: &mut Fits<N, W>, numbered: &NumberedBlock<N>) {
         fits.wait.take(self.patience, numbered);
         if numbered.number != fits.next {
             self.begin_anew(fits);
         }
         fits.next = numbered.number.wrapping_add(1);
-        fits.record.push(&self.angle, &numbered.block);
+        fits.record.push(&numbered.block);
         fits.fresh += 1;
     }
 
-    /// Sets the position of the first block.
-    pub(crate) fn place<const W: usize>(
-        &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P>,
-        position: N,
-    ) {
-        fits.record.place(&self.angle, position);
-    }
-
     /// Begins a fit to the record.
-    pub(crate) fn begin<const W: usize>(
-        &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P>,
-        prior: Prior<N, P>,
-    ) {
+    pub(crate) fn begin<const W: usize>(&self, fits: &mut Fits<N, W>) {
         fits.fresh = 0;
         fits.record.hold();
-        fits.fit = Some(self.begin_fit(fits.record.len(), prior, *fits.record.before()));
+        fits.fit = Some(self.begin_fit(fits.record.len(), self.given(), ()));
     }
 
     /// Continues the fit under way by at most `budget` blocks.
     pub(crate) fn advance<const W: usize>(
         &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P>,
+        fits: &mut Fits<N, W>,
         budget: u32,
-    ) -> Option<Ended<N, P>> {
+    ) -> Option<Ended<N>> {
         let fit = fits.fit.as_mut()?;
         let result = (0..budget).find_map(|_| self.work(fit, &fits.record))?;
         fits.fit = None;
@@ -140,11 +107,7 @@ where
 
     /// Takes in that no servo could be taken from a result. True if the record was full, a first fit is overdue and the
     /// reason is new.
-    pub(crate) fn object<const W: usize>(
-        &self,
-        fits: &mut Fits<N, W, S::Inputs<N>, P>,
-        ended: &Ended<N, P>,
-    ) -> bool {
+    pub(crate) fn object<const W: usize>(&self, fits: &mut Fits<N, W>, ended: &Ended<N>) -> bool {
         let reason = ended
             .result
             .map_or(Reason::TooLittleMotion, |result| result.objection());
@@ -152,10 +115,7 @@ where
     }
 
     /// Why there is no first fit, once it is overdue.
-    pub(crate) fn obstacle<const W: usize>(
-        &self,
-        fits: &Fits<N, W, S::Inputs<N>, P>,
-    ) -> Option<Reason> {
+    pub(crate) fn obstacle<const W: usize>(&self, fits: &Fits<N, W>) -> Option<Reason> {
         fits.wait.reason(self.patience)
     }
 }

@@ -14,7 +14,7 @@ use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
 use crate::model::{Acting, FrictionStep, KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknowns_fingerprint};
+use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprint};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
@@ -37,8 +37,7 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Term, Terms, Unknown, unknow
 /// **Noise.** The noise of the position is the scale of the innovations, so that it is no setting.
 ///
 /// **Terms.** The model may have optional terms, those of the [`UnknownSet`] S. A term is fitted if the
-/// prior has an initial value of it. Of those that may enter and have not, a last pass finds the one
-/// that explains most of the errors that are left.
+/// prior has an initial value of it.
 ///
 /// P is the number of unknowns in S. All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,14 +63,13 @@ pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
     /// The angle as the models need it.
     pub(super) angle: AngleSettings<N>,
     per_low_speed_velocity: N,
-    pub(super) demanded: Terms,
     set: PhantomData<S>,
 }
 
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize] Fitter<N, S, P> as "Fitter" {
         step, patience, noise, low, high, prior, free, scale, per_scale, horizon, at_first, angle,
-        per_low_speed_velocity, demanded, set,
+        per_low_speed_velocity, set,
     }
     also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
@@ -102,8 +100,6 @@ pub(crate) struct Fit<N, I, const P: usize> {
     pub(super) trial: [N; P],
     pub(super) descent: Descent<N, P, PassSums<N, P>>,
     pub(super) best: Option<Explanation<N, P, PassSums<N, P>>>,
-    /// The horizon of the best.
-    best_horizon: N,
     /// The part of the squared differences between horizons that chance does not explain.
     pub(super) disagreement: [N; P],
 }
@@ -115,8 +111,6 @@ pub(super) enum FitStage {
     From(u32),
     /// At a further horizon.
     At(usize),
-    /// The term that explains the rest best is chosen.
-    Weigh,
     /// The result is made.
     End,
 }
@@ -174,7 +168,6 @@ where
                 .map(|velocity| N::from_f64(velocity * m * velocity * m)),
             angle: AngleSettings::new(config.angle.revolution, config.angle.order),
             per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
-            demanded: config.demanded,
             set: PhantomData,
         }
     }
@@ -204,7 +197,6 @@ where
             trial: [N::ZERO; P],
             descent: Descent::begin(&Self::DESCENT),
             best: None,
-            best_horizon: N::ONE,
             disagreement: [N::ZERO; P],
         }
     }
@@ -249,9 +241,7 @@ where
                         let direction = direction(fit.next, travel);
                         self.linear_block(fit, record, block, direction);
                     }
-                    FitStage::From(_) | FitStage::At(_) | FitStage::Weigh => {
-                        self.model_block(fit, record, block)
-                    }
+                    FitStage::From(_) | FitStage::At(_) => self.model_block(fit, record, block),
                     FitStage::End => {}
                 }
             }
@@ -326,8 +316,7 @@ where
                 }
                 self.begin_horizon(fit, place + 1);
             }
-            FitStage::Weigh => return Some(self.result(fit, self.suggestion(fit))),
-            FitStage::End => return Some(self.result(fit, None)),
+            FitStage::End => return Some(self.result(fit)),
         }
         None
     }
@@ -365,7 +354,6 @@ where
     fn keep(&self, fit: &mut Fit<N, S::Inputs<N>, P>, pass: Explanation<N, P, PassSums<N, P>>) {
         fit.noise = self.errors(fit, &pass).noise;
         fit.best = Some(pass);
-        fit.best_horizon = fit.horizon;
     }
 
     /// Continues from the best unknowns at a further horizon, or ends.
@@ -378,10 +366,6 @@ where
             fit.stage = FitStage::At(place);
             fit.horizon = horizon;
             fit.descent = Descent::begin(&Self::DESCENT);
-            self.begin_pass(fit);
-        } else if self.has_candidates(&fit.prior) {
-            fit.horizon = fit.best_horizon;
-            fit.stage = FitStage::Weigh;
             self.begin_pass(fit);
         } else {
             // Apart from the end of the pass: a slice of its own.
@@ -403,11 +387,6 @@ where
         if gain < N::ZERO { -share } else { share }
     }
 
-    /// True if a term is to be fitted without evidence for it.
-    pub(crate) fn demands(&self, term: Term) -> bool {
-        self.demanded.has(term)
-    }
-
     /// The unknowns that a fit with this prior fits.
     #[inline]
     pub(super) fn free_unknowns(&self, prior: &Prior<N, P>) -> [bool; P] {
@@ -417,15 +396,6 @@ where
             }
             None => true,
         })
-    }
-
-    /// The unknowns whose tangents a pass measures.
-    #[inline]
-    pub(super) fn measured_unknowns(&self, fit: &Fit<N, S::Inputs<N>, P>) -> [bool; P] {
-        match fit.stage {
-            FitStage::Weigh => core::array::from_fn(|i| self.free.get(i).is_none_or(|&free| free)),
-            _ => self.free_unknowns(&fit.prior),
-        }
     }
 
     /// The unknowns as those of a model.

@@ -20,7 +20,6 @@ mod prior;
 mod record;
 mod recorder;
 mod start;
-mod suggestion;
 mod survey;
 mod wait;
 
@@ -35,7 +34,6 @@ pub(crate) use prediction::Predicted;
 pub(crate) use prior::{FitterConfig, Prior};
 pub(crate) use record::Blocks;
 pub(crate) use recorder::Recorder;
-pub(crate) use survey::MIN_TRAVEL_COUNTS;
 pub(crate) use wait::PATIENCE;
 
 use crate::parameters::Unknown;

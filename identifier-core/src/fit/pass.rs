@@ -148,7 +148,7 @@ where
         if Self::IS_LATE {
             return self.late_block(fit, record, block);
         }
-        let free = self.measured_unknowns(fit);
+        let free = self.free_unknowns(&fit.prior);
         let values = self.values(&fit.trial);
         let acting = self.acting(&mut fit.pass.inputs, block, &values);
         let pass = &mut fit.pass;

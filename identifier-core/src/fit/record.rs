@@ -1,6 +1,4 @@
 use super::block::Block;
-use crate::measurement::angle::AngleSettings;
-use crate::model::{KnownInputs, TermValues};
 use crate::number::Number;
 
 /// Successive blocks of a motion, from the first.
@@ -9,13 +7,12 @@ pub(crate) trait Blocks<N> {
     fn block(&self, index: usize) -> Option<&Block<N>>;
 }
 
-/// The last blocks of samples, at most W: 12 W bytes in `f32`, and the state before the first.
+/// The last blocks of samples, at most W: 12 W bytes in `f32`.
 ///
 /// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
 /// full record takes no more; it then begins anew with the first block after the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Record<N, I, const W: usize> {
-    before: I,
+pub(super) struct Record<N, const W: usize> {
     blocks: [Block<N>; W],
     first: usize,
     count: usize,
@@ -23,11 +20,10 @@ pub(super) struct Record<N, I, const W: usize> {
     missed: bool,
 }
 
-impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
+impl<N: Number, const W: usize> Record<N, W> {
     /// No block yet.
     pub(super) fn empty() -> Self {
         Self {
-            before: I::START,
             blocks: [Block {
                 travel: N::ZERO,
                 command: N::ZERO,
@@ -50,32 +46,8 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         self.count == W
     }
 
-    /// The known inputs at the first block.
-    pub(super) fn before(&self) -> &I {
-        &self.before
-    }
-
-    /// Sets the position of the first block.
-    pub(super) fn place(&mut self, angle: &AngleSettings<N>, position: N) {
-        self.before.place(angle, position);
-    }
-
-    /// The distance travelled to and fro in the last blocks.
-    pub(super) fn path(&self, blocks: usize) -> N {
-        let mut path = N::ZERO;
-        for index in self.count.saturating_sub(blocks)..self.count {
-            path += self
-                .block(index)
-                .map_or(N::ZERO, |block| block.travel.magnitude());
-        }
-        path
-    }
-
     /// Empties the record.
-    pub(super) fn clear(&mut self, angle: &AngleSettings<N>) {
-        for index in 0..self.count {
-            self.pass(angle, index);
-        }
+    pub(super) fn clear(&mut self) {
         self.first = 0;
         self.count = 0;
         self.reading = false;
@@ -83,16 +55,15 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
     }
 
     /// Takes a block.
-    pub(super) fn push(&mut self, angle: &AngleSettings<N>, block: &Block<N>) {
+    pub(super) fn push(&mut self, block: &Block<N>) {
         if self.missed && !self.reading {
-            self.clear(angle);
+            self.clear();
         }
         if self.is_full() {
             if self.reading {
                 self.missed = true;
                 return;
             }
-            self.pass(angle, 0);
             self.first = if self.first + 1 >= W {
                 0
             } else {
@@ -104,17 +75,6 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
         if let Some(slot) = self.blocks.get_mut(place) {
             *slot = *block;
             self.count += 1;
-        }
-    }
-
-    /// Takes a block into the state before the record.
-    fn pass(&mut self, angle: &AngleSettings<N>, index: usize) {
-        if let Some(&Block {
-            travel, command, ..
-        }) = self.block(index)
-        {
-            self.before
-                .take(angle, &TermValues::NONE, travel, command, N::ZERO);
         }
     }
 
@@ -133,7 +93,7 @@ impl<N: Number, I: KnownInputs<N>, const W: usize> Record<N, I, W> {
     }
 }
 
-impl<N: Number, I: KnownInputs<N>, const W: usize> Blocks<N> for Record<N, I, W> {
+impl<N: Number, const W: usize> Blocks<N> for Record<N, W> {
     fn block(&self, index: usize) -> Option<&Block<N>> {
         self.blocks
             .get(self.slot(index))

@@ -11,7 +11,7 @@ use crate::settings::{Decay, GradientPlan};
 use crate::unrolled::{each, from_fn};
 
 /// The Γ-gradient law (11) on words, with the guard and the projection of
-/// [`GradientWith`](crate::adaptation::GradientWith), for a diagonal Γ.
+/// [`Gradient`](crate::adaptation::Gradient), for a diagonal Γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedGradient<const P: usize> {
     entries: [Entry; P],

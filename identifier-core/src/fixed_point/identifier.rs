@@ -6,7 +6,6 @@ use super::gradient::FixedGradient;
 use super::model::{FixedModelLoop, FixedModelState, FixedObserved, FixedParameters};
 use super::ranges::{FullScales, bounds};
 use super::rest::{FixedRest, FixedRestState};
-use crate::adaptation::{DiagonalGain, Gain};
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, StepError};
 use crate::identifier::{Event, Identify, MachineEstimates, Update};
@@ -19,7 +18,7 @@ use crate::units::Units;
 
 /// The paper's identifier on words: model loop, Γ-gradient law with a diagonal Γ and load estimate,
 /// for the parameter set S; the same as
-/// [`DiagonalGradientIdentifier`](crate::identifier::DiagonalGradientIdentifier) on numbers.
+/// [`GradientIdentifier`](crate::identifier::GradientIdentifier) on numbers.
 ///
 /// It listens to any controller. Increments and commands are [`Word`]s, fractions of full scales that
 /// follow from the settings: [`Identify::increment`] makes the one of counts,
@@ -113,7 +112,7 @@ where
         let velocity = V::with_cutoff(&settings.units()?, settings.cutoff)?;
         let filled = bounded::<S, P>(settings, &settings.units()?)?;
         let mut plan = GradientPlan::<P>::new::<S>(&filled, &velocity.transfer())?;
-        DiagonalGain::<f64, P>::new(&plan.gamma, plan.frozen)?;
+        plan.gamma.check_diagonal()?;
         for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
             if let (Parameter::B, Some([_, most])) = (parameter, bounds(settings, parameter)?) {
                 let own = plan.bounds[i];

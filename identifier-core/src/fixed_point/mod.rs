@@ -61,7 +61,7 @@
 //! Γ that is not diagonal. Bounds that a full scale follows from have to be given: of b where there is no
 //! box, of Coulomb friction and load where the model has them.
 //!
-//! Gauss–Newton and the window stay in floating point: a covariance loses the square of the signals'
+//! Gauss–Newton stays in floating point: a covariance loses the square of the signals'
 //! range, from 10⁻¹² to 1 within a second, so a word would need an exponent of its own per entry and
 //! sample, which is what a floating-point number is.
 

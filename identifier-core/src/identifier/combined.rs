@@ -141,7 +141,6 @@ where
 
     fn place(&self, state: &mut Self::State, position: N) {
         self.recorder.place(&mut state.recorder, position);
-        self.fitter.place(&mut state.fitter, position);
     }
 
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {

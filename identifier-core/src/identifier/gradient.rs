@@ -2,7 +2,7 @@ use core::marker::PhantomData;
 
 use super::identify::check;
 use super::{Event, Identify, MachineEstimates, Update};
-use crate::adaptation::{DiagonalGain, FullGain, Gain, GradientState, GradientStep, GradientWith};
+use crate::adaptation::{Gradient, GradientState, GradientStep};
 use crate::constants::{Encode, encode};
 use crate::control::ControlSample;
 use crate::error::StepError;
@@ -18,14 +18,14 @@ use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 
 /// The paper's identifier: model loop with its correction in command form, Γ-gradient law and load
-/// estimate, for the parameter set S and a form of Γ, G.
+/// estimate, for the parameter set S.
 ///
 /// V is the velocity filter that ε̇ and φ pass through. It may differ from the controller's. If it is
 /// the same, and no limit acts, this is the paper's loop to the last digit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
+pub struct GradientIdentifier<N, V, S, const P: usize> {
     pub(crate) model: ModelLoop<N, V, CommandCorrection<N>>,
-    pub(crate) law: GradientWith<N, P, G>,
+    pub(crate) law: Gradient<N, P>,
     pub(crate) standstill: Standstill<N>,
     pub(crate) most: N,
     pub(crate) initial: [f64; P],
@@ -38,20 +38,12 @@ pub struct GradientIdentifierWith<N, V, S, const P: usize, G> {
 }
 
 encode! {
-    [N: Encode, V: Encode, S: ParameterSet<P>, const P: usize, G: Encode]
-    GradientIdentifierWith<N, V, S, P, G> as "GradientIdentifierWith" {
+    [N: Encode, V: Encode, S: ParameterSet<P>, const P: usize]
+    GradientIdentifier<N, V, S, P> as "GradientIdentifier" {
         model, law, standstill, most, initial, bounds, gamma, mu, units, stability_check, set,
     }
     also set_fingerprint(&S::PARAMETERS)
 }
-
-/// The paper's identifier with any Γ.
-pub type GradientIdentifier<N, V, S, const P: usize> =
-    GradientIdentifierWith<N, V, S, P, FullGain<N, P>>;
-
-/// The paper's identifier with a diagonal Γ, which costs less in every sample.
-pub type DiagonalGradientIdentifier<N, V, S, const P: usize> =
-    GradientIdentifierWith<N, V, S, P, DiagonalGain<N, P>>;
 
 type CorrectionState<N> = <CommandCorrection<N> as Correction<N>>::State;
 
@@ -71,12 +63,11 @@ pub struct GradientEstimates<N, const P: usize> {
     load_command: N,
 }
 
-impl<N, V, S, const P: usize, G> GradientIdentifierWith<N, V, S, P, G>
+impl<N, V, S, const P: usize> GradientIdentifier<N, V, S, P>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
-    G: Gain<N, P>,
 {
     /// The certificate of the box, where a box was given.
     #[must_use]
@@ -238,12 +229,11 @@ where
     }
 }
 
-impl<N, V, S, const P: usize, G> Identify<N> for GradientIdentifierWith<N, V, S, P, G>
+impl<N, V, S, const P: usize> Identify<N> for GradientIdentifier<N, V, S, P>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
-    G: Gain<N, P>,
 {
     type State = GradientIdentifierState<N, V::State, P>;
     type Snapshot = GradientEstimates<N, P>;
@@ -312,12 +302,11 @@ where
     }
 }
 
-impl<N, V, S, const P: usize, G> MachineEstimates<N> for GradientIdentifierWith<N, V, S, P, G>
+impl<N, V, S, const P: usize> MachineEstimates<N> for GradientIdentifier<N, V, S, P>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
-    G: Gain<N, P>,
 {
     #[inline]
     fn machine_estimates(&self, state: &Self::State) -> PerParameter<N> {

@@ -82,10 +82,6 @@ pub trait FitBlocks<N: Copy> {
     /// The state at the start: an empty record.
     fn start(&self) -> Self::State;
 
-    /// Says at which position (position units) the servo is before the first block, for models that
-    /// depend on the angle.
-    fn place(&self, _: &mut Self::State, _: N) {}
-
     /// Takes a block, in the order in which they were recorded. One that does not follow the last
     /// begins the record anew and ends the fit under way.
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>);

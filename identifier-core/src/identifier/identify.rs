@@ -175,12 +175,10 @@ pub enum Event {
     /// The load has changed by a step: it is estimated anew, and the other estimates are kept
     /// meanwhile.
     LoadStep,
-    /// An optional term of the model has entered: there is evidence for it, or it was demanded.
+    /// A term that is demanded has entered.
     TermEntered,
     /// The servo moves where the model's friction would hold it: the friction was lowered.
     FrictionLowered,
-    /// A fit was stopped by a bound: its result is not taken, the last one stays.
-    AtBound,
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
     /// recorded command. Nothing is learnt.
     NotFollowing,

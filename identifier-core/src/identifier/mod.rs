@@ -1,9 +1,7 @@
 //! Identifiers: a model and a law for a servo whose loop a controller closes.
 //!
 //! All of them [`Identify`]: they get the encoder's increment and the command that acts, and nothing
-//! else. [`GradientIdentifier`] runs the paper's law ([`DiagonalGradientIdentifier`] costs less per
-//! sample). [`GaussNewtonIdentifier`] is the fast one, with standard errors, and [`WindowIdentifier`]
-//! fits the last samples again and again in the background; both begin without a guess, and both exist
+//! else. [`GradientIdentifier`] runs the paper's law. [`GaussNewtonIdentifier`] is the fast one, with standard errors; it begins without a guess, and exists
 //! as two halves, for an interrupt that [records](RecordBlocks) and a background that
 //! [fits](FitBlocks). [`BehindAmplifier`] puts what is known of the amplifier
 //! in front of any of them. [`ServoLoop`] is our controller with one of them.
@@ -16,9 +14,8 @@ mod halves;
 mod identify;
 mod machine_estimates;
 mod servo_loop;
-mod window;
 
-pub use crate::adaptation::{IdentifiableSet, OnDemand};
+pub use crate::adaptation::IdentifiableSet;
 pub use crate::fit::NumberedBlock;
 pub use crate::model::{AngledInputs, DelayedInputs};
 pub use behind_amplifier::BehindAmplifier;
@@ -28,10 +25,8 @@ pub use gauss_newton::{
     ExpectedMotion, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, PreparedServo,
     SettledEstimates,
 };
-pub(crate) use gradient::GradientIdentifierWith;
-pub use gradient::{DiagonalGradientIdentifier, GradientIdentifier};
+pub use gradient::GradientIdentifier;
 pub use halves::{FitBlocks, RecordBlocks};
 pub use identify::{Event, Identify, Update};
 pub use machine_estimates::MachineEstimates;
 pub use servo_loop::{LoopStep, ServoLoop, ServoLoopState};
-pub use window::{WindowFitter, WindowIdentifier, WindowRecorder};

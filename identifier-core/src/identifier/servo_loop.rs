@@ -186,16 +186,4 @@ impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
         self.identifier
             .resume_moving(&mut state.identification, last.increment);
     }
-
-    /// Bumpless transfer to other gains in the middle of a run; `last` is its last sample. The identifier, which sees the command
-    /// and the position alone, continues.
-    pub fn exchange_controller(
-        &mut self,
-        state: &mut ServoLoopState<N, LowPassState<N>, I::State>,
-        controller: &Controller<N, LowPass<N>>,
-        last: &ControlSample<N>,
-    ) {
-        self.controller = *controller;
-        state.control = controller.take_over(last);
-    }
 }

@@ -2,7 +2,7 @@ use core::fmt;
 
 /// A symmetric positive definite matrix, P × P, row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositiveDefinite<const P: usize>([[f64; P]; P]);
+pub(crate) struct PositiveDefinite<const P: usize>([[f64; P]; P]);
 
 /// Why a matrix is not symmetric positive definite.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,7 +85,7 @@ impl<const P: usize> PositiveDefinite<P> {
     ///
     /// # Errors
     /// [`MatrixError`] names the entry or pivot at fault. Entries must be exactly symmetric.
-    pub fn new(entries: [[f64; P]; P]) -> Result<Self, MatrixError> {
+    pub(crate) fn new(entries: [[f64; P]; P]) -> Result<Self, MatrixError> {
         for row in 0..P {
             for column in 0..P {
                 let value = entries[row][column];
@@ -123,7 +123,7 @@ impl<const P: usize> PositiveDefinite<P> {
     ///
     /// # Errors
     /// Every entry must be positive and finite.
-    pub fn diagonal(diagonal: [f64; P]) -> Result<Self, MatrixError> {
+    pub(crate) fn diagonal(diagonal: [f64; P]) -> Result<Self, MatrixError> {
         let mut entries = [[0.0; P]; P];
         for (k, value) in diagonal.into_iter().enumerate() {
             entries[k][k] = value;
@@ -131,11 +131,25 @@ impl<const P: usize> PositiveDefinite<P> {
         Self::new(entries)
     }
 
+    /// # Errors
+    /// The first entry off the diagonal that is not zero.
+    #[cfg(feature = "fixed")]
+    pub(crate) fn check_diagonal(&self) -> Result<(), MatrixError> {
+        for (row, values) in self.0.iter().enumerate() {
+            for (column, &value) in values.iter().enumerate() {
+                if row != column && value != 0.0 {
+                    return Err(MatrixError::NotDiagonal { row, column, value });
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// S M S with S = diag(`scale`): the matrix in other units.
     ///
     /// # Errors
     /// If the scaling takes an entry out of the range of finite numbers.
-    pub fn scaled(&self, scale: [f64; P]) -> Result<Self, MatrixError> {
+    pub(crate) fn scaled(&self, scale: [f64; P]) -> Result<Self, MatrixError> {
         Self::new(core::array::from_fn(|row| {
             core::array::from_fn(|column| self.0[row][column] * (scale[row] * scale[column]))
         }))
@@ -143,7 +157,7 @@ impl<const P: usize> PositiveDefinite<P> {
 
     /// The entries, row by row.
     #[must_use]
-    pub fn entries(&self) -> &[[f64; P]; P] {
+    pub(crate) fn entries(&self) -> &[[f64; P]; P] {
         &self.0
     }
 }

@@ -20,5 +20,4 @@ pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
 pub(crate) use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
 pub(crate) use tangents::Tangents;
 pub(crate) use terms::ModelValues;
-pub(crate) use terms::TermValues;
 pub(crate) use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};

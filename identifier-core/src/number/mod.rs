@@ -45,7 +45,7 @@ pub trait Number:
     /// Spacing of the numbers next above one.
     const EPSILON: f64;
 
-    /// The nearest number to a configuration value.
+    /// The nearest number to a configuration value: finite, unless the value and the format are not.
     fn from_f64(value: f64) -> Self;
 
     /// The value for a report.
@@ -104,7 +104,15 @@ impl Number for f32 {
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "rounding is the purpose")]
     fn from_f64(value: f64) -> Self {
-        value as Self
+        let nearest = value as Self;
+        // What is not a number becomes one, too.
+        if nearest > Self::MAX {
+            Self::MAX
+        } else if nearest >= Self::MIN {
+            nearest
+        } else {
+            Self::MIN
+        }
     }
 
     #[inline]

@@ -223,9 +223,6 @@ terms! {
     LowSpeed: "low-speed";
     /// Ripple of a declared order.
     Ripple: "ripple";
-    /// A load that wanders. It has no size: errors that are correlated from block to block are no longer
-    /// taken for innovations of the parameters.
-    WanderingLoad: "wandering-load";
 }
 
 impl Term {

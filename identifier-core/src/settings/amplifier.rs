@@ -40,7 +40,7 @@ impl Declared {
         Allowed::Within(0.0, longest).check("delay", given.delay)?;
         Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
         Allowed::Within(0.0, SLOWEST).check("current_loop", given.current_loop)?;
-        let unless = |term: Term, declared: f64| match given.may_enter(term) {
+        let unless = |term: Term, declared: f64| match given.demanded.has(term) {
             true => (0.0, declared),
             false => (declared, 0.0),
         };

@@ -3,11 +3,11 @@ use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::adaptation::IdentifiableSet;
 use crate::error::Allowed;
-use crate::fit::{FitterConfig, PATIENCE, ROUNDING, place_of};
+use crate::fit::{FitterConfig, PATIENCE, ROUNDING};
 use crate::measurement::angle::AngleSettings;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
-use crate::parameters::{Parameter, Terms, Unknown, UnknownSet};
+use crate::parameters::Parameter;
 use crate::units::Units;
 
 /// The settings that identifiers which fit are built from, with their units.
@@ -68,7 +68,6 @@ impl<'a> Listening<'a> {
             at_first: None,
             angle: AngleSettings::NONE,
             per_low_speed_velocity: 0.0,
-            demanded: Terms::NONE,
         };
         for i in 0..Parameter::ALL.len() {
             let parameter = Parameter::ALL[i];
@@ -91,49 +90,6 @@ impl<'a> Listening<'a> {
             config.free[i] = !given.known.get(parameter);
         }
         Ok(config)
-    }
-
-    /// The same for a model with the unknowns F, its parameters those that S has: terms may be among
-    /// them.
-    pub(super) fn fitter_with_terms<N, S, const P: usize, F, const U: usize>(
-        &self,
-        places: usize,
-        time: f64,
-    ) -> Result<FitterConfig<U>, SettingsError>
-    where
-        N: Number,
-        S: UnknownSet<P>,
-        F: IdentifiableSet<U>,
-    {
-        let has = |parameter: Parameter| S::UNKNOWNS.contains(&parameter.into());
-        let base = self.fitter(has, places, time)?;
-        let terms = self.terms::<N, F, U>()?;
-        let bounds = F::UNKNOWNS.map(|unknown| match place_of(unknown) {
-            Some(i) => [base.low[i], base.high[i]],
-            None => terms.bounds(unknown, &self.units),
-        });
-        let initial = |unknown: Unknown| match place_of(unknown) {
-            Some(i) => base.initial[i],
-            None => Some(terms.initial(unknown) * unknown.scale(&self.units)),
-        };
-        Ok(FitterConfig {
-            block: base.block,
-            patience: base.patience,
-            noise: base.noise,
-            low: bounds.map(|[low, _]| low),
-            high: bounds.map(|[_, high]| high),
-            initial: F::UNKNOWNS.map(initial),
-            deviation: F::UNKNOWNS.map(|unknown| base.deviation[place_of(unknown)?]),
-            free: F::UNKNOWNS.map(|unknown| match (place_of(unknown), unknown.term()) {
-                (Some(i), _) => base.free[i],
-                (None, term) => term.is_some_and(|term| terms.may_enter(term)),
-            }),
-            bandwidth: base.bandwidth,
-            at_first: base.at_first,
-            angle: terms.angle(&self.units),
-            per_low_speed_velocity: terms.per_low_speed_velocity(&self.units),
-            demanded: terms.demanded,
-        })
     }
 
     /// The bounds of a parameter, SI: those given, or those of arithmetic and physics (a, b and c are

@@ -45,7 +45,7 @@ where
                 (
                     terms.bounds(unknown, &units),
                     terms.initial(unknown) * unknown.scale(&units),
-                    unknown.term().is_some_and(|term| terms.may_enter(term)),
+                    unknown.term().is_some_and(|term| terms.demanded.has(term)),
                 )
             })
         });
@@ -68,7 +68,6 @@ where
             angle: terms.angle(&units),
             per_low_speed_velocity: N::from_f64(terms.per_low_speed_velocity(&units)),
             demanded: terms.demanded,
-            allowed: terms.allowed,
             max_delay_deviation: N::from_f64((Self::MAX_DELAY_DEVIATION / sample_time).max(4.0)),
             min_motion_blocks: blocks(Self::MIN_MOTION_TIME) as u16,
             units,

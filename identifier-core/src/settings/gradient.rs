@@ -1,10 +1,10 @@
 use core::marker::PhantomData;
 
 use super::{FromSettings, Settings, SettingsError};
-use crate::adaptation::{Gain, GradientConfig, GradientWith};
+use crate::adaptation::{Gradient, GradientConfig};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::GradientIdentifierWith;
+use crate::identifier::GradientIdentifier;
 use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
 use crate::measurement::standstill::Standstill;
@@ -183,12 +183,11 @@ impl<const P: usize> GradientPlan<P> {
     }
 }
 
-impl<N, V, S, const P: usize, G> FromSettings for GradientIdentifierWith<N, V, S, P, G>
+impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
 where
     N: Number,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
-    G: Gain<N, P>,
 {
     /// # Errors
     /// See [`SettingsError`]: ranges by name, the certificate's inequality, the servo of the box
@@ -215,7 +214,7 @@ where
         };
         Ok(Self {
             model: ModelLoop::new(velocity, CommandCorrection::new(&units, &plan.gains)),
-            law: GradientWith::new(G::new(&gamma, plan.frozen)?, &gradient)?,
+            law: Gradient::new(&gradient)?,
             standstill: Standstill::new(&units),
             most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
             initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),

@@ -1,21 +1,21 @@
-use crate::parameters::{PerParameter, Term, Terms};
+use crate::parameters::{PerParameter, Terms};
 
 /// The settings of the identifiers, SI; each uses its own part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifierSettings {
-    /// Estimates to begin with. None: zero, or for b the middle of the box. Gauss–Newton and window
-    /// need none of them.
+    /// Estimates to begin with. None: zero, or for b the middle of the box. Gauss–Newton
+    /// needs none of them.
     pub initial: PerParameter<Option<f64>>,
     /// Parameters that are known: they stay at their initial values.
     pub known: PerParameter<bool>,
     /// Bounds of the estimates, lowest and highest. None: as wide as the sample time and the
     /// correction permit, independent of the initial values.
     pub bounds: PerParameter<Option<[f64; 2]>>,
-    /// Standard deviations of the initial estimates, for Gauss–Newton and window. None: no initial
+    /// Standard deviations of the initial estimates, for Gauss–Newton. None: no initial
     /// information.
     pub uncertainty: PerParameter<Option<f64>>,
-    /// The least standard deviation of the position noise, rad; Gauss–Newton and window find a larger one. None: an
+    /// The least standard deviation of the position noise, rad; Gauss–Newton finds a larger one. None: an
     /// encoder's, a count over √12.
     pub noise: Option<f64>,
     /// Where the true servo may lie, to be certified. None: nothing is certified.
@@ -32,11 +32,11 @@ pub struct IdentifierSettings {
     /// factor of four. None: follows from the sample time and the first fit.
     pub bandwidth: Option<f64>,
     /// The time span of Gauss–Newton's first fit, s. None: a second; the fit is tried from half of it
-    /// on until it succeeds. Also the time span of a window; none: half a second.
+    /// on until it succeeds.
     pub start_time: Option<f64>,
     /// The memory of Gauss–Newton, s, for a servo that changes. None: unlimited.
     pub memory: Option<f64>,
-    /// Optional terms of the model, for Gauss–Newton and window, and the declared amplifier, for every law.
+    /// Optional terms of the model, for Gauss–Newton, and the declared amplifier, for every law.
     pub terms: TermSettings,
     /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
     /// the number format counts exactly in a sample.
@@ -51,8 +51,6 @@ pub struct IdentifierSettings {
 pub struct TermSettings {
     /// Terms that are estimated as soon as the motion allows.
     pub demanded: Terms,
-    /// Terms that are estimated once there is evidence for them.
-    pub allowed: Terms,
     /// The delay that is known, s; besides the current loop, if that is declared too. It acts in
     /// [`BehindAmplifier`](crate::identifier::BehindAmplifier); if it is a term to be estimated, the
     /// estimate begins at it.
@@ -81,7 +79,6 @@ impl TermSettings {
     /// No term, nothing declared, a revolution of 2π.
     pub const NONE: Self = Self {
         demanded: Terms::NONE,
-        allowed: Terms::NONE,
         delay: 0.0,
         dead_band: 0.0,
         current_loop: 0.0,
@@ -105,12 +102,6 @@ impl TermSettings {
         ]
         .into_iter()
         .filter_map(|(setting, value)| (value != 0.0).then_some(setting))
-    }
-
-    /// True if a term may be estimated.
-    #[must_use]
-    pub fn may_enter(&self, term: Term) -> bool {
-        self.demanded.or(self.allowed).has(term)
     }
 }
 

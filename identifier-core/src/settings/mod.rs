@@ -13,7 +13,6 @@ mod gradient;
 mod identifier;
 mod servo_loop;
 mod terms;
-mod window;
 
 pub use crate::linalg::MatrixError;
 pub use automatic_gamma::GainError;
@@ -23,7 +22,7 @@ pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};
 pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 
 use crate::control::{
-    CommandLimit, FeedForward, FeedForwardSettings, Gains, Lead, Notch, ReferenceFilter,
+    CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter,
 };
 use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::{Transfer, VelocityEstimate};

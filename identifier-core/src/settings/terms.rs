@@ -12,7 +12,6 @@ use crate::units::Units;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TermConfig {
     pub(super) demanded: Terms,
-    pub(super) allowed: Terms,
     delay: f64,
     dead_band: f64,
     low_speed_velocity: f64,
@@ -28,9 +27,9 @@ impl TermConfig {
         given: &TermSettings,
         units: &Units,
     ) -> Result<Self, SettingsError> {
-        let has = S::has_term::<N>;
+        let has = |term| S::TERMS.has(term);
         for term in Term::ALL {
-            if given.may_enter(term) && !has(term) {
+            if given.demanded.has(term) && !has(term) {
                 return Err(SettingsError::NoSuchTerm { term });
             }
         }
@@ -51,12 +50,11 @@ impl TermConfig {
         let dead_band = Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
         let declared = |value: Option<f64>, term: Term, setting: &'static str| match value {
             Some(value) => Ok(Allowed::PositiveUpTo(LARGEST).check(setting, value)?),
-            None if given.may_enter(term) => Err(SettingsError::NotGiven { setting }),
+            None if given.demanded.has(term) => Err(SettingsError::NotGiven { setting }),
             None => Ok(0.0),
         };
         Ok(Self {
             demanded: given.demanded,
-            allowed: given.allowed,
             delay,
             dead_band,
             low_speed_velocity: declared(
@@ -77,11 +75,6 @@ impl TermConfig {
         })
     }
 
-    /// A term may be estimated.
-    pub(super) fn may_enter(&self, term: Term) -> bool {
-        self.demanded.or(self.allowed).has(term)
-    }
-
     /// The initial value of a term's unknown, SI.
     pub(super) fn initial(&self, unknown: Unknown) -> f64 {
         match unknown {
@@ -93,7 +86,7 @@ impl TermConfig {
 
     /// The bounds of a term's unknown, machine units.
     pub(super) fn bounds(&self, unknown: Unknown, units: &Units) -> [f64; 2] {
-        if !unknown.term().is_some_and(|term| self.may_enter(term)) {
+        if !unknown.term().is_some_and(|term| self.demanded.has(term)) {
             return [self.initial(unknown) * unknown.scale(units); 2];
         }
         match unknown {

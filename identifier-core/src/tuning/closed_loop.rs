@@ -9,7 +9,7 @@ use super::possible_servos::PossibleServo;
 use super::resonance::Mode;
 use super::sampled_response::split;
 use crate::control::{
-    CommandLimit, ControlState, Controller, FeedForward, Gains, Lead, Notch, ReferenceFilter,
+    CommandLimit, ControlState, Controller, FeedForward, Gains, Notch, ReferenceFilter,
 };
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};

@@ -26,6 +26,8 @@ pub enum Cap {
     CommandLimit,
     /// A resonance.
     Resonance,
+    /// A resonance between measured lines that these show in part.
+    UnseenResonance,
 }
 
 impl Cap {
@@ -37,6 +39,7 @@ impl Cap {
             Self::EncoderNoise => "encoder-noise",
             Self::CommandLimit => "command-limit",
             Self::Resonance => "resonance",
+            Self::UnseenResonance => "unseen-resonance",
         }
     }
 }
@@ -48,6 +51,7 @@ impl fmt::Display for Cap {
             Self::EncoderNoise => "the encoder's noise in the command",
             Self::CommandLimit => "the command that the step asks for",
             Self::Resonance => "the resonance",
+            Self::UnseenResonance => "a resonance between measured lines, which show it in part",
         })
     }
 }

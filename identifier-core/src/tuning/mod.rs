@@ -3,7 +3,7 @@
 //! A bandwidth gives the gains by pole placement. They are allowed or refused by noise and
 //! largest command in closed form, and by the exact frequency response of the sampled loop with all its delay,
 //! for the identified servo and the corners of its confidence ellipsoid, and, where a response was measured, for servos
-//! with its resonance and on each of its lines. The largest allowed
+//! with its resonance, on each of its lines and with a resonance that these show between them. The largest allowed
 //! bandwidth is found by bisection. The promise of the gains is the simulated behaviour of the same sampled loop.
 //!
 //! ```text
@@ -13,7 +13,6 @@
 //! ```
 
 mod closed_loop;
-mod gain_following;
 mod goal;
 mod lead;
 mod margins;
@@ -33,9 +32,9 @@ mod servo_change_state;
 mod settings;
 mod step_measure;
 mod tuner;
+mod unseen_resonance;
 
 pub use closed_loop::PredictedSample;
-pub use gain_following::{FollowedGains, GainFollowing, GainFollowingState, NotFollowed};
 pub use goal::{Cap, Goal};
 pub use measured_line::MeasuredLine;
 pub(crate) use possible_servos::PossibleServo;

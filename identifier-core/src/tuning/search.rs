@@ -6,6 +6,7 @@ use super::placement::{Design, Placement};
 use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
 use super::sampled_response::{SampledController, SampledResponse, SampledServo, nu_at};
+use super::unseen_resonance::UnseenResonance;
 use super::{Cap, TuningSettings};
 use crate::control::Notch;
 
@@ -30,8 +31,8 @@ pub(super) struct Case {
     place: usize,
     walk: Option<Walk>,
     margins: Margins,
-    /// The measured line that comes next, once all servos keep everything.
-    line: Option<usize>,
+    /// The measured line that comes next, before all servos.
+    line: usize,
 }
 
 /// Judgement of a bandwidth.
@@ -137,34 +138,37 @@ impl Judge {
             place: 0,
             walk: None,
             margins: Margins::AMPLE,
-            line: None,
+            line: 0,
         }
     }
 
-    /// The loop of a servo, or one frequency of it, or a measured line.
-    pub(super) fn work(&self, case: &mut Case, lines: &[MeasuredLine]) -> Option<Verdict> {
-        if let Some(line) = &mut case.line {
-            let Some(measured) = lines.get(*line) else {
-                return Some(Verdict::Keeps(case.design, case.margins));
+    /// A measured line, or the loop of a servo, or one frequency of it.
+    pub(super) fn work(
+        &self,
+        case: &mut Case,
+        lines: &[MeasuredLine],
+        is_explained: bool,
+    ) -> Option<Verdict> {
+        if case.line == 0
+            && case.place == 0
+            && case.walk.is_none()
+            && let Some(cap) = self.placement.forbids(&case.design)
+        {
+            return Some(Verdict::Breaks(cap));
+        }
+        if let Some(measured) = lines.get(case.line) {
+            let cap = if !is_explained && !self.keeps(&case.design, measured) {
+                Some(Cap::Resonance)
+            } else {
+                let borne = self.bears_unseen(&case.design, case.line, lines);
+                (!borne).then_some(Cap::UnseenResonance)
             };
-            *line += 1;
-            let kept = self.keeps(&case.design, measured);
-            return (!kept).then_some(Verdict::Breaks(Cap::Resonance));
+            case.line += 1;
+            return cap.map(Verdict::Breaks);
         }
         let Some(walk) = &mut case.walk else {
-            if case.place == 0
-                && let Some(cap) = self.placement.forbids(&case.design)
-            {
-                return Some(Verdict::Breaks(cap));
-            }
             case.walk = self.walk(&case.design, case.place);
-            if case.walk.is_none() {
-                case.line = Some(0);
-                return lines
-                    .is_empty()
-                    .then_some(Verdict::Keeps(case.design, case.margins));
-            }
-            return None;
+            return (case.walk.is_none()).then_some(Verdict::Keeps(case.design, case.margins));
         };
         match walk.work() {
             Progress::Goes => None,
@@ -202,6 +206,21 @@ impl Judge {
         let response = SampledResponse::around(design, sampled, self.sample_time);
         let sensitivity = 1.0 + servo.excess * (self.max_sensitivity - 1.0);
         Some(Walk::begin(response, first, sensitivity))
+    }
+
+    /// True if a design keeps its distance from −1 beside the resonance that lines show between one and the next.
+    fn bears_unseen(&self, design: &Design, place: usize, lines: &[MeasuredLine]) -> bool {
+        let time = self.sample_time;
+        let mode = self.resonance.map(|resonance| resonance.mode);
+        let servo = SampledServo::new(&self.servos.identified(), mode.as_ref(), time);
+        let Some(unseen) = UnseenResonance::above(place, lines, &servo, time) else {
+            return true;
+        };
+        let open = SampledResponse::around(design, servo, time);
+        let gain = open.at(unseen.nu).gain();
+        let sensitivity = 1.0 + Resonance::DIFFERING * (self.max_sensitivity - 1.0);
+        // Friction and rounding blur lower lines, resonances show at higher ones.
+        gain.power() > 1.0 || unseen.is_borne(gain, sensitivity)
     }
 
     /// True if a design keeps its distance from −1 on a measured line.
@@ -253,7 +272,8 @@ impl Search {
 
     /// Takes the largest bandwidth without the notch, and begins with it, or ends with the better of both.
     fn end(&mut self, judge: &Judge, found: Option<Largest>) -> Option<Option<Largest>> {
-        if !self.notched && judge.has_notch() {
+        let unseen = |found: Largest| found.cap == Cap::UnseenResonance;
+        if !self.notched && judge.has_notch() && !found.is_some_and(unseen) {
             *self = Self {
                 notched: true,
                 without: found,
@@ -274,13 +294,14 @@ impl Search {
         &mut self,
         judge: &Judge,
         lines: &[MeasuredLine],
+        is_explained: bool,
     ) -> Option<Option<Largest>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
             self.case = Some(judge.open(bandwidth, self.notched));
             return None;
         };
-        match judge.work(case, lines)? {
+        match judge.work(case, lines, is_explained)? {
             Verdict::Keeps(design, margins) => self.low = Some((design, margins)),
             Verdict::Breaks(cap) => self.high = Some((bandwidth, cap)),
         }

@@ -8,9 +8,6 @@ pub struct ServoChangeState {
     /// The last examination's, and the number of those in a row that agree.
     last: Option<ServoChange>,
     agreeing: u8,
-    /// The least and the largest found value of a row that is steady so far, and the number of examinations in it.
-    range: [f64; 2],
-    steady: u8,
 }
 
 impl ServoChangeState {
@@ -19,20 +16,10 @@ impl ServoChangeState {
         reported: None,
         last: None,
         agreeing: 0,
-        range: [0.0; 2],
-        steady: 0,
     };
 
     /// The examinations in a row that must agree before a change is reported, or is no longer.
     pub const AGREEING: u8 = 8;
-
-    /// The examinations in a row within [`ServoChangeState::MAX_SPREAD`] by which a value is told from one on its way, 6 s in
-    /// motion: the standard errors of a recursion that follows a change are not those of its distance from the truth. Of 235
-    /// servos with a fifth of the inertia whose estimates had agreed for 2 s, one seemed heavier.
-    pub const STEADY: u8 = 24;
-
-    /// The ratio up to which found values are steady.
-    pub const MAX_SPREAD: f64 = 1.03;
 
     /// The time from one examination to the next, s.
     pub const INTERVAL: f64 = 0.25;
@@ -58,15 +45,6 @@ impl ServoChangeState {
         } else {
             1
         };
-        // A load may have either sign.
-        let found = change.map_or(f64::NAN, |change| libm::fabs(change.found));
-        let [low, high] = [self.range[0].min(found), self.range[1].max(found)];
-        let is_steady = agrees && change.is_some() && high <= Self::MAX_SPREAD * low;
-        (self.range, self.steady) = if is_steady {
-            ([low, high], self.steady.saturating_add(1))
-        } else {
-            ([found; 2], u8::from(change.is_some()))
-        };
         self.last = change;
         if self.agreeing >= Self::AGREEING {
             self.reported = change;
@@ -75,13 +53,7 @@ impl ServoChangeState {
 
     /// The identifier has not settled, or has reported an event: the row of examinations begins anew.
     pub fn interrupt(&mut self) {
-        (self.agreeing, self.steady) = (0, 0);
-    }
-
-    /// The change that is certain, once its value is steady: known well enough to act on it.
-    #[must_use]
-    pub fn steady(&self) -> Option<&ServoChange> {
-        self.reported().filter(|_| self.steady >= Self::STEADY)
+        self.agreeing = 0;
     }
 
     /// The change that is certain; none while the servo is the promised one.
@@ -128,18 +100,6 @@ mod tests {
         for k in 0..100 {
             state.take(change(f64::from(1 << (k % 20))));
             assert_eq!(state.reported(), None);
-        }
-        // One that settles, and one that creeps on by a hundredth at a time.
-        for step in [1e-4, 1e-2] {
-            let mut state = ServoChangeState::START;
-            for k in 0..ServoChangeState::STEADY {
-                assert_eq!(state.steady(), None);
-                state.take(change(2.0 * libm::pow(1.0 + step, f64::from(k))));
-            }
-            assert!(state.reported().is_some());
-            assert_eq!(state.steady().is_some(), step < 1e-3, "{step}");
-            state.interrupt();
-            assert_eq!(state.steady(), None);
         }
         for k in 0..100 {
             state.take(change(2.0 + 1e-3 * f64::from(k)));

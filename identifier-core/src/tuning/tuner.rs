@@ -119,7 +119,7 @@ impl Tuner {
 
     /// A slice of work. Returns the gains when they are found; from then on the same again.
     pub fn work(&self, state: &mut TunerState) -> Option<Result<Tuning, TuningError>> {
-        self.work_with(state, &[])
+        self.work_with(state, &[], true)
     }
 
     /// The same with the lines of a measured response, on each of which the gains keep their distance from −1.
@@ -127,6 +127,7 @@ impl Tuner {
         &self,
         state: &mut TunerState,
         lines: &[MeasuredLine],
+        is_explained: bool,
     ) -> Option<Result<Tuning, TuningError>> {
         let next = match &mut state.0 {
             Task::Begin => self.first_task(),
@@ -134,7 +135,7 @@ impl Tuner {
                 let bandwidth = by_time.work(&self.scene, &self.judge)?;
                 Task::Ask(self.judge.open(bandwidth, false))
             }
-            Task::Ask(case) => match self.judge.work(case, lines)? {
+            Task::Ask(case) => match self.judge.work(case, lines, is_explained)? {
                 Verdict::Keeps(design, margins) => Task::Found(Found {
                     design,
                     margins,
@@ -148,15 +149,17 @@ impl Tuner {
                     Task::Search(Search::from(0.5 * asked), Some(asked))
                 }
             },
-            Task::Search(search, asked) => match (search.work(&self.judge, lines)?, *asked) {
-                (None, _) => Task::End(Err(TuningError::NotKnown)),
-                (Some(largest), Some(bandwidth)) => Task::End(Err(TuningError::TooFast {
-                    bandwidth,
-                    most: largest.design.bandwidth,
-                    cap: largest.cap,
-                })),
-                (Some(largest), None) => Task::Found(largest.into()),
-            },
+            Task::Search(search, asked) => {
+                match (search.work(&self.judge, lines, is_explained)?, *asked) {
+                    (None, _) => Task::End(Err(TuningError::NotKnown)),
+                    (Some(largest), Some(bandwidth)) => Task::End(Err(TuningError::TooFast {
+                        bandwidth,
+                        most: largest.design.bandwidth,
+                        cap: largest.cap,
+                    })),
+                    (Some(largest), None) => Task::Found(largest.into()),
+                }
+            }
             Task::Found(found) => self.predict(*found),
             Task::Predict(found, prediction) => Task::End(
                 prediction

@@ -20,12 +20,37 @@ pub(super) struct Bounds<N> {
 pub(super) struct BoundsState<N> {
     /// Mean of the increments, counts a sample.
     pub(super) speed: N,
-    late: u32,
+    late: LateSamples,
+}
+
+/// The judgement of late samples: successive ones, or more than a fifth of all, become too many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LateSamples(u32);
+
+impl LateSamples {
+    /// By so much a late sample raises the count, while one in time lowers it by one.
+    const WEIGHT: u32 = 4;
+
+    /// Takes in whether a sample ended too late.
+    ///
+    /// # Errors
+    /// [`Reason::Overrun`] at so many successive late ones, at least one; for three also at seven of which every other one
+    /// is late.
+    #[inline]
+    pub fn take(&mut self, late: bool, most: u32) -> Result<(), Reason> {
+        if !late {
+            self.0 = self.0.saturating_sub(1);
+            return Ok(());
+        }
+        self.0 = self.0.saturating_add(Self::WEIGHT);
+        if self.0 >= most.saturating_mul(Self::WEIGHT) {
+            return Err(Reason::Overrun);
+        }
+        Ok(())
+    }
 }
 
 impl<N: Number> Bounds<N> {
-    /// By so much a late sample raises its count, while one in time lowers it by one.
-    const LATE_WEIGHT: u32 = 4;
     /// Late samples running that are too many.
     pub(super) const MAX_LATE_SAMPLES: u32 = 3;
     /// The mean over this time, s, is the speed where the encoder resolves it,
@@ -53,7 +78,7 @@ impl<N: Number> Bounds<N> {
     pub(super) fn start(&self) -> BoundsState<N> {
         BoundsState {
             speed: N::ZERO,
-            late: 0,
+            late: LateSamples::default(),
         }
     }
 
@@ -67,15 +92,7 @@ impl<N: Number> Bounds<N> {
     }
 
     pub(super) fn time(&self, state: &mut BoundsState<N>, late: bool) -> Result<(), Reason> {
-        if !late {
-            state.late = state.late.saturating_sub(1);
-            return Ok(());
-        }
-        state.late += Self::LATE_WEIGHT;
-        if state.late >= Self::LATE_WEIGHT * Self::MAX_LATE_SAMPLES {
-            return Err(Reason::Overrun);
-        }
-        Ok(())
+        state.late.take(late, Self::MAX_LATE_SAMPLES)
     }
 
     pub(super) fn motion(

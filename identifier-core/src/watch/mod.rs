@@ -37,6 +37,7 @@ mod standstill;
 #[cfg(test)]
 mod tests;
 
+pub use bounds::LateSamples;
 pub use known_servo::KnownServo;
 pub use servo_watch::{ServoWatch, ServoWatchState};
 #[cfg(test)]

@@ -5,8 +5,8 @@ use fixed::types::I16F16;
 use identifier_core::constants::{Configuration, Constants, ConstantsError, words};
 use identifier_core::fixed_point::{FixedServoLoop, Word};
 use identifier_core::identifier::{
-    BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonIdentifier,
-    GaussNewtonRecursion, GradientIdentifier, Identify, MachineEstimates, PreparedServo, ServoLoop,
+    BehindAmplifier, ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion,
+    GradientIdentifier, Identify, MachineEstimates, PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
 use identifier_core::parameters::{
@@ -170,8 +170,8 @@ fn a_loop_of_constants_has_the_bits_of_the_one_that_was_built() {
 fn every_other_configuration_is_the_same_after_it_was_written() {
     let settings = settings(3);
     both::<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>(&settings);
-    both::<DiagonalGradientIdentifier<f32, BackwardDifference, Ab, 2>>(&settings);
-    both::<DiagonalGradientIdentifier<f32, AveragedDifference<f32>, Ab, 2>>(&settings);
+    both::<GradientIdentifier<f32, BackwardDifference, Ab, 2>>(&settings);
+    both::<GradientIdentifier<f32, AveragedDifference<f32>, Ab, 2>>(&settings);
     let mut delayed = settings;
     delayed.identifier.terms.delay = 1.6e-3;
     delayed.identifier.memory = Some(3.0);
@@ -269,9 +269,7 @@ fn words_that_were_not_written_so_are_refused() {
     other(Constants::<GradientLoop<f32, AbCoulomb, 3>>::check(
         &written,
     ));
-    other(Constants::<
-        DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>,
-    >::check(&written));
+    other(Constants::<GradientIdentifier<f32, LowPass<f32>, Ab, 2>>::check(&written));
     let three = words_of(&both::<GradientLoop<f32, AbCoulomb, 3>>(&settings(2)).0);
     other(Constants::<GradientLoop<f32, AbLoad, 3>>::check(&three));
 }

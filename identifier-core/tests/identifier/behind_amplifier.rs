@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 
 use identifier_core::Settings;
 use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
+    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify,
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{
@@ -18,7 +18,6 @@ use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 type Behind<I> = BehindAmplifier<f64, I, 8>;
 type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>;
-type Window = Behind<WindowIdentifier<f64, AbCoulombLoad, 4, 512>>;
 type GaussNewton = Behind<GaussNewtonIdentifier<f64, AbCoulombLoad, 4>>;
 
 /// Effects of the amplifier, the settings that declare them, and a name.
@@ -161,11 +160,6 @@ fn the_gradient_law_finds_the_servo_behind_its_amplifier() {
 }
 
 #[test]
-fn a_window_finds_the_servo_behind_its_amplifier() {
-    check::<Window>("window", 5.0);
-}
-
-#[test]
 fn gauss_newton_finds_the_servo_behind_its_amplifier() {
     check::<GaussNewton>("gauss-newton", 20.0);
 }
@@ -200,7 +194,7 @@ fn a_declared_delay_that_is_estimated_counts_once() {
 #[test]
 fn declarations_without_effect_are_refused_by_name() {
     type BareGradient = GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>;
-    type BareWindow = WindowIdentifier<f64, AbCoulombLoad, 4, 512>;
+    type WithoutDelay = GaussNewtonIdentifier<f64, AbCoulombLoad, 4>;
     type BareGaussNewton = GaussNewtonIdentifier<f64, AbCoulombDelayLoad, 5>;
     fn refusal<I: FromSettings>(declared: TermSettings) -> String {
         let built = settings(&declared).build::<I>();
@@ -215,12 +209,15 @@ fn declarations_without_effect_are_refused_by_name() {
         current_loop: 1e-3,
         ..none
     };
-    for answer in [refusal::<BareGradient>(delay), refusal::<BareWindow>(delay)] {
+    for answer in [
+        refusal::<BareGradient>(delay),
+        refusal::<WithoutDelay>(delay),
+    ] {
         assert!(answer.starts_with("delay is declared"), "{answer}");
     }
     for answer in [
         refusal::<BareGradient>(current_loop),
-        refusal::<BareWindow>(current_loop),
+        refusal::<WithoutDelay>(current_loop),
         refusal::<BareGaussNewton>(current_loop),
     ] {
         assert!(answer.starts_with("current_loop is declared"), "{answer}");

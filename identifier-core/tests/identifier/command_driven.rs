@@ -5,7 +5,7 @@ use crate::support::{
     quantile,
 };
 use identifier_core::Settings;
-use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
+use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::number::Number;
 use identifier_core::parameters::{AbCoulombLoad, PerParameter, ServoParameters};
 use identifier_core::settings::FromSettings;
@@ -339,23 +339,6 @@ fn ordinary_servos_do_not_freeze() {
     assert_eq!(frozen(&runs), 0);
     assert!(per_cent(&runs, |(e, _, _)| *e == Ending::Wrong) <= 0.5);
     assert!(per_cent(&runs, |(e, _, _)| *e <= Ending::NoMotion) >= 99.0);
-}
-
-fn do_not_freeze_in_a_window(servos: u32) {
-    let runs = endings::<WindowIdentifier<f32, AbCoulombLoad, 4, 512>>(servos);
-    assert_eq!(frozen(&runs), 0);
-    assert!(per_cent(&runs, |(e, _, _)| *e <= Ending::Fair) >= 90.0);
-}
-
-#[test]
-fn ordinary_servos_do_not_freeze_in_a_window() {
-    do_not_freeze_in_a_window(100);
-}
-
-#[test]
-#[ignore = "five minutes: on demand"]
-fn two_thousand_ordinary_servos_do_not_freeze_in_a_window() {
-    do_not_freeze_in_a_window(2000);
 }
 
 struct LoadStep {

@@ -1,13 +1,13 @@
 //! A listening identifier under any input, in both formats, and with the amplifier off.
 
 use crate::support::{
-    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
+    Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
 };
 use identifier_core::Settings;
 use identifier_core::error::StepError;
-use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
+use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::number::Number;
-use identifier_core::parameters::{AbCoulombLoad, AbLoad, ServoParameters};
+use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use identifier_core::settings::IdentifierSettings;
 use proptest::prelude::*;
 
@@ -121,54 +121,6 @@ fn an_amplifier_that_is_off_is_reported_and_not_learnt_from() {
     assert!(kept >= 90.0);
 }
 
-#[test]
-fn a_window_needs_no_guess_either() {
-    let runs = on_all_cores(100, |i| {
-        let servo = ordinary_servo(i + 7000);
-        let part = Draw::new(i).uniform(0.1, 0.5);
-        let amplitude = amplitude_for(Kind::Pid, &servo, part);
-        let mut config = settings(&servo);
-        config.identifier.start_time = Some(0.3);
-        let identifier = config
-            .build::<WindowIdentifier<f32, AbCoulombLoad, 4>>()
-            .expect("settings");
-        let mut state = identifier.start();
-        let mut run = Loop::new(Kind::Pid, &servo, amplitude);
-        let mut first = f64::INFINITY;
-        for k in 0..(2.0 / servo.sample_time) as u64 {
-            let (increment, command) = run.sample();
-            let seen = identifier
-                .learn(&mut state, increment as f32, command as f32)
-                .expect("ordinary samples");
-            identifier.work(&mut state, u32::MAX);
-            if seen.event == Event::Started {
-                first = first.min(k as f64 * servo.sample_time);
-            }
-        }
-        let found = identifier.estimates(&state);
-        (
-            (found.b / servo.parameters.b - 1.0).abs(),
-            (found.load - servo.parameters.load).abs() / servo.authority(),
-            first,
-            identifier.fits(&state),
-        )
-    });
-    let b: Vec<f64> = runs.iter().map(|r| r.0).collect();
-    let d: Vec<f64> = runs.iter().map(|r| r.1).collect();
-    let first: Vec<f64> = runs.iter().map(|r| r.2).collect();
-    println!(
-        "window of 0.3 s: b median {:.5}, 90 % {:.5}, worst {:.5}; d median {:.5}, 90 % {:.5}; first fit median {:.3} s, worst {:.3} s",
-        quantile(&b, 0.5),
-        quantile(&b, 0.9),
-        quantile(&b, 1.0),
-        quantile(&d, 0.5),
-        quantile(&d, 0.9),
-        quantile(&first, 0.5),
-        quantile(&first, 1.0)
-    );
-    assert!(quantile(&b, 0.9) < 0.01);
-}
-
 /// A millisecond and counts of a milliradian.
 fn milliradians() -> Settings {
     Settings {
@@ -249,9 +201,7 @@ proptest! {
         config.identifier.start_time = Some(time);
         config.identifier.initial.b = guess;
         let identifier: GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64> = config.build().expect("settings");
-        let window: WindowIdentifier<f32, AbLoad, 3, 64> = config.build().expect("settings");
         let mut state = identifier.start();
-        let mut window_state = window.start();
         for (k, &(increment, command)) in samples.iter().enumerate() {
             // A motion that follows the command every other while, so that fits are found.
             let increment = if k / 200 % 2 == 0 { (command * 3.0).round() } else { increment };
@@ -259,10 +209,7 @@ proptest! {
                 prop_assert!(seen.output_error.is_finite());
             }
             identifier.work(&mut state, 200);
-            let _ = window.learn(&mut window_state, increment, command);
-            window.work(&mut window_state, 200);
             prop_assert!(is_finite(&identifier.estimates(&state)));
-            prop_assert!(is_finite(&window.estimates(&window_state)));
             if let Some(errors) = identifier.standard_errors(&state) {
                 prop_assert!(is_finite(&errors), "{errors:?}");
             }

@@ -3,13 +3,12 @@
 use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo};
 use identifier_core::Settings;
 use identifier_core::commission::Reason;
-use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify, WindowIdentifier};
+use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use identifier_core::settings::FromSettings;
 
 /// As many blocks as a drive has.
 type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
-type Window = WindowIdentifier<f32, AbCoulombLoad, 4>;
 
 /// 250 Hz to 20 kHz.
 const SAMPLE_TIMES: [f64; 4] = [4e-3, 1e-3, 0.25e-3, 50e-6];
@@ -122,7 +121,7 @@ fn case(reason: Reason, sample_time: f64) -> (Settings, Box<dyn FnMut() -> Sampl
             })
         }
         Reason::PartlyExplained => {
-            // In a shorter window a fit explains enough by chance.
+            // In a shorter time a fit explains enough by chance.
             settings.identifier.start_time = Some(1.0);
             Box::new(move || {
                 let (moved, command) = motion.sample();
@@ -218,11 +217,6 @@ fn gauss_newton_reports_why_there_is_no_first_fit_after_a_second_of_motion() {
     each_reason_is_reported::<GaussNewton>("Gauss-Newton");
 }
 
-#[test]
-fn a_window_reports_why_there_is_no_first_fit_after_a_second_of_motion() {
-    each_reason_is_reported::<Window>("window");
-}
-
 /// The noise by a first fit, counts, of a position that is wrong by so many counts to one side or the other.
 fn noise_found<I: Identify<f32> + FromSettings>(sample_time: f64, counts: f64) -> Option<f64> {
     let servo = servo(sample_time);
@@ -253,7 +247,6 @@ fn finds_the_noise<I: Identify<f32> + FromSettings>(sample_time: f64) {
 #[test]
 fn a_first_fit_finds_the_noise_of_the_position() {
     for sample_time in SAMPLE_TIMES {
-        finds_the_noise::<Window>(sample_time);
         // The errors of a block's mean command are noise to the fit: in blocks of 16 ms a count.
         if sample_time < 4e-3 {
             finds_the_noise::<GaussNewton>(sample_time);
@@ -285,7 +278,6 @@ fn later_motion_identifies<I: Identify<f32> + FromSettings>(sample_time: f64) {
 fn a_first_fit_succeeds_once_the_motion_is_informative() {
     for sample_time in [4e-3, 0.25e-3] {
         later_motion_identifies::<GaussNewton>(sample_time);
-        later_motion_identifies::<Window>(sample_time);
     }
 }
 
@@ -300,19 +292,12 @@ fn a_healthy_servo_never_waits_for_a_first_fit() {
             ..ordinary
         };
         let amplitude = amplitude_for(Kind::Pid, &servo, 0.2);
-        let motion = || Loop::new(Kind::Pid, &servo, amplitude);
+        let mut moved = Loop::new(Kind::Pid, &servo, amplitude);
         let mut recursion = Run::<GaussNewton>::new(&settings(&servo));
-        let mut moved = motion();
         recursion.run(3.0, || moved.sample());
-        let mut window = Run::<Window>::new(&settings(&servo));
-        let mut moved = motion();
-        window.run(3.0, || moved.sample());
-        [
-            (recursion.reported, recursion.started),
-            (window.reported, window.started),
-        ]
+        (recursion.reported, recursion.started)
     });
-    for (i, (reported, started)) in runs.iter().flatten().enumerate() {
+    for (i, (reported, started)) in runs.iter().enumerate() {
         assert_eq!(*reported, None, "{i}");
         assert!(started.is_some(), "{i}");
     }

@@ -9,7 +9,7 @@ use heapless::spsc::Queue;
 use identifier_core::Settings;
 use identifier_core::identifier::{
     Event, FitBlocks, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, Identify,
-    NumberedBlock, RecordBlocks, Update, WindowFitter, WindowIdentifier, WindowRecorder,
+    NumberedBlock, RecordBlocks, Update,
 };
 use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use identifier_core::settings::FromSettings;
@@ -19,8 +19,6 @@ const W: usize = 64;
 
 type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, W>;
 type FirstFit = GaussNewtonFitter<f32, AbCoulombLoad, 4, W>;
-type Recorder = WindowRecorder<f32, AbCoulombLoad, 4, W>;
-type Fitter = WindowFitter<f32, AbCoulombLoad, 4, W>;
 
 fn servo(seed: u32) -> Servo {
     Servo {
@@ -149,7 +147,6 @@ where
 fn halves_without_a_backlog_equal_the_whole_identifier() {
     for budget in [u32::MAX, 20, 1] {
         compare::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>, Recursion, FirstFit>(budget);
-        compare::<WindowIdentifier<f32, AbCoulombLoad, 4, W>, Recorder, Fitter>(budget);
     }
 }
 
@@ -228,7 +225,6 @@ fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
         assert!(off(&halves.recorder.estimates(&halves.recording)) < 0.05);
     }
     check::<Recursion, FirstFit>();
-    check::<Recorder, Fitter>();
 }
 
 #[test]
@@ -354,24 +350,6 @@ where
 }
 
 #[test]
-fn a_window_is_right_while_two_threads_work_on_it() {
-    let enough = |happened: &Happened| happened.blocks >= 4000 && happened.started >= 50;
-    let happened = in_two_threads::<Recorder, Fitter>(7, 0.0, enough);
-    println!("{happened:?}");
-    assert!(enough(&happened) && happened.lost == 0, "{happened:?}");
-    assert!(happened.worst < 0.1, "{happened:?}");
-}
-
-#[test]
-fn a_window_is_right_between_blocks_that_are_lost() {
-    let enough = |happened: &Happened| happened.lost >= 1000 && happened.started >= 50;
-    let happened = in_two_threads::<Recorder, Fitter>(8, 0.3, enough);
-    println!("{happened:?}");
-    assert!(enough(&happened), "{happened:?}");
-    assert!(happened.worst < 0.1, "{happened:?}");
-}
-
-#[test]
 fn recursions_start_right_while_two_threads_work_on_them() {
     for seed in 100..130 {
         let rush = if seed % 2 == 0 { 0.0 } else { 0.5 };
@@ -387,7 +365,7 @@ fn recursions_start_right_while_two_threads_work_on_them() {
 #[test]
 fn the_interrupt_keeps_neither_record_nor_fit() {
     let interrupt = size_of::<<Recursion as Identify<f32>>::State>();
-    let background = size_of::<<Fitter as FitBlocks<f32>>::State>();
+    let background = size_of::<<FirstFit as FitBlocks<f32>>::State>();
     println!(
         "interrupt {interrupt}, background {background}, a block {}, what is found {} bytes",
         size_of::<NumberedBlock<f32>>(),

@@ -2,9 +2,7 @@
 
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
-use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
-};
+use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
@@ -173,7 +171,6 @@ fn mislead_fits<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
     };
     for settings in [guessing, knowing_nothing] {
         mislead_fit::<N, GaussNewtonIdentifier<N, AbCoulombLoad, 4, 32>>(&settings, inputs)?;
-        mislead_fit::<N, WindowIdentifier<N, AbCoulombLoad, 4, 32>>(&settings, inputs)?;
     }
     Ok(())
 }

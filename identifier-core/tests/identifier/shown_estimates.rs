@@ -3,9 +3,7 @@
 
 use crate::support::{Kind, Loop, Servo};
 use identifier_core::Settings;
-use identifier_core::identifier::{
-    DiagonalGradientIdentifier, GaussNewtonIdentifier, Identify, WindowIdentifier,
-};
+use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
@@ -87,9 +85,9 @@ fn of_numbers<I: Identify<f32> + FromSettings>(settings: &Settings) -> (u32, u32
 
 #[test]
 fn a_gradient_snapshot_gives_the_sample_s_estimates() {
-    assert_moved_to_the_bound(of_numbers::<
-        DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>,
-    >(&settings()));
+    assert_moved_to_the_bound(of_numbers::<GradientIdentifier<f32, LowPass<f32>, Ab, 2>>(
+        &settings(),
+    ));
 }
 
 #[test]
@@ -97,21 +95,6 @@ fn a_gauss_newton_snapshot_gives_the_sample_s_estimates() {
     assert_moved_to_the_bound(of_numbers::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>(
         &settings(),
     ));
-}
-
-#[test]
-fn a_window_snapshot_gives_the_sample_s_estimates() {
-    type Window = WindowIdentifier<f32, AbCoulombLoad, 4>;
-    // An estimate that a bound stops is no result.
-    let (moved, at_bound) = of_numbers::<Window>(&settings());
-    assert_eq!(moved, 0);
-    assert!(at_bound > 2, "â stood at its bound {at_bound} times");
-
-    let mut wide = settings();
-    wide.identifier.bounds.a = None;
-    let (moved, at_bound) = of_numbers::<Window>(&wide);
-    assert!(moved > 3, "the estimates moved on {moved} times");
-    assert_eq!(at_bound, 0);
 }
 
 #[cfg(feature = "fixed")]

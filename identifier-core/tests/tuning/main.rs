@@ -1,9 +1,7 @@
 //! Gains from identified servos, and their promise.
 
 mod closed_forms;
-mod compensation;
 mod feed_forward;
-mod gain_following;
 mod moving_axis;
 mod properties;
 mod servo_changes;

@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use identifier_core::ControllerSettings;
-use identifier_core::control::{ControlSample, Controller};
 use identifier_core::identifier::{
     Event, ExpectedMotion, GaussNewtonIdentifier, Identify, ServoLoop, ServoLoopState,
 };
@@ -11,8 +10,7 @@ use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{AbCoulombLoad, IdentifiedServo, ServoParameters};
 use identifier_core::settings::Settings;
 use identifier_core::tuning::{
-    FollowedGains, GainFollowing, Goal, NotFollowed, PromisedServo, ServoChange, ServoChangeState,
-    Tuning, TuningSettings,
+    Goal, PromisedServo, ServoChange, ServoChangeState, Tuning, TuningSettings,
 };
 use virtual_servo::{Encoder, Plant, SplitMix64};
 
@@ -33,14 +31,9 @@ pub(crate) struct Axis {
     resolution: f64,
     /// Standard deviation of the encoder's noise, rad.
     noise: f64,
-    servo: IdentifiedServo,
     tuning: Tuning,
     promised: PromisedServo,
-    settings: Settings,
     servo_loop: Loop,
-    last: ControlSample<f32>,
-    /// The estimates of the last examination that had some, with their errors.
-    found: Option<[ServoParameters; 2]>,
     state: State,
     plant: Plant,
     encoder: Encoder,
@@ -118,15 +111,6 @@ impl Axis {
             resolution,
             noise,
             promised: PromisedServo::new(&servo, &tuning, LIMIT)?,
-            servo,
-            settings: own,
-            last: ControlSample {
-                error: 0.0,
-                increment: 0.0,
-                velocity: 0.0,
-                command: 0.0,
-            },
-            found: None,
             range: (300.0 * resolution).max(authority / tuning.bandwidth.powi(2)),
             tuning,
             servo_loop,
@@ -168,50 +152,6 @@ impl Axis {
         None
     }
 
-    /// Moves until the change that is reported is steady, at most for so long, s.
-    pub(crate) fn steadies(&mut self, duration: f64) -> bool {
-        let end = self.time + duration;
-        while self.time < end && self.changes.steady().is_none() {
-            self.sample();
-        }
-        self.changes.steady().is_some()
-    }
-
-    /// Rests where it is sent; the last command.
-    pub(crate) fn rests(&mut self, duration: f64) -> f64 {
-        self.left = 2.0 * duration;
-        let end = self.time + duration;
-        while self.time < end {
-            self.sample();
-        }
-        f64::from(self.last.command)
-    }
-
-    /// Has the gains follow the estimates, as a drive does; the factor.
-    pub(crate) fn follows(&mut self) -> Result<f64, NotFollowed> {
-        let found = self.found.ok_or(NotFollowed::NotKnown)?;
-        let units = self.settings.units().expect("allowed");
-        let following = GainFollowing::new(&self.servo, &self.tuning, &found, &units, LIMIT)?;
-        let mut state = following.start();
-        let FollowedGains {
-            tuning,
-            servo,
-            factor,
-        } = loop {
-            if let Some(end) = following.work(&mut state) {
-                break end?;
-            }
-        };
-        let mut settings = self.settings;
-        settings.controller = Some(ControllerSettings::tuned(&tuning, [-LIMIT, LIMIT]));
-        let controller: Controller<f32, LowPass<f32>> = settings.build().expect("allowed");
-        self.servo_loop
-            .exchange_controller(&mut self.state, &controller, &self.last);
-        self.promised = PromisedServo::new(&servo, &tuning, LIMIT).expect("known");
-        self.changes = ServoChangeState::START;
-        Ok(factor)
-    }
-
     pub(crate) fn sample(&mut self) {
         self.left -= self.sample_time;
         if self.left <= 0.0 {
@@ -233,7 +173,6 @@ impl Axis {
             self.changes.interrupt();
         }
         servo_loop.identifier().work(state.identification_mut(), 8);
-        self.last = done.control;
         self.plant.advance(f64::from(done.control.command));
         self.time += self.sample_time;
         if self.time - self.examined_at >= ServoChangeState::INTERVAL {
@@ -247,7 +186,6 @@ impl Axis {
         match identifier.settled(self.state.identification()) {
             Some(settled) => {
                 let [found, errors] = identifier.recorder().settled_in(&settled);
-                self.found = Some([found, errors]);
                 self.changes.take(self.promised.change(&found, &errors));
             }
             None => self.changes.interrupt(),

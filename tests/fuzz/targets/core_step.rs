@@ -7,9 +7,7 @@ use std::sync::LazyLock;
 use arbitrary::Arbitrary;
 use fuzz::certified;
 use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
-use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, Identify, WindowIdentifier,
-};
+use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
 use identifier_core::settings::FromSettings;
@@ -23,14 +21,12 @@ const WORK: u32 = 100;
 
 type Gradient = GradientIdentifier<f32, LowPass<f32>, AbCoulombLoad, 4>;
 type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 32>;
-type Window = WindowIdentifier<f32, AbCoulombLoad, 4, 32>;
 type Fixed = FixedGradientIdentifier<LowPass<Word>, AbCoulombLoad, 4>;
 
 #[derive(Debug, Arbitrary)]
 enum Law {
     Gradient,
     GaussNewton,
-    Window,
     Fixed,
 }
 
@@ -83,7 +79,6 @@ fn run<N: Copy, I: Identify<N>>(identifier: &I, samples: &[[f32; 2]], number: im
 
 static GRADIENT: LazyLock<Gradient> = LazyLock::new(built);
 static GAUSS_NEWTON: LazyLock<GaussNewton> = LazyLock::new(built);
-static WINDOW: LazyLock<Window> = LazyLock::new(built);
 static FIXED: LazyLock<Fixed> = LazyLock::new(built);
 
 fuzz_target!(|input: Samples| {
@@ -91,7 +86,6 @@ fuzz_target!(|input: Samples| {
     match input.law {
         Law::Gradient => run(&*GRADIENT, samples, |number| number),
         Law::GaussNewton => run(&*GAUSS_NEWTON, samples, |number| number),
-        Law::Window => run(&*WINDOW, samples, |number| number),
         Law::Fixed => run(&*FIXED, samples, |number| {
             Word::from_bits(number.to_bits().cast_signed())
         }),

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use drive_link::{Receiver, Request, frame};
+use drive_link::{Receiver, frame};
 use libfuzzer_sys::fuzz_target;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 
@@ -34,7 +34,7 @@ fn take(bytes: &[u8]) {
         };
         let framed = frame(&request).expect("a message that was received fits");
         let mut again = Receiver::new();
-        let taken = framed.iter().find_map(|&byte| again.take::<Request>(byte));
+        let taken = framed.iter().find_map(|&byte| again.take_request(byte));
         let taken = taken
             .expect("a frame is whole")
             .expect("a frame is undamaged");

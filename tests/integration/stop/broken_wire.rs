@@ -4,7 +4,7 @@ use drive_link::{Command, Fault, Refusal, State};
 
 use super::LIMIT;
 use super::host::Host;
-use super::machine::{BYTE, Reception};
+use super::machine::BYTE;
 use super::servo::settings;
 
 /// Rate of the samples, Hz.
@@ -13,6 +13,9 @@ const RATE: u32 = 10_000;
 /// Bytes of a start or a stop, with the zero at the end.
 const REQUEST: usize = 8;
 
+/// Bytes of a start with its zero: one more, the version.
+const START: usize = REQUEST + 1;
+
 /// Time in which a request is done, ns.
 const DONE: u64 = 5_000_000;
 
@@ -20,7 +23,7 @@ const DONE: u64 = 5_000_000;
 fn configured(link_timeout: f64) -> Host {
     let mut settings = settings(RATE);
     settings.protection.link_timeout = link_timeout;
-    let mut host = Host::new(Reception::Dma, RATE);
+    let mut host = Host::new(RATE);
     host.request(Command::Configure(settings));
     host.pass(50_000_000);
     assert_eq!(host.refusals(), []);
@@ -43,11 +46,11 @@ fn an_order_with_a_break_behind_it_is_refused_by_name_and_one_with_it_inside_is_
         assert_eq!(host.refusals(), [Refusal::LineDisturbed], "{time} ns");
         assert!(!host.is_driven());
     }
-    for place in 1..REQUEST {
+    for place in 1..START {
         host.cut(Command::Start, place);
         host.pass(DONE);
         // The break is a zero, as the end of a request is.
-        let is_whole = place == REQUEST - 1;
+        let is_whole = place == START - 1;
         let expected = is_whole.then_some(Refusal::LineDisturbed);
         assert_eq!(host.refusals(), Vec::from_iter(expected), "{place}");
         assert!(!host.is_driven());

@@ -7,11 +7,10 @@ use drive_chip::serial::{self, Bytes, Ring};
 use drive_link::{Command, Line, Receiver, Refusal, Report, Request, State, frame};
 use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
-use super::machine::{BYTE, Handlers, Machine, Mode, Reception};
+use super::machine::{BYTE, Handlers, Machine, Mode};
 use super::servo::{STAGE, settings};
 
-/// Duration of a turn of the background, ns, above its count of instructions (`cargo xtask budget`: `turn-…`) at two cycles
-/// for each: without anything to do; for each byte that is read; with anything sent; a slice of the work on a record,
+/// Duration of a turn of the background, ns, above the time of its instructions (`cargo xtask budget`: `turn-…`): without anything to do; for each byte that is read; with anything sent; a slice of the work on a record,
 /// which is counted at another level of the optimiser.
 const TURN: u64 = 5_000;
 const READ: u64 = 2_000;
@@ -80,8 +79,8 @@ fn forever<T>(thing: T) -> &'static mut T {
 }
 
 impl Host {
-    pub(super) fn new(reception: Reception, rate: u32) -> Self {
-        let machine: &'static Machine = forever(Machine::new(reception, rate));
+    pub(super) fn new(rate: u32) -> Self {
+        let machine: &'static Machine = forever(Machine::new(rate));
         let (back, interrupt, line_end) = forever(Channel::new()).split();
         let ring: &'static Ring = forever(Ring::new());
         let (line, port) = serial::line(machine, &F4::CLOCKS, ring, forever(Bytes::new()));

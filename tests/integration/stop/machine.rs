@@ -20,23 +20,13 @@ pub(super) const BYTE: u64 = 10_000;
 /// Between two interrupts of the line's timer, ns.
 const TICK: u64 = (1e9 * line_timer::PERIOD) as u64;
 
-/// Duration of the line's interrupt, ns: its own, and for each byte. Above its count of instructions at two cycles each
-/// and 168 MHz.
+/// Duration of the line's interrupt, ns: its own, and for each byte, both above the time of its instructions.
 const LINE_INTERRUPT: u64 = 500;
 const LINE_BYTE: u64 = 250;
 
 /// Durations of the flash's steps by the data sheet, ns: a word from the typical to the longest, a sector of 16 KiB alike.
 const WORD: [u64; 2] = [16_000, 100_000];
 const ERASURE: [u64; 2] = [250_000_000, 500_000_000];
-
-/// The receiver of the line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Reception {
-    /// The DMA stream writes every byte to the ring.
-    Dma,
-    /// An interrupt takes a byte out of the data register, if it comes before the next one.
-    Register,
-}
 
 /// The mode whose samples drive the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,7 +62,6 @@ pub(super) struct Handlers {
 }
 
 pub(super) struct Machine {
-    reception: Reception,
     pub(super) servo: Servo,
     durations: Durations,
     mode: Cell<Mode>,
@@ -120,6 +109,7 @@ const FLASH_KEYR: u32 = 0x4002_3c04;
 const FLASH_SR: u32 = 0x4002_3c0c;
 const FLASH_CR: u32 = 0x4002_3c10;
 const PWR_CSR: u32 = 0x4000_7004;
+const EXTI_PR: u32 = 0x4001_3c14;
 const WATCHDOG: u32 = 0x4000_3000;
 const PEND_USART2: u32 = 0xe000_e204;
 const RECORDS: std::ops::Range<u32> = 0x0800_4000..0x0800_c000;
@@ -129,12 +119,11 @@ const SECTOR: u32 = 0x4000;
 const RING: u32 = 4096;
 
 impl Machine {
-    pub(super) fn new(reception: Reception, rate: u32) -> Self {
+    pub(super) fn new(rate: u32) -> Self {
         let period = 1_000_000_000 / u64::from(rate);
         Self {
-            reception,
             servo: Servo::new(1.0 / f64::from(rate)),
-            durations: Durations::of(reception, rate),
+            durations: Durations::at(rate),
             mode: Cell::new(Mode::Run),
             handlers: RefCell::new(None),
             random: Cell::new(0x2545_f491 ^ rate),
@@ -303,9 +292,7 @@ impl Machine {
                 continue;
             }
             self.received.set(Some(arriving.byte));
-            if self.reception == Reception::Dma {
-                self.transfer();
-            }
+            self.transfer();
         }
         while self.next_tick.get() <= now {
             self.next_tick.set(self.next_tick.get() + TICK);
@@ -339,8 +326,7 @@ impl Machine {
 
     fn line_interrupts(&self) -> bool {
         let can_send = self.sends() && self.now.get() >= self.sent_until.get();
-        let has_received = self.reception == Reception::Register && self.received.get().is_some();
-        self.line_is_pending.get() || can_send || has_received
+        self.line_is_pending.get() || can_send
     }
 
     fn serve_line(&self) {
@@ -350,9 +336,6 @@ impl Machine {
         };
         self.line_is_pending.set(false);
         let mut bytes = 0;
-        if self.reception == Reception::Register {
-            self.transfer();
-        }
         let mut listener = handlers.listener.borrow_mut();
         handlers
             .port
@@ -453,7 +436,7 @@ impl Bus for &'static Machine {
                 0
             }
             FLASH_CR => self.flash_control.get(),
-            FLASH_ACR | PWR_CSR => 0,
+            FLASH_ACR | PWR_CSR | EXTI_PR => 0,
             address if RECORDS.contains(&address) => self.words.borrow()[self.word(address)],
             address => panic!("nothing is read at {address:#x}"),
         }

@@ -3,9 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
-use drive_link::{
-    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use identifier_core::ControllerSettings;
 use identifier_core::commission::{CommissionSettings, Limits};
@@ -40,7 +38,6 @@ pub(super) fn settings(rate: u32) -> Settings {
         closed_loop: LoopSettings {
             core,
             law: Law::GaussNewton,
-            format: Format::Single,
         },
         dither: Dither {
             amplitude: 0.05,
@@ -148,10 +145,6 @@ impl<'a> Chip for Pins<'a> {
 
     fn steps(&mut self) -> Option<i16> {
         Some(0)
-    }
-
-    fn voltage(&mut self) -> Option<f32> {
-        Some(0.0)
     }
 
     fn next_is_due(&self) -> bool {

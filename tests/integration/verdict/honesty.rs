@@ -9,10 +9,9 @@ use integration_tests::{Random, in_parallel, run};
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
 
 /// The laws under test; the gradient has a box about the servo.
-const LAWS: [&str; 4] = [
+const LAWS: [&str; 3] = [
     ALL_FOUR,
     "law = \"gauss-newton\"\nparameters = [\"a\", \"b\"]",
-    "law = \"window\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
     "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
 ];
 
@@ -76,15 +75,15 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
     }
     let load = random.uniform(-0.1, 0.1) * kind.b * kind.command;
     plant = format!("load = {load:?}\n{plant}");
-    let place = random.uniform(0.0, 3.999) as usize;
-    let law = if place == 3 {
+    let place = random.uniform(0.0, 2.999) as usize;
+    let law = if place == 2 {
         let [low, high] = [
             kind.b * random.log_uniform(0.4, 0.9),
             kind.b * random.log_uniform(1.1, 1.5),
         ];
         format!(
             "{}\nplant_box = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
-            LAWS[3]
+            LAWS[2]
         )
     } else {
         LAWS[place].to_owned()
@@ -96,7 +95,7 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
 #[test]
 fn a_result_called_converged_is_right() {
     let mut random = Random::new(77);
-    let runs: Vec<(Kind, Scenario)> = (0..150 * factor()).map(|_| amiss(&mut random)).collect();
+    let runs: Vec<(Kind, Scenario)> = (0..14 * factor()).map(|_| amiss(&mut random)).collect();
     let found = in_parallel(&runs, |(kind, scenario)| (*kind, run(scenario)));
     let mut statuses = std::collections::BTreeMap::<&str, [u32; 2]>::new();
     for ((kind, summary), (_, scenario)) in found.iter().zip(&runs) {
@@ -129,7 +128,7 @@ fn a_result_called_converged_is_right() {
 #[test]
 fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
     let mut random = Random::new(5);
-    let runs: Vec<(Kind, Scenario)> = (0..60 * factor())
+    let runs: Vec<(Kind, Scenario)> = (0..18 * factor())
         .map(|_| {
             let kind = drawn(&mut random);
             let load = random.uniform(-0.1, 0.1) * kind.b * kind.command;
@@ -186,7 +185,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
 #[test]
 fn encoder_errors_alone_raise_no_alarm() {
     let mut random = Random::new(11);
-    let runs: Vec<(Kind, &str, Scenario)> = (0..30 * factor())
+    let runs: Vec<(Kind, &str, Scenario)> = (0..6 * factor())
         .flat_map(|_| {
             let kind = drawn(&mut random);
             let count = std::f64::consts::TAU / kind.counts;

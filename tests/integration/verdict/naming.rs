@@ -71,40 +71,32 @@ fn named(summary: &Summary) -> Option<Cause> {
     summary.cause.as_ref().map(|finding| finding.cause)
 }
 
-#[test]
-fn a_single_effect_is_named_and_no_other() {
-    const SEEDS: u32 = 3;
-    let runs: Vec<(usize, Cause, Scenario)> = KINDS
-        .iter()
-        .enumerate()
-        .flat_map(|(place, kind)| {
-            effects(kind).into_iter().flat_map(move |(cause, plant)| {
-                (1..=SEEDS * factor())
-                    .map(move |seed| (place, cause, kind.run(1000 + seed, &plant, "", ALL_FOUR)))
-            })
+/// Every effect on a kind of servo, each alone.
+fn check(kind: &Kind) {
+    let runs: Vec<(Cause, Scenario)> = effects(kind)
+        .into_iter()
+        .flat_map(|(cause, plant)| {
+            (1..=factor()).map(move |seed| (cause, kind.run(1000 + seed, &plant, "", ALL_FOUR)))
         })
         .collect();
-    let found = in_parallel(&runs, |(place, cause, scenario)| {
-        (*place, *cause, run(scenario))
-    });
-    let mut table: BTreeMap<(usize, &str), BTreeMap<String, u32>> = BTreeMap::new();
+    let found = in_parallel(&runs, |(cause, scenario)| (*cause, run(scenario)));
+    let mut table: BTreeMap<&str, BTreeMap<String, u32>> = BTreeMap::new();
     let (mut right, mut wrong) = (0, 0);
-    for (place, cause, summary) in &found {
+    for (cause, summary) in &found {
         let name = named(summary);
         right += u32::from(name == Some(*cause));
         wrong += u32::from(name.is_some_and(|name| name != *cause));
         let label = name.map_or("nothing", Cause::name);
         let status = summary.status();
         *table
-            .entry((*place, cause.name()))
+            .entry(cause.name())
             .or_default()
             .entry(format!("{label}/{}", status.name()))
             .or_default() += 1;
         if std::env::var("CAMPAIGN_DETAIL").is_ok() {
             let truth = summary.truth.expect("known");
             println!(
-                "{} {} b{:+.2}% c{:+.1}% {:.1}x {:.2} {} | {:?}",
-                KINDS[*place].name,
+                "{} b{:+.2}% c{:+.1}% {:.1}x {:.2} {} | {:?}",
                 cause.name(),
                 100.0 * (summary.estimates.b.last / truth.b - 1.0),
                 100.0 * (summary.estimates.coulomb.last / truth.coulomb - 1.0),
@@ -118,15 +110,34 @@ fn a_single_effect_is_named_and_no_other() {
         }
         assert_ne!(status, Status::Aborted);
     }
-    for ((place, cause), names) in &table {
-        println!("{:8} {cause:20} {names:?}", KINDS[*place].name);
+    for (cause, names) in &table {
+        println!("{:8} {cause:20} {names:?}", kind.name);
     }
     let all = found.len() as f64;
     let (right, wrong) = (f64::from(right) / all, f64::from(wrong) / all);
     println!(
-        "named right {:.1} %, wrong {:.1} % of {all}",
+        "{}: named right {:.1} %, wrong {:.1} % of {all}",
+        kind.name,
         100.0 * right,
         100.0 * wrong
     );
     assert!(right >= 0.85 && wrong <= 0.05);
+}
+
+#[test]
+fn a_single_effect_of_the_papers_servo_is_named_and_no_other() {
+    let [paper, ..] = KINDS;
+    check(&paper);
+}
+
+#[test]
+fn a_single_effect_of_a_fast_axis_is_named_and_no_other() {
+    let [_, axis, _] = KINDS;
+    check(&axis);
+}
+
+#[test]
+fn a_single_effect_of_a_geared_motor_is_named_and_no_other() {
+    let [.., geared] = KINDS;
+    check(&geared);
 }

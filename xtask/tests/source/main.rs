@@ -1,5 +1,6 @@
 //! Rules for the source itself.
 
+mod lines;
 mod modules;
 mod public_items;
 mod rust;

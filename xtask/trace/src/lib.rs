@@ -1,6 +1,6 @@
-//! A plugin of QEMU that sends the address of every instruction, as it is executed, of every read of memory, and of
-//! every write to a range of it, to a listener: words of 32 bits in the machine's own order. The lowest bit is 1 for an
-//! instruction; otherwise the second one is 1 for a write. All unsafe code of the checks is here.
+//! A plugin of QEMU that sends the address of every instruction, as it is executed, and of every write to a range of the
+//! memory, to a listener: words of 32 bits in the machine's own order. The lowest bit is 1 for an instruction, and 0 for a
+//! write. All unsafe code of the checks is here.
 //!
 //! The declarations are a part of `qemu-plugin.h` (QEMU's manual, "QEMU TCG Plugins"), version 3: QEMU 9.1 and later.
 
@@ -32,8 +32,7 @@ type OnAccess = unsafe extern "C" fn(cpu: c_uint, info: u32, address: u64, data:
 /// A callback uses no registers of the processor.
 const NO_REGISTERS: c_int = 0;
 
-/// A callback is for reads, and for writes.
-const READS: c_int = 1;
+/// A callback is for writes.
 const WRITES: c_int = 2;
 
 unsafe extern "C" {
@@ -65,8 +64,7 @@ static WATCHED: OnceLock<Range<u32>> = OnceLock::new();
 /// The bit of an instruction: its address is even.
 const EXECUTED: u32 = 1;
 
-/// The bit of a write, and all that no address of a word has.
-const WRITTEN: u32 = 0b10;
+/// The bits that no address of a word has.
 const OF_A_WORD: u32 = 0b11;
 
 /// Sends a word. Without a reader any more it is dropped.
@@ -142,7 +140,6 @@ unsafe extern "C" fn on_block(_id: u64, block: *mut Block) {
             let translated = qemu_plugin_tb_get_insn(block, at);
             let address = ptr::without_provenance_mut(qemu_plugin_insn_vaddr(translated) as usize);
             qemu_plugin_register_vcpu_insn_exec_cb(translated, on_execution, NO_REGISTERS, address);
-            qemu_plugin_register_vcpu_mem_cb(translated, on_read, NO_REGISTERS, READS, address);
             qemu_plugin_register_vcpu_mem_cb(translated, on_write, NO_REGISTERS, WRITES, address);
         }
     }
@@ -153,15 +150,10 @@ unsafe extern "C" fn on_execution(_cpu: c_uint, address: *mut c_void) {
     send(address.addr() as u32 | EXECUTED);
 }
 
-/// The instruction that is being executed reads memory.
-unsafe extern "C" fn on_read(_cpu: c_uint, _info: u32, address: u64, _data: *mut c_void) {
-    send(address as u32 & !OF_A_WORD);
-}
-
 /// The instruction that is being executed writes memory.
 unsafe extern "C" fn on_write(_cpu: c_uint, _info: u32, address: u64, _data: *mut c_void) {
     let address = address as u32;
     if WATCHED.get().is_some_and(|range| range.contains(&address)) {
-        send(address & !OF_A_WORD | WRITTEN);
+        send(address & !OF_A_WORD);
     }
 }

@@ -1,7 +1,6 @@
 //! The STM32F405 and the STM32F446.
 
 mod clock;
-mod converter;
 mod flash;
 mod reception;
 pub(crate) mod registers;

@@ -36,8 +36,6 @@ pub(crate) mod rcc {
 
     pub(crate) const AHB1_DMA1: u32 = 1 << 21;
     pub(crate) const APB2_TIM1: u32 = 1;
-    /// Its reset is that of all three converters.
-    pub(crate) const APB2_ADC1: u32 = 1 << 8;
 
     pub(crate) const CSR_RMVF: u32 = 1 << 24;
 }
@@ -98,30 +96,6 @@ pub(crate) mod dbgmcu {
 
     pub(crate) const APB1_FZ_IWDG: u32 = 1 << 12;
     pub(crate) const APB2_FZ_TIM1: u32 = 1;
-}
-
-/// ADC1 and what the converters share (13.13).
-pub(crate) mod adc {
-    use super::Register;
-
-    const BASE: Register = Register::at(0x4001_2000);
-    pub(crate) const CR2: Register = BASE.offset(0x08);
-    pub(crate) const SMPR2: Register = BASE.offset(0x10);
-    pub(crate) const SQR1: Register = BASE.offset(0x2c);
-    pub(crate) const SQR3: Register = BASE.offset(0x34);
-    pub(crate) const DR: Register = BASE.offset(0x4c);
-    pub(crate) const CCR: Register = BASE.offset(0x304);
-
-    /// The channel of the analogue input: PA1.
-    pub(crate) const CHANNEL: u32 = 1;
-
-    pub(crate) const CR2_ADON: u32 = 1;
-    pub(crate) const CR2_CONT: u32 = 1 << 1;
-    pub(crate) const CR2_SWSTART: u32 = 1 << 30;
-    pub(crate) const SMPR2_SMP1_480: u32 = 0b111 << 3;
-    /// A sequence of one conversion.
-    pub(crate) const SQR1_ONE: u32 = 0;
-    pub(crate) const CCR_ADCPRE_4: u32 = 0b01 << 16;
 }
 
 /// USART2 (30.6).

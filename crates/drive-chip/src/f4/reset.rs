@@ -21,7 +21,7 @@ impl Peripherals for F4 {
             bus.modify(reset, peripherals, 0);
         };
         power(rcc::AHB1ENR, rcc::AHB1RSTR, rcc::AHB1_DMA1);
-        power(rcc::APB2ENR, rcc::APB2RSTR, rcc::APB2_TIM1 | rcc::APB2_ADC1);
+        power(rcc::APB2ENR, rcc::APB2RSTR, rcc::APB2_TIM1);
         power(
             rcc::APB1ENR,
             rcc::APB1RSTR,

@@ -1,7 +1,6 @@
 //! The STM32G474.
 
 mod clock;
-mod converter;
 mod flash;
 mod over_current;
 mod reception;

@@ -45,7 +45,6 @@ pub(crate) mod rcc {
 
     pub(crate) const AHB1_DMA1: u32 = 1;
     pub(crate) const AHB1_DMAMUX1: u32 = 1 << 2;
-    pub(crate) const AHB2_ADC12: u32 = 1 << 13;
     pub(crate) const AHB2_DAC3: u32 = 1 << 18;
     /// Of the comparators too.
     pub(crate) const APB2_SYSCFG: u32 = 1;
@@ -134,33 +133,6 @@ pub(crate) mod dbgmcu {
 
     pub(crate) const APB1FZR1_IWDG: u32 = 1 << 12;
     pub(crate) const APB2FZR_TIM1: u32 = 1 << 11;
-}
-
-/// ADC1 and what it shares with ADC2 (ADC).
-pub(crate) mod adc {
-    use super::Register;
-
-    const BASE: Register = Register::at(0x5000_0000);
-    pub(crate) const ISR: Register = BASE;
-    pub(crate) const CR: Register = BASE.offset(0x08);
-    pub(crate) const CFGR: Register = BASE.offset(0x0c);
-    pub(crate) const SMPR1: Register = BASE.offset(0x14);
-    pub(crate) const SQR1: Register = BASE.offset(0x30);
-    pub(crate) const DR: Register = BASE.offset(0x40);
-    pub(crate) const CCR: Register = BASE.offset(0x308);
-
-    pub(crate) const ISR_ADRDY: u32 = 1;
-    pub(crate) const CR_ADEN: u32 = 1;
-    pub(crate) const CR_ADSTART: u32 = 1 << 2;
-    pub(crate) const CR_ADVREGEN: u32 = 1 << 28;
-    pub(crate) const CR_ADCAL: u32 = 1 << 31;
-    pub(crate) const CFGR_OVRMOD: u32 = 1 << 12;
-    pub(crate) const CFGR_CONT: u32 = 1 << 13;
-    /// The channel of the analogue input, PA1, alone.
-    pub(crate) const SQR1_CHANNEL_2: u32 = 2 << 6;
-    pub(crate) const SMPR1_SMP2_640: u32 = 0b111 << 6;
-    /// A quarter of the processor's clock.
-    pub(crate) const CCR_CKMODE_4: u32 = 0b11 << 16;
 }
 
 /// Channel 1 of DAC3, which has no pin (DAC).

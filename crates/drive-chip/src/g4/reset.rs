@@ -25,11 +25,7 @@ impl Peripherals for G4 {
             rcc::AHB1RSTR,
             rcc::AHB1_DMA1 | rcc::AHB1_DMAMUX1,
         );
-        power(
-            rcc::AHB2ENR,
-            rcc::AHB2RSTR,
-            rcc::AHB2_ADC12 | rcc::AHB2_DAC3,
-        );
+        power(rcc::AHB2ENR, rcc::AHB2RSTR, rcc::AHB2_DAC3);
         power(
             rcc::APB2ENR,
             rcc::APB2RSTR,

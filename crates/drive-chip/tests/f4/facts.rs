@@ -32,8 +32,6 @@ pub(crate) const STEPS: u16 = 8400;
 pub(crate) const BREAKS: u16 = 1 << 7;
 /// The filter of the encoder's lines, s.
 pub(crate) const ENCODER_FILTER: f64 = 24.0 / 84e6;
-/// The sampling time of the analogue input, s.
-pub(crate) const SAMPLING: f64 = 480.0 / 21e6;
 /// The interrupt of the supply's detector.
 pub(crate) const PVD: Interrupt = Interrupt::PVD;
 /// Sectors.

@@ -37,8 +37,6 @@ pub(crate) const STEPS: u16 = 8500;
 pub(crate) const BREAKS: u16 = 1 << 7 | 1 << 13;
 /// The filter of the encoder's lines, s.
 pub(crate) const ENCODER_FILTER: f64 = 48.0 / 170e6;
-/// The sampling time of the analogue input, s.
-pub(crate) const SAMPLING: f64 = 640.5 / 42.5e6;
 /// The interrupt of the supply's detector.
 pub(crate) const PVD: Interrupt = Interrupt::PVD_PVM;
 /// Pages of 2 KiB.

@@ -1,6 +1,5 @@
 //! The tests that every family passes, on a board that is wired alike.
 
-mod analogue_input;
 pub(crate) mod flash;
 mod inputs;
 mod interrupts;
@@ -39,7 +38,6 @@ pub(crate) const BOARD: Board<Family> = Board {
     high_switch: Pin::new(Port::C, 1),
     home_switch: Pin::new(Port::C, 2),
     step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
-    analogue: Pin::new(Port::A, 1),
     serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
     records: Areas::starting_at(1),
     own: OWN,

@@ -10,7 +10,6 @@ use crate::{healthy, wired};
 fn every_pin_has_the_function_of_its_board() {
     let chip = healthy();
     let pins = [
-        ((0, 1), Mode::Analog, Pull::None),
         ((0, 2), Mode::Alternate(7), Pull::None),
         ((0, 3), Mode::Alternate(7), Pull::Up),
         ((0, 8), Mode::Alternate(TIM1_FUNCTION), Pull::None),
@@ -44,7 +43,7 @@ fn every_pin_has_the_function_of_its_board() {
     for (port, number) in [(0, 13), (0, 14), (0, 15), (1, 3), (1, 4)] {
         assert_eq!(chip.pins.mode(port, number), Mode::Alternate(0));
     }
-    for (port, number) in [(0, 4), (0, 7), (1, 11), (1, 13), (2, 5), (2, 9)] {
+    for (port, number) in [(0, 1), (0, 4), (0, 7), (1, 11), (1, 13), (2, 5), (2, 9)] {
         assert_eq!(chip.pins.mode(port, number), UNUSED);
         assert_eq!(chip.pins.pull(port, number), Pull::None);
     }

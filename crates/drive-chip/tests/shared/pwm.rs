@@ -141,6 +141,58 @@ fn a_break_disables_the_output_without_the_processor() {
 }
 
 #[test]
+fn a_break_that_is_over_before_the_next_duty_keeps_the_output_off_and_shows() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    wired.timer.start(1e-3);
+    let hold = |pwm: &mut drive_chip::pwm::Pwm<_>| {
+        for _ in 0..3 {
+            let _ = pwm.set_duty_cycle(STEPS);
+            chip.elapse(50e-6);
+        }
+    };
+    hold(&mut wired.pwm);
+    assert_eq!(chip.output(), Output::High);
+    // Between the look at the lines and the command of the same sample.
+    assert!(wired.inputs.amplifier_is_healthy());
+    chip.drive(1, 12, Line::Open);
+    chip.drive(1, 12, Line::Ground);
+    hold(&mut wired.pwm);
+    assert_eq!(chip.output(), Output::Low);
+    assert!(
+        !wired.inputs.amplifier_is_healthy(),
+        "the next sample sees it"
+    );
+    hold(&mut wired.pwm);
+    assert_eq!(chip.output(), Output::Low);
+    let _ = wired.pwm.set_duty_cycle_fully_off();
+    assert!(wired.inputs.amplifier_is_healthy());
+    hold(&mut wired.pwm);
+    assert_eq!(chip.output(), Output::High);
+}
+
+#[test]
+fn no_write_takes_the_break_away() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    wired.timer.start(1e-3);
+    let tim1 = &chip.timers.tim1;
+    let address = tim1.address(tim1.bdtr());
+    for word in [0, 0xffff, 1 << 15, 1 << 14, 0x3 << 8] {
+        let (_, place) = chip.timers.find(address).expect("it is there");
+        chip.timers.write(address, place, word);
+        let control = tim1.bdtr().read();
+        assert!(control.bke().is_enabled() && control.bkp().is_active_high());
+        assert!(!control.aoe().bit(), "no output comes back by itself");
+    }
+    let _ = wired.pwm.set_duty_cycle_fully_off();
+    let _ = wired.pwm.set_duty_cycle(STEPS);
+    chip.elapse(50e-6);
+    chip.drive(1, 12, Line::Open);
+    assert_eq!(chip.output(), Output::Low);
+}
+
+#[test]
 fn switching_off_leaves_the_other_flags() {
     let chip = healthy();
     let mut wired = wired(&chip);
@@ -165,8 +217,13 @@ fn the_outputs_are_disabled_in_any_state() {
         disable_outputs(&chip, &BOARD);
         assert_eq!(chip.output(), Output::Low, "after {disturbance:?}");
         assert_eq!(chip.pins.level(1, 15), crate::model::Level::Low);
-        // The break input still holds.
+        // For good, until it is switched off.
         let _ = wired.pwm.set_duty_cycle(STEPS);
+        assert_eq!(chip.output(), Output::Low);
+        // The break input still holds.
+        let _ = wired.pwm.set_duty_cycle_fully_off();
+        let _ = wired.pwm.set_duty_cycle(STEPS);
+        chip.elapse(50e-6);
         assert_eq!(chip.output(), Output::High);
         chip.drive(1, 12, Line::Supply);
         assert_eq!(chip.output(), Output::Low);

@@ -4,8 +4,8 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::facts::PVD;
-use crate::model::{Level, Output};
+use crate::facts::{PVD, WORD};
+use crate::model::{Chip, Level, Output};
 use crate::{BOARD, healthy, wired};
 
 #[test]
@@ -55,7 +55,8 @@ fn a_supply_that_is_low_from_the_beginning_is_noticed() {
 #[test]
 fn nothing_is_written_to_the_flash_below_the_threshold() {
     let chip = healthy();
-    let mut flash = wired(&chip).flash;
+    let mut wired = wired(&chip);
+    let flash = &mut wired.flash;
     chip.supply.set(2.5);
     assert_eq!(flash.write(0, &[1; 8]), Err(FlashError::SupplyLow));
     assert_eq!(flash.erase(0, 0x4000), Err(FlashError::SupplyLow));
@@ -63,20 +64,47 @@ fn nothing_is_written_to_the_flash_below_the_threshold() {
     assert_eq!(chip.memory.bytes(0x0800_4000, 8), [0xff; 8]);
     assert!(chip.memory.is_locked());
     chip.supply.set(3.3);
-    assert_eq!(flash.write(0, &[1; 8]), Ok(()));
+    // As a sample at rest does.
+    let Ok(()) = wired.pwm.set_duty_cycle_fully_off();
+    assert_eq!(wired.flash.write(0, &[1; 8]), Ok(()));
 }
 
 #[test]
 fn a_sag_during_a_step_fails_it() {
     let chip = healthy();
     let mut flash = wired(&chip).flash;
-    chip.memory.sags.set(true);
+    chip.in_a_step(|chip| chip.supply.set(2.5));
     assert_eq!(flash.write(0, &[1; 16]), Err(FlashError::SupplyLow));
     assert_eq!(
         chip.memory.bytes(0x0800_4008, 8),
         [0xff; 8],
         "no further word"
     );
+}
+
+#[test]
+fn a_sag_that_is_over_before_the_step_ends_fails_it_all_the_same() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    let sags = |chip: &Chip| {
+        chip.supply.set(2.5);
+        chip.supply.set(3.3);
+    };
+    chip.in_a_step(sags);
+    assert_eq!(wired.flash.erase(0, 0x4000), Err(FlashError::SupplyLow));
+    // Until a sample has seen it.
+    let low = Err(FlashError::SupplyLow);
+    assert_eq!(wired.flash.write(0, &[1; 16]), low);
+    let Ok(()) = wired.pwm.set_duty_cycle_fully_off();
+    chip.in_a_step(sags);
+    assert_eq!(wired.flash.write(0, &[1; 16]), low);
+    assert_eq!(chip.memory.bytes(0x0800_4008, 8), [0xff; 8]);
+    // In the last step of a record too.
+    let Ok(()) = wired.pwm.set_duty_cycle_fully_off();
+    chip.in_a_step(sags);
+    assert_eq!(wired.flash.write(0x10, &[1; WORD]), low);
+    let Ok(()) = wired.pwm.set_duty_cycle_fully_off();
+    assert_eq!(wired.flash.write(0x20, &[1; 16]), Ok(()));
 }
 
 #[test]

@@ -1,31 +1,16 @@
-//! The loop of a drive, controller and identifier with their states, in the arithmetic that the drive is built for:
-//! single precision, or fixed point with the feature `fixed-point`.
+//! The loop of a drive, controller and identifier with their states, in single precision.
 
-#[cfg(feature = "fixed-point")]
-mod fixed_point;
-#[cfg(not(feature = "fixed-point"))]
 mod single;
-#[cfg(not(feature = "fixed-point"))]
 mod unknowns;
 
-use drive_link::{Format, Law, LoopSettings, NotAllowed, Why};
+use drive_link::{Law, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::AbCoulombLoad;
 
-#[cfg(feature = "fixed-point")]
-pub(crate) use self::fixed_point::{ClosedLoop, Learnt, LoopController, Settled};
-#[cfg(not(feature = "fixed-point"))]
-pub(crate) use self::single::{ClosedLoop, Learnt, LoopController, Settled};
+pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
 use crate::conversion::refusal;
-
-/// The arithmetic that this drive is built for.
-pub(crate) const FORMAT: Format = if cfg!(feature = "fixed-point") {
-    Format::Fixed
-} else {
-    Format::Single
-};
 
 /// Blocks of Gauss–Newton's start record on the chip.
 pub(crate) const BLOCKS: usize = 64;
@@ -70,29 +55,9 @@ pub(crate) struct Handover {
 /// Checks settings without building their loop.
 ///
 /// # Errors
-/// The arithmetic or the terms that this drive does not have.
+/// The settings ask for terms of a law that has none.
 pub(crate) fn check(settings: &LoopSettings) -> Result<(), NotAllowed> {
-    check_format(settings)?;
-    check_terms(settings)
-}
-
-/// # Errors
-/// The settings ask for the arithmetic that this drive is not built for.
-fn check_format(settings: &LoopSettings) -> Result<(), NotAllowed> {
-    if settings.format == FORMAT {
-        Ok(())
-    } else {
-        Err(refusal("arithmetic", Why::BuiltFor(FORMAT)))
-    }
-}
-
-/// # Errors
-/// The settings ask for terms on evidence, which this drive does not gather, or for terms of a law that has none.
-fn check_terms(settings: &LoopSettings) -> Result<(), NotAllowed> {
     let terms = &settings.core.identifier.terms;
-    if !terms.allowed.is_empty() {
-        return Err(refusal("terms", Why::NotHere));
-    }
     if !terms.demanded.is_empty() && settings.law != Law::GaussNewton {
         return Err(refusal("required_terms", Why::NotHere));
     }

@@ -2,12 +2,11 @@
 //! or two per sample.
 
 use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
-use identifier_core::control::{ControlSample, Controller, Setpoint};
+use identifier_core::control::{ControlSample, Setpoint};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
-    BehindAmplifier, DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonRecursion,
-    IdentifiableSet, Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
-    SettledEstimates, Update,
+    BehindAmplifier, ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet,
+    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{
@@ -46,8 +45,8 @@ enum Laws {
     WithTerms(With<Termed>),
 }
 
-type Gradient = Behind<DiagonalGradientIdentifier<f32, Velocity, Ab, 2>>;
-type GradientWithFriction = Behind<DiagonalGradientIdentifier<f32, Velocity, AbCoulomb, 3>>;
+type Gradient = Behind<GradientIdentifier<f32, Velocity, Ab, 2>>;
+type GradientWithFriction = Behind<GradientIdentifier<f32, Velocity, AbCoulomb, 3>>;
 
 /// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,9 +59,6 @@ pub(crate) enum Learnt {
 
 /// Estimates that have settled, with their errors, machine units; [`ClosedLoop::settled_in`] converts them to SI.
 pub(crate) type Settled = SettledEstimates<f32, 4>;
-
-/// The controller of a loop.
-pub(crate) type LoopController = Controller<f32, Velocity>;
 
 /// A loop with one identifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -182,11 +178,6 @@ impl ClosedLoop {
         }
     }
 
-    /// The controller of these settings.
-    pub(crate) fn controller(settings: &LoopSettings) -> Option<LoopController> {
-        settings.core.build().ok()
-    }
-
     /// Puts a loop that has done no sample yet at another count.
     pub(crate) fn start(&mut self, count: i32) {
         for_each_law!(&mut self.0, own => {
@@ -200,19 +191,6 @@ impl ClosedLoop {
         for_each_law!(&mut self.0, own => {
             own.servo_loop.take_over(&mut own.state, *count, last);
             own.place(*count);
-        });
-    }
-
-    /// Exchanges the controller in the middle of a run, whose last sample this is, without a bump.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn exchange_controller(
-        &mut self,
-        controller: &LoopController,
-        last: &ControlSample<f32>,
-    ) {
-        for_each_law!(&mut self.0, own => {
-            own.servo_loop.exchange_controller(&mut own.state, controller, last);
         });
     }
 

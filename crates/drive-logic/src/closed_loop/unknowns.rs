@@ -1,6 +1,6 @@
 //! The unknowns of a drive that has terms.
 
-use identifier_core::identifier::{AngledInputs, IdentifiableSet, OnDemand};
+use identifier_core::identifier::{AngledInputs, IdentifiableSet};
 use identifier_core::number::Number;
 use identifier_core::parameters::{Unknown, UnknownSet};
 
@@ -10,7 +10,7 @@ pub(super) const UNKNOWNS: usize = Unknown::COUNT;
 /// Commands that a delay may hold back: six samples, above which a loop should be slower.
 pub(super) const MAX_DELAYED: usize = 8;
 
-/// The four parameters and the sizes of all terms. A term enters because the settings demand it: evidence is for a PC.
+/// The four parameters and the sizes of all terms. A term enters if the settings demand it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WithTerms;
 
@@ -21,6 +21,4 @@ impl UnknownSet<UNKNOWNS> for WithTerms {
 impl IdentifiableSet<UNKNOWNS> for WithTerms {
     type Lower<N: Number> = [N; UNKNOWNS * (UNKNOWNS - 1) / 2];
     type Inputs<N: Number> = AngledInputs<N, MAX_DELAYED>;
-    type Evidence<N: Number> = OnDemand;
-    type Whitening<N: Number> = ();
 }

@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::Reason;
-use identifier_core::tuning::{FollowedGains, PromisedServo, ServoChange};
+use identifier_core::tuning::{PromisedServo, ServoChange};
 
 use super::Supervisor;
 use crate::messages::Examination;
@@ -22,9 +22,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         match (found, self.promised()) {
             (Some(found), Some(promised)) => {
                 let [servo, errors] = &found;
-                let change = promised.change(servo, errors);
-                self.changes.take(change);
-                self.follow(change.as_ref(), &found);
+                self.changes.take(promised.change(servo, errors));
             }
             _ => self.changes.interrupt(),
         }
@@ -42,17 +40,12 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// The servo for which the gains in force promise.
     fn promised(&self) -> Option<PromisedServo> {
         let limit = self.command_limit()?;
-        match self.following.followed() {
-            Some(FollowedGains { servo, tuning, .. }) => PromisedServo::new(servo, tuning, limit),
-            None => {
-                let found = self.commissioned?;
-                PromisedServo::new(&found.servo(), &found.tuning, limit)
-            }
-        }
+        let found = self.commissioned?;
+        PromisedServo::new(&found.servo(), &found.tuning, limit)
     }
 
     /// The largest command either way, command units.
-    pub(super) fn command_limit(&self) -> Option<f64> {
+    fn command_limit(&self) -> Option<f64> {
         let [low, high] = self.settings.closed_loop.core.controller?.limit;
         Some(high.min(-low))
     }

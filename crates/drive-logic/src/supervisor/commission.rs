@@ -15,12 +15,13 @@ use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
 use crate::chip::OutputStage;
-use crate::closed_loop::FORMAT;
 use crate::commissioning::Commissioning;
 use crate::conversion;
+use crate::ending::REST_TIME;
+use crate::guide;
 use crate::messages::{Mode, Order};
+use crate::protection::{check_limit, largest};
 use crate::run::Run;
-use crate::store::StoreError;
 
 impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a commissioning, unless it is overtaken by a stop.
@@ -59,9 +60,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Fills the slot with a commissioning, and begins its solver.
     fn prepare_commissioning(&mut self, given: &CommissionSettings) -> Result<(), Refusal> {
-        let in_force = self.settings_in_force();
         let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
-        let begun = prepare(slot, &mut self.solver, given, &in_force, &self.stage);
+        let begun = prepare(slot, &mut self.solver, given, &self.settings, &self.stage);
         begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
         Ok(())
@@ -73,9 +73,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         commissioning: Mode,
         listen: impl FnOnce(),
     ) -> Result<(), Refusal> {
-        if self.keep(true).is_err() {
+        if let Err(refusal) = self.keep(true) {
             self.free(commissioning);
-            return Err(Refusal::NotKept);
+            return Err(refusal);
         }
         // To save may take long: only now is it known whether a stop has come.
         let ordered = self.order_after(listen, Order::Begin(commissioning));
@@ -100,10 +100,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
     pub(super) fn conclude(&mut self, over: &'static mut Commissioning) {
         self.solver.end_commissioning();
         let mut outcome = over.outcome();
+        self.doubt_position_after(outcome.commissioning.reason);
         self.free(Mode::Commissioning(over));
-        if !self.is_driven() {
-            self.following.reset();
-        }
         let is_applied = outcome.commissioning.phase == Phase::Applied;
         if is_applied && self.apply(&outcome).is_err() {
             outcome.commissioning = LastCommissioning {
@@ -111,18 +109,30 @@ impl<F: NorFlash> Supervisor<'_, F> {
                 reason: Some(Reason::NoGains),
             };
         }
-        self.save_pending |= outcome.commissioning.phase == Phase::Applied;
         self.outcome = Some(outcome);
-        self.save_if_pending();
+    }
+
+    /// True for commissioned gains that do not survive a loss of power yet.
+    pub(super) fn has_unsaved_gains(&self) -> bool {
+        let is_unsaved = |last: &Outcome| last.commissioning.phase == Phase::Applied && !last.kept;
+        self.commissioned.is_some() && self.outcome.as_ref().is_some_and(is_unsaved)
     }
 
     /// Saves the settings that hold, if that is pending and the servo is disabled: writing stops the processor, and with
     /// it the mode that holds the servo.
     pub(super) fn save_if_pending(&mut self) {
-        if self.save_pending && !self.is_driven() {
-            // If that fails, the store holds all of the old, and the next time may do.
+        if self.save_pending && !self.is_driven() && self.may_write() {
+            // If that fails, the store holds all of the old, and the end of the next run may do.
+            self.save_pending = false;
             let _ = self.keep(false);
         }
+    }
+
+    /// True unless the flash must be erased for a record and the servo, which is disabled, does not stand: for as long as
+    /// that takes no sample follows it.
+    fn may_write(&mut self) -> bool {
+        let stands_for = f64::from(self.channel.standstill()) * self.sample_time();
+        stands_for >= REST_TIME || !self.store.must_erase()
     }
 
     /// Puts the result of a commissioning in force.
@@ -146,14 +156,25 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// Saves the settings that hold.
-    pub(super) fn keep(&mut self, under_way: bool) -> Result<(), StoreError> {
+    ///
+    /// # Errors
+    /// The servo does not stand, or the flash does not take the record.
+    pub(super) fn keep(&mut self, under_way: bool) -> Result<(), Refusal> {
+        if !self.may_write() {
+            return Err(Refusal::NotAtRest);
+        }
+        if self.store.must_erase() {
+            // Meanwhile an axis that is turned may lose a turn of the counter.
+            self.origin = guide::Origin::Start;
+        }
         let record = Record {
             settings: self.settings,
             estimates: self.estimates,
             commissioned: self.commissioned,
             under_way,
         };
-        self.store.keep(|room| record.to_bytes(room))?;
+        let kept = self.store.keep(|room| record.to_bytes(room));
+        kept.map_err(|_| Refusal::NotKept)?;
         self.kept = Kept::Record;
         self.save_pending = under_way;
         if let Some(outcome) = &mut self.outcome {
@@ -176,14 +197,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// The gains that hold.
     pub(super) fn gains(&self) -> Option<Gains> {
-        let core = &self.settings_in_force().closed_loop.core;
+        let core = &self.settings.closed_loop.core;
         let controller = core.controller.filter(|_| self.configured)?;
         Some(Gains {
             controller,
             cutoff: core.cutoff,
-            origin: match self.gain_factor() {
-                Some(factor) => Origin::Followed { factor },
-                None if self.commissioned.is_some() => Origin::Commissioned,
+            origin: match self.commissioned {
+                Some(_) => Origin::Commissioned,
                 None => Origin::Given,
             },
         })
@@ -240,11 +260,17 @@ fn prepare(
             return Err(conversion::out_of_range(name, value, (own, own)));
         }
     }
-    conversion::check_stage_limits(given.limits.command, stage)?;
+    let units = core
+        .units()
+        .map_err(|error| conversion::not_allowed(error.into()))?;
+    let limits = &given.limits;
+    let ([low, high], [farthest, fastest, longest]) = (limits.travel, largest(&units));
+    check_limit("travel", high - low, farthest)?;
+    check_limit("speed", limits.speed, fastest)?;
+    check_limit("duration", limits.duration, longest)?;
+    conversion::check_stage_limits(limits.command, stage)?;
     let settings = CommissionSettings {
         command_delay: given.command_delay + stage.command_delay,
-        notch: given.notch && !cfg!(feature = "fixed-point"),
-        feed_forward: given.feed_forward && !cfg!(feature = "fixed-point"),
         ..*given
     };
     let before = core.controller.map(|controller| HoldingGains {
@@ -268,15 +294,8 @@ fn fill(
     Ok(slot.fill(commissioning).slices())
 }
 
-/// The law that needs no box of servos.
-const LAW_WITHOUT_BOX: Law = if cfg!(feature = "fixed-point") {
-    Law::Gradient { friction: false }
-} else {
-    Law::GaussNewton
-};
-
 /// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. A law
-/// that is refused with its gains, as with a box that was given for others, is replaced by the one that needs no
+/// that is refused with its gains, as with a box that was given for others, is replaced by Gauss–Newton, which needs no
 /// box.
 ///
 /// # Errors
@@ -297,8 +316,7 @@ fn settings_with(
     if Run::check(&settings, stage).is_err() {
         let closed_loop = &mut settings.closed_loop;
         closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-        closed_loop.law = LAW_WITHOUT_BOX;
-        closed_loop.format = FORMAT;
+        closed_loop.law = Law::GaussNewton;
         Run::check(&settings, stage)?;
     }
     Ok(settings)

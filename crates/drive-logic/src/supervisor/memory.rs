@@ -1,4 +1,3 @@
-use super::following::Certificate;
 use super::solver::CommissioningSolver;
 use crate::commissioning::Commissioning;
 use crate::run::Run;
@@ -9,7 +8,6 @@ pub struct Memory {
     pub(super) run: Option<Run>,
     pub(super) commissioning: Option<Commissioning>,
     pub(super) solver: Option<CommissioningSolver>,
-    pub(super) certificate: Option<Certificate>,
 }
 
 impl Memory {
@@ -20,7 +18,6 @@ impl Memory {
             run: None,
             commissioning: None,
             solver: None,
-            certificate: None,
         }
     }
 }

@@ -2,7 +2,6 @@
 
 mod changes;
 mod commission;
-mod following;
 mod memory;
 mod reports;
 mod runs;
@@ -18,7 +17,6 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::commission::{CommissionSettings, Phase, Reason};
 use identifier_core::tuning::ServoChangeState;
 
-use self::following::Following;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::solver::Solver;
@@ -57,7 +55,6 @@ pub struct Supervisor<'a, F> {
     obstacle: Option<Reason>,
     /// Changes of the servo in the last run.
     changes: ServoChangeState,
-    following: Following,
     /// Events of the identifier at the last examination.
     examined_at: Noticed,
     /// The last commissioning that was requested, its phase if it is under way, and the outcome of the last one.
@@ -68,7 +65,7 @@ pub struct Supervisor<'a, F> {
     origin: Origin,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
-    /// The settings that hold are to be saved as soon as the servo is disabled.
+    /// The settings that hold are to be saved as soon as the servo is disabled, and at rest if that takes erasing.
     save_pending: bool,
     /// The commissioning that the gains come from, unless they were given.
     commissioned: Option<Commissioned>,
@@ -147,7 +144,6 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             solver: Solver::in_memory(&mut memory.solver),
             obstacle: None,
             changes: ServoChangeState::START,
-            following: Following::in_memory(&mut memory.certificate),
             examined_at: Noticed::default(),
             requested: None,
             phase: Phase::Idle,
@@ -165,7 +161,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         };
         if record.is_some_and(|record| record.under_way) {
             // Reported once. If it cannot be saved, it is reported again.
-            let _ = supervisor.keep(false);
+            supervisor.save_pending = supervisor.keep(false).is_err();
         }
         supervisor.set_disabled_patience(DISABLED_PATIENCE);
         supervisor
@@ -232,8 +228,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         if self.awaits_resume {
             self.resume();
         }
-        let certifies = self.certify();
-        self.solver.work(&mut self.channel) || certifies
+        self.save_if_pending();
+        self.solver.work(&mut self.channel)
     }
 
     /// All that was heard on the line so far.
@@ -275,10 +271,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     }
 
     fn obey(&mut self, command: &Command, listen: impl FnOnce()) -> Result<(), Refusal> {
-        if matches!(
-            command,
-            Command::Start | Command::Target(_) | Command::Commission(_)
-        ) {
+        if command.may_move() {
             self.must_be_last()?;
         }
         match *command {
@@ -346,7 +339,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Command::Save => {
                 // Writing stops the processor, and with it the loop.
                 self.must_be_disabled()?;
-                self.keep(false).map_err(|_| Refusal::NotKept)?;
+                self.keep(false)?;
             }
             Command::Commission(settings) => self.commission(&settings, listen)?,
         }
@@ -412,11 +405,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn take_back(&mut self, order: Order) {
         match order {
             Order::Begin(mode) | Order::Replace(mode) => self.free(mode),
-            Order::Target(_)
-            | Order::Home
-            | Order::ExchangeGains(_)
-            | Order::Clear
-            | Order::Watch(_) => {}
+            Order::Target(_) | Order::Home | Order::Clear | Order::Watch(_) => {}
         }
     }
 

@@ -1,7 +1,8 @@
 //! The reports of the background.
 
-use drive_link::{Fault, PROTOCOL, Progress, Report, Snapshot, Status};
+use drive_link::{Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
+use identifier_core::commission::Reason;
 use identifier_core::parameters::IdentifiedServo;
 
 use super::Supervisor;
@@ -28,8 +29,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             let Some(event) = self.channel.event() else {
                 let obstacle = self.solver.obstacle();
                 let before = core::mem::replace(&mut self.obstacle, obstacle);
-                let has_news = self.following.has_news() || obstacle != before;
-                return has_news.then(|| self.status(None));
+                return (obstacle != before).then(|| self.status(None));
             };
             return Some(match event {
                 Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
@@ -58,30 +58,32 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.phase = state.phase.unwrap_or(self.phase);
         self.awaits_resume = state.awaits_resume;
         self.origin = state.origin.unwrap_or(self.origin);
+        let has_returned = state.returned.is_some();
         match state.returned {
             Some(Mode::Run(run)) => {
                 if run.has_run() {
                     self.take_in_all(run);
                 }
-                self.origin = if state.fault.is_some_and(loses_count) {
-                    Origin::Start
-                } else {
-                    run.origin().after_run()
-                };
+                self.origin = run.origin().after_run();
                 self.free(Mode::Run(run));
-                if !self.is_commissioning() {
-                    self.following.reset();
-                }
-                self.save_if_pending();
             }
             Some(Mode::Commissioning(over)) => self.conclude(over),
             None => {}
+        }
+        self.doubt_position_after(state.fault);
+        self.save_pending |= has_returned && self.has_unsaved_gains();
+        self.save_if_pending();
+    }
+
+    /// The home position is unknown after a reason that loses the position.
+    pub(super) fn doubt_position_after(&mut self, reason: Option<Reason>) {
+        if reason.is_some_and(Reason::loses_position) {
+            self.origin = Origin::Start;
         }
     }
 
     pub(super) fn status(&self, id: Option<u8>) -> Report {
         let status = Status {
-            protocol: PROTOCOL,
             state: self.state(),
             kept: self.kept,
             configured: self.configured,
@@ -94,9 +96,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
             obstacle: self.solver.obstacle(),
             noise: self.solver.noise().map(|counts| counts as f32),
             servo_change: self.changes.reported().copied(),
-            not_followed: self.following.refused(),
             noticed: self.counts.noticed,
-            overruns: self.counts.overruns,
+            overruns: self.channel.overruns(),
             dropped: self.counts.dropped.saturating_add(self.reports_dropped),
             garbled: self.garbled,
             boot: self.boot,
@@ -146,16 +147,4 @@ impl<F: NorFlash> Supervisor<'_, F> {
             gain: self.solver.servo().map(gain),
         }
     }
-}
-
-/// True for a fault after which the encoder's count may no longer be that of the axis.
-fn loses_count(fault: Fault) -> bool {
-    matches!(
-        fault,
-        Fault::EncoderLost
-            | Fault::EncoderSilent
-            | Fault::EncoderStuck
-            | Fault::EncoderJumped
-            | Fault::OutOfReach
-    )
 }

@@ -34,14 +34,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
             return;
         }
         let validated = self.validated();
-        let (in_force, before) = (self.settings_in_force(), self.known());
+        let before = self.known();
         let Some(slot) = self.run_slot.as_mut() else {
             return;
         };
         let prepared = validated
             .and_then(|(settings, known)| prepare(slot, &settings, &known, &self.stage).ok())
-            .inspect(|_| self.following.reset())
-            .or_else(|| prepare(slot, &in_force, &before, &self.stage).ok());
+            .or_else(|| prepare(slot, &self.settings, &before, &self.stage).ok());
         match prepared {
             // If there is no room for the order, the next turn tries again.
             Some(begun_from) => drop(self.order_run(&begun_from, Order::Replace)),

@@ -30,7 +30,7 @@ pub(crate) struct Drive<'a> {
 fn over_the_line(request: &Request) -> Request {
     let mut receiver = Receiver::new();
     let bytes = frame(request).expect("it fits");
-    let mut received = bytes.iter().filter_map(|&byte| receiver.take(byte));
+    let mut received = bytes.iter().filter_map(|&byte| receiver.take_request(byte));
     received.next().expect("a whole frame").expect("understood")
 }
 

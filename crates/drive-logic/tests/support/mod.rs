@@ -10,9 +10,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use drive_link::{
-    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -25,11 +23,6 @@ use virtual_servo::{Encoder, Plant};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
-
-/// The arithmetic that the drive is built for, and the other one.
-pub(crate) const FORMAT: Format = FORMATS[cfg!(feature = "fixed-point") as usize];
-pub(crate) const OTHER_FORMAT: Format = FORMATS[!cfg!(feature = "fixed-point") as usize];
-const FORMATS: [Format; 2] = [Format::Single, Format::Fixed];
 
 pub(crate) fn settings() -> Settings {
     let mut core = identifier_core::Settings {
@@ -50,7 +43,6 @@ pub(crate) fn settings() -> Settings {
         closed_loop: LoopSettings {
             core,
             law: Law::Gradient { friction: false },
-            format: FORMAT,
         },
         dither: Dither {
             amplitude: 0.3,
@@ -100,6 +92,10 @@ pub(crate) struct Flash {
     pub(crate) bytes: Rc<RefCell<Vec<u8>>>,
     pub(crate) steps_left: Rc<Cell<usize>>,
     pub(crate) steps: Rc<Cell<usize>>,
+    /// Steps that were refused.
+    pub(crate) refused: Rc<Cell<u32>>,
+    /// Sectors that were erased.
+    pub(crate) erased: Rc<Cell<u32>>,
     /// A byte that can no longer be written.
     pub(crate) worn: Rc<Cell<Option<usize>>>,
 }
@@ -110,6 +106,8 @@ impl Flash {
             bytes: Rc::new(RefCell::new(vec![0xff; 2 * SECTOR])),
             steps_left: Rc::new(Cell::new(usize::MAX)),
             steps: Rc::new(Cell::new(0)),
+            refused: Rc::default(),
+            erased: Rc::default(),
             worn: Rc::default(),
         }
     }
@@ -121,8 +119,11 @@ impl Flash {
     }
 
     fn step(&self) -> Result<(), PowerGone> {
-        let left = self.steps_left.get();
-        self.steps_left.set(left.checked_sub(1).ok_or(PowerGone)?);
+        let Some(left) = self.steps_left.get().checked_sub(1) else {
+            self.refused.set(self.refused.get() + 1);
+            return Err(PowerGone);
+        };
+        self.steps_left.set(left);
         self.steps.set(self.steps.get() + 1);
         Ok(())
     }
@@ -152,6 +153,7 @@ impl NorFlash for Flash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerGone> {
         assert!(from.is_multiple_of(SECTOR as u32) && to - from == SECTOR as u32);
+        self.erased.set(self.erased.get() + 1);
         // Not in order: half-way, a sector holds words of both kinds anywhere.
         let words = SECTOR / 4;
         for k in 0..words {
@@ -199,7 +201,7 @@ pub(crate) struct Bench {
     /// Counts of an encoder that is not connected.
     pub(crate) flicker: Cell<i32>,
     /// The count at the servo's start.
-    pub(crate) first: i32,
+    pub(crate) first: Cell<i32>,
     pub(crate) sensor_works: Cell<bool>,
     pub(crate) stage_works: Cell<bool>,
     /// False for a stage that cannot be disabled.
@@ -215,8 +217,6 @@ pub(crate) struct Bench {
     pub(crate) index: Cell<Option<i32>>,
     /// Steps that were not read yet; none if they are unclear.
     pub(crate) steps: Cell<Option<i16>>,
-    /// Voltage, parts of 10 V; none if it is invalid.
-    pub(crate) voltage: Cell<Option<f32>>,
     /// Number of times that the watchdog was fed.
     pub(crate) fed: Cell<u32>,
     /// Commands that have not acted yet.
@@ -230,7 +230,7 @@ impl Bench {
 
     pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> Self {
         Self {
-            first,
+            first: Cell::new(first),
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
             connected: Cell::new(true),
@@ -245,7 +245,6 @@ impl Bench {
             index_at: Cell::new(None),
             index: Cell::new(None),
             steps: Cell::new(Some(0)),
-            voltage: Cell::new(Some(0.0)),
             fed: Cell::new(0),
             waiting: RefCell::default(),
         }
@@ -295,7 +294,7 @@ impl Bench {
             let last = turns(before.max(plant.position));
             if last > turns(before.min(plant.position)) {
                 let count = self.encoder.read(index_at + TAU * last) as i32;
-                self.index.set(Some(self.first.wrapping_add(count)));
+                self.index.set(Some(self.first.get().wrapping_add(count)));
             }
         }
     }
@@ -343,10 +342,6 @@ impl<'a> Chip for Pins<'a> {
         self.bench.steps.replace(Some(0))
     }
 
-    fn voltage(&mut self) -> Option<f32> {
-        self.bench.voltage.get()
-    }
-
     fn next_is_due(&self) -> bool {
         self.bench.late.get()
     }
@@ -368,7 +363,7 @@ impl PositionSensor for &Bench {
         } else {
             self.flicker.get()
         };
-        Ok(self.first.wrapping_add(moved))
+        Ok(self.first.get().wrapping_add(moved))
     }
 }
 

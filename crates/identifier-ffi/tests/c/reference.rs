@@ -10,7 +10,7 @@ use identifier_core::constants::{Configuration, words};
 use identifier_core::excitation::Prbs;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
 use identifier_core::identifier::{
-    DiagonalGradientIdentifier, ExpectedMotion, GaussNewtonIdentifier, Identify, MachineEstimates,
+    ExpectedMotion, GaussNewtonIdentifier, GradientIdentifier, Identify, MachineEstimates,
     PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::LowPass;
@@ -269,8 +269,8 @@ fn commission() -> String {
     at.line("commission", servo) + &at.line("commission_gains", gains)
 }
 
-type Gradient = DiagonalGradientIdentifier<f32, LowPass<f32>, Ab, 2>;
-type GradientCoulomb = DiagonalGradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
+type Gradient = GradientIdentifier<f32, LowPass<f32>, Ab, 2>;
+type GradientCoulomb = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
 type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
 type Fixed = FixedGradientIdentifier<LowPass<Word>, Ab, 2>;
 type FixedCoulomb = FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>;

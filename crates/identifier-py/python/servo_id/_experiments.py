@@ -38,7 +38,7 @@ def identify(
     does not show is asked for by a ``ValueError`` that names the keyword: time, time_unit, sample_time, position,
     position_unit (rad, deg, turns, counts, m, mm), position_scale, command, command_scale, reference, counts_per_rev, wrap,
     scan, and of a loop goal, kp, kd, limit, loop_time, integrator, cutoff, velocity. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
-    time_unit, wrap, scan, ``law`` (``fit``, the default, ``gauss-newton``, ``window``, ``gradient``) and ``identifier``,
+    time_unit, wrap, scan, ``law`` (``fit``, the default, ``gauss-newton``, ``gradient``) and ``identifier``,
     further keys of that table.
 
     ``torque_constant`` (N·m per command unit) or ``inertia`` (kg·m²), or ``command_unit`` (V, A, Nm, N) put the result in

@@ -16,7 +16,7 @@ class Identifier:
     >>> identifier.learn(position, command)  # in every sample, or with arrays of them
     >>> identifier.estimates["b"], identifier.std_errors["b"]
 
-    ``command`` is the total that acts from this sample to the next. ``law`` is ``gauss-newton`` (the default), ``window`` or
+    ``command`` is the total that acts from this sample to the next. ``law`` is ``gauss-newton`` (the default) or
     ``gradient``; the further keywords are those of :func:`identify` for columns. There is no verdict on line: the standard
     errors of ``gauss-newton`` tell how far an estimate is known, and :func:`identify` judges a log.
     """

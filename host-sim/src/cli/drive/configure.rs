@@ -57,23 +57,12 @@ pub(super) struct Arguments {
     /// The origin of targets and travel, rad from the home position.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     home_offset: Option<f64>,
-    /// Where targets come from: line, steps:RAD (a step moves the target by that) or voltage:RAD (the target at 10 V).
+    /// Where targets come from: line, or steps:RAD (a step moves the target by that).
     #[arg(long, value_name = "SOURCE", value_parser = source)]
     source: Option<TargetSource>,
-    /// Changes of a servo after its commissioning, as Gauss-Newton finds them in a run.
-    #[arg(long, value_name = "WHAT")]
-    servo_changes: Option<Changes>,
-}
-
-/// What becomes of a change of the servo.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Changes {
-    /// They are not looked for.
-    Ignore,
-    /// The status has them.
-    Report,
-    /// The same, and the gains follow another inertia within what their promise allows.
-    Follow,
+    /// Changes of a servo after its commissioning, as Gauss-Newton finds them in a run: ignore, or report (the status has them).
+    #[arg(long, value_name = "WHAT", value_parser = servo_changes)]
+    servo_changes: Option<ServoChanges>,
 }
 
 /// The home position of an axis.
@@ -111,12 +100,7 @@ impl Arguments {
         }
         settings.homing = self.homing(settings.homing)?;
         settings.source = self.source.unwrap_or(settings.source);
-        settings.servo_changes = match self.servo_changes {
-            None => settings.servo_changes,
-            Some(Changes::Ignore) => ServoChanges::Ignored,
-            Some(Changes::Report) => ServoChanges::Reported,
-            Some(Changes::Follow) => ServoChanges::Followed,
-        };
+        settings.servo_changes = self.servo_changes.unwrap_or(settings.servo_changes);
         Ok(settings)
     }
 
@@ -210,17 +194,27 @@ fn place_of(setting: &str) -> Option<String> {
     Some(format!("{key} in the scenario"))
 }
 
+fn servo_changes(text: &str) -> Result<ServoChanges, String> {
+    match text {
+        "ignore" => Ok(ServoChanges::Ignored),
+        "report" => Ok(ServoChanges::Reported),
+        "follow" => Err("no gains follow any more: report, and commission the servo again".into()),
+        _ => Err("it is ignore or report".into()),
+    }
+}
+
 fn source(text: &str) -> Result<TargetSource, String> {
-    let wrong = || "it is line, steps:RAD or voltage:RAD, as steps:0.001".to_owned();
+    let wrong = || "it is line or steps:RAD, as steps:0.001".to_owned();
     let number = |text: &str| text.parse::<f64>().map_err(|_| wrong());
     match text.split_once(':') {
         None if text == "line" => Ok(TargetSource::Line),
         Some(("steps", step)) => Ok(TargetSource::Steps {
             step: number(step)?,
         }),
-        Some(("voltage", range)) => Ok(TargetSource::Voltage {
-            range: number(range)?,
-        }),
+        Some(("voltage", _)) => Err(
+            "the drive has no analogue input any more: its step input has its place, steps:RAD"
+                .into(),
+        ),
         _ => Err(wrong()),
     }
 }

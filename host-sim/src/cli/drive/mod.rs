@@ -12,7 +12,7 @@ mod status;
 mod watch;
 
 use clap::Subcommand;
-use drive_link::{Command, PROTOCOL, Refusal};
+use drive_link::{Command, Refusal};
 
 use super::fault::Fault;
 use crate::drive::{Client, DriveError};
@@ -84,13 +84,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let line = Port::open(port).map_err(|error| Fault::Input(error.to_string()))?;
     let mut client = Client::new(line);
     let status = client.status().map_err(fault)?;
-    if status.protocol != PROTOCOL {
-        return Err(Fault::Other(format!(
-            "the drive speaks version {} of the protocol and this program version {PROTOCOL}: flash \
-             the firmware of this version",
-            status.protocol
-        )));
-    }
     match &arguments.verb {
         Verb::Status(verb) => verb.run(&mut client, &status),
         Verb::Configure(configure) => configure.run(&mut client),

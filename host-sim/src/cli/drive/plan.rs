@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use drive_link::{Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, Status};
+use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, Status};
 use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 
 use crate::cli::fault::Fault;
@@ -133,7 +133,6 @@ fn unconfigured(
         closed_loop: LoopSettings {
             core,
             law: Law::GaussNewton,
-            format: Format::Single,
         },
         dither: Dither {
             amplitude: 0.0,

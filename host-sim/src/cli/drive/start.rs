@@ -5,7 +5,7 @@ use drive_link::{Command, Ended, Settings, State, Status};
 use super::fault;
 use super::follow::{Event, follow, samples_in};
 use super::home;
-use super::status::{change_lines, estimates_line, no_first_fit, snapshot_line};
+use super::status::{change_line, estimates_line, no_first_fit, snapshot_line};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::Client;
@@ -68,7 +68,7 @@ impl Arguments {
                 Ok(None)
             }
             Some(Event::Status(status)) => {
-                for line in change_lines(&status) {
+                if let Some(line) = change_line(&status) {
                     let line = show!("{line}");
                     printed = std::mem::replace(&mut printed, Ok(())).and(line);
                 }

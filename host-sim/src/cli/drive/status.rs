@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use drive_link::{Estimates, Origin, Settings, Snapshot, Status, TermSizes};
+use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
 use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
 
@@ -91,15 +91,9 @@ pub(super) fn no_first_fit(obstacle: Reason) -> String {
     format!("no first fit: {}; {}", obstacle.cause(), obstacle.remedy())
 }
 
-/// The change of the servo and how the gains answer it, a line each.
-pub(super) fn change_lines(status: &Status) -> impl Iterator<Item = String> {
-    let change = status.servo_change.map(|change| change.to_string());
-    let refused = status.not_followed.map(|why| why.to_string());
-    let followed = status.gains.and_then(|gains| match gains.origin {
-        Origin::Followed { .. } => Some(format!("gains: {gains}")),
-        Origin::Given | Origin::Commissioned => None,
-    });
-    change.into_iter().chain(refused).chain(followed)
+/// The change of the servo, on one line.
+pub(super) fn change_line(status: &Status) -> Option<String> {
+    status.servo_change.map(|change| change.to_string())
 }
 
 /// Prints state, estimates, history and settings.
@@ -115,7 +109,7 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     if let Some(noise) = status.noise {
         show!("encoder noise {noise:.2} counts in motion (0.29: rounding alone)")?;
     }
-    for line in change_lines(status) {
+    if let Some(line) = change_line(status) {
         show!("{line}")?;
     }
     show!("{}", status.home)?;
@@ -125,9 +119,7 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     if let Some(ended) = &status.ended {
         show!("{ended}")?;
     }
-    if let Some(gains) = &status.gains
-        && !matches!(gains.origin, Origin::Followed { .. })
-    {
+    if let Some(gains) = &status.gains {
         show!("gains: {gains}")?;
     }
     if let Some(commissioning) = &status.commissioning {

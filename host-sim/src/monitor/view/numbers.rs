@@ -1,6 +1,6 @@
 //! The newest values, and the estimates.
 
-use drive_link::{Estimates, Origin, Status};
+use drive_link::Estimates;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
@@ -52,7 +52,6 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
             lines.extend(noise.map(|noise| Line::from(format!("noise {noise:.2} counts"))));
             let change = state.status().servo_change.map(|change| change.reason);
             lines.extend(change.map(|of| Line::from(format!("  {} {}", of.number(), of.name()))));
-            lines.extend(followed(state.status()));
             lines
         }
     });
@@ -67,15 +66,6 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
         lines.push(Line::from("  need every sample (--every 1)"));
     }
     lines
-}
-
-/// How the gains answer a change of the servo.
-fn followed(status: &Status) -> Option<Line<'static>> {
-    match (status.not_followed, status.gains?.origin) {
-        (Some(_), _) => Some(Line::from("  the gains do not follow")),
-        (None, Origin::Followed { factor }) => Some(Line::from(format!("  gains × {factor:.3}"))),
-        _ => None,
-    }
 }
 
 fn heading(text: &'static str) -> Line<'static> {

@@ -10,7 +10,6 @@ use drive_link::NoGains;
 use identifier_core::commission::{
     HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
 };
-use identifier_core::control::CompensationSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Resonance, Tuning};
 
@@ -20,7 +19,7 @@ use super::tuning::{controller, feed_forward};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 use crate::commission::Outcome;
 use crate::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
-use crate::result::{FeedForward, Gains};
+use crate::result::{FeedForward, Gains, KnownForces};
 use crate::scenario::Scenario;
 
 /// A commissioning.
@@ -199,14 +198,16 @@ fn masses(outcome: &Outcome) -> String {
                 a resonance that friction hides from a motor at rest would not have been found."
             .to_owned();
     };
-    let lines = response.lines.len();
-    let Some(Resonance { mode, errors }) = &response.resonance else {
-        return format!("The {lines} lines of the frequency response show no resonance.");
-    };
     let hertz = |omega: f64| figure(omega / TAU);
+    let (lines, highest) = (response.lines.len(), hertz(response.highest_frequency()));
+    let Some(Resonance { mode, errors }) = &response.resonance else {
+        return format!(
+            "The {lines} lines of the frequency response, up to {highest} Hz, show no resonance."
+        );
+    };
     let [error, _] = errors;
     format!(
-        "Two masses: {lines} lines of the frequency response show a resonance at {} Hz, known to {} % (standard error), an \
+        "Two masses: {lines} lines of the frequency response, up to {highest} Hz, show a resonance at {} Hz, known to {} % (standard error), an \
          antiresonance at {} Hz and a load of {} times the motor's inertia; the damping is {} at most.",
         hertz(mode.frequency),
         figure(100.0 * error),
@@ -456,17 +457,17 @@ fn next(of: &Commissioned<'_>) -> Vec<Block> {
 fn keep(known: &IdentifiedServo, tuning: &Tuning, scenario: &Scenario) -> Vec<Block> {
     let sample_time = scenario.sample_time();
     let parameters = &known.parameters;
-    let forces = CompensationSettings {
+    let forces = KnownForces {
         constant: 0.0 - parameters.load / parameters.b,
         delay: known.delay,
-        ..CompensationSettings::NONE
+        ..KnownForces::default()
     };
     let coefficients = FeedForward::of_servo(parameters, &forces, tuning.kd, sample_time / 2.0);
     vec![
         Block::text("The new gains hold, and nothing must be done. To keep them, write them down."),
         Block::Code {
             caption: "Controller, as a scenario has it".to_owned(),
-            text: controller(tuning, None, sample_time).trim_end().to_owned(),
+            text: controller(tuning, sample_time).trim_end().to_owned(),
         },
         Block::Text(sentence(&feed_forward(&coefficients))),
         Block::text(

@@ -7,9 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{
-    Dither, Format, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
 use host_sim::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
 use identifier_core::ControllerSettings;
@@ -46,11 +44,7 @@ pub(crate) fn built_in(law: Law) -> Settings {
     };
     core.identifier.initial.b = Some(150.0);
     Settings {
-        closed_loop: LoopSettings {
-            core,
-            law,
-            format: Format::Single,
-        },
+        closed_loop: LoopSettings { core, law },
         dither: Dither {
             amplitude: 0.3,
             hold: 0.05,
@@ -284,10 +278,6 @@ impl Chip for Axis<'_> {
 
     fn steps(&mut self) -> Option<i16> {
         Some(0)
-    }
-
-    fn voltage(&mut self) -> Option<f32> {
-        Some(0.0)
     }
 
     fn next_is_due(&self) -> bool {

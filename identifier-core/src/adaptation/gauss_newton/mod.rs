@@ -1,9 +1,7 @@
 mod uncertainty;
-mod whitening;
 
 pub(crate) use uncertainty::EstimateUncertainty;
 use uncertainty::WeighedErrors;
-pub(crate) use whitening::{FirstOrder, Whitening};
 
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
@@ -66,7 +64,6 @@ pub(crate) struct GaussNewton<N, const P: usize> {
     outlier_threshold_inv_sq: N,
     max_inflation: N,
     inflation_decay: N,
-    correlation_gain: N,
     per_block: N,
     moved_samples: N,
     mean_offset: N,
@@ -77,7 +74,7 @@ pub(crate) struct GaussNewton<N, const P: usize> {
 encode! {
     [N: Encode, const P: usize] GaussNewton<N, P> as "GaussNewton" {
         noise, dead_zone, settling, min_forgetting, initial_forgetting, level_gain, caution,
-        outlier_threshold_inv_sq, max_inflation, inflation_decay, correlation_gain, per_block, moved_samples,
+        outlier_threshold_inv_sq, max_inflation, inflation_decay, per_block, moved_samples,
         mean_offset, low, high,
     }
 }
@@ -108,7 +105,6 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     sensitivity: [N; P],
     estimates: [N::Sum; P],
     factors: Factors<N, S::Lower<N>, P>,
-    whitening: S::Whitening<N>,
     /// The block before, being worked on.
     measurement: Measurement<N, P>,
     mean_error: N,
@@ -195,17 +191,6 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.factors.release(i, variance);
     }
 
-    /// The error of the block that is being worked on, as it is learnt from.
-    #[inline]
-    fn innovation(&self) -> N {
-        self.whitening.innovation(self.mean_error)
-    }
-
-    /// From now on only the innovation of the errors is learnt from, for a drifting load.
-    pub(crate) fn begin_whitening(&mut self) {
-        self.whitening.begin();
-    }
-
     /// True if the last complete block is to be learnt from.
     #[inline]
     #[must_use]
@@ -213,18 +198,10 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.learning
     }
 
-    /// ψ of the block that was gathered last.
-    #[inline]
-    #[must_use]
-    pub(crate) fn sensitivity(&self) -> &[N; P] {
-        &self.sensitivity
-    }
-
     /// Forgets the block that is being gathered and the one that is being worked on.
     pub(crate) fn drop_block(&mut self) {
         self.error = N::ZERO;
         self.mean_error = N::ZERO;
-        self.whitening.interrupt();
         self.phase = 0;
         self.learning = false;
     }
@@ -285,9 +262,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The time constant with which the memory of a risen noise level fades, s.
     pub(crate) const INFLATION_TIME: f64 = 0.5;
 
-    /// The memory of the correlation of the errors from block to block that whitening takes out, s.
-    pub(crate) const CORRELATION_MEMORY: f64 = 4.0;
-
     /// The least r over ψᵀP ψ.
     pub(crate) const CAUTION: f64 = 20.0;
 
@@ -318,7 +292,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             caution: N::from_f64(Self::CAUTION),
             outlier_threshold_inv_sq: N::from_f64(1.0 / 9.0),
             max_inflation: N::from_f64(Self::MAX_INFLATION),
-            correlation_gain: N::from_f64(1.0 / blocks(Self::CORRELATION_MEMORY, Self::MIN_BLOCKS)),
             inflation_decay: N::from_f64(1.0 / blocks(Self::INFLATION_TIME, Self::MIN_BLOCKS)),
             per_block: N::from_f64(1.0 / f64::from(Self::BLOCK)),
             moved_samples: N::from_f64(f64::from(Self::MOVES + 1)),
@@ -352,7 +325,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
                 N::Sum::new(estimates[i].limited(self.low[i], self.high[i]))
             }),
             factors: covariance,
-            whitening: S::Whitening::<N>::START,
             measurement: Measurement::NONE,
             mean_error: N::ZERO,
             forgetting: self.initial_forgetting,
@@ -440,16 +412,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.mean_error = state.error * self.per_block;
         state.error = N::ZERO;
         let moves = speed.magnitude() >= self.dead_zone;
-        let mut sensitivity = state.sensitivity;
-        let gain = if moves {
-            self.correlation_gain
-        } else {
-            N::ZERO
-        };
-        state
-            .whitening
-            .process(&mut sensitivity, state.mean_error, gain);
-        state.measurement = state.factors.project(&sensitivity);
+        state.measurement = state.factors.project(&state.sensitivity);
         // A sensitivity beyond the range of numbers is not used.
         state.learning = moves && state.measurement.variance <= N::REACH * N::REACH;
     }
@@ -462,7 +425,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         most: impl Fn(&[N; P]) -> [N; P],
     ) {
         let forgetting = state.forgetting;
-        let error = state.innovation();
+        let error = state.mean_error;
         state.level += self.level_gain * (error * error - state.level);
         let faded = larger(state.peak - state.peak * forgetting, self.noise);
         // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
@@ -486,7 +449,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     #[inline]
     fn weigh<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
-        let error = state.innovation();
+        let error = state.mean_error;
         let predicted = state.measurement.variance;
         let floor = state.peak - state.peak * state.forgetting;
         let surprise = error * error * self.outlier_threshold_inv_sq - predicted;
@@ -506,7 +469,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The steps of the estimates, no further than the box. They take the place of the gain.
     #[inline]
     fn limit_steps<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
-        let scaled = state.measurement.precision * state.innovation();
+        let scaled = state.measurement.precision * state.mean_error;
         let mut inside = true;
         each::<P>(|i| {
             let step = state.measurement.gain[i] * scaled;
@@ -544,7 +507,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             state.estimates[i].add(steps[i]);
             change += state.sensitivity[i] * steps[i];
         });
-        state.whitening.follow(&steps);
         // The error of this block so far was predicted with the old estimates.
         state.error = state.error - self.moved_samples * change;
         steps

@@ -8,7 +8,7 @@ use crate::fit::{Blocking, FitResult, Fitter, FitterConfig, ROUNDING};
 use crate::measurement::angle::AngleSettings;
 use crate::model::{FrictionStep, KnownInputs, ZeroOrderHoldStep};
 use crate::number::Number;
-use crate::parameters::{ServoParameters, Terms};
+use crate::parameters::ServoParameters;
 
 /// Settings of a fitter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,11 +83,15 @@ impl<N: Number> ServoFitter<N> {
         let fitter = self.fitter_for(motion, known, known.is_some());
         let mut fit = self.fit_to(&fitter, motion);
         if let Some(servo) = known {
-            let (factor, scale) = (inverse_factor(&servo.covariance), self.scale());
-            let row = |i: usize| {
-                core::array::from_fn(|j| N::from_f64(factor[i][j] / (CAUTION * scale[j])))
+            let scale = self.scale();
+            let row = |factor: [f64; PARAMETERS]| {
+                let mut row = [N::ZERO; PARAMETERS];
+                for ((entry, factor), scale) in row.iter_mut().zip(factor).zip(scale) {
+                    *entry = N::from_f64(factor / (CAUTION * scale));
+                }
+                row
             };
-            fitter.know(&mut fit, &core::array::from_fn(row));
+            fitter.know(&mut fit, &inverse_factor(&servo.covariance).map(row));
         }
         ServoFit {
             fitter,
@@ -157,7 +161,6 @@ impl<N: Number> ServoFitter<N> {
             at_first: Some(speed),
             angle: AngleSettings::NONE,
             per_low_speed_velocity: 0.0,
-            demanded: Terms::NONE,
         })
     }
 
@@ -167,7 +170,7 @@ impl<N: Number> ServoFitter<N> {
         fitter: &MotionFitter<N>,
         motion: &MotionRecord<N, W>,
     ) -> MotionFit<N> {
-        fitter.begin_fit(motion.len(), fitter.given_with_terms(), MotionInputs::START)
+        fitter.begin_fit(motion.len(), fitter.given(), MotionInputs::START)
     }
 
     /// Samples.

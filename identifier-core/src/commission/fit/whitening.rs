@@ -8,17 +8,21 @@ pub(super) fn inverse_factor(covariance: &[[f64; 5]; 5]) -> [[f64; 5]; 5] {
         if covariance[i][i] <= 0.0 {
             continue;
         }
-        for j in 0..=i {
-            let mut sum = covariance[i][j];
-            for (own, before) in factor[i].iter().zip(&factor[j]).take(j) {
-                sum -= own * before;
-            }
-            if i == j {
-                factor[i][i] = libm::sqrt(sum.max(MIN_UNEXPLAINED_SHARE * covariance[i][i]));
-            } else if factor[j][j] > 0.0 {
-                factor[i][j] = sum / factor[j][j];
+        let left = |factor: &[[f64; 5]; 5], j: usize| {
+            let (row, before) = (factor.get(i)?, factor.get(j)?);
+            let pairs = row.iter().zip(before).take(j);
+            let all = *covariance.get(i)?.get(j)?;
+            Some(pairs.fold(all, |left, (own, before)| left - own * before))
+        };
+        for j in 0..i {
+            if factor[j][j] > 0.0 {
+                factor[i][j] = left(&factor, j).unwrap_or(0.0) / factor[j][j];
             }
         }
+        let variance = left(&factor, i)
+            .unwrap_or(0.0)
+            .max(MIN_UNEXPLAINED_SHARE * covariance[i][i]);
+        factor[i][i] = libm::sqrt(variance);
         inverse[i][i] = 1.0 / factor[i][i];
         for j in 0..i {
             // Without an index, whose check not every chip's code would be rid of.

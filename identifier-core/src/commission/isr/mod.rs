@@ -250,8 +250,9 @@ impl<N: Number> CommissionIsr<N> {
         let decided = self.monitored(state).and_then(|()| self.proceed(state));
         if let Err(reason) = decided {
             if self.is_back(state) {
-                // The gains before fail too.
+                // The gains before fail too, and that is why nothing holds it.
                 state.activity = Activity::Free;
+                state.reason = Some(reason);
             } else {
                 self.end(state, reason);
             }

@@ -1,3 +1,5 @@
+use core::f64::consts::TAU;
+
 use crate::number::Complex;
 use crate::tuning::{Mode, PossibleServo, SampledServo};
 
@@ -17,9 +19,13 @@ pub(super) const RATIO: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponseModel {
     servo: SampledServo,
-    /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response, which is exact far
-    /// below the sampling frequency; the difference of the images above looks like a part of the delay.
+    /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response but for its first image,
+    /// which has that of its own frequency.
     lag: f64,
+    /// b T², the delay in samples and the mode with its frequency per sample, for the image.
+    gain: f64,
+    delay: f64,
+    mode: Option<Mode>,
 }
 
 /// The servo with these unknowns, without its lag.
@@ -47,15 +53,38 @@ impl ResponseModel {
         Self {
             servo: SampledServo::new(&servo, mode.as_ref(), sample_time),
             lag: unknowns[LAG],
+            gain: servo.b * sample_time * sample_time,
+            delay: unknowns[DELAY],
+            mode: mode.map(|mode| Mode {
+                frequency: mode.frequency * sample_time,
+                ..mode
+            }),
         }
     }
 
     /// At an angle ωT.
     pub(super) fn at(&self, angle: f64) -> Complex {
-        let lag = Complex {
+        let lag = |angle: f64| Complex {
             re: 1.0,
             im: self.lag * angle,
         };
-        self.servo.at(libm::tan(0.5 * angle)) / lag
+        let image = angle - TAU;
+        let held = self.held(image);
+        let others = self.servo.at(libm::tan(0.5 * angle)) - held;
+        others / lag(angle) + held / lag(image)
+    }
+
+    /// The continuous response behind the hold, without the lag.
+    fn held(&self, angle: f64) -> Complex {
+        let s = Complex { re: 0.0, im: angle };
+        let square = s * s;
+        let together = Complex::ONE / square;
+        let moved = self.mode.map_or(together, |mode| {
+            let damped = s.scaled(2.0 * mode.damping * mode.frequency);
+            let denominator = square + damped + mode.frequency * mode.frequency;
+            together + Complex::ONE.scaled(mode.ratio) / denominator
+        });
+        let hold = (Complex::ONE - s.scaled(-1.0).exponential()) / s;
+        (hold * moved * s.scaled(-self.delay).exponential()).scaled(self.gain)
     }
 }

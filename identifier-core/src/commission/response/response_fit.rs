@@ -103,11 +103,6 @@ impl ResponseEstimate {
         shows && self.gain_error < other.gain_error
     }
 
-    /// True if it is not clear that there is one mass alone: a narrow resonance between two lines shows as little.
-    pub(in crate::commission) fn is_unclear(&self) -> bool {
-        self.resonance.is_none() && self.misfit > ResponseFit::CLEAR
-    }
-
     /// True if one mass explains the response.
     pub(in crate::commission) fn is_one_mass(&self) -> bool {
         self.resonance.is_none() && self.is_explained()
@@ -159,7 +154,8 @@ impl ResponseFit {
         if lines.len() < FEWEST {
             return None;
         }
-        let start = [libm::log(servo.parameters.b), delay, 0.1, a, 0.0, 0.0, 0.0];
+        let [late, lag] = Self::parts(delay);
+        let start = [libm::log(servo.parameters.b), late, lag, a, 0.0, 0.0, 0.0];
         Some(Self {
             sample_time,
             friction,
@@ -168,6 +164,13 @@ impl ResponseFit {
             one_mass: None,
             two_masses: None,
         })
+    }
+
+    /// A delay (samples) in parts from which a fit begins: delay and lag. Without lag it would stay so, as a small one changes the
+    /// response as a delay does.
+    pub(super) fn parts(delay: f64) -> [f64; 2] {
+        let lag = (0.5 * delay).clamp(0.1, 1.0);
+        [(delay - lag).max(0.0), lag]
     }
 
     /// A slice; at the end the masses that the response shows.
@@ -179,7 +182,7 @@ impl ResponseFit {
             Stage::OneMass(descent) => {
                 if descent.work(lines, self.friction, self.sample_time) {
                     self.one_mass = descent.best();
-                    if Self::is_explained(&self.one_mass, lines) {
+                    if Self::is_explained(&self.one_mass, lines, Self::CLEAR) {
                         return self.estimate(lines);
                     }
                     let [a, _] = self.friction;
@@ -203,7 +206,7 @@ impl ResponseFit {
                 {
                     self.two_masses = Some(found);
                 }
-                if Self::is_explained(&self.two_masses, lines) {
+                if Self::is_explained(&self.two_masses, lines, Self::EXPLAINED) {
                     return self.estimate(lines);
                 }
                 self.next_start(lines, starts)
@@ -211,8 +214,8 @@ impl ResponseFit {
         }
     }
 
-    fn is_explained(fit: &Option<Best>, lines: &[MeasuredLine]) -> bool {
-        let most = Self::EXPLAINED * 2.0 * lines.len() as f64;
+    fn is_explained(fit: &Option<Best>, lines: &[MeasuredLine], most: f64) -> bool {
+        let most = most * 2.0 * lines.len() as f64;
         fit.is_some_and(|best| best.equations.cost() < most)
     }
 

@@ -1,3 +1,4 @@
+use super::ResponseFit;
 use super::model::{ResponseModel, Unknowns};
 use crate::linalg::NormalEquations;
 use crate::tuning::MeasuredLine;
@@ -70,10 +71,11 @@ impl Scan {
     /// The unknowns of a frequency with gain and share.
     fn unknowns(&self, gain: f64, ratio: f64) -> Unknowns {
         let frequency = self.lowest * libm::pow(self.ratio, f64::from(self.place));
+        let [delay, lag] = ResponseFit::parts(self.delay);
         [
             libm::log(gain),
-            self.delay,
-            0.1,
+            delay,
+            lag,
             self.a,
             libm::log(frequency),
             libm::log(Self::DAMPING),

@@ -1,4 +1,4 @@
-//! Lines of known servos, as the continuous response has them far below the sampling frequency, with noise.
+//! Lines of known servos, as their samples show them, with noise.
 
 use std::f64::consts::TAU;
 use std::vec::Vec;
@@ -17,28 +17,34 @@ const A: f64 = 2.0;
 const DELAY: f64 = 2.3e-4;
 const LAG: f64 = 1e-4;
 
-/// b (1/(s (s + a)) + β/(s² + 2ζωs + ω²)) e^(−s (τ + T/2))/(1 + sT_c): a hold is half a sample of delay here.
+/// b (1/(s (s + a)) + β/(s² + 2ζωs + ω²)) e^(−sτ)/(1 + sT_c) behind the hold, sampled: the sum over the images.
 fn response(mode: Option<&Mode>, frequency: f64) -> Complex {
-    let s = Complex {
+    /// Images on either side. The rest falls with the square of their number.
+    const IMAGES: i32 = 40;
+    let s_of = |image: i32| Complex {
         re: 0.0,
-        im: frequency,
+        im: frequency + f64::from(image) * TAU / SAMPLE_TIME,
     };
-    let late = frequency * (DELAY + 0.5 * SAMPLE_TIME);
-    let delayed = Complex {
-        re: late.cos(),
-        im: -late.sin(),
-    };
-    let together = Complex::ONE / (s * (s + A));
-    let servo = match mode {
-        Some(mode) => {
-            let denominator = s * s
-                + s.scaled(2.0 * mode.damping * mode.frequency)
-                + mode.frequency * mode.frequency;
-            together + Complex::ONE.scaled(mode.ratio) / denominator
-        }
-        None => together,
-    };
-    servo.scaled(B) * delayed / (s.scaled(LAG) + 1.0)
+    let hold = Complex::ONE - s_of(0).scaled(-SAMPLE_TIME).exponential();
+    let images = (-IMAGES..=IMAGES).map(|image| {
+        let s = s_of(image);
+        let together = Complex::ONE / (s * (s + A));
+        let servo = match mode {
+            Some(mode) => {
+                let denominator = s * s
+                    + s.scaled(2.0 * mode.damping * mode.frequency)
+                    + mode.frequency * mode.frequency;
+                together + Complex::ONE.scaled(mode.ratio) / denominator
+            }
+            None => together,
+        };
+        let late = s.scaled(-DELAY).exponential() / (s.scaled(LAG) + 1.0);
+        servo * late * hold / s.scaled(SAMPLE_TIME)
+    });
+    let zero = Complex { re: 0.0, im: 0.0 };
+    images
+        .fold(zero, |sum: Complex, image| sum + image)
+        .scaled(B)
 }
 
 /// The estimate from lines with a relative noise, beginning with a gain.

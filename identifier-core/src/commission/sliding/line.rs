@@ -17,8 +17,8 @@ impl<N: Number> LineState<N> {
     /// By how much an amplitude may change after a slide.
     const ADAPTATION: [f64; 2] = [0.15, 2.0];
 
-    /// The largest amplitude over that of the plan: at an antiresonance a larger one would have the load stick.
-    const MAX_GROWTH: f64 = 2.5;
+    /// The part of the largest amplitude with which a servo is excited at first, of which nothing but one mass is known.
+    const CAUTION: f64 = 0.4;
 
     /// The factor on an amplitude under which the servo stopped.
     const SMALLER: f64 = 0.6;
@@ -34,8 +34,7 @@ impl<N: Number> LineState<N> {
 
     /// Begins line k at a phase of k (k + 1)/2 quarters: phases that grow with k² halve the peak of lines that begin
     /// together (M. R. Schroeder, "Synthesis of low-peak-factor signals", IEEE Trans. Inf. Theory 16, 1970).
-    pub(super) fn plan(&mut self, planned: &PlannedLine<N>, place: usize, most: N) {
-        let growth = N::from_f64(Self::MAX_GROWTH);
+    pub(super) fn plan(&mut self, planned: &PlannedLine<N>, place: usize) {
         *self = Self {
             rotation: planned.rotation,
             turned: match place * (place + 1) / 2 % 4 {
@@ -44,8 +43,8 @@ impl<N: Number> LineState<N> {
                 2 => [-N::ONE, N::ZERO],
                 _ => [N::ZERO, -N::ONE],
             },
-            amplitude: planned.amplitude,
-            max_amplitude: (growth * planned.amplitude).limited(N::ZERO, most),
+            amplitude: N::from_f64(Self::CAUTION) * planned.amplitude,
+            max_amplitude: planned.amplitude,
             ..Self::NONE
         };
     }

@@ -28,28 +28,33 @@ impl Lines {
     const LONG_WINDOW: f64 = 1.0;
     const LOW: [f64; 2] = [3.0, 60.0];
 
-    /// The highest frequency, Hz, and per sample: beyond it couplings are stiffer than any loop notices, or the encoder
-    /// shows nothing.
-    const HIGHEST: (f64, f64) = (1200.0, 0.42);
+    /// The least ratio of their frequencies, beside two bins: many lines at even distances add up to pulses.
+    const RATIO: f64 = 1.12;
 
-    /// The ratio of a survey's frequencies: [`Lines::MAX`] of them reach the highest.
-    const RATIO: f64 = 1.165;
+    /// The highest frequency per sample: gains act up to half of the sampling frequency, and a resonance beyond it has its image
+    /// below.
+    const HIGHEST: f64 = 0.495;
 
     /// Logarithmic, from the lowest frequency to the highest.
     #[must_use]
     pub(crate) fn survey(sample_time: f64) -> Self {
         let mut lines = Self::none(sample_time, Self::WINDOW);
-        let (highest, _) = Self::HIGHEST;
-        lines.fill([Self::LOWEST, highest]);
+        lines.fill([Self::LOWEST, f64::INFINITY]);
         lines
     }
 
-    /// Midway between the lines of a survey.
+    /// Midway between the lines of a survey above a frequency, rad/s.
     #[must_use]
-    pub(crate) fn between(sample_time: f64) -> Self {
+    pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
         let mut lines = Self::none(sample_time, Self::WINDOW);
-        let (highest, _) = Self::HIGHEST;
-        lines.fill([libm::sqrt(Self::RATIO) * Self::LOWEST, highest]);
+        let survey = Self::survey(sample_time);
+        let bins = survey.bins.get(..survey.count).unwrap_or_default();
+        for pair in bins.windows(2) {
+            let bin = pair.iter().map(|&bin| 0.5 * f64::from(bin)).sum();
+            if bin * TAU > lowest * lines.window_time() {
+                let _ = lines.push(libm::floor(bin));
+            }
+        }
         lines
     }
 
@@ -63,10 +68,20 @@ impl Lines {
 
     /// Logarithmic between two frequencies, Hz.
     fn fill(&mut self, [lowest, highest]: [f64; 2]) {
+        let highest = libm::floor(highest * self.window_time()).min(self.highest());
         let mut bin = libm::ceil(lowest * self.window_time()).max(1.0);
-        while bin <= highest * self.window_time() && self.push(bin) {
-            bin = libm::round(bin * Self::RATIO).max(bin + 2.0);
+        while bin <= highest && self.push(bin) {
+            let left = (Self::MAX - self.count) as f64;
+            let range = libm::log(highest / bin);
+            let steps = libm::floor(range / libm::log(Self::RATIO)).min(left);
+            let ratio = libm::exp(range / steps.max(1.0));
+            bin = libm::round(bin * ratio).max(bin + 2.0);
         }
+    }
+
+    /// The highest bin.
+    fn highest(&self) -> f64 {
+        libm::floor(Self::HIGHEST * f64::from(self.window))
     }
 
     /// For the proof of gains: about their crossover (rad/s), where the loop gain is about 5 to 0.1, and close together about a
@@ -116,8 +131,7 @@ impl Lines {
 
     /// Adds a bin above the others; false if it is too high or there is no room.
     fn push(&mut self, bin: f64) -> bool {
-        let (absolute, per_sample) = Self::HIGHEST;
-        let highest = (absolute * self.window_time()).min(per_sample * f64::from(self.window));
+        let highest = self.highest();
         let place = self.bins.get_mut(self.count).filter(|_| bin <= highest);
         if let Some(place) = place {
             *place = bin as u16;
@@ -211,28 +225,39 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn lines_reach_from_6_hz_to_what_the_sampling_shows_and_are_two_bins_apart() {
-        for (sample_time, highest) in [(4e-3, 105.0), (1e-3, 420.0), (1e-4, 1200.0), (5e-5, 1200.0)]
-        {
+    fn lines_reach_from_6_hz_to_half_of_the_sampling_frequency_and_are_two_bins_apart() {
+        for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
             let lines = Lines::survey(sample_time);
             let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
             let bin = 1.0 / lines.window_time();
             assert!(
-                hertz.len() > 12 && hertz.len() <= Lines::MAX,
+                hertz.len() > 18 && hertz.len() <= Lines::MAX,
                 "{}",
                 hertz.len()
             );
             assert!(hertz.windows(2).all(|pair| pair[1] - pair[0] > 1.9 * bin));
             assert!((5.9..7.0).contains(&hertz[0]), "{hertz:?}");
-            let last = hertz[hertz.len() - 1];
-            assert!(
-                last <= highest && last > 0.8 * highest,
-                "{last} of {highest}"
-            );
+            let last = sample_time * hertz[hertz.len() - 1];
+            assert!((0.48..0.4951).contains(&last), "{last}");
             assert_eq!(hertz.len(), lines.count());
         }
         assert_eq!(Lines::survey(0.1).count(), 0);
         assert_eq!(Lines::survey(10.0).count(), 0);
+    }
+
+    #[test]
+    fn further_lines_stand_between_those_of_a_survey_above_a_frequency() {
+        for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
+            let survey: Vec<f64> = Lines::survey(sample_time).frequencies().collect();
+            let lowest = survey[9] + 1.0;
+            let between: Vec<f64> = Lines::between(sample_time, lowest).frequencies().collect();
+            let gaps: Vec<_> = survey.windows(2).skip(9).collect();
+            assert_eq!(between.len(), gaps.len());
+            for (line, gap) in between.iter().zip(gaps) {
+                let part = (line - gap[0]) / (gap[1] - gap[0]);
+                assert!((0.3..0.501).contains(&part), "{sample_time}: {part}");
+            }
+        }
     }
 
     #[test]
@@ -269,8 +294,10 @@ mod tests {
             let mut compared = 0;
             for (rotation, omega) in both {
                 let (sine, cosine) = (omega * sample_time).sin_cos();
-                assert!((rotation.re - cosine).abs() < 1e-13, "{omega}");
-                assert!((rotation.im - sine).abs() < 1e-13, "{omega}");
+                // A power of the window's turn, whose rounding it has as often.
+                let rounding = f64::EPSILON * omega * lines.window_time() / TAU + 1e-15;
+                assert!((rotation.re - cosine).abs() < rounding, "{omega}");
+                assert!((rotation.im - sine).abs() < rounding, "{omega}");
                 compared += 1;
             }
             assert_eq!(compared, lines.count());

@@ -44,8 +44,6 @@ pub(super) struct Motion<N> {
     pub(super) patience: u32,
     /// Amplitude of a line's velocity.
     pub(super) line_speed: N,
-    /// Largest amplitude of a line's injection, command units.
-    pub(super) max_injection: N,
 }
 
 /// A line of the multisine.
@@ -53,7 +51,7 @@ pub(super) struct Motion<N> {
 pub(super) struct PlannedLine<N> {
     /// e^(jωT).
     pub(super) rotation: [N; 2],
-    /// Amplitude of its injection at first, command units.
+    /// The largest amplitude of its injection, command units.
     pub(super) amplitude: N,
 }
 
@@ -75,7 +73,6 @@ impl<N: Number> Motion<N> {
         max_error: N::ZERO,
         patience: 0,
         line_speed: N::ZERO,
-        max_injection: N::ZERO,
     };
 }
 
@@ -129,8 +126,8 @@ impl<N: Number> SlidePlan<N> {
     /// The largest value of the multisine over its root mean square, with the phases of its lines.
     const CREST: f64 = 3.5;
 
-    /// The part of that with which a servo is excited of which nothing but one mass is known.
-    const CAUTION: f64 = 0.6;
+    /// The largest amplitude over that of one mass: at an antiresonance a larger one would have the load stick.
+    const MAX_GROWTH: f64 = 1.5;
 
     /// The least speed, counts per second: with fewer the lines are lost in the rounding.
     const MIN_SPEED_COUNTS: f64 = 150.0;
@@ -226,13 +223,16 @@ impl<N: Number> SlidePlan<N> {
         let rotation = |of: Complex| [of.re, of.im].map(number);
         let mut planned = [PlannedLine::NONE; Lines::MAX];
         let survey = lines.frequencies().zip(lines.rotations());
+        let mean = lines.frequencies().sum::<f64>() / lines.count() as f64;
         for (line, (omega, turn)) in planned.iter_mut().zip(survey) {
             // One mass: its velocity is b/ω of the command.
             let moved = mode.map_or(1.0, |mode| mode.over_one_mass(omega).max(LEAST));
-            let amplitude = (line_speed * omega / (b * moved)).min(max_injection);
+            // The encoder sees less of higher ones.
+            let most = max_injection * libm::sqrt(libm::sqrt(omega / mean));
+            let amplitude = Self::MAX_GROWTH * line_speed * omega / (b * moved);
             *line = PlannedLine {
                 rotation: rotation(turn),
-                amplitude: number(Self::CAUTION * amplitude),
+                amplitude: number(amplitude.min(most)),
             };
         }
         Some(Self {
@@ -253,7 +253,6 @@ impl<N: Number> SlidePlan<N> {
                 max_error: number(Self::ERROR * room * counts),
                 patience: libm::ceil(patience / time) as u32,
                 line_speed: number(line_speed * time * counts),
-                max_injection: number(max_injection),
             },
             lines: planned,
             count: lines.count() as u8,

@@ -115,7 +115,7 @@ impl<N: Number> Slide<N> {
         self.count = plan.count;
         let lines = self.lines.iter_mut().zip(&plan.lines);
         for (place, (line, planned)) in lines.enumerate() {
-            line.plan(planned, place, plan.motion.max_injection);
+            line.plan(planned, place);
         }
     }
 

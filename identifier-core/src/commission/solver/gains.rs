@@ -4,7 +4,7 @@ use super::super::message::{Candidate, DecisionKind};
 use super::super::{Diagnosis, Reason};
 use super::{CommissionSolver, Then, Work};
 use crate::number::Number;
-use crate::tuning::{Goal, Tuner, Tuning, TuningError, TuningSettings};
+use crate::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The factor on the next step where friction holds the servo through one.
@@ -60,6 +60,16 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         tuned: Result<Tuning, TuningError>,
         fitted: bool,
     ) -> Option<DecisionKind<N>> {
+        let found = match &tuned {
+            Ok(tuning) => tuning.cap.zip(Some(tuning.bandwidth)),
+            Err(TuningError::TooFast { most, cap, .. }) => Some((*cap, *most)),
+            Err(_) => None,
+        };
+        if let Some((Cap::UnseenResonance, bandwidth)) = found
+            && let Some(slides) = self.look_closer(bandwidth)
+        {
+            return Some(slides);
+        }
         match tuned {
             Ok(tuning) => self.offer(tuning, fitted),
             Err(TuningError::DoesNotArrive) if self.step < self.most_room() => {

@@ -287,12 +287,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 fitted,
             } => {
                 let unexplained = self.masses.is_some_and(|masses| !masses.is_one_mass());
-                let lines = if unexplained || self.disproved > 0 {
-                    self.response.lines()
-                } else {
-                    &[]
-                };
-                let tuned = tuner.work_with(state, lines)?;
+                let is_explained = !unexplained && self.disproved == 0;
+                let tuned = tuner.work_with(state, self.response.lines(), is_explained)?;
                 let fitted = *fitted;
                 self.take_tuning(tuned, fitted)
             }

@@ -9,12 +9,15 @@ use crate::number::Number;
 use crate::tuning::Mode;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
-    /// Surveys of a servo that its motions do not explain, and of one that they do.
+    /// Surveys, and those after which a doubted servo shows no second mass.
     const MAX_SURVEYS: u32 = 3;
     const MAX_CHECKS: u32 = 2;
 
     /// The ratio by which the gain of the response differs from that of the motions of one mass at most.
     const ALIKE: f64 = 1.25;
+
+    /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
+    const ABOVE: f64 = 4.0;
 
     /// A resonance below this is looked for with low lines, rad/s.
     const LOW: f64 = 45.0 * core::f64::consts::TAU;
@@ -51,19 +54,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.slide(None, &lines)
     }
 
-    /// True if further slides may show more: of a doubted servo until two masses are known well, of another one
-    /// where a narrow resonance may hide between two lines.
+    /// True if further slides may show more of a doubted servo, until two masses are known well.
     pub(super) fn is_to_slide_again(&self, masses: &ResponseEstimate) -> bool {
-        match self.doubt {
-            Some(_) if masses.resonance.is_some() => {
-                self.surveys < Self::MAX_SURVEYS && !masses.are_known_well()
-            }
+        match masses.resonance {
+            _ if self.doubt.is_none() => false,
+            Some(_) => self.surveys < Self::MAX_SURVEYS && !masses.are_known_well(),
             // The antiresonance may be below the lines, or a narrow resonance between two of them.
-            Some(_) => self.surveys < Self::MAX_CHECKS && !self.is_as_it_moved(masses),
-            None => {
-                let has_slid = self.early != Early::NotYet;
-                self.surveys < Self::MAX_CHECKS && masses.is_unclear() && !has_slid
-            }
+            None => self.surveys < Self::MAX_CHECKS && !self.is_as_it_moved(masses),
         }
     }
 
@@ -78,11 +75,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Slides once more. A servo that is doubted is from now on as the slides before have shown it.
     pub(super) fn slide_again(&mut self) -> Option<DecisionKind<N>> {
         let time = self.settings.sample_time;
-        if self.doubt.is_none() {
-            let lines = Lines::between(time);
-            self.response.begin_more(&lines);
-            return self.slide(None, &lines);
-        }
         let mode = self.improve();
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
         let is_clear = self.masses.is_some_and(|masses| masses.is_explained());
@@ -93,6 +85,22 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         };
         self.response.begin_below(&lines);
         self.slide(mode.as_ref(), &lines)
+    }
+
+    /// Slides a last time, with lines between the others, where a resonance that these show in part keeps gains at this bandwidth
+    /// (rad/s); none where there is no room for it.
+    pub(super) fn look_closer(&mut self, bandwidth: f64) -> Option<DecisionKind<N>> {
+        if self.surveys >= Self::MAX_SURVEYS {
+            return None;
+        }
+        let (time, servo) = (self.settings.sample_time, self.servo.as_ref()?);
+        let lines = Lines::between(time, Self::ABOVE * bandwidth);
+        let mode = self.designed_resonance().map(|resonance| resonance.mode);
+        let plan = SlidePlan::new(&self.settings, servo, false, mode.as_ref(), &lines)?;
+        self.surveys = Self::MAX_SURVEYS;
+        self.response.begin_more(&lines);
+        (self.work, self.motion) = (Work::Nothing, Phase::Slide);
+        Some(DecisionKind::Slide(plan))
     }
 
     /// Goes on without lines: slides that the servo did not follow are done again.

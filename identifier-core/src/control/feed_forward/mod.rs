@@ -1,14 +1,7 @@
-//! Feed-forward of a reference model's motion, and of the forces that depend on where it is.
+//! Feed-forward of a reference model's motion.
 
-mod compensation;
-#[cfg(test)]
-mod compensation_tests;
 #[cfg(test)]
 mod tests;
-
-pub use compensation::{CompensatedFeedForward, CompensatedMotion, CompensationSettings};
-
-use core::fmt::Debug;
 
 use super::Gains;
 use crate::constants::{Encode, encode};
@@ -16,22 +9,6 @@ use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::Transfer;
 use crate::number::Number;
 use crate::units::Units;
-
-/// A reference model before a PID, with the command that moves a servo along it.
-pub trait Lead<N: Number>: Copy + Debug + PartialEq {
-    /// Its state.
-    type Motion: Copy + Debug + PartialEq;
-
-    /// No model, and no command.
-    const NONE: Self;
-
-    /// The model at rest, at this distance from where the servo is.
-    fn at_rest(error: N) -> Self::Motion;
-
-    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units, and the command
-    /// that is added to the PID's.
-    fn process(&self, motion: &mut Self::Motion, error: N, increment: N) -> (N, N);
-}
 
 /// Feed-forward of a reference model's motion, SI: u = (ÿ + a ẏ + c s(ẏ))/b, y = r/(1 + s/ω_m)³.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +80,17 @@ struct MovingReference<N> {
 }
 
 impl<N: Number> FeedForward<N> {
+    /// No model, and no command.
+    pub const NONE: Self = Self {
+        pole: N::ZERO,
+        rate: N::ZERO,
+        half_square: N::ZERO,
+        acceleration: N::ZERO,
+        velocity: N::ZERO,
+        coulomb: N::ZERO,
+        per_coulomb_speed: N::ZERO,
+    };
+
     /// The range of ω_m T: below, single precision does not keep E; above, nothing is left to lead.
     const RATES: [f64; 2] = [1e-5, 1.0];
 
@@ -189,30 +177,24 @@ impl<N: Number> FeedForward<N> {
     fn leads(&self) -> bool {
         self.pole > N::ZERO
     }
-}
 
-impl<N: Number> Lead<N> for FeedForward<N> {
-    type Motion = ReferenceMotion<N>;
-
-    const NONE: Self = Self {
-        pole: N::ZERO,
-        rate: N::ZERO,
-        half_square: N::ZERO,
-        acceleration: N::ZERO,
-        velocity: N::ZERO,
-        coulomb: N::ZERO,
-        per_coulomb_speed: N::ZERO,
-    };
-
-    fn at_rest(error: N) -> ReferenceMotion<N> {
+    /// The model at rest, at this distance from where the servo is.
+    pub(crate) fn at_rest(error: N) -> ReferenceMotion<N> {
         ReferenceMotion {
             error,
             lags: [N::ZERO; 3],
         }
     }
 
+    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units, and the command
+    /// that is added to the PID's.
     #[inline]
-    fn process(&self, motion: &mut ReferenceMotion<N>, error: N, increment: N) -> (N, N) {
+    pub(crate) fn process(
+        &self,
+        motion: &mut ReferenceMotion<N>,
+        error: N,
+        increment: N,
+    ) -> (N, N) {
         if self.leads() {
             self.follow(motion, error, increment)
         } else {

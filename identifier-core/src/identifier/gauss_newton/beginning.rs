@@ -91,7 +91,7 @@ where
             ..Recursion::new(
                 law,
                 before.inputs,
-                before.evidence,
+                before.entered,
                 self.step.step.response(parameters.x),
                 self.load_step
                     .start(result.unexplained * result.per_noise * result.per_noise),

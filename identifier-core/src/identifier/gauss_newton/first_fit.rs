@@ -137,7 +137,7 @@ where
             if fits.blocks() < W / 2 || fits.fresh() < W / 4 {
                 return None;
             }
-            fitter.begin(fits, fitter.given());
+            fitter.begin(fits);
         }
         let mut ended = fitter.advance(fits, budget)?;
         if let Some(result) = &mut ended.result

@@ -4,7 +4,8 @@ use super::super::identify::{Event, Identify, Update, check};
 use super::GaussNewtonRecursion;
 use super::beginning::GaussNewtonFitted;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::{EstimateUncertainty, Evidence, IdentifiableSet};
+use super::terms::Entered;
+use crate::adaptation::{EstimateUncertainty, IdentifiableSet};
 use crate::error::StepError;
 use crate::fit::{NumberedBlock, Recorder};
 use crate::model::{KnownInputs, ModelValues};
@@ -104,7 +105,7 @@ where
             recursion: Recursion::new(
                 self.law.start(&self.initial.map(N::from_f64)),
                 S::Inputs::<N>::START,
-                S::Evidence::<N>::NONE,
+                Entered::NONE,
                 self.step.step.response(N::ZERO),
                 self.load_step.start(N::ZERO),
             ),
@@ -176,7 +177,7 @@ where
     }
 
     fn entered(&self, state: &Self::State) -> Terms {
-        state.recursion.evidence.entered()
+        state.recursion.entered.terms
     }
 
     fn place(&self, state: &mut Self::State, position: N) {

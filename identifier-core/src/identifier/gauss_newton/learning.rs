@@ -112,7 +112,7 @@ where
                 {
                     return self.search(state);
                 }
-                if S::HAS_TERMS && self.gather(state, mean) {
+                if S::HAS_TERMS && self.count_motion(state) {
                     return Event::TermEntered;
                 }
                 if self.in_trouble(state, relative) {

@@ -67,7 +67,6 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     /// ρ/(T v_s).
     pub(crate) per_low_speed_velocity: N,
     pub(crate) demanded: Terms,
-    pub(crate) allowed: Terms,
     /// The largest standard deviation of a delay, samples.
     pub(crate) max_delay_deviation: N,
     /// Blocks that the model must have moved in each direction before a term enters.
@@ -107,7 +106,7 @@ pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize, const W: usize]
     GaussNewtonRecursion<N, S, P, W> as "GaussNewtonRecursion" {
-        law, blocking, step, load_step, angle, per_low_speed_velocity, demanded, allowed,
+        law, blocking, step, load_step, angle, per_low_speed_velocity, demanded,
         max_delay_deviation, min_motion_blocks, units, longest, bandwidth, min_omega, max_omega,
         joining_omega, narrowing, block_narrowing, joining_samples, search_samples,
         standstill_samples, search_standstill_samples, max_held_samples, alarm_blocks,

@@ -1,4 +1,5 @@
 use super::load_step::Suspicion;
+use super::terms::Entered;
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
@@ -12,8 +13,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) law: GaussNewtonState<N, S, P>,
     /// Commands given and angle measured.
     pub(super) inputs: S::Inputs<N>,
-    /// Which terms have entered.
-    pub(super) evidence: S::Evidence<N>,
+    pub(super) entered: Entered,
     /// That of the model's step; it changes when the estimates do.
     pub(super) response: Response<N>,
     /// ω T in normal operation.
@@ -75,7 +75,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
     pub(super) fn new(
         law: GaussNewtonState<N, S, P>,
         inputs: S::Inputs<N>,
-        evidence: S::Evidence<N>,
+        entered: Entered,
         response: Response<N>,
         suspicion: Suspicion<N>,
     ) -> Self {
@@ -84,7 +84,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
             tangents: Tangents::NONE,
             law,
             inputs,
-            evidence,
+            entered,
             response,
             omega: N::ZERO,
             measured: N::ZERO,

@@ -1,110 +1,75 @@
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
-use crate::adaptation::{Evidence, GaussNewtonState, IdentifiableSet};
+use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::ModelValues;
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
-/// The least part of the errors that a term must explain beyond the estimates, and
-/// the least square of the score over its variance.
-const MIN_SHARE: f64 = 0.01;
-const MIN_SCORE: f64 = 30.0;
-
-/// The correlation of the errors from block to block above which a load wanders.
-const MIN_CORRELATION: f64 = 0.8;
-
 /// The factor on the variances of the estimates when a term enters: they contain its effect.
 const VARIANCE_FACTOR: f64 = 100.0;
+
+/// The terms that have entered, and the blocks in which the model has moved since the last of them.
+///
+/// A term is distinguished from the parameters only by motion in both directions, and one term from
+/// another only when it is estimated; so they enter one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Entered {
+    pub(super) terms: Terms,
+    forwards: u16,
+    backwards: u16,
+}
+
+impl Entered {
+    /// No term, and no motion.
+    pub(super) const NONE: Self = Self::with(Terms::NONE);
+
+    const fn with(terms: Terms) -> Self {
+        Self {
+            terms,
+            forwards: 0,
+            backwards: 0,
+        }
+    }
+}
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// Takes the mean error of a block as evidence for the terms that have not entered; whether one
-    /// enters now.
+    /// Counts a block in which the model moves. True if a term that is demanded enters now.
     #[inline]
-    pub(super) fn gather(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
+    pub(super) fn count_motion(&self, state: &mut Recursion<N, S, P>) -> bool {
         if !state.law.is_learning() {
-            state.evidence.interrupt();
             return false;
         }
-        let direction = state.model.velocity;
-        state
-            .evidence
-            .observe(state.law.sensitivity(), mean, direction);
-        state.evidence.both_ways() >= self.min_motion_blocks && self.consider(state)
+        let entered = &mut state.entered;
+        let moved = if state.model.velocity > N::ZERO {
+            &mut entered.forwards
+        } else {
+            &mut entered.backwards
+        };
+        *moved = moved.saturating_add(1);
+        entered.forwards.min(entered.backwards) >= self.min_motion_blocks && self.admit(state)
     }
 
-    /// Lets a term enter, and returns whether one has. The next test follows after as much motion again.
+    /// Lets the next term enter that is demanded, and returns whether there is one. It is looked for again after as much
+    /// motion again.
     #[cold]
     #[inline(never)]
-    fn consider(&self, state: &mut Recursion<N, S, P>) -> bool {
-        let entered = state.evidence.entered();
-        let absent = |&term: &Term| !entered.has(term) && S::has_term::<N>(term);
-        let demanded = Term::ALL
-            .into_iter()
-            .filter(absent)
-            .find(|&term| self.demanded.has(term));
-        let term = demanded.or_else(|| {
-            let settled = !state.evidence.is_settling();
-            settled.then(|| self.best_explanation(state, absent))?
-        });
-        let Some(term) = term else {
-            state.evidence.begin_anew();
-            return false;
-        };
-        state.evidence.enter(Terms::NONE.with(term));
-        self.release(&mut state.law, term, state.measured, state.scale);
-        true
-    }
-
-    /// The term that explains most of the errors that are left, if it explains enough.
-    fn best_explanation(
-        &self,
-        state: &Recursion<N, S, P>,
-        absent: impl Fn(&Term) -> bool,
-    ) -> Option<Term> {
-        let entered = state.evidence.entered();
-        let free_with = |term: Option<Term>| -> [bool; P] {
-            core::array::from_fn(|i| {
-                let own = S::UNKNOWNS[i].term();
-                self.free[i] && own.is_none_or(|own| entered.has(own) || Some(own) == term)
-            })
-        };
-        let left = state.evidence.left_by(&free_with(None))?;
-        let independent = state.evidence.independent();
-        let mut best = None;
-        let mut most = 0.0;
-        let wanders = Term::WanderingLoad;
-        if absent(&wanders)
-            && self.allowed.has(wanders)
-            && state.evidence.correlation() > MIN_CORRELATION
-        {
-            // The last that is thought of: any other effect colours the errors too.
-            best = Some(wanders);
+    fn admit(&self, state: &mut Recursion<N, S, P>) -> bool {
+        let entered = state.entered.terms;
+        let waits = |term: &Term| self.demanded.has(*term) && !entered.has(*term);
+        let next = Term::ALL.into_iter().find(waits);
+        state.entered = Entered::with(next.map_or(entered, |term| entered.with(term)));
+        if let Some(term) = next {
+            self.release(&mut state.law, term, state.measured, state.scale);
         }
-        for term in Term::ALL
-            .into_iter()
-            .filter(absent)
-            .filter(|&term| self.allowed.has(term) && term != wanders)
-        {
-            let with = state.evidence.left_by(&free_with(Some(term)))?;
-            let share = (left - with) / left.max(f64::MIN_POSITIVE);
-            let score = independent * share / (1.0 - share).max(f64::MIN_POSITIVE);
-            if share > MIN_SHARE && score > MIN_SCORE && share > most {
-                most = share;
-                best = Some(term);
-            }
-        }
-        best
+        next.is_some()
     }
 
     /// Begins to learn the unknowns of a term.
     fn release(&self, law: &mut GaussNewtonState<N, S, P>, term: Term, omega: N, scale: N) {
-        if term == Term::WanderingLoad {
-            law.begin_whitening();
-        }
         let estimates = law.estimates();
         self.law.settle_anew(law);
         law.inflate_covariance(
@@ -147,10 +112,7 @@ where
         omega: N,
         scale: N,
     ) {
-        let entered = before.evidence.entered();
-        if entered.has(Term::WanderingLoad) {
-            law.begin_whitening();
-        }
+        let entered = before.entered.terms;
         let (old, new) = (before.law.estimates(), law.estimates());
         for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
             let Some(term) = unknown.term() else { continue };

@@ -8,7 +8,7 @@ use host_sim::log::Log;
 use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
-use integration_tests::logs::{Effect, RecordedLog};
+use integration_tests::logs::RecordedLog;
 
 /// Settings of an identification that are compared.
 #[derive(Clone, Copy)]
@@ -22,31 +22,6 @@ pub(super) struct Settings {
 pub(super) const FOUR: Settings = Settings {
     name: "four parameters",
     identifier: |_| super::super::campaign::ALL_FOUR.to_owned(),
-};
-
-/// The four parameters, by the window.
-pub(super) const WINDOW: Settings = Settings {
-    name: "window",
-    identifier: |_| super::super::campaign::ALL_FOUR.replace("gauss-newton", "window"),
-};
-
-/// Every term of the model on evidence. The orders of ripples are known, as a motor's number of poles is; the speed of
-/// low-speed friction is a guess.
-pub(super) const ALL_TERMS: Settings = Settings {
-    name: "all terms on evidence",
-    identifier: |log| {
-        let order = if log.setup.present.contains(&Effect::Ripple) {
-            log.setup.effects.ripple_order
-        } else {
-            12
-        };
-        format!(
-            "{}\nterms = [\"delay\", \"asymmetry\", \"low-speed\", \"gravity\", \"ripple\", \"dead-band\"]\n\
-             low_speed_velocity = {:?}\nripple_order = {order}",
-            super::super::campaign::ALL_FOUR,
-            0.1 * log.velocity_rms
-        )
-    },
 };
 
 /// One fit to the whole record.

@@ -17,7 +17,7 @@ mod truth;
 use integration_tests::environment;
 use integration_tests::logs::drawn;
 
-use identify::{ALL_TERMS, FIT, FOUR, Settings};
+use identify::{FIT, FOUR, Settings};
 use judge::{Judgement, judge};
 use table::{count, table};
 
@@ -62,7 +62,7 @@ fn with_drawn_effects_by_one_fit() {
 #[test]
 #[ignore = "minutes: LOGS=1000 SEED=n"]
 fn with_drawn_effects_by_recursion() {
-    run(&[FOUR, ALL_TERMS], campaign(300));
+    run(&[FOUR], campaign(300));
 }
 
 /// A campaign small enough for every change: it may not become worse than it was.

@@ -7,7 +7,7 @@ use integration_tests::environment;
 use integration_tests::logs::{Effect, drawn_with, exact};
 
 use super::campaign;
-use super::identify::{ALL_TERMS, FIT, FOUR, Settings, WINDOW};
+use super::identify::{FIT, FOUR, Settings};
 use super::judge::{Judgement, judge};
 use super::table::count;
 
@@ -68,8 +68,8 @@ fn with_noise_of_the_encoder_by_one_fit() {
 
 #[test]
 #[ignore = "minutes: LOGS=6 SEED=n"]
-fn with_noise_of_the_encoder_by_recursion_and_window() {
-    with_noise_of_the_encoder(&[FOUR, WINDOW]);
+fn with_noise_of_the_encoder_by_recursion() {
+    with_noise_of_the_encoder(&[FOUR]);
 }
 
 fn with_noise_of_the_encoder(settings: &[Settings]) {
@@ -156,7 +156,7 @@ fn with_a_record_that_is_late_or_early() {
             items.extend((0..logs).map(|number| (half, number * RATES.len() as u32 + place)));
         }
     }
-    let settings = [FIT, ALL_TERMS];
+    let settings = [FIT, FOUR];
     let judged = judge(&settings, &items, |&(half, number)| {
         let (place, number) = (number as usize % RATES.len(), number / RATES.len() as u32);
         let mut setup = exact(seed, number, RATES[place], COUNTS).setup;
@@ -205,7 +205,7 @@ fn with_one_effect_by_one_fit() {
 #[test]
 #[ignore = "minutes: LOGS=20 SEED=n"]
 fn with_one_effect_by_recursion() {
-    with_one_effect(&[FOUR, ALL_TERMS]);
+    with_one_effect(&[FOUR]);
 }
 
 fn with_one_effect(settings: &[Settings]) {

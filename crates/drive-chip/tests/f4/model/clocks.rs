@@ -185,7 +185,6 @@ impl Clocks {
             Peripheral::Port(_) => false,
             Peripheral::Tim1 => apb2.tim1en().is_enabled(),
             Peripheral::Tim4 => apb1.tim4en().is_enabled(),
-            Peripheral::Adc1 => apb2.adc1en().is_enabled(),
             Peripheral::Tim3 => apb1.tim3en().is_enabled(),
             Peripheral::Tim5 => apb1.tim5en().is_enabled(),
             Peripheral::Usart2 => apb1.usart2en().is_enabled(),
@@ -213,9 +212,6 @@ impl Clocks {
         }
         if apb1.tim4rst().bit() {
             chip.timers.reset(Peripheral::Tim4);
-        }
-        if apb2.adcrst().bit() {
-            chip.adc.reset();
         }
         if apb1.tim5rst().bit() {
             chip.timers.reset(Peripheral::Tim5);
@@ -357,7 +353,6 @@ pub(crate) enum Peripheral {
     Tim3,
     Tim4,
     Tim5,
-    Adc1,
     Usart2,
     Dma1,
 }

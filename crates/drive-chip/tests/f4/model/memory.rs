@@ -27,8 +27,6 @@ pub(crate) struct Memory {
     pub(crate) fails: Cell<u32>,
     /// A step never ends.
     pub(crate) hangs: Cell<bool>,
-    /// The supply sags with the next step.
-    pub(crate) sags: Cell<bool>,
     /// Times that the status was read since something was written.
     asked: Cell<u64>,
     /// The same while nothing was done.
@@ -57,7 +55,6 @@ impl Memory {
             busy_until: Cell::new(0),
             fails: Cell::new(0),
             hangs: Cell::new(false),
-            sags: Cell::new(false),
             asked: Cell::new(0),
             idle: Cell::new(0),
             erased: RefCell::default(),

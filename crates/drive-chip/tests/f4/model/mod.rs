@@ -1,6 +1,5 @@
 //! A model of the STM32F405's registers and of their effects on a drive.
 
-pub(crate) mod adc;
 pub(crate) mod clocks;
 pub(crate) mod memory;
 pub(crate) mod supply;

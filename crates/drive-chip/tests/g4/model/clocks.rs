@@ -200,7 +200,6 @@ impl Clocks {
             Peripheral::Tim3 => apb1.tim3en().bit(),
             Peripheral::Tim4 => apb1.tim4en().bit(),
             Peripheral::Tim5 => apb1.tim5en().bit(),
-            Peripheral::Adc1 => ahb2.adc12en().bit(),
             Peripheral::Usart2 => apb1.usart2en().bit(),
             Peripheral::Dma1 => ahb1.dma1en().bit() && ahb1.dmamux1en().bit(),
             Peripheral::Dac3 => ahb2.dac3en().bit(),
@@ -232,9 +231,6 @@ impl Clocks {
             if is_reset {
                 chip.timers.reset(peripheral);
             }
-        }
-        if ahb2.adc12rst().bit() {
-            chip.adc.reset();
         }
         if apb1.usart2rst().bit() {
             chip.usart.reset();
@@ -371,7 +367,6 @@ pub(crate) enum Peripheral {
     Tim3,
     Tim4,
     Tim5,
-    Adc1,
     Usart2,
     /// With its multiplexer.
     Dma1,

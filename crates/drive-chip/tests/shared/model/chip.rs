@@ -12,7 +12,7 @@ use drive_chip::bus::{Damage, Register};
 use super::clocks::{Peripheral, Source};
 use super::pins::{Level, Line, Mode};
 use super::timers::Output;
-use super::{adc, clocks, memory, pins, supply, timers, usart, watchdog};
+use super::{clocks, memory, pins, supply, timers, usart, watchdog};
 use crate::Family;
 use crate::facts::TIM1_FUNCTION;
 use crate::pac::Interrupt;
@@ -25,7 +25,6 @@ pub(crate) struct Chip {
     pub(crate) clocks: clocks::Clocks,
     pub(crate) pins: pins::Pins,
     pub(crate) timers: timers::Timers,
-    pub(crate) adc: adc::Adc,
     pub(crate) usart: usart::Usart,
     pub(crate) watchdog: watchdog::Watchdog,
     pub(crate) memory: memory::Memory,
@@ -41,6 +40,8 @@ pub(crate) struct Chip {
     now: Cell<u64>,
     /// Happens once, after the next read of a timer.
     while_reading: Cell<Option<fn(&Chip)>>,
+    /// Happens once, in the next step of the flash.
+    in_a_step: Cell<Option<fn(&Chip)>>,
     damage: &'static Damage,
     /// It is in the interrupt that nothing masks.
     is_in_nmi: Cell<bool>,
@@ -63,7 +64,6 @@ impl Chip {
             clocks: clocks::Clocks::new(source),
             pins: pins::Pins::new(),
             timers: timers::Timers::new(),
-            adc: adc::Adc::new(),
             usart: usart::Usart::new(),
             watchdog: watchdog::Watchdog::new(),
             memory: memory::Memory::new(),
@@ -81,6 +81,7 @@ impl Chip {
             barriers: Cell::new(0),
             now: Cell::new(0),
             while_reading: Cell::new(None),
+            in_a_step: Cell::new(None),
             damage: Box::leak(Box::default()),
             is_in_nmi: Cell::new(false),
         }
@@ -91,7 +92,6 @@ impl Chip {
         let found = self.pins.find(address);
         found
             .or_else(|| self.timers.find(address))
-            .or_else(|| self.adc.find(address))
             .or_else(|| self.usart.find(address))
     }
 
@@ -104,7 +104,6 @@ impl Chip {
             _ if !self.clocks.reaches(peripheral) => {}
             Peripheral::Port(number) => self.pins.write(number, address, word, new),
             Peripheral::Usart2 | Peripheral::Dma1 => self.usart.write(address, word, new),
-            Peripheral::Adc1 => self.adc.write(address, word, new, &self.clocks),
             _ => self.timers.write(address, word, new),
         }
         true
@@ -129,6 +128,11 @@ impl Chip {
     /// Has something happen after the next read of a timer.
     pub(crate) fn while_reading(&self, event: fn(&Chip)) {
         self.while_reading.set(Some(event));
+    }
+
+    /// Has something happen in the next step of the flash.
+    pub(crate) fn in_a_step(&self, event: fn(&Chip)) {
+        self.in_a_step.set(Some(event));
     }
 
     /// Advances the time, s.
@@ -332,7 +336,6 @@ impl Bus for &Chip {
                 _ if !self.clocks.is_on(peripheral) => 0,
                 Peripheral::Port(number) => self.pins.read(number, address, word),
                 Peripheral::Usart2 | Peripheral::Dma1 => self.usart.read(address, word),
-                Peripheral::Adc1 => self.adc.read(address, word, &self.pins),
                 _ => {
                     let read = self.timers.read(address, word);
                     if let Some(event) = self.while_reading.take() {
@@ -366,8 +369,10 @@ impl Bus for &Chip {
             || self.supply.write(address, word, &self.clocks)
             || self.nvic.write(address, word);
         assert!(taken, "nothing is at {address:#x}");
-        if self.memory.is_in_a_step(self.now.get()) && self.memory.sags.take() {
-            self.supply.set(2.5);
+        if self.memory.is_in_a_step(self.now.get())
+            && let Some(event) = self.in_a_step.take()
+        {
+            event(self);
         }
         self.clocks.reset_peripherals(self);
         self.memory.check_wait_states(self.clocks.frequencies());

@@ -6,4 +6,4 @@ pub(crate) mod pins;
 pub(crate) mod timers;
 pub(crate) mod watchdog;
 
-use crate::model::{adc, clocks, memory, supply, usart};
+use crate::model::{clocks, memory, supply, usart};

@@ -153,6 +153,10 @@ impl Timers {
         self.top_1.set(self.tim1.get(self.tim1.arr()));
         self.compare_1.set(self.tim1.get(self.tim1.ccr1()));
         self.compare_2.set(self.tim1.get(self.tim1.ccr2()));
+        if self.tim1.bdtr().read().aoe().bit() {
+            self.tim1
+                .set(self.tim1.bdtr(), self.tim1.get(self.tim1.bdtr()) | 1 << 15);
+        }
     }
 
     fn raise_5(&self) {
@@ -180,6 +184,23 @@ impl Timers {
         if flags != 0 || tim1.get(tim1.sr()) & 1 << 13 != 0 {
             tim1.set(tim1.bdtr(), tim1.get(tim1.bdtr()) & !(1 << 15));
             assert!(tim1.bdtr().read().moe().is_disabled_idle());
+        }
+    }
+
+    /// Bits of a word of TIM1 that its lock keeps as they are (17.4.18; RM0440, TIM1: level 1).
+    fn locked(&self, address: u32) -> u32 {
+        let tim1 = &self.tim1;
+        if tim1.bdtr().read().lock().bits() == 0 {
+            return 0;
+        }
+        match address.wrapping_sub(tim1.address(tim1.cr1())) {
+            // Idle states.
+            0x04 => 0x7f00,
+            // Dead time, the lock itself, the break's enable and polarity, automatic enable.
+            0x44 => 0x73ff,
+            // Sources of the break, of an STM32G4.
+            0x60 => u32::MAX,
+            _ => 0,
         }
     }
 
@@ -325,7 +346,8 @@ impl Timers {
 
     /// The time for which a level of the step and the direction line must stand, s.
     pub(crate) fn step_filters(&self, clocks: &Clocks) -> [f64; 2] {
-        Self::filters(&self.tim4, clocks)
+        let [step, direction, _] = Self::filters(&self.tim4, clocks);
+        [step, direction]
     }
 
     /// Reads a word: that of a capture clears its flag.
@@ -339,14 +361,20 @@ impl Timers {
         word.get()
     }
 
-    /// The time for which a level of the encoder's lines must stand to be counted, s (18.4.7).
-    pub(crate) fn encoder_filters(&self, clocks: &Clocks) -> [f64; 2] {
+    /// The time for which a level of the encoder's lines and its index must stand to be counted, s (18.4.7).
+    pub(crate) fn encoder_filters(&self, clocks: &Clocks) -> [f64; 3] {
         Self::filters(&self.tim3, clocks)
     }
 
-    fn filters(timer: &Block<tim3::RegisterBlock>, clocks: &Clocks) -> [f64; 2] {
+    fn filters(timer: &Block<tim3::RegisterBlock>, clocks: &Clocks) -> [f64; 3] {
         let lines = timer.ccmr1_input().read();
-        [lines.ic1f().bits(), lines.ic2f().bits()].map(|filter| {
+        let index = timer.ccmr2_input().read();
+        [
+            lines.ic1f().bits(),
+            lines.ic2f().bits(),
+            index.ic3f().bits(),
+        ]
+        .map(|filter| {
             const SAMPLES: [u32; 16] = [1, 2, 4, 8, 6, 8, 6, 8, 6, 8, 5, 6, 8, 5, 6, 8];
             const DIVIDER: [u32; 16] = [1, 1, 1, 1, 2, 2, 4, 4, 8, 8, 16, 16, 16, 32, 32, 32];
             let filter = usize::from(filter);
@@ -378,7 +406,8 @@ impl Timers {
             return;
         }
         let was_counting = tim5.cr1().read().cen().is_enabled();
-        word.set(new);
+        let locked = self.locked(address);
+        word.set(word.get() & locked | new & !locked);
         if address == tim1.address(tim1.egr()) && new & 1 != 0 {
             tim1.set(tim1.cnt(), 0);
             self.update_1();
