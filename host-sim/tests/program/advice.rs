@@ -695,7 +695,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 110.0\nlow_speed_velocity = 1.0",
+                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 104.0\nlow_speed_velocity = 1.0",
                 ),
                 (
                     "=commission",
@@ -865,7 +865,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             remedies: &[
                 Followed(
                     "quicken the current loop",
-                    &[("plant", "current_loop = 0.004")],
+                    &[("plant", "current_loop = 0.005")],
                 ),
                 // The loop gives way to delays of 6 ms that nothing declares.
                 NotHere("declare or shorten the delay"),
