@@ -1,5 +1,3 @@
-'use strict';
-
 // The page: settings, presets, verdict, figures, logs.
 
 const byId = (id) => document.getElementById(id);
@@ -105,7 +103,7 @@ function values() {
 
 // Workers.
 
-const source = URL.createObjectURL(new Blob([parts[1]], { type: 'text/javascript' }));
+const source = URL.createObjectURL(new Blob([byId('worker').textContent], { type: 'text/javascript' }));
 let compiled;
 
 class Helper {
@@ -600,7 +598,9 @@ function takeDropped(data) {
 async function begin() {
   build();
   follow(location.hash);
-  compiled = await WebAssembly.compile(parts[0]);
+  const packed = Uint8Array.from(atob(byId('packed').textContent), (character) => character.charCodeAt(0));
+  const module = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
+  compiled = await WebAssembly.compile(await new Response(module).arrayBuffer());
   runner = new Helper();
   judge = new Helper();
   runIn();

@@ -1,20 +1,21 @@
 //! The playground: the core, the virtual servo and the command line's library as WebAssembly in one page that needs no
 //! server.
 //!
-//! The page's parts are in `docs/playground`. The module and the scripts are packed by LZMA, which the page unpacks, and
-//! written as text in base 91.
+//! The page's parts are in `docs/playground`. The module is packed by gzip, which a browser unpacks, and written in base 64.
 
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use lzma_rust2::{LzmaOptions, LzmaWriter};
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
 /// The largest page, bytes.
-const MAX_PAGE: usize = 300_000;
+const MAX_PAGE: usize = 420_000;
 
 /// Builds the page into a folder, as `index.html`.
 pub(crate) fn build(folder: &Path) -> Result<(), String> {
@@ -25,24 +26,13 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
         let path = parts.join(name);
         fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
     };
-    let own = [read("draw.js")?, read("page.js")?].map(|part| brief(&part));
-    let packed_parts = [
-        module.clone(),
-        brief(&read("worker.js")?).into(),
-        own.concat().into(),
-        brief(&read("page.css")?).into(),
-    ];
-    let packed = packed(&packed_parts.concat())
-        .map_err(|error| format!("the module cannot be packed: {error}"))?;
-    let lengths = packed_parts.map(|part| part.len());
+    let packed =
+        packed(&module).map_err(|error| format!("the module cannot be packed: {error}"))?;
     let mut page = brief(&read("page.html")?);
-    for (place, part) in [
-        ("/* unpack */", brief(&read("unpack.js")?)),
-        ("PART_LENGTHS", format!("{lengths:?}")),
-        ("PACKED_PARTS", base_91(&packed)),
-    ] {
-        page = filled(&page, place, &part)?;
+    for name in ["page.css", "worker.js", "draw.js", "page.js"] {
+        page = filled(&page, &format!("/* {name} */\n"), &brief(&read(name)?))?;
     }
+    page = filled(&page, "PACKED_MODULE", &BASE64_STANDARD.encode(&packed))?;
     if page.len() > MAX_PAGE {
         let length = page.len();
         return Err(format!(
@@ -53,7 +43,7 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
     let file = folder.join("index.html");
     fs::write(&file, &page).map_err(|error| format!("{}: {error}", file.display()))?;
     println!(
-        "{}: {} bytes; the module has {}, all parts packed {}",
+        "{}: {} bytes; the module has {}, packed {}",
         file.display(),
         page.len(),
         module.len(),
@@ -148,38 +138,10 @@ fn without_custom_sections(module: &[u8]) -> Result<Vec<u8>, String> {
     Ok(kept)
 }
 
-/// A raw stream of LZMA, with three bits of context for literals and none for positions.
-fn packed(bytes: &[u8]) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
-    let mut options = LzmaOptions::with_preset(9);
-    (options.lc, options.lp, options.pb) = (3, 0, 0);
-    options.nice_len = 273;
-    let mut writer = LzmaWriter::new_no_header(Vec::new(), &options, false)?;
+fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut writer = GzEncoder::new(Vec::new(), Compression::best());
     writer.write_all(bytes)?;
-    Ok(writer.finish()?)
-}
-
-/// Thirteen bits as two digits of base 91: the visible characters from `!` to `|` without `<`, so that none ends a script.
-fn base_91(bytes: &[u8]) -> String {
-    const BITS: u32 = 13;
-    let digit = |digit: u32| {
-        let character = digit + u32::from(b'!');
-        let skipped = u32::from(character >= u32::from(b'<'));
-        char::from_u32(character + skipped).unwrap_or_default()
-    };
-    let digits = |value: u32| [digit(value / 91), digit(value % 91)];
-    let mut text = String::with_capacity(bytes.len() / 13 * 16 + 16);
-    let (mut waiting, mut count) = (0_u32, 0);
-    for &byte in bytes {
-        waiting = waiting << 8 | u32::from(byte);
-        count += 8;
-        if count >= BITS {
-            count -= BITS;
-            text.extend(digits(waiting >> count));
-            waiting &= (1 << count) - 1;
-        }
-    }
-    text.extend(digits(waiting << (BITS - count)));
-    text
+    writer.finish()
 }
 
 /// A part without indentation, empty lines and lines of comment.
@@ -193,7 +155,7 @@ fn filled(page: &str, place: &str, part: &str) -> Result<String, String> {
     match page.matches(place).count() {
         1 => Ok(page.replacen(place, part, 1)),
         count => Err(format!(
-            "docs/playground/page.html has {place} {count} times, not once"
+            "docs/playground/page.html has {place:?} {count} times, not once"
         )),
     }
 }

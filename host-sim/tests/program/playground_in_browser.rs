@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 const RIGHT: &str = "\u{e014}";
 
 /// The largest page, bytes.
-const MAX_PAGE: u64 = 300_000;
+const MAX_PAGE: u64 = 420_000;
 
 /// The presets; of all but the last the servo is known.
 const PRESETS: [&str; 5] = ["paper", "joint", "linear", "hobby", "belt"];
