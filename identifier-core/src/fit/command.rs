@@ -1,7 +1,6 @@
 use super::block::Block;
 use super::record::Blocks;
-use super::survey::{larger, smaller};
-use crate::number::Number;
+use crate::number::{Number, larger, smaller};
 
 /// A command that acts in a part of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,8 @@
 use super::block::Block;
 use super::levenberg_marquardt::Explanation;
 use super::pass::PassSums;
-use super::survey::larger;
 use crate::model::{FrictionPhase, Innovation};
-use crate::number::Number;
+use crate::number::{Number, larger};
 
 /// The motion of the model per block by which the command acts earlier than it was recorded: ∂q_e/∂s and ∂v_e/∂s for
 /// u(t + s), first order in the block as the other [tangents](crate::model::Tangents).

@@ -3,10 +3,10 @@ use super::early::{EarlyCommand, early_command};
 use super::fitter::{Fit, Fitter};
 use super::levenberg_marquardt::Explanation;
 use super::pass::PassSums;
-use super::survey::{larger, root};
+use super::survey::root;
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
-use crate::number::Number;
+use crate::number::{Number, larger};
 use crate::parameters::Unknown;
 use crate::reason::Reason;
 

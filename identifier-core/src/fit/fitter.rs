@@ -5,7 +5,7 @@ use super::gain::KalmanGain;
 use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use super::pass::{Pass, PassSums};
 use super::record::Blocks;
-use super::survey::{MIN_TRAVEL_COUNTS, Survey, larger, root, smaller};
+use super::survey::{MIN_TRAVEL_COUNTS, Survey, root};
 use super::{A, B, FitResult, FitterConfig, Prior};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
@@ -13,7 +13,7 @@ use crate::linalg::NormalEquations;
 use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
 use crate::model::{Acting, FrictionStep, KnownInputs, ModelValues};
-use crate::number::Number;
+use crate::number::{Number, larger, smaller};
 use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprint};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.

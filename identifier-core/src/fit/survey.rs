@@ -1,5 +1,5 @@
 use super::block::Block;
-use crate::number::Number;
+use crate::number::{Number, larger};
 
 /// The shortest travel from which anything can be learnt, counts.
 pub(crate) const MIN_TRAVEL_COUNTS: f64 = 8.0;
@@ -145,12 +145,4 @@ pub(super) fn root<N: Number>(x: N) -> N {
     } else {
         N::ZERO
     }
-}
-
-pub(super) fn larger<N: Number>(x: N, y: N) -> N {
-    if x > y { x } else { y }
-}
-
-pub(super) fn smaller<N: Number>(x: N, y: N) -> N {
-    if x < y { x } else { y }
 }

@@ -91,6 +91,18 @@ pub trait Number:
     fn magnitude(self) -> Self;
 }
 
+/// The larger of two; the second where one is not a number.
+#[inline]
+pub(crate) fn larger<N: Number>(one: N, other: N) -> N {
+    if one > other { one } else { other }
+}
+
+/// The smaller of two; the second where one is not a number.
+#[inline]
+pub(crate) fn smaller<N: Number>(one: N, other: N) -> N {
+    if one < other { one } else { other }
+}
+
 impl Number for f32 {
     type Sum = Compensated<Self>;
 

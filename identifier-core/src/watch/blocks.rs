@@ -5,7 +5,7 @@
 //!
 //!   A = b W + M² (d − c sign v) − a M (D + D⁻)/2.
 
-use crate::number::Number;
+use crate::number::{Number, larger};
 
 /// Parts of one length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -265,9 +265,4 @@ impl<N: Number> Blocks<N> {
             || size <= N::from_count(Self::SLIP)
             || missed > N::from_count(Self::STOOD) * self.scale
     }
-}
-
-/// The larger of two.
-pub(super) fn larger<N: Number>(one: N, other: N) -> N {
-    if one > other { one } else { other }
 }

@@ -17,9 +17,9 @@
 //! then names the reason.
 
 use super::blocks::BlockPart;
-use super::blocks::{Blocks, BlocksState, WatchBlock, larger};
+use super::blocks::{Blocks, BlocksState, WatchBlock};
 use super::known_servo::{MODEL_ERROR, Model};
-use crate::number::Number;
+use crate::number::{Number, larger};
 use crate::reason::Reason;
 
 /// The comparison over blocks of one length.

@@ -7,7 +7,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::linalg::{Factors, Measurement};
-use crate::number::{Number, RunningSum};
+use crate::number::{Number, RunningSum, larger, smaller};
 use crate::unrolled::{each, from_fn};
 
 /// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
@@ -573,14 +573,4 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     ) -> [f64; P] {
         self.uncertainty(state).standard_errors()
     }
-}
-
-#[inline]
-fn larger<N: Number>(x: N, y: N) -> N {
-    if x > y { x } else { y }
-}
-
-#[inline]
-fn smaller<N: Number>(x: N, y: N) -> N {
-    if x < y { x } else { y }
 }

@@ -1,6 +1,6 @@
 use crate::adaptation::GaussNewton;
 use crate::constants::{Encode, encode};
-use crate::number::Number;
+use crate::number::{Number, smaller};
 
 /// Detects a step of the load by the mean of the output error.
 ///
@@ -101,11 +101,6 @@ impl<N: Number> LoadStepTest<N> {
             self.variance_weight * (smaller(square, self.cap * variance) - state.variance);
         false
     }
-}
-
-#[inline]
-fn smaller<N: Number>(x: N, y: N) -> N {
-    if x < y { x } else { y }
 }
 
 impl<N: Number> Suspicion<N> {

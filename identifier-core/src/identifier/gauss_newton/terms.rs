@@ -2,7 +2,7 @@ use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::ModelValues;
-use crate::number::Number;
+use crate::number::{Number, larger};
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
 /// The factor on the variances of the estimates when a term enters: they contain its effect.
@@ -90,7 +90,6 @@ where
         const MIN_FRICTION_SHARE: f64 = 0.1;
         let fine = N::from_f64(MIN_FRICTION_SHARE);
         let parameters = ModelValues::from_values::<S, P>(estimates).parameters;
-        let larger = |x: N, y: N| if x > y { x } else { y };
         unknown.usual_size(|share: N| UsualSizes {
             coulomb: share * larger(parameters.coulomb, fine * scale),
             other: PerQuantity {
