@@ -41,6 +41,11 @@ const GONE: &[(Place, &str, &str)] = &[
     (Key, "controller.feed_forward.delay", FORCES),
     (
         Key,
+        "commission.one_way",
+        "an axis that may not reverse is not commissioned: record a log of it and identify that",
+    ),
+    (
+        Key,
         "identifier.terms",
         "no term enters by itself: state those that the servo has in required_terms, or let law = \"fit\" find them in a \
          whole log",

@@ -113,15 +113,12 @@ catalogue! {
     TargetOutside = 52, "target-outside", Known:
         "the command from outside asks for a target beyond the travel",
         "keep it within the travel, or allow more";
-    DoesNotStand = 100, "does-not-stand", Known:
-        "the servo moved on its own before the probing motion, faster than it can be caught within the travel",
-        "hold it by a brake or by gains that work, or allow more travel";
     DoesNotMove = 101, "does-not-move", Doubtful:
         "the servo did not move under a command that was to move it",
         "free the axis, check encoder and amplifier, or allow a larger command";
     OneDirectionOnly = 102, "one-direction-only", Doubtful:
         "the servo moved one way and not the other",
-        "free the axis, or declare that it may only move one way";
+        "free the axis";
     TooLittleEvidence = 110, "too-little-evidence", Known:
         "the motion within the limits does not determine the servo well enough",
         "allow more travel, speed or duration, or use a finer encoder";

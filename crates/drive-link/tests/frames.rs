@@ -150,7 +150,6 @@ fn order() -> CommissionSettings {
             speed: 50.0,
             command: [-10.0, 10.0],
             duration: 1.0,
-            one_way: true,
         },
         command_delay: 1e-5,
         max_gain: Some(1e3),

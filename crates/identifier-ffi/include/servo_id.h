@@ -116,7 +116,6 @@
 #define SERVO_ID_TRAVEL               50  /* of a commissioning: range about where the servo stands, rad */
 #define SERVO_ID_SPEED                51  /* largest, rad/s */
 #define SERVO_ID_DURATION             52  /* longest of a motion, s */
-#define SERVO_ID_ONE_WAY              53  /* not zero: it may move one way only */
 #define SERVO_ID_MAX_GAIN             54  /* largest b that it may have, if that is known */
 #define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
 #define SERVO_ID_REFERENCE_FILTER     56  /* of the controller: time constant, s; default none */

@@ -144,7 +144,6 @@ impl Given {
             speed: needed(p::SPEED)?,
             command: range(p::LIMIT)?,
             duration: needed(p::DURATION)?,
-            one_way: self.is_set(p::ONE_WAY),
         };
         Ok(CommissionSettings {
             command_delay: self.value(p::COMMAND_DELAY).unwrap_or(0.0),

@@ -94,7 +94,6 @@ parameters! {
     50 TRAVEL c"travel" Range
     51 SPEED c"speed" Value
     52 DURATION c"duration" Value
-    53 ONE_WAY c"one_way" Value
     54 MAX_GAIN c"max_gain" Value
     55 TRIAL_STEP c"trial_step" Value
     56 REFERENCE_FILTER c"reference_filter" Value

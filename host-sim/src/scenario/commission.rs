@@ -16,7 +16,6 @@ pub struct CommissionOrder {
     pub speed: f64,
     pub command: Option<[f64; 2]>,
     pub duration: f64,
-    pub one_way: bool,
     pub response_time: Option<f64>,
     pub bandwidth: Option<f64>,
     pub stiffest: Option<bool>,
@@ -53,25 +52,19 @@ impl CommissionOrder {
         }
     }
 
-    /// Checks that there is travel where the servo may move, and none where it may not.
+    /// Checks that there is travel to either side.
     fn check_ways(&self) -> Result<(), Fault> {
         let [low, high] = self.travel;
-        match (self.one_way, low < 0.0 && high > 0.0) {
-            (true, true) => Err(Fault::new(
-                "commission.one_way",
-                format!(
-                    "there is travel to both sides, [{low}, {high}]: state one that begins or ends at 0"
-                ),
-            )),
-            (false, false) => Err(Fault::new(
-                "commission.travel",
-                format!(
-                    "the servo stands at an end of its travel, [{low}, {high}]: allow some to either side, or \
-                     state one_way = true"
-                ),
-            )),
-            _ => Ok(()),
+        if low < 0.0 && high > 0.0 {
+            return Ok(());
         }
+        Err(Fault::new(
+            "commission.travel",
+            format!(
+                "the servo stands at an end of its travel, [{low}, {high}]: allow some to either side; an axis that may not \
+                 reverse is not commissioned, record a log of it and identify that"
+            ),
+        ))
     }
 
     /// Whether to look for a feed-forward, which a goal of a response time leaves no room for.
@@ -134,7 +127,6 @@ impl Scenario {
                 speed: order.speed,
                 command: order.command_limit()?,
                 duration: order.duration,
-                one_way: order.one_way,
             },
             command_delay: order
                 .command_delay

@@ -327,8 +327,6 @@ keys! {
     "the largest command, at most amplifier.limit";
 "commission.duration": Number(POSITIVE, |s, v| order(s).duration = v), Value(Limits::DURATION), "s",
     "the longest time that a motion may take";
-"commission.one_way": Flag(|s, v| order(s).one_way = v), Derived("false"), "",
-    "whether the servo may only move one way, the one in which there is travel";
 "commission.response_time": Number(POSITIVE, |s, v| order(s).response_time = Some(v)), Derived("none"), "s",
     "goal: the time from 10 to 90 % of a step of the reference";
 "commission.bandwidth": Number(POSITIVE, |s, v| order(s).bandwidth = Some(v)), Derived("none"), "rad/s",

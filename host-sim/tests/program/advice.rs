@@ -582,11 +582,8 @@ const COMMISSIONED: [(Reason, Row); 27] = [
                 ),
             ],
             remedies: &[Followed(
-                "declare that it may only move one way",
-                &[(
-                    "=commission",
-                    "travel = [0.0, 5.0]\nspeed = 30.0\nsample_time = 0.001\none_way = true",
-                )],
+                "free the axis",
+                &[("plant", "load = 50.0\ncoulomb = 13.0")],
             )],
         },
     ),
@@ -695,7 +692,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             case: &[
                 (
                     "=plant",
-                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 104.0\nlow_speed_velocity = 1.0",
+                    "a = 0.39\nb = 81.0\ncoulomb = 26.0\nlow_speed_friction = 130.0\nlow_speed_velocity = 1.0",
                 ),
                 (
                     "=commission",
@@ -865,7 +862,7 @@ const COMMISSIONED: [(Reason, Row); 27] = [
             remedies: &[
                 Followed(
                     "quicken the current loop",
-                    &[("plant", "current_loop = 0.005")],
+                    &[("plant", "current_loop = 0.002")],
                 ),
                 // The loop gives way to delays of 6 ms that nothing declares.
                 NotHere("declare or shorten the delay"),
@@ -984,7 +981,6 @@ fn needs_hands(reason: Reason) -> Option<&'static str> {
         R::StepsTooFast | R::StepsUnclear | R::TargetOutside => {
             "the source of the target is changed"
         }
-        R::DoesNotStand => "a brake holds the servo",
         R::DoesNotFollow => "amplifier or log are those of another axis",
         R::InertiaChanged
         | R::ViscousFrictionChanged

@@ -210,13 +210,13 @@ fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_
         "end",
         ("travel = 0.5 ", "travel = [0.0, 0.5] "),
         "commission.travel",
-        "one_way = true",
+        "identify",
     );
     refused(
         "ways",
         ("speed =", "one_way = true\nspeed ="),
         "commission.one_way",
-        "[-0.5, 0.5]",
+        "identify",
     );
     refused(
         "missing",

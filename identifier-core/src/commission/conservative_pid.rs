@@ -2,7 +2,7 @@ use super::gains::Loop;
 use super::{Limits, RoughModel};
 use crate::control::Pid;
 use crate::measurement::velocity::LowPass;
-use crate::number::Number;
+use crate::number::{Number, smaller};
 use crate::units::Units;
 
 /// Gains that hold a servo while it is studied: a double pole at −ω and one at −ω/5, placed for what is
@@ -102,10 +102,6 @@ fn low_pass<N: Number>(cutoff: N) -> LowPass<N> {
     LowPass::passing(cutoff * (N::ONE + cutoff).reciprocal())
 }
 
-fn smaller<N: Number>(one: N, other: N) -> N {
-    if one < other { one } else { other }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -119,7 +115,6 @@ pub(super) mod tests {
         speed: 20.0,
         command: [-8.0, 10.0],
         duration: 1.0,
-        one_way: false,
     };
 
     /// The widest loop for a servo of a gain, at a sample time, with counts a turn and a delay in samples.

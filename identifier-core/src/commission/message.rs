@@ -192,7 +192,7 @@ impl<N: Number> Candidate<N> {
         let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
         let disturbance = libm::copysign(disturbance, -step);
         // Under noise a servo rests too rarely to be waited for once more.
-        let returns = !limits.one_way && settings.noise == 0.0;
+        let returns = settings.noise == 0.0;
         // A servo that hunts about its friction is still for a while too.
         let settling = Trial::<N>::settling(tuning);
         Ok(Self {

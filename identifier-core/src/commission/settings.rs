@@ -16,8 +16,6 @@ pub struct Limits {
     pub command: [f64; 2],
     /// The longest time that a motion may take, s.
     pub duration: f64,
-    /// True if the servo may only move one way, the one in which there is travel.
-    pub one_way: bool,
 }
 
 /// Settings of a commissioning, SI.
@@ -202,7 +200,7 @@ impl Limits {
     /// The longest that a motion takes where nothing else is asked for, s.
     pub const DURATION: f64 = 1.0;
 
-    /// Of an axis that may move both ways: lowest and highest position, speed, lowest and highest command.
+    /// Lowest and highest position, speed, lowest and highest command.
     #[must_use]
     pub const fn new(travel: [f64; 2], speed: f64, command: [f64; 2]) -> Self {
         Self {
@@ -210,7 +208,6 @@ impl Limits {
             speed,
             command,
             duration: Self::DURATION,
-            one_way: false,
         }
     }
 

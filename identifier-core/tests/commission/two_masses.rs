@@ -77,7 +77,6 @@ fn two_masses(seed: u64) -> Bench {
                 speed: (authority * travel * random.uniform(0.2, 0.5)).sqrt(),
                 command: [-LIMIT, LIMIT],
                 duration: 3.0,
-                one_way: false,
             },
             ..ordinary().settings
         },
@@ -179,7 +178,6 @@ pub(crate) fn hidden() -> Bench {
         speed: 190.5,
         command: [-48.0, 48.0],
         duration: 3.0,
-        one_way: false,
     };
     bench
 }

@@ -281,9 +281,7 @@ impl<N: Number> CommissionIsr<N> {
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let (velocity, command) = (state.velocity_now, state.command);
         let mut holding = self.held_by(controller, state.position, velocity, command);
-        if !self.settings.limits.one_way {
-            holding.send(N::ZERO);
-        }
+        holding.send(N::ZERO);
         state.begin(Activity::Holding(holding));
         Ok(())
     }

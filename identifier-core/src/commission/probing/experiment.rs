@@ -94,7 +94,7 @@ impl<N: Number> Probing<N> {
         };
         let plan = &self.plan;
         let speed = observed.acceleration.magnitude() * plan.soon;
-        if speed > plan.usable_speed || N::from_f64(0.5) * speed * plan.soon > plan.half_room() {
+        if speed > plan.usable_speed || N::from_f64(0.5) * speed * plan.soon > plan.half_room {
             let direction = if position > N::ZERO { N::ONE } else { -N::ONE };
             state.direction = -direction;
             state.way = direction;
@@ -117,7 +117,6 @@ impl<N: Number> Probing<N> {
         let mut state = ProbingState::new(&self.plan, None);
         state.servo = *servo;
         state.guessed = state.servo.gain;
-        state.guessed_limit = state.servo.gain * self.plan.command[1];
         state.known_before = true;
         state.position = position;
         state.extreme = position;

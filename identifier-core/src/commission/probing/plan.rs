@@ -10,8 +10,8 @@ pub(super) struct Plan<N> {
     /// The travel that is allowed, and counts that rounding adds.
     pub(super) travel: [N; 2],
     pub(super) command: [N; 2],
-    /// The part of it that is used.
-    pub(super) usable: [N; 2],
+    /// The part of it that is used, to either side.
+    pub(super) half_room: N,
     pub(super) usable_speed: N,
     /// From a decision to where it can act at the latest.
     pub(super) horizon: N,
@@ -45,8 +45,6 @@ pub(super) struct Plan<N> {
     pub(super) settling: u32,
     /// Samples after which a motion of a servo that is known may end.
     pub(super) later: u32,
-    /// The way that there is travel, if only one.
-    pub(super) one_way: Option<N>,
     pub(super) first_direction: N,
     /// Samples for which a servo that holds must not move to be at rest.
     pub(super) quiet: u32,
@@ -108,22 +106,10 @@ impl<N: Number> Plan<N> {
         let limits = &settings.limits;
         let known_delay = settings.command_delay / time;
         let travel = limits.travel.map(|end| end * counts);
-        let room = if limits.one_way {
-            travel[1] - travel[0]
-        } else {
-            travel[1].min(-travel[0])
-        };
-        // Swings have their middle where the servo stands, if it may go both ways.
-        let usable = if limits.one_way {
-            travel
-        } else {
-            [-room, room]
-        };
+        // Swings have their middle where the servo stands.
+        let room = travel[1].min(-travel[0]);
         let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
         let most = limits.command[1].min(-limits.command[0]);
-        let one_way = limits
-            .one_way
-            .then(|| if travel[1] > -travel[0] { 1.0 } else { -1.0 });
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
         let half_swing = 0.042_f64
@@ -142,7 +128,7 @@ impl<N: Number> Plan<N> {
             // A servo that stands on an edge of the encoder may show a count.
             travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
             command: limits.command.map(number),
-            usable: usable.map(|end| number(end * Self::USED_TRAVEL)),
+            half_room: number(room * Self::USED_TRAVEL),
             usable_speed: number(usable_speed),
             horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
@@ -162,12 +148,7 @@ impl<N: Number> Plan<N> {
             longest: samples(limits.duration) as u32,
             settling: samples(Self::SETTLING) as u32,
             later: samples(Self::LATER.min(limits.duration)) as u32,
-            one_way: one_way.map(number),
-            first_direction: number(one_way.unwrap_or(if travel[1] >= -travel[0] {
-                1.0
-            } else {
-                -1.0
-            })),
+            first_direction: number(if travel[1] >= -travel[0] { 1.0 } else { -1.0 }),
             quiet: samples(0.004).max(4.0) as u32,
             usual_viscous: number(20.0 * time),
             off: number(0.3 + 0.003 * room),
@@ -181,17 +162,5 @@ impl<N: Number> Plan<N> {
                 number(core::f64::consts::PI * time / (ringing_time * half_swing)),
             ],
         }
-    }
-
-    /// Half of the travel that is planned with.
-    pub(super) fn half_room(&self) -> N {
-        let [low, high] = self.usable;
-        N::from_f64(0.5) * (high - low)
-    }
-
-    /// Where its middle is.
-    pub(super) fn middle(&self) -> N {
-        let [low, high] = self.usable;
-        N::from_f64(0.5) * (low + high)
     }
 }

@@ -116,12 +116,7 @@ impl<N: Number> Probing<N> {
         if moved.magnitude() < plan.noticed || against <= N::ZERO {
             return usual;
         }
-        let [low, high] = plan.usable;
-        let room = if state.direction > N::ZERO {
-            state.position - low
-        } else {
-            high - state.position
-        };
+        let room = plan.half_room + state.direction * state.position;
         let faster = -(state.direction * state.observed.acceleration);
         let brakes = -faster;
         if brakes * room > N::from_f64(0.7) * against * against {
@@ -209,25 +204,17 @@ impl<N: Number> Probing<N> {
             backward: without,
             viscous: N::ZERO,
         };
-        state.broke_away = guess.broke_away;
         let acted = state.given(plan.delay);
         state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
         state.servo = servo;
-        state.guessed = gain;
-        state.guessed_limit = gain * plan.command[1];
         state.news = Some(*guess);
         state.aim(state.way);
-        if plan.one_way.is_some_and(|way| way != state.way) {
-            state.ending = Some(Err(Reason::DoesNotStand));
-            state.enter(ProbingStage::Stop);
-            return self.stop(state);
-        }
         state.enter(ProbingStage::Brake);
         self.brake(state)
     }
 
-    /// The rest of it, which the first command of the brake does not wait for: the swing that is to follow, and the
-    /// regression, which begins with this knowledge.
+    /// The rest of it, which the first command of the brake does not wait for: what is kept of the guess, the swing that is to
+    /// follow, and the regression, which begins with this knowledge.
     pub(super) fn begin_regression(&self, state: &mut ProbingState<N>, guess: &Guess<N>) {
         self.choose_swing(state);
         let plan = &self.plan;
@@ -235,8 +222,9 @@ impl<N: Number> Probing<N> {
             gain,
             without,
             forward,
-            ..
+            broke_away,
         } = *guess;
+        (state.guessed, state.broke_away) = (gain, broke_away);
         // Uncertainty: half of b, half a sample of delay, a tenth of the command's largest acceleration in one
         // direction, and all of that in the difference to the other.
         let none = N::ZERO;

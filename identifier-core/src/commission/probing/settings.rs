@@ -16,8 +16,8 @@ pub(crate) struct ProbingSettings {
 }
 
 impl ProbingSettings {
-    /// The least travel to either side, or in all for a servo that may only move one way, counts.
-    pub(crate) const MIN_TRAVEL_COUNTS: [f64; 2] = [16.0, 100.0];
+    /// The least travel to either side, counts.
+    pub(crate) const MIN_TRAVEL_COUNTS: f64 = 16.0;
 
     /// The least speed, counts per second.
     pub(crate) const MIN_SPEED_COUNTS: f64 = 200.0;
@@ -32,13 +32,8 @@ impl ProbingSettings {
         let limits = &self.limits;
         limits.check()?;
         let [low, high] = limits.travel;
-        let [either, in_all] = Self::MIN_TRAVEL_COUNTS;
-        let (travel, counts) = if limits.one_way {
-            (high - low, in_all)
-        } else {
-            (high.min(-low), either)
-        };
-        let needed = counts * self.resolution;
+        let travel = high.min(-low);
+        let needed = Self::MIN_TRAVEL_COUNTS * self.resolution;
         if travel < needed {
             return Err(CommissionError::TravelTooSmall { travel, needed });
         }

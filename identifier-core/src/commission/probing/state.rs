@@ -38,8 +38,6 @@ pub(crate) struct ProbingState<N> {
     pub(super) servo: RoughModel<N>,
     /// b as it was first known.
     pub(super) guessed: N,
-    /// The acceleration that the command limit gives with it.
-    pub(super) guessed_limit: N,
     pub(super) observed: ObserverState<N>,
     pub(super) gathered: RegressionState<N>,
     pub(super) commands: [N; COMMANDS],
@@ -222,7 +220,6 @@ impl<N: Number> ProbingState<N> {
             news: None,
             servo: RoughModel::UNKNOWN,
             guessed: N::ZERO,
-            guessed_limit: N::ZERO,
             observed: ObserverState::AT_REST,
             gathered: RegressionState::NOTHING,
             commands: [held; COMMANDS],
@@ -308,11 +305,6 @@ impl<N: Number> ProbingState<N> {
         let slides = |servo: &RoughModel<N>| way * servo.command(N::ZERO, way);
         let learnt = slides(servo) - slides(&self.servo);
         self.extra = (self.extra - learnt).limited(N::ZERO, self.extra);
-    }
-
-    /// An acceleration at which a servo that may not turn comes to rest.
-    pub(super) fn gentle(&self) -> N {
-        N::from_f64(0.02) * self.guessed_limit
     }
 
     /// True if a servo that is braked has come to its furthest place: it comes back, or stands.

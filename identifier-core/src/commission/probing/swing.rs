@@ -1,7 +1,7 @@
 use super::experiment::Probing;
 use super::state::{ProbingStage, ProbingState};
 use crate::commission::Reason;
-use crate::number::Number;
+use crate::number::{Number, larger};
 
 impl<N: Number> Probing<N> {
     /// Acceleration and amplitude of the next swing: the largest that command, travel and speed permit.
@@ -21,9 +21,9 @@ impl<N: Number> Probing<N> {
                 }
             }
         }
-        let half_room = plan.half_room();
+        let half_room = plan.half_room;
         let floor = N::from_f64(0.02) * servo.gain * most;
-        let mut acceleration = available.limited(floor, N::REACH);
+        let mut acceleration = larger(available, floor);
         let mut amplitude = acceleration * plan.swing;
         if amplitude > half_room {
             amplitude = half_room;
@@ -36,13 +36,6 @@ impl<N: Number> Probing<N> {
         }
         state.acceleration = acceleration;
         state.amplitude = amplitude * state.part;
-        if let Some(way) = plan.one_way {
-            // Pushes of a part of the way each, one after the other.
-            let longest = N::from_f64(0.4) * half_room * state.part;
-            let length = (amplitude + amplitude).limited(N::ZERO, longest);
-            let from_middle = way * (state.position - plan.middle());
-            state.amplitude = (from_middle + length).limited(-half_room, half_room);
-        }
     }
 
     /// Position and velocity, along a direction, where a decision of now begins to act.
@@ -51,8 +44,8 @@ impl<N: Number> Probing<N> {
         let horizon = plan.horizon;
         let velocity = direction * state.observed.velocity;
         let acceleration = direction * state.observed.acceleration;
-        let pushed = acceleration.limited(N::ZERO, N::REACH);
-        let position = direction * (state.position - plan.middle());
+        let pushed = larger(acceleration, N::ZERO);
+        let position = direction * state.position;
         [
             position + horizon * (velocity + N::from_f64(0.5) * horizon * pushed),
             velocity + horizon * pushed,
@@ -77,7 +70,7 @@ impl<N: Number> Probing<N> {
 
     /// True if the servo is beyond the travel that is planned with, on the side of a direction.
     fn is_beyond(&self, state: &ProbingState<N>, direction: N) -> bool {
-        direction * (state.position - self.plan.middle()) > self.plan.half_room()
+        direction * state.position > self.plan.half_room
     }
 
     /// Accelerates until the servo must be braked to turn where it should.
@@ -112,7 +105,7 @@ impl<N: Number> Probing<N> {
             + direction * state.extra;
         let [least, most] = plan.command;
         let all = command > most || command < least;
-        if all && state.is_jammed(plan) && plan.one_way.is_none() {
+        if all && state.is_jammed(plan) {
             return self.hit_end_stop(state, command);
         }
         command
@@ -141,28 +134,19 @@ impl<N: Number> Probing<N> {
         if state.has_turned() {
             return self.turn(state);
         }
-        if self.plan.one_way.is_some() && self.is_slow(state) {
-            return self.turn(state);
-        }
         self.braking(state, state.direction)
-    }
-
-    /// True if a servo that may not turn is slow enough for the next push.
-    fn is_slow(&self, state: &ProbingState<N>) -> bool {
-        let slow = N::from_f64(0.2) * state.acceleration * self.plan.swing_speed;
-        state.direction * state.observed.velocity < slow
     }
 
     /// The command that brakes, as hard as the room needs.
     fn braking(&self, state: &mut ProbingState<N>, direction: N) -> N {
         let plan = &self.plan;
         let [position, velocity] = self.ahead(state, direction);
-        let half_room = plan.half_room();
+        let half_room = plan.half_room;
         let room = half_room - position;
         let least_room = N::from_f64(0.04) * half_room;
-        let room = room.limited(least_room, N::REACH);
+        let room = larger(room, least_room);
         let needed = N::from_f64(0.65) * velocity * velocity * room.reciprocal();
-        let braking = needed.limited(state.acceleration, N::REACH);
+        let braking = larger(needed, state.acceleration);
         let measured = -(direction * state.observed.acceleration);
         let waited = state.samples - state.stage_since > plan.reaction;
         if waited && measured < N::from_f64(0.5) * needed {
@@ -175,41 +159,22 @@ impl<N: Number> Probing<N> {
     /// The servo turns: the next swing, or the end.
     fn turn(&self, state: &mut ProbingState<N>) -> N {
         state.extra = N::ZERO;
-        if let Some(way) = self.plan.one_way {
-            state.reversals = state.reversals.map(|count| count + 1);
-            state.aim(way);
-            let left = self.plan.half_room() - way * (state.position - self.plan.middle());
-            let used_up = left < N::from_f64(0.2) * self.plan.half_room();
-            if used_up && state.evidence.is_none() {
-                state.ending = Some(Err(Reason::TooLittleEvidence));
-            } else if state.evidence.is_some() {
-                state.ending = Some(Ok(()));
-            }
-            if state.ending.is_some() {
-                state.enter(ProbingStage::Stop);
-                return self.stop(state);
-            }
-        } else {
-            if self.is_beyond(state, -state.direction) {
-                // A spring has swung it back: the next push would be outwards.
-                state.aim(state.direction);
-                state.enter(ProbingStage::Push);
-                return self.push(state);
-            }
-            let end = usize::from(state.direction > N::ZERO);
-            state.reversals[end] += 1;
-            if state.evidence.is_some() {
-                state.aim(-state.direction);
-                state.ending = Some(Ok(()));
-                state.held_at = state.position;
-                state.enter(ProbingStage::Hold);
-                return self.hold(state);
-            }
-            self.swing_back(state);
+        if self.is_beyond(state, -state.direction) {
+            // A spring has swung it back: the next push would be outwards.
+            state.aim(state.direction);
+            state.enter(ProbingStage::Push);
             return self.push(state);
         }
-        self.choose_swing(state);
-        state.enter(ProbingStage::Push);
+        let end = usize::from(state.direction > N::ZERO);
+        state.reversals[end] += 1;
+        if state.evidence.is_some() {
+            state.aim(-state.direction);
+            state.ending = Some(Ok(()));
+            state.held_at = state.position;
+            state.enter(ProbingStage::Hold);
+            return self.hold(state);
+        }
+        self.swing_back(state);
         self.push(state)
     }
 
@@ -237,8 +202,7 @@ impl<N: Number> Probing<N> {
         }
         let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
         let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
-        let ways = self.plan.one_way.map_or([N::ONE, -N::ONE], |way| [way; 2]);
-        let accelerated = ways.map(|direction| {
+        let accelerated = [N::ONE, -N::ONE].map(|direction| {
             let acceleration = direction * state.acceleration;
             let command = state.servo.command(acceleration, direction);
             (command, direction * speed)
@@ -251,10 +215,6 @@ impl<N: Number> Probing<N> {
     pub(super) fn stop(&self, state: &mut ProbingState<N>) -> N {
         if state.samples == state.stage_since {
             state.aim(state.way);
-        }
-        if self.plan.one_way.is_some() && self.is_slow(state) {
-            // Gently: friction must hold it where it comes to rest.
-            state.acceleration = state.gentle();
         }
         if state.has_turned() {
             state.held_at = state.position;
@@ -271,12 +231,7 @@ impl<N: Number> Probing<N> {
         let off = state.position - state.held_at;
         let by = state.held_by;
         let back = by * (by * stiffness * off + damping * state.observed.velocity);
-        let rest = match self.plan.one_way {
-            // Just below the command that moves it; friction is unknown.
-            Some(way) => servo.command(-(way * state.gentle()), way),
-            None => servo.holding(),
-        };
-        rest - back * servo.per_gain
+        servo.holding() - back * servo.per_gain
     }
 }
 
@@ -309,7 +264,7 @@ mod tests {
 
     /// A part of the travel that is planned with, to a side.
     fn at_part(probing: &Probing<f32>, side: f32, part: f32) -> f32 {
-        probing.plan.middle() + side * part * probing.plan.half_room()
+        side * part * probing.plan.half_room
     }
 
     #[test]

@@ -179,8 +179,7 @@ impl<N: Number> SlidePlan<N> {
         }
         let free = command - (libm::fabs(parameters.load) + parameters.coulomb) / b;
         let room = 0.5 * (high - low);
-        if limits.one_way || lines.count() == 0 || free.is_nan() || free < Self::MIN_FREE * command
-        {
+        if lines.count() == 0 || free.is_nan() || free < Self::MIN_FREE * command {
             return None;
         }
         // From turning point to turning point at ±(v T/2 + v²/2 a), no turn shorter than the shortest.

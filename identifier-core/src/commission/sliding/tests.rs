@@ -110,7 +110,6 @@ impl Axis {
                 speed: 15.0,
                 command: [-10.0, 10.0],
                 duration: 1.0,
-                one_way: false,
             },
         }
     }
@@ -350,7 +349,6 @@ fn an_axis_with_too_little_for_slides_gets_no_plan() {
         )
     };
     assert!(plan(&|_| {}).is_some());
-    assert!(plan(&|settings| settings.limits.one_way = true).is_none());
     assert!(plan(&|settings| settings.limits.travel = [-0.02, 0.03]).is_none());
     assert!(plan(&|settings| settings.limits.speed = 0.2).is_none());
     assert!(plan(&|settings| settings.resolution = 0.01).is_none());

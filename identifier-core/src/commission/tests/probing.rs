@@ -112,27 +112,6 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
     }
 }
 
-#[test]
-fn an_axis_that_may_only_move_one_way_does_not_come_back() {
-    let mut at_rest = 0;
-    let mut servos = 0;
-    let ordinary = |unknown: &Unknown| {
-        let ServoParameters { b, coulomb, .. } = unknown.parameters;
-        unknown.counts >= 10_000.0 && coulomb > 0.06 * b * Unknown::COMMAND
-    };
-    for unknown in unknown_servos().filter(ordinary).map(Unknown::one_way) {
-        let moved = unknown.probe();
-        servos += 1;
-        at_rest += u32::from(moved.progress == ProbingProgress::AtRest);
-        assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
-        let back = -moved.reached[0] / unknown.resolution();
-        assert!(back < 1.0, "{back} counts back: {unknown:?}");
-        assert!(moved.backwards < 0.2, "{:?}: {unknown:?}", moved.backwards);
-    }
-    println!("one way: {at_rest} of {servos} at rest with evidence");
-    assert!(10 * at_rest >= 9 * servos, "{at_rest} of {servos}");
-}
-
 /// A servo that coasts, under limits of its own.
 fn coasting(parameters: ServoParameters, counts: f64, sample_time: f64, limits: Limits) -> Unknown {
     Unknown {
@@ -161,7 +140,6 @@ fn a_coarse_encoder_under_all_of_the_command_neither_leaves_the_travel_nor_is_ja
         speed: 30.0,
         command: [-48.0, 48.0],
         duration: 1.0,
-        one_way: false,
     };
     for part in 0..10 {
         let coarse = Unknown {
@@ -188,7 +166,6 @@ fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
         speed: 6.46,
         command: [-1.0, 1.0],
         duration: 1.0,
-        one_way: false,
     };
     let compliant = Unknown {
         effects: Effects {

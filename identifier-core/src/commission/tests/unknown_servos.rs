@@ -79,18 +79,7 @@ impl Unknown {
             speed: 15.0 * scale,
             command: [-Self::COMMAND, Self::COMMAND],
             duration: 1.0,
-            one_way: false,
         }
-    }
-
-    /// The same servo where it may only move forwards, over twice the travel in all; held, as it must
-    /// stand.
-    pub(crate) fn one_way(mut self) -> Self {
-        let [_, high] = self.limits.travel;
-        self.limits.travel = [0.0, 4.0 * high];
-        self.limits.one_way = true;
-        self.held = Some(-self.parameters.load / self.parameters.b);
-        self
     }
 
     pub(crate) fn is_sampled_every(&self, time: f64) -> bool {
