@@ -25,14 +25,6 @@ impl<N: Number> Guess<N> {
     }
 }
 
-/// x^(1/3) from 0 to 1, to a fiftieth: x^(1/4 + 1/16 + 1/64).
-fn cube_root<N: Number>(x: N) -> N {
-    let root = |x: N| x.reciprocal_root().reciprocal_root();
-    let fourth = root(x);
-    let sixteenth = root(fourth);
-    fourth * sixteenth * root(sixteenth)
-}
-
 impl<N: Number> Probing<N> {
     /// The command grows until the servo has moved with it.
     pub(super) fn seek(&self, state: &mut ProbingState<N>) -> N {
@@ -167,7 +159,7 @@ impl<N: Number> Probing<N> {
         let half = N::from_f64(0.5);
         let way = moved.magnitude() - half;
         let all =
-            since * (N::ONE - cube_root((first.moved - half) * way.reciprocal())).reciprocal();
+            since * (N::ONE - ((first.moved - half) * way.reciprocal()).cube_root()).reciprocal();
         let command = now - state.direction * slope * all;
         // One that moves at the first of the ramp falls.
         let ramped = state.direction * (first.command - state.held);
