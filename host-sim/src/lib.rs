@@ -57,7 +57,6 @@ pub mod experiment;
 #[cfg(feature = "experiments")]
 pub mod export;
 pub mod gone;
-mod identify;
 #[cfg(feature = "program")]
 pub mod init;
 pub mod log;
@@ -67,7 +66,6 @@ pub mod monitor;
 pub mod nearest;
 #[cfg(feature = "program")]
 pub mod paper;
-mod parallel;
 pub mod physical;
 #[cfg(feature = "program")]
 pub mod port;

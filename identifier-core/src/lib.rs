@@ -17,7 +17,6 @@ pub mod settings;
 pub mod units;
 
 // Listen: identify from counts and commands.
-pub mod identification;
 pub mod identifier;
 pub mod measurement;
 

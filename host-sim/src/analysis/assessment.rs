@@ -1,18 +1,18 @@
 //! The evidence of the end of a run for a law's estimates: the record is fitted once more, from the estimates, with the
 //! law's own model, so that every law is judged alike.
 
-use identifier_core::identification::{Effect, Survey, Values};
 use identifier_core::parameters::{PerQuantity, ServoParameters, Unknown};
+use log_fit::fit::{Effect, Survey, Values};
 
 use super::Statistics;
 use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
 use super::stretch::Kept;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
-use crate::identify::{Estimated, Lacking, MAX_SAMPLES, effects, examine};
 use crate::result::{Finding, Residual};
 use crate::scenario::Scenario;
 use crate::verdict::FitEvidence;
+use log_fit::{Estimated, Lacking, MAX_SAMPLES, effects, examine};
 
 /// The run that is judged.
 #[derive(Debug, Clone, Copy)]

@@ -1,12 +1,12 @@
 //! A run or a log as the fit takes it, and the units of its effects.
 
-use identifier_core::identification::{Effect, Values};
 use identifier_core::parameters::{Quantity, Unknown};
 use identifier_core::settings::TermSettings;
+use log_fit::fit::{Effect, Values};
 
 use super::stretch::Kept;
-use crate::identify::{Logged, Recording};
 use crate::scenario::Scenario;
+use log_fit::{Logged, Recording};
 
 /// A recording with its units in SI.
 pub(super) struct ScaledRecording {

@@ -1,17 +1,17 @@
 //! The servo of a whole record in SI, by the fit that takes all of it at once.
 
-use identifier_core::identification::Effect;
 use identifier_core::parameters::{ServoParameters, Terms, Unknown};
 use identifier_core::settings::TermSettings;
+use log_fit::fit::Effect;
 
 use super::assessment::Scales;
 use super::scaled_recording::{Scale, ScaledRecording, effect, term};
 use super::stretch::Kept;
 use crate::experiment::TermEstimate;
-use crate::identify::{Identified, ModelDemand, identify};
 use crate::result::{EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
+use log_fit::{Identified, ModelDemand, identify};
 
 /// The servo of a record.
 #[derive(Debug, Clone)]
@@ -116,7 +116,7 @@ impl Scale {
                     .map(|jitter| ("deviation_s", jitter * self.time)),
                 _ => None,
             };
-            let own = crate::identify::effects(cause).iter();
+            let own = log_fit::effects(cause).iter();
             // Of a shaft its twist, or the second mass.
             let is_there = |effect: &Effect| cause != Cause::Resonance || value(*effect) != 0.0;
             let no_terms = own.filter(|effect| term(**effect).is_none() && is_there(effect));

@@ -9,8 +9,6 @@
 //! taken up by its powers and by its sine and cosine. The window is (1 − x²)³, as in the modulating-function method
 //! (M. Shinbrot, 1957; H. Preisig and D. Rippin, 1993).
 
-use crate::parallel;
-
 /// A motion and the input that is to explain it, of a range without a break.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signals<'a> {
@@ -81,7 +79,7 @@ pub(super) fn responses(
     let widest = (MAX_HALF_WIDTHS.0 * longest).min(MAX_HALF_WIDTHS.1);
     let widths = std::iter::successors(Some(MIN_HALF_WIDTH), |width| Some(width * RATIO));
     let widths: Vec<f64> = widths.take_while(|width| *width <= widest).collect();
-    let responses = parallel::map(&widths, |&width| {
+    let responses = log_fit::parallel::map(&widths, |&width| {
         let mut equations = Equations::new(order, beside);
         let window = Window::new(width as usize);
         equations.fill(segments, &window, noise);

@@ -19,12 +19,11 @@
 //! assert_eq!(Verdict::on(&evidence).status, Status::NoInformation);
 //! ```
 
-mod cause;
 mod evidence;
 mod reason;
 mod rules;
 
-pub use cause::Cause;
 pub use evidence::{Evidence, FitEvidence, Lack, Motion, Residual, UnknownEvidence};
+pub use log_fit::Cause;
 pub use reason::VerdictReason;
 pub use rules::{MIN_TRAVEL_COUNTS, Status, Verdict};

@@ -1,9 +1,9 @@
 //! Steps of the load: a load that walks, followed over the record, stays between a few steps.
 
-use identifier_core::identification::{Effect, Fitted, Fitter, Horizon};
+use crate::fit::{Effect, Fitted, Fitter, Horizon};
 
 use super::tournament::Entered;
-use crate::verdict::Cause;
+use crate::cause::Cause;
 
 /// Parts of the record over which the load is averaged.
 const PARTS: usize = 120;

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::identification::{Effect, Record, Values};
+use crate::fit::{Effect, Record, Values};
 
 /// A recorded motion.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Recording {
+pub struct Recording {
     positions: Vec<f64>,
     commands: Vec<f64>,
     /// Of blocks those of the log.
@@ -15,7 +15,7 @@ pub(crate) struct Recording {
     angles: Vec<[f64; 2]>,
     begins: Vec<usize>,
     /// Samples of the log to one of the record.
-    pub(crate) block: f64,
+    pub block: f64,
     stride: usize,
     /// Distance between the ends of the motion, rad; zero on an axis without angle.
     span: f64,
@@ -28,22 +28,22 @@ pub(crate) struct Recording {
 
 /// A sample of a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Logged {
+pub struct Logged {
     /// Rad.
-    pub(crate) position: f64,
+    pub position: f64,
     /// The command from there on.
-    pub(crate) command: f64,
+    pub command: f64,
     /// A motion begins here.
-    pub(crate) begins: bool,
+    pub begins: bool,
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
-pub(crate) const MAX_SAMPLES: usize = 1 << 15;
+pub const MAX_SAMPLES: usize = 1 << 15;
 
 impl Recording {
     /// Of the samples of a log with the counts per rad, and the way after which forces that go with the angle repeat, rad;
     /// zero for an axis without angle.
-    pub(crate) fn new(
+    pub fn new(
         samples: impl ExactSizeIterator<Item = Logged>,
         per_rad: f64,
         revolution: f64,
@@ -125,7 +125,7 @@ impl Recording {
     }
 
     /// As a record.
-    pub(crate) fn record(&self) -> Record<'_> {
+    pub fn record(&self) -> Record<'_> {
         Record {
             positions: &self.positions,
             commands: &self.commands,

@@ -1,8 +1,6 @@
 //! The products of the columns of a pass and the innovation, by segments of the record.
 
-use identifier_core::identification::{
-    Column, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Row, Vector, segments,
-};
+use crate::fit::{Column, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Row, Vector, segments};
 
 /// Gram matrices of the rows of each segment: of all columns and, last, of the innovation.
 pub(super) struct Grams {
@@ -174,7 +172,7 @@ impl Rows {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::identification::{Effect, Horizon, Record, Search, Values};
+    use crate::fit::{Effect, Horizon, Record, Search, Values};
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! Identification of a whole record at once: the core's fit, and the effects that it needs.
+//! Identification of a whole record at once: the fit, and the effects that it needs.
 
 mod beside;
 mod candidate;
@@ -15,7 +15,7 @@ mod uncertainty;
 #[cfg(test)]
 mod tests;
 
-use identifier_core::identification::{
+use crate::fit::{
     Beginning, Effect, Fitter, Horizon, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
     likeliest,
 };
@@ -25,57 +25,57 @@ use jitter::Jitter;
 use load_steps::LoadSteps;
 use tournament::{Model, Tournament};
 
+use crate::cause::Cause;
 use crate::parallel;
-use crate::verdict::Cause;
 
-pub(crate) use tournament::Entered;
+pub use tournament::Entered;
 
-pub(crate) use candidate::effects;
-pub(crate) use examine::{Estimated, Lacking, examine};
-pub(crate) use recording::{Logged, MAX_SAMPLES, Recording};
+pub use candidate::effects;
+pub use examine::{Estimated, Examined, Lacking, examine};
+pub use recording::{Logged, MAX_SAMPLES, Recording};
 
 /// A servo identified from a record, counts and samples.
 #[derive(Debug, Clone)]
-pub(crate) struct Identified {
+pub struct Identified {
     /// The estimates.
-    pub(crate) values: Values,
+    pub values: Values,
     /// The effects that were estimated, and their standard errors.
-    pub(crate) estimated: Vec<(Effect, f64)>,
+    pub estimated: Vec<(Effect, f64)>,
     /// Those of which a command of other sizes would tell more.
-    pub(crate) needs_sizes: Vec<Effect>,
+    pub needs_sizes: Vec<Effect>,
     /// The effects that entered, in the order in which they did.
-    pub(crate) entered: Vec<Entered>,
+    pub entered: Vec<Entered>,
     /// Deviation of the sensor's noise, counts.
-    pub(crate) noise: f64,
+    pub noise: f64,
     /// The sample of the record from which on the last load acts, where the load steps.
-    pub(crate) last_load: Option<f64>,
+    pub last_load: Option<f64>,
     /// Deviation of the sampling instants, samples of the record, where they are uneven.
-    pub(crate) jitter: Option<f64>,
+    pub jitter: Option<f64>,
     /// By how much the command was recorded late, samples of the log; none where it was not.
-    pub(crate) lateness: Option<f64>,
+    pub lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
-    pub(crate) profile: [f64; 2],
+    pub profile: [f64; 2],
     /// True if the delay is the longest that is looked for.
-    pub(crate) delay_at_bound: bool,
+    pub delay_at_bound: bool,
     /// Figures of the record.
-    pub(crate) survey: Survey,
+    pub survey: Survey,
     /// True if the servo moved in both directions.
-    pub(crate) reverses: bool,
+    pub reverses: bool,
 }
 
 /// The model with which a record is fitted.
 #[derive(Debug, Clone)]
-pub(crate) struct ModelDemand {
+pub struct ModelDemand {
     /// Values that are declared and not fitted.
-    pub(crate) known: Values,
+    pub known: Values,
     /// Effects that it has from the first fit on, beside those of every servo.
-    pub(crate) required: Vec<Effect>,
+    pub required: Vec<Effect>,
     /// The most others that may enter.
-    pub(crate) max_effects: usize,
+    pub max_effects: usize,
 }
 
 /// Identifies the servo of a record; none where there is no motion or nothing explains it.
-pub(crate) fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
+pub fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
     let record = recording.record();
     let earliest = Fitter::new(&record)?;
     let start = start(&earliest)?;

@@ -1,7 +1,7 @@
 //! Estimates that a law has found, beside a record: where the record would have them, how sure it is, and the effect that
 //! the law's model lacks.
 
-use identifier_core::identification::{Effect, Fitter, Horizon, Search, Survey, Values};
+use crate::fit::{Effect, Fitter, Horizon, Search, Survey, Values};
 
 use super::candidate::Range;
 use super::recording::Recording;
@@ -10,42 +10,43 @@ use super::uncertainty::{self, Beyond};
 
 /// Estimates and their model, counts and samples of a recording.
 #[derive(Debug, Clone)]
-pub(crate) struct Estimated {
+pub struct Estimated {
     /// The estimates, and the values that the model takes for granted.
-    pub(crate) values: Values,
+    pub values: Values,
     /// The effects that are estimated.
-    pub(crate) free: Vec<Effect>,
+    pub free: Vec<Effect>,
     /// True if the errors and the effects may take many passes.
-    pub(crate) is_thorough: bool,
+    pub is_thorough: bool,
 }
 
 /// The evidence of a record for a law's estimates, counts and samples.
 #[derive(Debug, Clone)]
-pub(crate) struct Examined {
+pub struct Examined {
     /// The law's model where the record would have it, with the effect that it lacks.
-    pub(crate) values: Values,
+    pub values: Values,
     /// The effects that are estimated in it, and their standard errors.
-    pub(crate) estimated: Vec<(Effect, f64)>,
+    pub estimated: Vec<(Effect, f64)>,
     /// Those of which a command of other sizes would tell more.
-    pub(crate) needs_sizes: Vec<Effect>,
+    pub needs_sizes: Vec<Effect>,
     /// Deviation of a measurement from the law's model where the record would have it, counts.
-    pub(crate) noise: f64,
+    pub noise: f64,
     /// Correlation of its innovations from sample to sample.
-    pub(crate) correlation: f64,
+    pub correlation: f64,
     /// The effect that the law's model lacks.
-    pub(crate) lacking: Option<Lacking>,
+    pub lacking: Option<Lacking>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
-    pub(crate) profile: Option<[f64; 2]>,
+    pub profile: Option<[f64; 2]>,
     /// Figures of the record.
-    pub(crate) survey: Survey,
+    pub survey: Survey,
 }
 
 /// An effect that a law's model lacks.
 #[derive(Debug, Clone)]
-pub(crate) struct Lacking {
-    pub(crate) entered: Entered,
+pub struct Lacking {
+    /// The effect.
+    pub entered: Entered,
     /// The part of the innovations' squares that it explains.
-    pub(crate) share: f64,
+    pub share: f64,
 }
 
 /// The horizon at which estimates are examined, of the shortest: long enough for the model to show what it is.
@@ -58,7 +59,7 @@ const SEARCH: Search = Search {
 
 /// Examines estimates; none where there is no motion or the model cannot follow the record. `is_explained` says of the
 /// noise and the correlation of the innovations whether they need no further effect.
-pub(crate) fn examine(
+pub fn examine(
     recording: &Recording,
     law: &Estimated,
     is_explained: impl Fn(f64, f64) -> bool,

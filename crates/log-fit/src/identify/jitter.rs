@@ -1,10 +1,10 @@
 //! Uneven sampling instants: a position that was read too early or too late is off by the way until then, so that its noise
 //! grows with the speed.
 
-use identifier_core::identification::{Fitted, Fitter};
+use crate::fit::{Fitted, Fitter};
 
 use super::tournament::{Entered, MIN_GAIN};
-use crate::verdict::Cause;
+use crate::cause::Cause;
 
 /// Parts of the samples by their speed, up to twice a large one, and the fewest samples of a part and parts.
 const PARTS: usize = 10;

@@ -1,7 +1,7 @@
 //! Candidates beside a model: the parts of their columns that the model's own unknowns do not take, and how much of the
 //! innovations those explain.
 
-use identifier_core::identification::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
+use crate::fit::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
 
 use super::grams::Grams;
 

@@ -1,8 +1,8 @@
 //! Work on independent items, on all cores.
 
 /// A function of each item, in their order: the same for any number of threads.
-#[cfg(feature = "experiments")]
-pub(crate) fn map<'a, T, R>(
+#[cfg(feature = "parallel")]
+pub fn map<'a, T, R>(
     items: &'a [T],
     function: impl Fn(&'a T) -> R + Sync + Send,
 ) -> impl Iterator<Item = R>
@@ -20,10 +20,7 @@ where
 }
 
 /// A function of each item, in their order: a page in a browser has one thread.
-#[cfg(not(feature = "experiments"))]
-pub(crate) fn map<'a, T, R>(
-    items: &'a [T],
-    function: impl Fn(&'a T) -> R,
-) -> impl Iterator<Item = R> {
+#[cfg(not(feature = "parallel"))]
+pub fn map<'a, T, R>(items: &'a [T], function: impl Fn(&'a T) -> R) -> impl Iterator<Item = R> {
     items.iter().map(function)
 }

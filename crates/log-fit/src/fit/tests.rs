@@ -1,6 +1,5 @@
 use super::gain::Diffuse;
 use super::*;
-use std::vec::Vec;
 
 /// Uniform in −1 to 1.
 struct Dice(u64);

@@ -1,14 +1,12 @@
 //! Effects enter the model one at a time: those that promise most are fitted, and the best of them stays if it
 //! explains enough that the model did not see.
 
-use identifier_core::identification::{
-    Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments,
-};
+use crate::fit::{Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments};
 
 use super::candidate::{Candidate, Range, Usual};
 use super::scan::{Answer, scan};
+use crate::cause::Cause;
 use crate::parallel;
-use crate::verdict::Cause;
 
 /// The state of a tournament: the model so far.
 #[derive(Debug, Clone)]
@@ -36,10 +34,11 @@ impl Model {
 
 /// An effect that has entered.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Entered {
-    pub(crate) cause: Cause,
+pub struct Entered {
+    /// The effect.
+    pub cause: Cause,
     /// Gain in −2 ln L, in independent rows.
-    pub(crate) gain: f64,
+    pub gain: f64,
     /// The next best, and its gain.
     pub(super) runner_up: Option<(Cause, f64)>,
     /// The effect of whose form this one may be the error, or from which the motion is too short to tell it.
@@ -58,7 +57,7 @@ impl Entered {
     }
 
     /// Another effect that explains the record nearly as well, or whose form may need this one, where there is one.
-    pub(crate) fn rival(&self) -> Option<Cause> {
+    pub fn rival(&self) -> Option<Cause> {
         /// Factor by which the gain must be above the next best's: of drawn servos 25 of 26 that are above by this to 1.35 have
         /// the effect, and of 22 below it 15.
         const CLEAR: f64 = 1.1;

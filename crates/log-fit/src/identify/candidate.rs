@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::identification::{Column, Effect, Fitter, Survey, Values};
+use crate::fit::{Column, Effect, Fitter, Survey, Values};
 
 use super::recording::Recording;
 use super::scan::Answer;
-use crate::verdict::Cause;
+use crate::cause::Cause;
 
 /// An effect in one of its forms, as columns of a pass.
 #[derive(Debug, Clone, PartialEq)]
@@ -343,7 +343,7 @@ impl Candidate {
 }
 
 /// The effects that a cause sets free.
-pub(crate) fn effects(cause: Cause) -> &'static [Effect] {
+pub fn effects(cause: Cause) -> &'static [Effect] {
     use Effect as E;
     match cause {
         Cause::Coulomb => &[E::Coulomb],

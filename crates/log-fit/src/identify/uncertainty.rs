@@ -1,14 +1,12 @@
 //! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
 
-use identifier_core::identification::{
-    Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search,
-};
+use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search};
 
 use super::candidate::Usual;
 use super::scan::Answer;
 use super::tournament::Model;
+use crate::cause::Cause;
 use crate::parallel;
-use crate::verdict::Cause;
 
 /// What standard errors hold beside chance, colour, rounding and effects that may be missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -300,11 +298,11 @@ fn increase(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::identification::Values;
+    use crate::fit::Values;
 
+    use super::super::candidate::Candidate;
+    use super::super::{Logged, Recording};
     use super::*;
-    use crate::identify::candidate::Candidate;
-    use crate::identify::{Logged, Recording};
 
     /// A record leaves a size open that it hardly shows, and one that is the same as the model's own but for rounding.
     #[test]

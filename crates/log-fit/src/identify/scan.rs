@@ -1,12 +1,12 @@
 //! One pass that asks of every candidate how much of the innovations it would explain, without fitting it.
 
-use identifier_core::identification::{Column, Effect, Fitter};
+use crate::fit::{Column, Effect, Fitter};
 
 use super::beside::{Own, product};
 use super::candidate::{Candidate, Range};
 use super::grams::Grams;
 use super::tournament::Model;
-use crate::verdict::Cause;
+use crate::cause::Cause;
 
 /// A candidate's answer.
 #[derive(Debug, Clone)]

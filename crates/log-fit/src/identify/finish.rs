@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::identification::{Effect, Fitted};
+use crate::fit::{Effect, Fitted};
 
 use super::candidate::effects;
 use super::tournament::{Entered, MIN_GAIN, Model, Tournament};
+use crate::cause::Cause;
 use crate::parallel;
-use crate::verdict::Cause;
 
 /// The gain below which an effect goes again.
 const MIN_KEPT_GAIN: f64 = 25.0;

@@ -1,0 +1,14 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod cause;
+pub mod fit;
+mod identify;
+pub mod parallel;
+
+pub use cause::Cause;
+pub use identify::{
+    Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand, Recording,
+    effects, examine, identify,
+};
