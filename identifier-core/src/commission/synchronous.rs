@@ -82,7 +82,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
     ) -> CommissionReading {
         let reading = self.process(seen, slices);
         if reading.reason == Some(Reason::EncoderNoise)
-            && let Some(again) = self.with_noise(reading.command)
+            && let Some(again) = self.with_noise()
         {
             *self = again;
             return CommissionReading {
@@ -128,7 +128,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
 
     /// About to begin anew with the noise that the encoder has at rest, more than was declared; none where that leaves no
     /// room for a motion.
-    fn with_noise(&self, held: Option<f64>) -> Option<Self> {
+    fn with_noise(&self) -> Option<Self> {
         let state = self.state.as_ref()?;
         let noise = state.noise() * self.settings.resolution;
         let moved = state.moved() * self.settings.resolution;
@@ -142,6 +142,8 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
             ..self.settings
         };
         let is_more = noise > CommissionIsr::<N>::MAX_NOISE_FACTOR * self.settings.noise;
+        // A command of the noise's holds no load.
+        let held = self.held.map(Number::to_f64);
         let again = || Self::new(&settings, self.before.as_ref(), held);
         is_more.then(again)?.ok()
     }

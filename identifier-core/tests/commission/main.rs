@@ -5,5 +5,6 @@ mod faults;
 mod machine;
 mod noise;
 mod rig;
+mod suspected;
 mod two_mass_loop;
 mod two_masses;

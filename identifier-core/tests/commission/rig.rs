@@ -16,6 +16,8 @@ pub(crate) struct Bench {
     pub(crate) counts: f64,
     /// Where between two edges the encoder begins, counts.
     pub(crate) offset: f64,
+    /// Standard deviation of the encoder's noise, counts.
+    pub(crate) noise: f64,
     pub(crate) settings: CommissionSettings,
     pub(crate) before: Option<HoldingGains>,
     /// The seed by which the background does more or fewer slices of work in each sample; none: as many as it should.
@@ -67,6 +69,8 @@ pub(crate) struct Course {
     /// The largest true speed in the recorded rest before the second and the third motion, rad/s.
     pub(crate) speed_at_rest: f64,
     pub(crate) command: [f64; 2],
+    /// When the stage was disabled, s.
+    pub(crate) disabled: Option<f64>,
     /// The commands after the end; `None` while it coasts.
     pub(crate) after: Vec<Option<f64>>,
     /// Where the servo was at the end of all, rad.
@@ -99,6 +103,7 @@ pub(crate) fn ordinary() -> Bench {
         effects: Effects::NONE,
         counts: 10_000.0,
         offset: 0.4,
+        noise: 0.0,
         settings: CommissionSettings::new(
             1e-3,
             std::f64::consts::TAU / 10_000.0,
@@ -124,7 +129,8 @@ impl Bench {
         (self.run(&[fault], &mut |_| None), time)
     }
 
-    fn run(
+    /// Commissions it with faults.
+    pub(crate) fn run(
         &self,
         faults: &[InjectedFault],
         disturb: &mut dyn FnMut(Phase) -> Option<Reason>,
@@ -138,8 +144,12 @@ impl Bench {
         let mut servo =
             Servo::at_rest(&self.servo, &self.effects, sample_time, 1).expect("allowed");
         let encoder = Encoder::new(self.counts);
+        let mut random = SplitMix64::new(5);
         // Gains before have long come to rest: their integral holds the load.
         let held = self.before.map(|_| -self.servo.load / self.servo.b);
+        if let Some(command) = held {
+            servo = servo.held_by(command);
+        }
         let mut commission =
             SynchronousCommission::<f32>::new(&self.settings, self.before.as_ref(), held)
                 .expect("allowed");
@@ -150,11 +160,13 @@ impl Bench {
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
         let (mut farthest, mut farthest_in, mut fastest_in) = (0.0_f64, Phase::Idle, Phase::Idle);
-        let mut after = Vec::new();
+        let (mut after, mut disabled) = (vec![], None);
         for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
             let seen = faults.seen(servo.position());
-            let count = seen.map(|at| encoder.read(at + self.offset * resolution) as i32);
+            let gaussian = (0..12).map(|_| random.next_uniform()).sum::<f64>() - 6.0;
+            let beyond = (self.offset + self.noise * gaussian) * resolution;
+            let count = seen.map(|at| encoder.read(at + beyond) as i32);
             let line = match () {
                 () if condition.limit_switch => Some(Reason::LimitSwitch),
                 () if condition.amplifier_fault => Some(Reason::AmplifierFault),
@@ -172,6 +184,10 @@ impl Bench {
             };
             if phase != done.phase {
                 phases.push((done.phase, k as f64 * sample_time));
+            }
+            let time = k as f64 * sample_time;
+            if done.command.is_none() && self.before.is_some() {
+                disabled = disabled.or(Some(time));
             }
             let given = done.command.unwrap_or(0.0);
             command = [command[0].min(given), command[1].max(given)];
@@ -208,6 +224,7 @@ impl Bench {
             fastest_in,
             speed_at_rest,
             command,
+            disabled,
             after,
             last: servo.position(),
         }

@@ -50,8 +50,12 @@ impl<N: Number> CommissionIsr<N> {
         }
         let checked = self.watch.process(&mut state.watch, &state.observation);
         self.give_way(state);
-        if checked == Err(Reason::EncoderJumped) && self.rest(state) != Some(Rest::Quiet) {
-            // Noise jumps too: which of the two it is shows soon.
+        let by_samples = [
+            Reason::EncoderJumped,
+            Reason::SpeedExceeded,
+            Reason::Reversed,
+        ];
+        if by_samples.map(Err).contains(&checked) && self.may_be_noise(state) {
             return Ok(());
         }
         // The gains before bring it back from beyond the limits of the commissioning.
@@ -97,6 +101,13 @@ impl<N: Number> CommissionIsr<N> {
     /// True once the gains before hold the servo again.
     pub(super) fn is_back(&self, state: &CommissionState<N>) -> bool {
         state.was_end && state.phase != Phase::Applied
+    }
+
+    /// True if noise may be what looks like a motion in single samples: until the rest is known to be quiet, and after an end
+    /// because it was not.
+    fn may_be_noise(&self, state: &CommissionState<N>) -> bool {
+        let was_noisy = state.reason == Some(Reason::EncoderNoise) && !self.hysteresis.is_coarse();
+        was_noisy || self.rest(state) != Some(Rest::Quiet)
     }
 
     /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
