@@ -46,7 +46,7 @@ pub struct CommissionState<N: Number> {
     pub(super) slid: Option<EventKind<N>>,
     /// In place, as it is too large to be moved in a sample.
     pub(super) slide: Slide<N>,
-    pub(super) next: Next,
+    pub(super) next: Next<N>,
     pub(super) identified: Option<Identified<N>>,
     pub(super) candidate: Option<Candidate<N>>,
     pub(super) tuning_error: Option<TuningError>,
@@ -89,8 +89,8 @@ impl<N: Number> Activity<N> {
 }
 
 /// The next step while the servo is held, by the solver's decision.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Next {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Next<N> {
     /// Nothing before the solver answers.
     Decision,
     /// Gains for what is known now hold it; then the next motion, the second `again` or not.
@@ -109,6 +109,14 @@ pub(super) enum Next {
     Trial,
     /// The gains that were tried, for good, once it is at rest.
     Apply,
+    /// Whether this fault of a servo of this speed is one: once it is at rest a push up or down shows it, so many samples
+    /// long by now.
+    Prove {
+        fault: Reason,
+        speed: N,
+        up: bool,
+        pushed: u32,
+    },
     /// The end.
     End(Reason),
 }
@@ -273,6 +281,14 @@ impl<N: Number> CommissionState<N> {
         self.activity = activity;
         self.passed = 0;
         (self.swings, self.driven) = (Swings::from(self.position), 0);
+    }
+
+    /// The fault that is suspected, while the gains before show whether it is one.
+    pub(super) fn suspected(&self) -> Option<Reason> {
+        match self.next {
+            Next::Prove { fault, .. } if !self.phase.is_end() => Some(fault),
+            _ => None,
+        }
     }
 
     /// True if the gains on trial are to be proved by slides.

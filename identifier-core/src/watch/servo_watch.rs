@@ -138,6 +138,16 @@ impl<N: Number> ServoWatch<N> {
         state.restart_comparison();
     }
 
+    /// Forgets the servo and all evidence against it: what was known may be wrong.
+    pub(crate) fn forget(&self, state: &mut ServoWatchState<N>, command: N) {
+        state.known = None;
+        state.restart_comparison();
+        state.forget_swings();
+        (state.gains_against, state.contradicted) = (0, 0);
+        state.motion = self.motion.start();
+        StandstillWatch::begin(&mut state.motion, command);
+    }
+
     /// A sample.
     ///
     /// # Errors

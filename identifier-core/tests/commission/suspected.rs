@@ -1,14 +1,72 @@
 //! Faults that a sound axis may seem to have: it is not disabled for them.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use identifier_core::commission::{CommissionSettings, HoldingGains, Limits, Phase, Reason};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
+use virtual_servo::Effects;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use crate::machine::before;
-use crate::rig::{Bench, ordinary};
+use crate::rig::{Bench, Course, ordinary};
+
+/// An axis that holds a part of its command against its load, and moves with a little speed.
+fn loaded(part: f64) -> Bench {
+    let counts = 17_581.0;
+    let b = 17_787.0;
+    Bench {
+        servo: ServoParameters {
+            a: 0.4266,
+            b,
+            coulomb: 4484.0,
+            load: part * b,
+        },
+        effects: Effects {
+            delay: 2e-4,
+            current_loop: 8.78e-5,
+            ..Effects::NONE
+        },
+        counts,
+        offset: 0.4,
+        noise: 0.0,
+        settings: CommissionSettings {
+            command_delay: 2e-4,
+            ..CommissionSettings::new(
+                1e-4,
+                TAU / counts,
+                Limits {
+                    duration: 3.0,
+                    ..Limits::new([-PI, PI], 10.0, [-1.0, 1.0])
+                },
+            )
+        },
+        before: Some(HoldingGains {
+            controller: ControllerSettings::pid(0.1259, 0.004_947, 0.7196).limited(1.0),
+            cutoff: 320.0,
+        }),
+        background: None,
+    }
+}
+
+#[test]
+fn an_axis_that_holds_a_heavy_load_is_not_disabled() {
+    for part in [0.26, 0.29, 0.298] {
+        let course: Course = loaded(part).commission(&mut |_| None);
+        let reason = course.state.reason();
+        assert_eq!(course.disabled, None, "{part} {reason:?}");
+        let doubtful = [Reason::Reversed, Reason::ActuatorDead, Reason::EncoderStuck];
+        assert!(
+            reason.is_none_or(|reason| !doubtful.contains(&reason)),
+            "{part} {reason:?}"
+        );
+        assert!(
+            course.travel[0] > -PI && course.travel[1] < PI,
+            "{:?}",
+            course.travel
+        );
+    }
+}
 
 #[test]
 fn noise_at_rest_is_no_speed() {

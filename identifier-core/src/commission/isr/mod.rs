@@ -253,7 +253,7 @@ impl<N: Number> CommissionIsr<N> {
                 // The gains before fail too, and that is why nothing holds it.
                 state.activity = Activity::Free;
                 state.reason = Some(reason);
-            } else {
+            } else if !self.suspect(state, reason) {
                 self.end(state, reason);
             }
             state.acting = increment.and_then(|_| self.command(state, N::ZERO));
@@ -272,7 +272,7 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Takes an answer of the solver.
     pub fn accept(&self, state: &mut CommissionState<N>, answer: &Decision<N>) {
-        if state.phase.is_end() {
+        if state.phase.is_end() || state.suspected().is_some() {
             return;
         }
         state.next = match &answer.0 {

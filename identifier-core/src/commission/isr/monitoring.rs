@@ -1,8 +1,9 @@
 //! Every sample: its command, its checks, and the end where they fail.
 
 use super::super::conservative_pid::ConservativePid;
+use super::super::holding::Holding;
 use super::super::noise::Rest;
-use super::super::state::{Activity, CommissionState};
+use super::super::state::{Activity, CommissionState, Next};
 use super::super::{Phase, Reason};
 use super::CommissionIsr;
 use crate::number::Number;
@@ -60,6 +61,7 @@ impl<N: Number> CommissionIsr<N> {
         }
         // The gains before bring it back from beyond the limits of the commissioning.
         checked.or_else(|reason| match reason {
+            _ if state.suspected().is_some() => self.confirmed(state, reason),
             Reason::ActuatorDead => Err(match &state.activity {
                 Activity::OnTrial(_, trial) if trial.may_rest_under(state.command) => {
                     Reason::DoesNotMove
@@ -74,7 +76,8 @@ impl<N: Number> CommissionIsr<N> {
     /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
     /// nothing has shown yet makes it many times as strong at high frequency.
     fn give_way(&self, state: &mut CommissionState<N>) {
-        let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial);
+        let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial)
+            && state.suspected().is_none();
         let holding = match &mut state.activity {
             Activity::Holding(holding) if is_studied && !state.phase.is_end() => holding,
             Activity::Sliding(holding) if is_studied && !state.slide.injects() => holding,
@@ -131,19 +134,114 @@ impl<N: Number> CommissionIsr<N> {
         let effect = suspect.filter(|effect| effect.may_appear_as(reason));
         state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
-        if let Activity::OnTrial(_, trial) = &state.activity {
-            state.measured = Some(*trial);
-        }
-        state.activity = match self.before {
-            Some(before) if !reason.disables_stage() => {
-                // Its integral balances the load, and its derivative brakes.
-                let velocity = state.velocity_now;
-                let command = state.held + before.pid.linear(N::ZERO, velocity);
-                let mut holding = self.held_by(before, state.position, velocity, command);
+        state.activity = match self.held_as_before(state) {
+            Some(mut holding) if !reason.disables_stage() => {
                 holding.send(N::ZERO);
                 Activity::Holding(holding)
             }
             _ => Activity::Free,
         };
+    }
+
+    /// Held where it is by the gains before, where there are any.
+    fn held_as_before(&self, state: &mut CommissionState<N>) -> Option<Holding<N>> {
+        if let Activity::OnTrial(_, trial) = &state.activity {
+            state.measured = Some(*trial);
+        }
+        // Its integral balances the load, and its derivative brakes.
+        let (before, velocity) = (self.before?, state.velocity_now);
+        let command = state.held + before.pid.linear(N::ZERO, velocity);
+        Some(self.held_by(before, state.position, velocity, command))
+    }
+
+    /// Has the gains before hold a servo with a fault that a load or friction may feign, until a command shows which it is;
+    /// false for any other reason.
+    pub(super) fn suspect(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
+        let is_doubtful = fault.may_be_feigned() && state.suspected().is_none();
+        if !is_doubtful || state.phase.is_end() || self.settings.limits.one_way {
+            return false;
+        }
+        let Some(holding) = self.held_as_before(state) else {
+            return false;
+        };
+        let (speed, pushed) = (state.velocity_now.magnitude(), 0);
+        // The other way than the command that had no effect.
+        let up = state.command < state.held;
+        state.drop_record();
+        self.watch.forget(&mut state.watch, state.command);
+        state.begin(Activity::Holding(holding));
+        state.next = Next::Prove {
+            fault,
+            speed,
+            up,
+            pushed,
+        };
+        true
+    }
+
+    /// The fault that is suspected, where this reason confirms it: the servo moves against the gains before, leaves its travel
+    /// under them or is not braked by them.
+    fn confirmed(&self, state: &CommissionState<N>, reason: Reason) -> Result<(), Reason> {
+        /// Rests in which a servo is braked.
+        const BRAKED: u32 = 5;
+        let is_braking = state.passed <= BRAKED * self.rest;
+        match (reason, state.suspected()) {
+            (Reason::EncoderStuck | Reason::ActuatorDead, _) => Ok(()),
+            (Reason::SpeedExceeded, _) if is_braking => Ok(()),
+            (Reason::SpeedExceeded | Reason::TravelLeft | Reason::Reversed, Some(fault)) => {
+                Err(fault)
+            }
+            _ => Err(reason),
+        }
+    }
+
+    /// Brakes a servo under a suspicion, and pushes it by a command that grows. One that obeys has no fault.
+    pub(super) fn prove(
+        &self,
+        state: &mut CommissionState<N>,
+        is_at_rest: bool,
+    ) -> Result<(), Reason> {
+        /// Counts of a motion.
+        const MOVED: f64 = 4.0;
+        /// Rests of a push that grows by twice the command's limit in each: from one limit to the other, and then one more.
+        const PUSH: u32 = 2;
+        let Next::Prove {
+            fault,
+            speed,
+            up,
+            pushed,
+        } = &mut state.next
+        else {
+            return Ok(());
+        };
+        let Activity::Holding(holding) = &mut state.activity else {
+            return Ok(());
+        };
+        let [passed, rest] = [state.passed, self.rest].map(|samples| N::from_count(samples as i32));
+        // One that stands need not be braked.
+        if *pushed == 0 && *speed * rest > N::from_f64(MOVED) {
+            let moved = state.position - holding.reference();
+            if moved.magnitude() > *speed * passed + self.pace * rest {
+                return Err(*fault);
+            }
+            if !is_at_rest {
+                return Ok(());
+            }
+            holding.stay(state.position, holding.resting().command);
+        }
+        *pushed += 1;
+        let [low, high] = self.limit;
+        let limit = if *up { high } else { low };
+        let moved = state.position - holding.reference();
+        let moved = if *up { moved } else { -moved };
+        if moved > N::from_f64(MOVED) {
+            Err(Reason::TooLittleEvidence)
+        } else if moved < N::from_f64(-MOVED) || *pushed > PUSH * self.rest {
+            Err(*fault)
+        } else {
+            let rests = N::from_count(*pushed as i32) * rest.reciprocal();
+            holding.disturb(N::from_f64(2.0) * rests * limit);
+            Ok(())
+        }
     }
 }

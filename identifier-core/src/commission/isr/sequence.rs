@@ -112,6 +112,9 @@ impl<N: Number> CommissionIsr<N> {
         state: &mut CommissionState<N>,
         is_at_rest: bool,
     ) -> Result<(), Reason> {
+        if state.suspected().is_some() {
+            return self.prove(state, is_at_rest);
+        }
         if state.phase == Phase::ReleasedCheck {
             if is_at_rest {
                 let held = Some(state.command);
@@ -120,7 +123,7 @@ impl<N: Number> CommissionIsr<N> {
             return Ok(());
         }
         match state.next {
-            Next::Decision => {}
+            Next::Decision | Next::Prove { .. } => {}
             Next::End(reason) => return Err(reason),
             Next::Tune => {
                 if is_at_rest {
