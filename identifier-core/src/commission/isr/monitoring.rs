@@ -158,7 +158,7 @@ impl<N: Number> CommissionIsr<N> {
     /// false for any other reason.
     pub(super) fn suspect(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
         let is_doubtful = fault.may_be_feigned() && state.suspected().is_none();
-        if !is_doubtful || state.phase.is_end() || self.settings.limits.one_way {
+        if !is_doubtful || state.phase.is_end() {
             return false;
         }
         let Some(holding) = self.held_as_before(state) else {
