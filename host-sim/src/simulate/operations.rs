@@ -204,11 +204,6 @@ impl Number for Counted {
         Self(1.0 / self.0.sqrt())
     }
 
-    fn cube_root(self) -> Self {
-        OPERATIONS.set(OPERATIONS.get() + 1);
-        Self(self.0.cbrt())
-    }
-
     fn whole(self) -> i32 {
         OPERATIONS.set(OPERATIONS.get() + 1);
         self.0 as i32
