@@ -67,8 +67,7 @@ struct Signals {
     /// Stops in the bytes of the line, and disturbances of it. The line's interrupt raises them.
     stops_heard: AtomicU32,
     disturbances: AtomicU32,
-    /// Raised with every order, stop of its own, change of mode and frame of the host. The background raises it and those
-    /// below.
+    /// Raised with every order, stop of its own and change of mode. The background raises it and those below.
     requests: AtomicU32,
     own_stops: AtomicU32,
     mode_changes: AtomicU32,
@@ -307,7 +306,6 @@ impl BackgroundEnd<'_> {
     /// Counts a frame of a host of the same protocol.
     pub(crate) fn count_host_frame(&self) {
         raise(&self.signals.host_frames);
-        raise(&self.signals.requests);
     }
 
     /// The samples that ended too late since the start.

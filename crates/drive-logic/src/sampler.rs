@@ -118,6 +118,7 @@ impl<'a> Sampler<'a> {
                 return self.end_run(ended, output);
             }
         }
+        self.hear();
         self.feed_watchdog(chip);
     }
 
@@ -155,6 +156,7 @@ impl<'a> Sampler<'a> {
         }
         self.standstill = Standstill::default();
         commissioning.end_sample(self.channel.end_sample(chip.next_is_due()));
+        self.hear();
         self.feed_watchdog(chip);
     }
 
@@ -177,6 +179,21 @@ impl<'a> Sampler<'a> {
         self.feed_watchdog(chip);
     }
 
+    /// Takes in frames of the host, which no command waits for.
+    #[inline]
+    fn hear(&mut self) {
+        let host_frames = self.channel.host_frames();
+        if host_frames == self.host_frames {
+            return;
+        }
+        self.host_frames = host_frames;
+        match &mut self.mode {
+            Some(Mode::Run(run)) => run.link_alive(),
+            Some(Mode::Commissioning(commissioning)) => commissioning.link_alive(),
+            None => {}
+        }
+    }
+
     /// Feeds the watchdog as long as the background runs.
     #[inline]
     fn feed_watchdog<C: Chip>(&mut self, chip: &mut C) {
@@ -185,8 +202,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Takes in frames of the host, obeys a stop, reports the state if that is pending, and does the next order, a
-    /// sample each, until nothing is left of all that.
+    /// Obeys a stop, reports the state if that is pending, and does the next order, a sample each, until nothing is left of all
+    /// that.
     #[cold]
     #[inline(never)]
     fn obey<S: PositionSensor, A: Actuator<f32>>(
@@ -196,15 +213,6 @@ impl<'a> Sampler<'a> {
         actuator: &mut A,
     ) {
         let requests = self.channel.requests();
-        let host_frames = self.channel.host_frames();
-        if host_frames != self.host_frames {
-            self.host_frames = host_frames;
-            match &mut self.mode {
-                Some(Mode::Run(run)) => run.link_alive(),
-                Some(Mode::Commissioning(commissioning)) => commissioning.link_alive(),
-                None => {}
-            }
-        }
         let mode_changes = self.channel.mode_changes();
         if mode_changes != self.mode_changes {
             self.mode_changes = mode_changes;

@@ -65,9 +65,6 @@ pub trait Number:
     /// 1/√x for positive, normal x, by multiplications alone in `f32`, to a few units in the last place.
     fn reciprocal_root(self) -> Self;
 
-    /// x^(1/3) from zero on, by multiplications alone in `f32`, to 10⁻⁴.
-    fn cube_root(self) -> Self;
-
     /// The whole part, towards zero; for values within ±2³¹.
     fn whole(self) -> i32;
 
@@ -178,17 +175,6 @@ impl Number for f32 {
         r
     }
 
-    /// Two Newton steps r ← r (4 − x r³)/3 from the guess of x^(−1/3) that negates a third of the exponent, whose error of
-    /// at most 3.5 % they take to 2·10⁻⁵: then x r².
-    #[inline]
-    fn cube_root(self) -> Self {
-        /// The least worst error after both steps, over three octaves.
-        const GUESS: u32 = 0x54a2_1c00;
-        let mut r = Self::from_bits(GUESS.wrapping_sub(self.to_bits() / 3));
-        each::<2>(|_| r = r * (4.0 - self * r * r * r) * (1.0 / 3.0));
-        self * r * r
-    }
-
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "in the documented range")]
     fn whole(self) -> i32 {
@@ -247,11 +233,6 @@ impl Number for f64 {
     }
 
     #[inline]
-    fn cube_root(self) -> Self {
-        libm::cbrt(self)
-    }
-
-    #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "in the documented range")]
     fn whole(self) -> i32 {
         self as i32
@@ -303,13 +284,6 @@ mod tests {
             let exact = 1.0 / libm::sqrt(f64::from(x));
             let relative = (f64::from(Number::reciprocal_root(x)) / exact - 1.0).abs();
             prop_assert!(relative < 4.0 * f64::from(f32::EPSILON), "1/√{x}: off by {relative:e}");
-        }
-
-        #[test]
-        fn f32_cube_root_is_off_by_less_than_what_is_stated(x in 1e-30_f32..1e30) {
-            let relative = (f64::from(Number::cube_root(x)) / libm::cbrt(f64::from(x)) - 1.0).abs();
-            prop_assert!(relative < 1e-4, "{x}: off by {relative:e}");
-            prop_assert_eq!(Number::cube_root(0.0_f32), 0.0);
         }
 
         #[test]

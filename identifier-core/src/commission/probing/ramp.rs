@@ -25,6 +25,14 @@ impl<N: Number> Guess<N> {
     }
 }
 
+/// x^(1/3) from 0 to 1, to a fiftieth: x^(1/4 + 1/16 + 1/64).
+fn cube_root<N: Number>(x: N) -> N {
+    let root = |x: N| x.reciprocal_root().reciprocal_root();
+    let fourth = root(x);
+    let sixteenth = root(fourth);
+    fourth * sixteenth * root(sixteenth)
+}
+
 impl<N: Number> Probing<N> {
     /// The command grows until the servo has moved with it.
     pub(super) fn seek(&self, state: &mut ProbingState<N>) -> N {
@@ -34,7 +42,7 @@ impl<N: Number> Probing<N> {
         let fell = furthest.magnitude() >= plan.noticed && furthest * state.direction < N::ZERO;
         if state.still > plan.standing && fell {
             let guess = Guess::caught(&state.fall.furthest, state.fall.base);
-            return self.know(state, &guess);
+            return self.know(state, &guess, acted);
         }
         if state.still > plan.standing {
             state.origin = state.position;
@@ -56,14 +64,14 @@ impl<N: Number> Probing<N> {
             let (direction, given) = (state.direction, state.given(0));
             let caught = state.fall.turns(direction, against, given, plan.horizon);
             if let Some(guess) = caught {
-                return self.know(state, &guess);
+                return self.know(state, &guess, acted);
             }
         }
         let comes_back = (moved - furthest) * state.direction > N::ZERO;
         if furthest.magnitude() >= plan.noticed && self.is_timed(state, moved) {
             if furthest * state.direction > N::ZERO {
-                if let Some(guess) = self.breakaway(state, moved) {
-                    return self.know(state, &guess);
+                if let Some(guess) = self.breakaway(state, moved, acted) {
+                    return self.know(state, &guess, acted);
                 }
                 // Not the ramp has moved it: it must be caught.
                 let [least, most] = plan.command;
@@ -73,12 +81,12 @@ impl<N: Number> Probing<N> {
                 state.direction = -state.direction;
             } else if comes_back {
                 let guess = Guess::caught(&state.fall.turning(), state.fall.base);
-                return self.know(state, &guess);
+                return self.know(state, &guess, acted);
             }
         } else if comes_back && furthest * state.direction < N::ZERO {
             if furthest.magnitude() >= N::from_f64(MIN_FALL_COUNTS) {
                 let guess = Guess::caught(&state.fall.turning(), state.fall.base);
-                return self.know(state, &guess);
+                return self.know(state, &guess, acted);
             }
             // It fell a little, and goes with the ramp from here.
             state.origin = state.position;
@@ -144,11 +152,10 @@ impl<N: Number> Probing<N> {
             || moved.magnitude() >= self.plan.much
     }
 
-    /// Where the command was when the servo broke away: a command that grows evenly from there on moves it
+    /// Where the command, which is `now`, was when the servo broke away: a command that grows evenly from there on moves it
     /// as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
-    fn breakaway(&self, state: &ProbingState<N>, moved: N) -> Option<Guess<N>> {
+    fn breakaway(&self, state: &ProbingState<N>, moved: N, now: N) -> Option<Guess<N>> {
         let plan = &self.plan;
-        let now = state.given(plan.delay);
         let first = state.first_count?;
         let samples = state
             .samples
@@ -159,7 +166,7 @@ impl<N: Number> Probing<N> {
         let half = N::from_f64(0.5);
         let way = moved.magnitude() - half;
         let all =
-            since * (N::ONE - ((first.moved - half) * way.reciprocal()).cube_root()).reciprocal();
+            since * (N::ONE - cube_root((first.moved - half) * way.reciprocal())).reciprocal();
         let command = now - state.direction * slope * all;
         // One that moves at the first of the ramp falls.
         let ramped = state.direction * (first.command - state.held);
@@ -185,9 +192,8 @@ impl<N: Number> Probing<N> {
         })
     }
 
-    /// Brakes a servo of which there is a guess now.
-    fn know(&self, state: &mut ProbingState<N>, guess: &Guess<N>) -> N {
-        let plan = &self.plan;
+    /// Brakes a servo of which there is a guess now, under the command that acts.
+    fn know(&self, state: &mut ProbingState<N>, guess: &Guess<N>, acted: N) -> N {
         let Guess { gain, without, .. } = *guess;
         let servo = RoughModel {
             gain,
@@ -196,7 +202,6 @@ impl<N: Number> Probing<N> {
             backward: without,
             viscous: N::ZERO,
         };
-        let acted = state.given(plan.delay);
         state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
         state.servo = servo;
         state.news = Some(*guess);
