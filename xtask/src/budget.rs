@@ -21,7 +21,7 @@ const TOLERANCE_OF_A_COURSE: f64 = 0.1;
 /// The most that a sample may take at the optimiser level "s", in percent of what it takes at 3.
 const MAX_PERCENT_AT_S: u64 = 115;
 
-/// The samples that are counted at both levels: their figures, and their rows on the pages.
+/// The samples that are counted at both levels: their figures, and their rows on [`PAGES`].
 const SAMPLES: [(&str, &str); 5] = [
     ("gradient-f32-2", "gradient, f32, a and b"),
     ("gradient-f32-friction", "gradient, f32, with friction"),
@@ -33,8 +33,36 @@ const SAMPLES: [(&str, &str); 5] = [
     ),
 ];
 
-/// The pages with a row for each.
-const PAGES: [&str; 2] = ["identifier-core/README.md", "docs/cost.md"];
+/// The phases of a commissioning, the rates at which one is counted whole, and the laws of a run, as pages call them.
+const PHASES: [(&str, &str); 9] = [
+    ("released-check", "`released-check`"),
+    ("wiggle", "`wiggle`"),
+    ("fit", "`fit`"),
+    ("refine", "`refine`"),
+    ("verify", "`verify`"),
+    ("slide", "`slide`"),
+    ("tune", "`tune`"),
+    ("trial", "`trial`"),
+    ("applied", "`applied`, its first sample"),
+];
+const RATES: [(&str, &str); 3] = [
+    ("1-khz", "1 kHz"),
+    ("10-khz", "10 kHz"),
+    ("20-khz", "20 kHz"),
+];
+const LAWS: [(&str, &str); 4] = [
+    ("gradient", "gradient, a and b"),
+    ("gradient-friction", "gradient with friction"),
+    ("gauss-newton", "Gauss–Newton"),
+    ("gauss-newton-terms", "the same with all terms"),
+];
+
+/// The pages with rows of figures.
+const PAGES: [&str; 3] = [
+    "identifier-core/README.md",
+    "docs/cost.md",
+    "firmware-stm32/README.md",
+];
 
 /// Binaries without static memory, of what a user's firmware has: it is compiled for speed here, and the drive for size.
 const WITHOUT_MEMORY: [&str; 4] = ["virtual-servo", "bench", "terms", "commission"];
@@ -78,21 +106,54 @@ fn record(counted: &Figures) -> Result<(), String> {
 
 /// A page with the rows of these figures.
 fn with_rows(page: &str, figures: &Figures) -> String {
+    let rows = rows();
     let row = |line: &str| {
-        let of_it = |&(_, label): &(&str, &str)| line.starts_with(&format!("| {label} |"));
-        let (name, label) = SAMPLES.into_iter().find(of_it)?;
-        let figure = |what: &str| figures.get(&format!("{name}-{what}")).copied().unwrap_or(0);
-        let [mean, most] = ["mean", "most"].map(figure);
-        let [small_mean, small_most] = ["at-s-mean", "at-s-most"].map(figure);
-        let bytes = figure("state-bytes");
-        Some(format!(
-            "| {label} | {mean}, {most} | {small_mean}, {small_most} | {bytes} |"
-        ))
+        let of_it =
+            |(label, _): &&(&str, Vec<Vec<String>>)| line.starts_with(&format!("| {label} |"));
+        let (label, cells) = rows.iter().find(of_it)?;
+        let figure = |name: &String| figures.get(name).copied().unwrap_or(0).to_string();
+        let cell = |names: &Vec<String>| names.iter().map(figure).collect::<Vec<_>>().join(", ");
+        let cells: Vec<String> = cells.iter().map(cell).collect();
+        Some(format!("| {label} | {} |", cells.join(" | ")))
     };
     let lines = page
         .lines()
         .map(|line| row(line).unwrap_or_else(|| line.to_owned()));
     lines.map(|line| line + "\n").collect()
+}
+
+/// The rows of pages: their labels, and the names of the figures in each cell.
+fn rows() -> Vec<(&'static str, Vec<Vec<String>>)> {
+    let named = |name: &str, cells: &[&[&str]]| -> Vec<Vec<String>> {
+        let cell = |whats: &&[&str]| whats.iter().map(|what| name.replace('*', what)).collect();
+        cells.iter().map(cell).collect()
+    };
+    let table = |begin: &'static str, of: &[(&str, &'static str)], cells: &[&[&str]]| {
+        let row = |(name, label): &(&str, &'static str)| {
+            (*label, named(&format!("{begin}{name}-*"), cells))
+        };
+        of.iter().map(row).collect::<Vec<_>>()
+    };
+    let both: [&[&str]; 3] = [
+        &["mean", "most"],
+        &["at-s-mean", "at-s-most"],
+        &["state-bytes"],
+    ];
+    [
+        table("", &SAMPLES, &both),
+        table("commission-", &PHASES, &[&["mean"], &["most"]]),
+        table(
+            "interrupt-commission-",
+            &RATES,
+            &[&["command"], &["typical"], &["ninetieth"], &["worst"]],
+        ),
+        table(
+            "interrupt-",
+            &LAWS,
+            &[&["typical"], &["shown"], &["first"], &["worst"]],
+        ),
+    ]
+    .concat()
 }
 
 fn read(file: &str) -> Result<String, String> {
@@ -347,10 +408,14 @@ mod tests {
         let accepted = accepted().expect("the budget");
         for page in PAGES {
             let text = read(page).expect("the page");
-            for (_, label) in SAMPLES {
-                assert!(text.contains(&format!("\n| {label} |")), "{page}: {label}");
-            }
             assert_eq!(with_rows(&text, &accepted), text, "{page}");
+        }
+        let pages = PAGES.map(|page| read(page).expect("the page")).concat();
+        for (label, cells) in rows() {
+            assert!(pages.contains(&format!("\n| {label} |")), "{label}");
+            for name in cells.concat() {
+                assert!(accepted.contains_key(&name), "{name}");
+            }
         }
     }
 
