@@ -116,15 +116,14 @@ impl Number for f32 {
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "rounding is the purpose")]
     fn from_f64(value: f64) -> Self {
-        let nearest = value as Self;
-        // What is not a number becomes one, too.
-        if nearest > Self::MAX {
-            Self::MAX
-        } else if nearest >= Self::MIN {
-            nearest
-        } else {
-            Self::MIN
+        /// The least that would be rounded to an infinity. By its bits: a comparison of numbers takes constants in memory.
+        const BEYOND: u64 = (f32::MAX as f64 + (1_u128 << 103) as f64).to_bits();
+        const SIGN: u64 = 1 << 63;
+        if value.to_bits() & !SIGN < BEYOND {
+            return value as Self;
         }
+        // What is not a number becomes one, too.
+        Self::from_bits(Self::MAX.to_bits() | ((value.to_bits() & SIGN) >> 32) as u32)
     }
 
     #[inline]

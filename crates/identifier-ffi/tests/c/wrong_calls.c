@@ -111,11 +111,15 @@ int main(void) {
     EXPECT(servo_id_reason_cause(10, &text, &slices), SERVO_ID_OK);
     EXPECT(slices > 10 && text != NULL, 1);
 
-    /* Every status has a sentence, every parameter a name. */
+    /* Every status has a sentence, every parameter a name, and the number of one that went none. */
     for (int32_t status = -50; status < 50; status++) {
         EXPECT(servo_id_status_text(status, &text) <= 0 && strlen(text) > 3, 1);
     }
     for (int32_t parameter = 1; parameter <= SERVO_ID_FEED_FORWARD; parameter++) {
+        if (parameter == 53) {
+            EXPECT(servo_id_parameter_name(parameter, &text), SERVO_ID_NO_SUCH_NUMBER);
+            continue;
+        }
         EXPECT(servo_id_parameter_name(parameter, &text), SERVO_ID_OK);
         snprintf(bytes, sizeof bytes, "%s", text);
         EXPECT(strlen(bytes) > 1, 1);
