@@ -191,8 +191,11 @@ fn sizes_and_places_are_the_same() {
 fn parameters_have_places_and_one_name_each() {
     let names: BTreeSet<_> = parameter::ROWS.iter().map(|row| row.name).collect();
     assert_eq!(names.len(), parameter::ROWS.len());
-    for (place, row) in parameter::ROWS.iter().enumerate() {
-        assert_eq!(row.number, place as i32 + 1, "{}", row.constant);
+    // Of parameters that went, used by none.
+    const GONE: [i32; 1] = [53];
+    let numbers = (1..).filter(|number| !GONE.contains(number));
+    for (number, row) in numbers.zip(parameter::ROWS) {
+        assert_eq!(row.number, number, "{}", row.constant);
     }
 }
 
