@@ -152,7 +152,8 @@ impl Elf {
         let end = marks.find(|&(_, &is_code)| is_code);
         let mark = self.is_code.range(..=first).next_back();
         let is_data = mark.is_some_and(|(_, &is_code)| !is_code);
-        let Some((&end, _)) = end.filter(|_| is_data) else {
+        // One of words lies anywhere.
+        let Some((&end, _)) = end.filter(|_| is_data && branch.entry > 0) else {
             return Vec::new();
         };
         let entries = (first..end).step_by(branch.entry as usize);

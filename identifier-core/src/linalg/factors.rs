@@ -106,7 +106,7 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
                         *place = N::from_f64(entry);
                     }
                     // Its column, not the row that it changes.
-                    let column = left.map(|row| row[j]);
+                    let column = left.map(|row| row.get(j).copied().unwrap_or(0.0));
                     for (own, &other) in left[i].iter_mut().zip(&column).take(i + 1).skip(j + 1) {
                         *own -= entry * other;
                     }
