@@ -42,7 +42,8 @@ const GONE: &[(Place, &str, &str)] = &[
     (
         Key,
         "commission.one_way",
-        "an axis that may not reverse is not commissioned: record a log of it and identify that",
+        "an axis that may not reverse is not commissioned: identify finds its a and b in a log, with identifier.parameters = \
+         [\"a\", \"b\", \"load\"]",
     ),
     (
         Key,

@@ -61,8 +61,8 @@ impl CommissionOrder {
         Err(Fault::new(
             "commission.travel",
             format!(
-                "the servo stands at an end of its travel, [{low}, {high}]: allow some to either side; an axis that may not \
-                 reverse is not commissioned, record a log of it and identify that"
+                "the servo stands at an end of its travel, [{low}, {high}]: allow some to either side; of an axis that may not \
+                 reverse, identify finds a and b in a log, with identifier.parameters = [\"a\", \"b\", \"load\"]"
             ),
         ))
     }

@@ -685,7 +685,7 @@ fn what_is_gone_is_answered_at_once_with_what_replaces_it() {
         env!("CARGO_MANIFEST_DIR"),
         "/scenarios/own_controller_log.toml"
     );
-    let folder = folder("gone");
+    let folder = folder("gone-words");
     let recording = folder.join("run.mcap");
     std::fs::write(&recording, b"\x89MCAP0\r\n\x01\0\0").expect("it is written");
     let recording = recording.display().to_string();

@@ -372,3 +372,49 @@ fn gains_are_led_on_request_and_not_for_a_response_time() {
     );
     assert!(quick < 0.7 * slow, "{quick} {slow}");
 }
+
+/// The way out of an axis that may not reverse: a motion forwards alone.
+#[test]
+fn an_axis_that_may_not_reverse_is_identified_from_a_log() {
+    const STEPS: u32 = 20;
+    let [a, b, coulomb, load] = [3.1, 120.0, 9.0, -2.0];
+    let (sample, count) = (1e-3, std::f64::consts::TAU / 16384.0);
+    let (mut position, mut velocity, mut last) = (0.0_f64, 0.0_f64, 0.0);
+    let mut log = "time,position,command\n".to_owned();
+    for k in 0..10_000 {
+        let time = sample * f64::from(k);
+        let seen = (position / count).floor() * count;
+        let wanted = 6.0 + 3.0 * (5.6 * time).sin() + 2.0 * (19.0 * time).sin();
+        let command = (0.1 + 0.08 * (wanted - (seen - last) / sample)).clamp(-3.0, 3.0);
+        last = seen;
+        log += &format!("{time:.3},{seen:.9},{command:.7}\n");
+        for _ in 0..STEPS {
+            let step = sample / f64::from(STEPS);
+            velocity = (velocity + step * (b * command + load - coulomb - a * velocity)).max(0.0);
+            position += step * velocity;
+        }
+    }
+    let folder = folder("commission-forwards");
+    let [file, scenario, json] =
+        ["log.csv", "scenario.toml", "result.json"].map(|name| folder.join(name));
+    fs::write(&file, log).expect("written");
+    let text = "[encoder]\ncounts_per_rev = 16384\n[identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"load\"]\n\
+                [log]\ntime = \"time\"\nposition = \"position\"\ncommand = \"command\"\n";
+    fs::write(&scenario, text).expect("written");
+    let [file, scenario, result] = [&file, &scenario, &json].map(|path| path.display().to_string());
+    let _ = servo_id(&[
+        "identify",
+        &file,
+        "--scenario",
+        &scenario,
+        "--json",
+        &result,
+    ]);
+    let result = fs::read_to_string(&json).expect("a result");
+    let result: Value = serde_json::from_str(&result).expect("JSON");
+    for (name, truth) in [("a", a), ("b", b)] {
+        let found = result["estimates"][name]["value"].as_f64();
+        let found = found.unwrap_or_else(|| panic!("{result}"));
+        assert!((found / truth - 1.0).abs() < 0.03, "{name}: {found}");
+    }
+}

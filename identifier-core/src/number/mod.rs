@@ -270,6 +270,27 @@ mod tests {
         }
     }
 
+    #[test]
+    fn f32_is_always_a_number() {
+        let most = f64::from(f32::MAX);
+        // Half of the last digit beyond it is rounded down, and no further.
+        for beyond in [
+            1.000_000_02 * most,
+            1.000_000_1 * most,
+            1.8e40,
+            f64::INFINITY,
+        ] {
+            let both = [beyond, -beyond].map(<f32 as Number>::from_f64);
+            assert_eq!(
+                both.map(f32::to_bits),
+                [f32::MAX, f32::MIN].map(f32::to_bits),
+                "{beyond:e}"
+            );
+        }
+        assert!(<f32 as Number>::from_f64(f64::NAN).is_finite());
+        assert_eq!(<f32 as Number>::from_f64(0.1).to_bits(), 0.1_f32.to_bits());
+    }
+
     proptest! {
         #[test]
         fn f32_reciprocal_is_within_a_few_units_in_the_last_place(x in 1e-30_f32..1e30) {

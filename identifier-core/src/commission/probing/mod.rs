@@ -22,10 +22,6 @@
 //! of 0.8 % in both directions. On the last turn the servo is held where it stands, by a loop that
 //! gives way each time that it swings back: the motor of a compliant axis alone is a multiple as strong.
 //!
-//! On an axis that may only move one way the pushes follow each other in that direction, the servo is
-//! braked to a fifth of the speed between them, and at the end gently to rest, where friction holds it; d and
-//! c cannot then be distinguished.
-//!
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 
 mod experiment;

@@ -153,7 +153,7 @@ impl<N: Number> SlidePlan<N> {
     const MIN_BANDWIDTH: f64 = 12.0;
 
     /// With these lines, for a servo that may not be as it is known (`is_doubted`), of two masses where their mode is known; none if the axis has too little travel,
-    /// speed, resolution or command for slides, or may only move one way.
+    /// speed, resolution or command for slides.
     #[must_use]
     pub(crate) fn new(
         settings: &CommissionSettings,
