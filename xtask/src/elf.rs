@@ -214,4 +214,16 @@ mod tests {
     fn a_path_is_mangled() {
         assert_eq!(super::mangled("sampler::report"), "7sampler6report");
     }
+
+    #[test]
+    fn a_jump_to_a_register_has_no_table_behind_it() {
+        const MOV_PC_R3: u16 = 0x469f;
+        let elf = super::Elf::of_code(&[
+            ("f", 0x100, &[MOV_PC_R3], true),
+            ("", 0x102, &[4, 8], false),
+            ("g", 0x106, &[0xbf00], true),
+        ]);
+        let jump = elf.instruction(0x100);
+        assert_eq!(elf.table(&jump, jump.end()), [] as [u32; 0]);
+    }
 }
