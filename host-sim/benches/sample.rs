@@ -4,8 +4,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use host_sim::paper::{self, Case, Method};
-use host_sim::scenario::{Arithmetic, Scenario};
+use host_sim::scenario::{Arithmetic, Purpose, Scenario};
 use host_sim::simulate::{self, Simulation};
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
@@ -15,8 +14,12 @@ use identifier_core::parameters::Ab;
 /// Length of the recording that the identifier is fed with, again and again, s.
 const RECORDED: f64 = 10.0;
 
+/// The paper's experiment, with its amplifier unbalanced.
 fn scenario() -> Scenario {
-    paper::scenario(Method::Proposed, Case::Unbalanced)
+    let text = include_str!("../scenarios/paper.toml");
+    let mut scenario = Scenario::parse("paper.toml", text, Purpose::Run).expect("valid");
+    scenario.plant.as_mut().expect("a servo").load = 20.0;
+    scenario
 }
 
 /// Inputs of an identifier in a run of the paper's experiment: increments in counts, and commands.

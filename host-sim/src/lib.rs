@@ -1,4 +1,4 @@
-//! Simulation, replay and comparison of the identification of servos, and the command line `servo-id`.
+//! Simulation, replay and comparison of the identification of servos.
 //!
 //! A [`scenario`] describes a servo, its loop and an identifier. [`simulate`] runs it on an exact simulated servo,
 //! [`replay`] on recorded logs, which a [`scan`] checks first; both hand every [`experiment::Sample`] to an observer, and
@@ -25,69 +25,31 @@
 //! | the identifier itself | the crate `identifier-core` |
 //! | experiments: one servo, logs, every method, random servos, number formats | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`] |
 //! | commissioning and gains | [`commission`], [`tune`] |
-//! | the host of a drive | [`drive`], [`port`] |
 //! | results, which are the JSON; their physical units | [`result`], [`physical`] |
-//! | pages, tables, pictures; CSV | [`present`], [`render`]; [`csv`] |
-//! | verbs, options, outputs | [`cli`] |
-
-#![cfg_attr(
-    not(feature = "program"),
-    allow(
-        dead_code,
-        unused_imports,
-        unused_variables,
-        reason = "what only the program needs stays where it belongs; the linker leaves it out"
-    )
-)]
 
 pub mod analysis;
-#[cfg(feature = "program")]
-pub mod cli;
 #[cfg(feature = "experiments")]
 pub mod commission;
 #[cfg(feature = "experiments")]
 pub mod compare;
-#[cfg(feature = "program")]
-pub mod csv;
 #[cfg(feature = "experiments")]
 pub mod drift;
-#[cfg(feature = "program")]
-pub mod drive;
 pub mod experiment;
-#[cfg(feature = "experiments")]
-pub mod export;
 pub mod gone;
-#[cfg(feature = "program")]
-pub mod init;
 pub mod log;
 pub mod loops;
-#[cfg(feature = "program")]
-pub mod monitor;
 pub mod nearest;
-#[cfg(feature = "program")]
-pub mod paper;
 pub mod physical;
-#[cfg(feature = "program")]
-pub mod port;
 pub mod predict;
-#[cfg(feature = "program")]
-pub mod present;
-pub mod program;
 #[cfg(feature = "experiments")]
 pub mod provenance;
 pub mod recognise;
-#[cfg(feature = "program")]
-pub mod render;
 pub mod replay;
 pub mod result;
 pub mod scan;
 pub mod scenario;
 pub mod simulate;
-#[cfg(feature = "program")]
-pub mod simulated_drive;
 #[cfg(feature = "experiments")]
 pub mod sweep;
 pub mod tune;
 pub mod verdict;
-
-pub use program::VERSION;

@@ -16,7 +16,7 @@ mod whole_record;
 pub(crate) use direct::Direct;
 #[cfg(feature = "experiments")]
 pub(crate) use fixed::{FixedIdentifier, FixedLoop};
-pub(crate) use identifier::{DynIdentifier, Innovation, Running, gamma_over};
+pub(crate) use identifier::{DynIdentifier, Innovation, Running};
 pub(crate) use pid::PidLoop;
 #[cfg(feature = "experiments")]
 pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
@@ -51,6 +51,7 @@ pub(crate) enum Measurement {
 
 impl Measurement {
     /// As a count: of an ideal position the last whole unit passed.
+    #[cfg(feature = "experiments")]
     pub(crate) fn count(self) -> i32 {
         match self {
             Self::Count(count) => count,
@@ -103,6 +104,7 @@ impl Step {
     }
 
     /// That of a method without a model.
+    #[cfg(feature = "experiments")]
     pub(crate) fn direct(command: f64, estimates: Option<ServoParameters>) -> Self {
         Self {
             command,

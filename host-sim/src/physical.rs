@@ -236,9 +236,11 @@ fn quantity((value, std_error): Known, unit: &'static str) -> Quantity {
     }
 }
 
+/// A parameter's value, where it can be a size.
+///
 /// # Errors
 /// A number that is not above zero, or not finite.
-pub(crate) fn above_zero(parameter: &'static str, value: f64) -> Result<f64, ScaleError> {
+pub fn above_zero(parameter: &'static str, value: f64) -> Result<f64, ScaleError> {
     let refused = ScaleError::OutOfRange {
         parameter,
         value,
@@ -250,7 +252,7 @@ pub(crate) fn above_zero(parameter: &'static str, value: f64) -> Result<f64, Sca
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
 
     const SERVO: Ratios = Ratios {
@@ -261,7 +263,7 @@ pub(crate) mod tests {
         is_linear: false,
     };
 
-    pub(crate) fn assert_close(quantity: Quantity, value: f64, error: f64) {
+    fn assert_close(quantity: Quantity, value: f64, error: f64) {
         let Quantity {
             value: found,
             std_error,

@@ -16,7 +16,7 @@ mod rig_of_scenario;
 mod sensor;
 
 #[cfg(feature = "experiments")]
-pub(crate) use build::{closed_by_pid, identifier, identifier_in};
+pub(crate) use build::{closed_by_pid, identifier};
 #[cfg(not(feature = "experiments"))]
 pub(crate) use one_law::identifier;
 #[cfg(feature = "experiments")]

@@ -1,7 +1,7 @@
 //! Any file is read as a scenario or refused. A program of its own: it measures the memory of
 //! the reader alone.
 
-#[path = "program/support/readable.rs"]
+#[path = "support/readable.rs"]
 mod readable;
 
 use std::fmt::Write;

@@ -1,7 +1,6 @@
 //! A loop that is certified, and stable when sampled, does not diverge; a run that does not converge reports it.
 
 use host_sim::analysis::Status;
-use host_sim::paper::{self, Case, Method};
 use host_sim::result::Summary;
 use host_sim::scenario::{Scenario, Velocity};
 use identifier_core::ControllerSettings;
@@ -11,6 +10,7 @@ use identifier_core::settings::BoxSettings;
 use identifier_core::stability::SampledLoop;
 use identifier_core::stability::{Certificate, PlantBox};
 use integration_tests::{Random, in_parallel, run, servo};
+use servo_id::paper::{self, Case, Method};
 
 /// A random box of servos.
 fn random_box(random: &mut Random) -> PlantBox {

@@ -3,9 +3,9 @@
 use host_sim::compare::{self, with_law};
 use host_sim::result::Summary;
 use host_sim::scenario::{Law, Scenario};
-use host_sim::{present, render};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};
+use servo_id::{present, render};
 
 const BENCH: &str = include_str!("../../host-sim/scenarios/compare.toml");
 

@@ -1,10 +1,10 @@
 //! The figures that the matched loop must reach in the paper's experiment.
 
 use host_sim::analysis::Status;
-use host_sim::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Scenario};
 use integration_tests::{controller, parse, run, servo};
+use servo_id::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 
 fn proposed(load: f64, arithmetic: Arithmetic) -> Scenario {
     let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use host_sim::paper::{self, Case, Method};
 use host_sim::result::Summary;
 use host_sim::scenario::{Law, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::PerParameter;
 use integration_tests::{Random, in_parallel, run, servo};
+use servo_id::paper::{self, Case, Method};
 
 const SERVOS: usize = 200;
 

@@ -4,13 +4,13 @@
 use std::fmt::Write;
 
 use host_sim::experiment::Sample;
-use host_sim::present;
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
 use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Goal, StepMeasure, TuningSettings};
 use integration_tests::{Random, in_parallel, parse, run};
+use servo_id::present;
 
 const SERVOS: usize = 60;
 

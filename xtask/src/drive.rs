@@ -10,9 +10,9 @@ use drive_link::{
     BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, Refusal,
     Report, Snapshot, State,
 };
-use host_sim::drive::{Client, DriveError};
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use identifier_core::tuning::Goal;
+use servo_id::drive::{Client, DriveError};
 
 use crate::{emulator, firmware, seal};
 

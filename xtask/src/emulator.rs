@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use host_sim::port::Port;
+use servo_id::port::Port;
 
 /// The Olimex STM32-H405, which carries the STM32F405RG: the board that the firmware is for.
 pub(crate) const BOARD: &str = "olimex-stm32-h405";

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use drive_link::{Command, Law};
 use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
-use host_sim::drive::Client;
 use identifier_core::parameters::{Term, Terms};
+use servo_id::drive::Client;
 
 use crate::firmware;
 use crate::meter::Cost;

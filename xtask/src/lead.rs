@@ -6,8 +6,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use drive_link::{Command, State};
-use host_sim::drive::Client;
 use identifier_core::commission::{CommissionSettings, Limits, Phase};
+use servo_id::drive::Client;
 
 use crate::firmware;
 use crate::meter::Cost;

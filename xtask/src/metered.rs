@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use drive_link::Report;
-use host_sim::drive::Client;
+use servo_id::drive::Client;
 
 use crate::elf::{Elf, mangled};
 use crate::emulator;

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use drive_link::{Command, Report, Snapshot, State};
-use host_sim::drive::Client;
+use servo_id::drive::Client;
 
 use crate::{emulator, firmware};
 

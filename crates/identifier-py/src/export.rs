@@ -1,8 +1,8 @@
 //! Robot models from results.
 
-use host_sim::export::{Format, Identified};
 use host_sim::physical::Scale;
 use pyo3::prelude::*;
+use servo_id::export::{Format, Identified};
 
 use crate::fault::value_error;
 

@@ -32,5 +32,5 @@ mod _native {
     use super::tune::tune;
 
     #[pymodule_export]
-    const VERSION: &str = host_sim::VERSION;
+    const VERSION: &str = servo_id::VERSION;
 }

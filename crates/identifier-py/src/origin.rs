@@ -40,7 +40,7 @@ impl Read {
     pub(crate) fn json(&self, task: Task, result: &impl Serialize) -> PyResult<String> {
         let with_origin = WithOrigin {
             result: Some(result),
-            origin: &Origin::new(task, &self.text, &self.scenario),
+            origin: &Origin::new(servo_id::VERSION, task, &self.text, &self.scenario),
         };
         serde_json::to_string(&with_origin).map_err(value_error)
     }

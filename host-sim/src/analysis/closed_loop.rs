@@ -14,24 +14,24 @@ use crate::scenario::{Closing, Scenario};
 
 /// Speed and margins of a loop. All but the first are none where it is unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct LoopFigures {
+pub struct LoopFigures {
     /// True if it is stable, delay left aside.
-    pub(crate) stable: bool,
+    pub stable: bool,
     /// Frequency at which the closed loop has fallen by 3 dB, rad/s.
-    pub(crate) bandwidth: Option<f64>,
+    pub bandwidth: Option<f64>,
     /// Frequency at which |L| last falls below 1, rad/s.
-    pub(crate) crossover: Option<f64>,
+    pub crossover: Option<f64>,
     /// Phase margin there, degrees.
-    pub(crate) phase_margin: Option<f64>,
+    pub phase_margin: Option<f64>,
     /// The factors by which the gain may fall and rise; none for any.
-    pub(crate) gain_margins: [Option<f64>; 2],
+    pub gain_margins: [Option<f64>; 2],
     /// The least |1 + L|.
-    pub(crate) modulus_margin: Option<f64>,
+    pub modulus_margin: Option<f64>,
 }
 
 /// A loop whose response is known at every frequency.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Response {
+pub struct Response {
     a: f64,
     b: f64,
     gains: Gains,
@@ -44,7 +44,7 @@ pub(crate) struct Response {
 
 impl Response {
     /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
-    pub(crate) fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
+    pub fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
         let closing = scenario.identifier.law.closing();
         if closing == Closing::Relay {
             return None;
@@ -92,7 +92,7 @@ impl Response {
     }
 
     /// Margins and bandwidth.
-    pub(crate) fn figures(&self, scenario: &Scenario) -> LoopFigures {
+    pub fn figures(&self, scenario: &Scenario) -> LoopFigures {
         /// Frequencies of a decade, and decades below half the sample rate.
         const A_DECADE: u32 = 400;
         const DECADES: f64 = 6.0;

@@ -1,4 +1,4 @@
-//! Conclusions from the samples of an experiment; their presentation is in `present`.
+//! Conclusions from the samples of an experiment.
 
 mod assessment;
 mod closed_loop;
@@ -15,7 +15,7 @@ mod summary;
 mod whole_record;
 
 pub use crate::verdict::Status;
-pub(crate) use closed_loop::{LoopFigures, Response};
+pub use closed_loop::{LoopFigures, Response};
 pub use log_scan::{remarks, scanned};
 pub use statistics::Statistics;
 pub use summary::{FoundServo, Summariser};

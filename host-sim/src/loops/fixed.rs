@@ -13,9 +13,9 @@ use identifier_core::parameters::PerParameter;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 
-use super::identifier::gamma_over;
 use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
+use crate::scenario::gamma_over;
 
 /// Controller and identifier in fixed point.
 pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S, const P: usize> {

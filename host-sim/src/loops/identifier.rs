@@ -2,18 +2,15 @@
 
 use std::marker::PhantomData;
 
-use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, Identify, Update};
 use identifier_core::number::Number;
-use identifier_core::parameters::ParameterSet;
 use identifier_core::parameters::PerParameter;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::parameters::{Term, Unknown};
 
 use super::Step;
 use crate::experiment::{Outcome, TermEstimate};
-use crate::scenario::index_of;
 
 /// An identifier with its state, whatever its types. Increments, position units, and commands are in double
 /// precision, which holds the numbers of every format exactly.
@@ -174,15 +171,4 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
             ..self.known.clone()
         }
     }
-}
-
-/// Γ over the parameters of a set, SI.
-pub(crate) fn gamma_over<S: ParameterSet<P>, const P: usize>(
-    settings: &Settings,
-) -> Option<Vec<Vec<f64>>> {
-    let places = S::PARAMETERS.map(index_of);
-    settings.identifier.gamma.map(|gamma| {
-        let row = |i: usize| places.iter().map(|&j| gamma[i][j]).collect();
-        places.iter().map(|&i| row(i)).collect()
-    })
 }

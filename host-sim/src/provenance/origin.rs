@@ -72,11 +72,11 @@ pub struct WithOrigin<'a, D> {
 }
 
 impl Origin {
-    /// Of the present call.
+    /// Of the present call of a program in a version.
     #[must_use]
-    pub fn new(task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
+    pub fn new(version: &str, task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
         Self {
-            version: crate::VERSION.to_owned(),
+            version: version.to_owned(),
             command: std::env::args_os()
                 .map(|argument| argument.to_string_lossy().into_owned())
                 .collect(),

@@ -162,7 +162,8 @@ impl Scenario {
     }
 
     /// The refusal of a commissioning, at the key that remedies it.
-    pub(crate) fn fault_of_commission(&self, error: &CommissionError) -> Fault {
+    #[must_use]
+    pub fn fault_of_commission(&self, error: &CommissionError) -> Fault {
         let asked = self.commission.and_then(|order| order.response_time);
         match (error, asked) {
             (CommissionError::TooFast { bandwidth, most }, Some(time)) => {

@@ -48,6 +48,7 @@ macro_rules! with_velocity {
 
 /// With the parameter set and the number of its parameters.
 #[cfg(feature = "experiments")]
+#[macro_export]
 macro_rules! with_set {
     ($scenario:expr => $function:ident::<$($given:ty),+> ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad};
@@ -63,10 +64,11 @@ macro_rules! with_set {
 
 /// With the velocity estimate on a number, the parameter set and the number of its parameters.
 #[cfg(feature = "experiments")]
+#[macro_export]
 macro_rules! with_types {
     ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::measurement as velocity;
-        use $crate::scenario::{Velocity, dispatch::with_set};
+        use $crate::{scenario::Velocity, with_set};
         match $scenario.velocity {
             Velocity::LowPass => with_set!(
                 $scenario => $function::<$($given,)? velocity::LowPass<$number>>($($argument),*)
@@ -84,11 +86,12 @@ macro_rules! with_types {
 /// With the velocity estimate on fixed-point words, the parameter set and the number of its
 /// parameters.
 #[cfg(feature = "experiments")]
+#[macro_export]
 macro_rules! with_words {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {{
         use ::identifier_core::fixed_point::Word;
         use ::identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
-        use $crate::scenario::{Velocity, dispatch::with_set};
+        use $crate::{scenario::Velocity, with_set};
         match $scenario.velocity {
             Velocity::LowPass => with_set!($scenario => $function::<LowPass<Word>>($($argument),*)),
             Velocity::Difference => {

@@ -60,7 +60,8 @@ pub struct Fault {
 }
 
 impl Fault {
-    pub(crate) fn new(key: impl Into<String>, fault: impl fmt::Display) -> Self {
+    /// A fault at a key, given by its path.
+    pub fn new(key: impl Into<String>, fault: impl fmt::Display) -> Self {
         Self {
             key: key.into(),
             fault: fault.to_string(),

@@ -27,7 +27,7 @@ use super::range::Range::{
 };
 use super::{
     Arithmetic, Column, CommandUnit, CommissionOrder, ExcitationKind, InnerLoop, Integrator, Law,
-    LogSettings, PositionUnit, RivalSettings, Scan, Scenario, TimeUnit, Velocity, index_of, parts,
+    LogSettings, PositionUnit, RivalSettings, Scan, Scenario, TimeUnit, Velocity, parts,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -572,7 +572,7 @@ fn weigh(s: &mut Scenario, rows: &[Vec<f64>]) -> Result<(), String> {
             ));
         }
         for (value, beside) in values.iter().zip(parameters) {
-            matrix[index_of(*of)][index_of(*beside)] = *value;
+            matrix[parts::index_of(*of)][parts::index_of(*beside)] = *value;
         }
     }
     s.stated.identifier.gamma = Some(matrix);

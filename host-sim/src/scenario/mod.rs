@@ -9,6 +9,8 @@ mod check;
 mod commission;
 pub(crate) mod dispatch;
 mod error;
+#[cfg(feature = "experiments")]
+mod gamma;
 mod inner;
 mod key;
 pub mod keys;
@@ -30,13 +32,15 @@ mod stability;
 
 pub use commission::CommissionOrder;
 pub use error::{Fault, ScenarioError};
+#[cfg(feature = "experiments")]
+pub(crate) use gamma::{box_around, gamma_over};
 pub use inner::{InnerLoop, Integrator};
 pub use key::Key;
 pub(crate) use kind::MAX_COLUMNS;
 pub use law::{Closing, Law, RivalSettings};
 pub use log::{Column, LogQuantity, LogSettings, Scan};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
-pub(crate) use parts::{MAX_PLAYED, box_around, index_of};
+pub(crate) use parts::MAX_PLAYED;
 pub use physical::{CommandUnit, PhysicalSettings};
 pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceState};
 pub use set::ModelSet;

@@ -33,6 +33,19 @@ macro_rules! named {
                 Self::CHOICES[self as usize].name
             }
         }
+
+        impl std::str::FromStr for $type {
+            /// All names.
+            type Err = String;
+
+            fn from_str(word: &str) -> Result<Self, String> {
+                let found = Self::ALL.iter().find(|one| one.name() == word);
+                found.copied().ok_or_else(|| {
+                    let names: Vec<_> = Self::ALL.iter().map(|one| one.name()).collect();
+                    format!("one of {}", names.join(", "))
+                })
+            }
+        }
     };
     (@keys) => { &[] };
     (@keys $keys:expr) => { $keys };

@@ -1,32 +1,17 @@
 //! The core's settings of a scenario, and the keys of their refusals.
 
 use identifier_core::Settings;
-use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
-use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Parameter, ParameterSet, PerParameter, ServoParameters};
-use identifier_core::settings::{BoxSettings, GainError, SettingsError};
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+use identifier_core::settings::{GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
-#[cfg(feature = "experiments")]
-use super::dispatch::{with_types, with_words};
-use super::{Arithmetic, ExcitationKind, Fault, Key, Reference, Scenario};
+use super::{Arithmetic, ExcitationKind, Fault, Reference, Scenario};
 
 /// The most samples of a reference that a Γ is chosen from.
 pub(crate) const MAX_PLAYED: usize = 200_000;
-
-/// The box of servos around one where none is stated: b within a factor of three, a up to three times.
-#[must_use]
-pub(crate) fn box_around(servo: &ServoParameters) -> BoxSettings {
-    const FACTOR: f64 = 3.0;
-    BoxSettings {
-        a: [0.0, FACTOR * servo.a],
-        b: [servo.b / FACTOR, FACTOR * servo.b],
-    }
-}
 
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one
@@ -53,6 +38,10 @@ impl Scenario {
     ///
     /// # Errors
     /// If no Γ can be chosen.
+    #[cfg_attr(
+        not(feature = "experiments"),
+        expect(unused_variables, reason = "Γ is of the other laws")
+    )]
     pub fn settings_for(
         &self,
         reference: Option<&impl Excitation<f64>>,
@@ -68,27 +57,9 @@ impl Scenario {
             && self.identifier.law.is_gradient()
             && settings.identifier.gamma.is_none()
         {
-            let gamma = self.automatic_gamma(&settings, reference)?;
-            settings.identifier.gamma = Some(gamma);
-            if self.identifier.arithmetic == Arithmetic::Fixed {
-                with_words!(self => slow_to_fixed_range(&mut settings));
-            }
+            super::gamma::choose(self, &mut settings, reference)?;
         }
         Ok(settings)
-    }
-
-    #[cfg(feature = "experiments")]
-    /// Γ over all four parameters; one for a parameter that the model does not have.
-    fn automatic_gamma(
-        &self,
-        settings: &Settings,
-        reference: &impl Excitation<f64>,
-    ) -> Result<[[f64; 4]; 4], SettingsError> {
-        /// Time for which the reference is played, s.
-        const PLAYED_TIME: f64 = 10.0;
-
-        let samples = (PLAYED_TIME / self.sample_time()).min(MAX_PLAYED as f64) as u32;
-        with_types!(self, f64 => automatic_gamma(settings, reference, samples))
     }
 
     /// The scenario with Γ stated where it would be chosen: it follows from the box and the
@@ -108,7 +79,7 @@ impl Scenario {
     pub(crate) fn servo(&self) -> Result<ServoParameters, Fault> {
         self.plant.ok_or_else(|| {
             #[cfg(feature = "experiments")]
-            let about = Key::at("plant").map_or("", |key| key.about);
+            let about = super::Key::at("plant").map_or("", |key| key.about);
             #[cfg(not(feature = "experiments"))]
             let about = "the true servo";
             Fault::new("plant", format!("a run needs {about}"))
@@ -119,7 +90,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The key that is out of its range.
-    pub(crate) fn reference<N: Number>(&self) -> Result<Reference<N>, Fault> {
+    pub fn reference<N: Number>(&self) -> Result<Reference<N>, Fault> {
         let units = self.checked_units()?;
         Reference::new(&units, &self.excitation).map_err(|error| {
             let multisine = self.excitation.kind == ExcitationKind::Multisine;
@@ -143,7 +114,8 @@ impl Scenario {
     }
 
     /// An error of the core at the key that it is best mended at.
-    pub(crate) fn fault(&self, error: &SettingsError) -> Fault {
+    #[must_use]
+    pub fn fault(&self, error: &SettingsError) -> Fault {
         Fault::new(self.key_of(error), error)
     }
 
@@ -208,7 +180,7 @@ fn bound_by_the_box(settings: &mut Settings) {
 }
 
 /// The row and column of a parameter in a matrix over all four.
-pub(crate) fn index_of(parameter: Parameter) -> usize {
+pub(super) fn index_of(parameter: Parameter) -> usize {
     match parameter {
         Parameter::A => 0,
         Parameter::B => 1,
@@ -220,41 +192,4 @@ pub(crate) fn index_of(parameter: Parameter) -> usize {
 /// The matrix of which nothing is stated yet.
 pub(super) fn identity() -> [[f64; 4]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
-}
-
-/// Reduces a chosen Γ to the range of fixed point, by one factor: it adapts more slowly. Other refusals of
-/// fixed point come from building the identifier.
-fn slow_to_fixed_range<V, S, const P: usize>(settings: &mut Settings)
-where
-    V: VelocityEstimate<Word>,
-    S: ParameterSet<P>,
-{
-    // Each parameter has a bound, and all of them have one together.
-    for _ in 0..=P {
-        let built = settings.build::<FixedGradientIdentifier<V, S, P>>();
-        let (Err(SettingsError::Range(refused)), Some(gamma)) =
-            (built, &mut settings.identifier.gamma)
-        else {
-            return;
-        };
-        let (Allowed::PositiveUpTo(most), "gamma") = (refused.allowed, refused.parameter) else {
-            return;
-        };
-        let factor = most / refused.value;
-        for entry in gamma.iter_mut().flatten() {
-            *entry *= factor;
-        }
-    }
-}
-
-fn automatic_gamma<V, S, const P: usize>(
-    settings: &Settings,
-    reference: &impl Excitation<f64>,
-    samples: u32,
-) -> Result<[[f64; 4]; 4], SettingsError>
-where
-    V: VelocityEstimate<f64>,
-    S: ParameterSet<P>,
-{
-    settings.automatic_gamma::<V, S, P>(reference, samples)
 }

@@ -9,7 +9,6 @@ use super::kind::{self, Choice, Entries, Kind, Value, When};
 use super::source::Source;
 use super::{Purpose, Scenario};
 use crate::gone::{self, Place};
-use crate::program;
 
 /// The scenario that a file states; keys that it does not state have their defaults.
 pub(super) fn scenario(source: &Source<'_>, purpose: Purpose) -> Result<Scenario, Fault> {
@@ -215,7 +214,7 @@ fn advice(table: &str, unknown: &str) -> String {
     let mut lines = meant.map_or(String::new(), |meant| format!("did you mean {meant}?\n"));
     if !names.is_empty() {
         lines += &format!("allowed: the keys {}\n", names.join(", "));
-        let keys = format!("{} keys {table}", program::NAME);
+        let keys = format!("servo-id keys {table}");
         lines += &format!("`{}` explains them", keys.trim_end());
     }
     lines

@@ -20,10 +20,10 @@ use super::{LocalLoop, Rig, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
     Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
-    RelayMethod, Running, WholeRecord, gamma_over,
+    RelayMethod, Running, WholeRecord,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
-use crate::scenario::{Arithmetic, Fault, Law, Scenario};
+use crate::scenario::{Arithmetic, Fault, Law, Scenario, gamma_over};
 
 /// Commands in the longest delay of an amplifier.
 const MAX_DELAYED: usize = 128;
@@ -167,7 +167,7 @@ where
 }
 
 /// The same in a number format.
-pub(crate) fn identifier_in<N: Number>(
+pub(super) fn identifier_in<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {

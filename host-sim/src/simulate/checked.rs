@@ -3,7 +3,12 @@
 
 use std::path::Path;
 
+#[cfg(feature = "experiments")]
+use identifier_core::Settings;
+
 use super::Simulation;
+#[cfg(feature = "experiments")]
+use super::build::identifier_in;
 #[cfg(feature = "experiments")]
 use crate::commission::Commissioning;
 use crate::scenario::{Fault, Purpose, Scenario, ScenarioError, fetch};
@@ -39,6 +44,15 @@ impl Scenario {
     /// The part that cannot be built, and why.
     pub fn buildable(&self) -> Result<(), String> {
         build(self).map_err(|fault| fault.to_string())
+    }
+
+    /// Checks that the identifier can be built in `f64` from settings.
+    ///
+    /// # Errors
+    /// The key that it cannot be built from.
+    #[cfg(feature = "experiments")]
+    pub fn identifiable_with(&self, settings: &Settings) -> Result<(), Fault> {
+        identifier_in::<f64>(self, settings).map(drop)
     }
 }
 

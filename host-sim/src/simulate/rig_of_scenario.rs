@@ -1,7 +1,5 @@
 //! From a scenario to its test rig.
 
-use std::f64::consts::TAU;
-
 use identifier_core::excitation::Excitation;
 use identifier_core::number::Number;
 use virtual_servo::faults::Faults;
@@ -40,10 +38,13 @@ impl Rig<'_> {
 
     /// The same with a counter that shows `start` where the servo starts; an ideal sensor counts
     /// position units.
+    #[cfg(feature = "experiments")]
     pub(crate) fn counting_from(mut self, start: i32) -> Self {
         self.sensor = match self.sensor {
             Sensor::Encoder { encoder, .. } => Sensor::Encoder { encoder, start },
-            Sensor::Ideal { .. } => Sensor::encoder(TAU / self.position_unit, start),
+            Sensor::Ideal { .. } => {
+                Sensor::encoder(std::f64::consts::TAU / self.position_unit, start)
+            }
         };
         self
     }

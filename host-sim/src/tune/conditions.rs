@@ -13,80 +13,28 @@ use crate::scenario::Scenario;
 /// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
 /// or has a default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "program", derive(clap::Args))]
 pub struct Conditions {
     /// Sample time of the loop, s; the result's by default.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "T", allow_negative_numbers = true)
-    )]
     pub sample_time: Option<f64>,
     /// Counts of the encoder per revolution; 0 for an ideal sensor.
-    #[cfg_attr(
-        feature = "program",
-        arg(
-            long,
-            value_name = "N",
-            group = "encoder",
-            allow_negative_numbers = true
-        )
-    )]
     pub counts: Option<f64>,
     /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
-    #[cfg_attr(
-        feature = "program",
-        arg(
-            long,
-            value_name = "R",
-            group = "encoder",
-            allow_negative_numbers = true
-        )
-    )]
     pub resolution: Option<f64>,
     /// The largest command, command units; inf for none.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "U", allow_negative_numbers = true)
-    )]
     pub limit: Option<f64>,
     /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "S", allow_negative_numbers = true)
-    )]
     pub command_delay: Option<f64>,
     /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "W", allow_negative_numbers = true)
-    )]
     pub cutoff: Option<f64>,
     /// Largest sensitivity Ms; 1.6 by default.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "M", allow_negative_numbers = true)
-    )]
     pub max_sensitivity: Option<f64>,
     /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit; 0.03 by default.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "PART", allow_negative_numbers = true)
-    )]
     pub max_noise: Option<f64>,
     /// Lowest known resonance, rad/s.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "W", allow_negative_numbers = true)
-    )]
     pub resonance: Option<f64>,
     /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
-    #[cfg_attr(
-        feature = "program",
-        arg(long, value_name = "RAD", allow_negative_numbers = true)
-    )]
     pub step: Option<f64>,
     /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
-    #[cfg_attr(feature = "program", arg(long, conflicts_with = "response_time"))]
     pub feed_forward: bool,
 }
 

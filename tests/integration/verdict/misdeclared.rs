@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use host_sim::analysis::{Status, Summariser};
-use host_sim::csv;
 use host_sim::log::Log;
 use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
@@ -11,6 +10,7 @@ use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::Parameter;
 use integration_tests::{Random, in_parallel};
+use servo_id::csv;
 
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
 

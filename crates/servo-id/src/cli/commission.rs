@@ -1,0 +1,144 @@
+use std::path::{Path, PathBuf};
+
+use host_sim::commission::{Commissioning, Sample};
+use host_sim::provenance::{Kept, Origin, ScenarioText, Task};
+use host_sim::result::CommissioningResult;
+use host_sim::scenario::Purpose;
+use identifier_core::commission::CommissionSettings;
+
+use super::call;
+use super::fault::Fault;
+use super::output::Outputs;
+use super::progress::Progress;
+use super::standard_output::show;
+use super::streamed::Streamed;
+use crate::VERSION;
+use crate::csv::Rows;
+use crate::present::{self, CommissionTraces, Commissioned};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The scenario, a TOML file with [commission]; a [controller] is the one in use.
+    scenario: PathBuf,
+    #[command(flatten)]
+    choices: Choices,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+/// Choices that a scenario may state too.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(super) struct Choices {
+    #[command(flatten)]
+    slides: Slides,
+    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster; as
+    /// `feed_forward = true`.
+    #[arg(long)]
+    feed_forward: bool,
+}
+
+/// The slides, for an axis that is known.
+#[derive(Debug, Clone, Copy, clap::Args)]
+#[group(multiple = false)]
+struct Slides {
+    /// No slides where one mass explains the motions, for an axis that is known to be stiff; as `slide_rounds = 0`.
+    #[arg(long)]
+    quick: bool,
+    /// Slides under the new gains too, for a compliant axis; as `slide_rounds = 2`.
+    #[arg(long)]
+    thorough: bool,
+}
+
+impl Choices {
+    /// A scenario with them.
+    pub(super) fn stated_in(self, mut text: ScenarioText) -> ScenarioText {
+        if let Some(rounds) = self.slides.rounds() {
+            text = text.stating("commission", &format!("slide_rounds = {rounds}"));
+        }
+        if self.feed_forward {
+            text = text.stating("commission", "feed_forward = true");
+        }
+        text
+    }
+}
+
+impl Slides {
+    /// Their rounds, where they are stated.
+    fn rounds(self) -> Option<u8> {
+        match self {
+            Self { quick: true, .. } => Some(0),
+            Self { thorough: true, .. } => Some(CommissionSettings::THOROUGH),
+            _ => None,
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let Arguments {
+        scenario,
+        choices,
+        outputs,
+    } = arguments;
+    let text = choices.stated_in(ScenarioText::read(scenario)?);
+    experiment(&text, outputs, scenario, None)
+}
+
+/// Commissions the servo of a scenario; a `kept` result is to be reproduced. No output may be `input`.
+pub(super) fn experiment(
+    text: &ScenarioText,
+    outputs: &Outputs,
+    input: &Path,
+    kept: Option<&Kept>,
+) -> Result<(), Fault> {
+    let scenario = text.scenario(Purpose::Commission)?;
+    let file = Path::new(&text.file);
+    let of_scenario = |fault| Fault::of_file(file, fault);
+    let origin = Origin::new(VERSION, Task::Commission, text, &scenario);
+    let machine = Commissioning::new(&scenario).map_err(of_scenario)?;
+    let mut results = outputs.begin(&[input], origin, kept)?;
+    let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));
+    let mut traces = results.show_traces().then(CommissionTraces::default);
+
+    let largest = machine.largest_motion();
+    if !results.own_standard_output() {
+        show!("{}", present::largest_motion(&largest))?;
+    }
+    let limits = machine.settings().limits;
+    let before = machine.gains_before().copied();
+    let progress = Progress::of_a_course();
+    let mut observe = |sample: &Sample| {
+        progress.advance();
+        if let Some(rows) = &mut rows {
+            rows.write(|rows| rows.commissioning_sample(sample));
+        }
+        if let Some(traces) = &mut traces {
+            traces.add(sample);
+        }
+    };
+    let outcome = machine.run(&mut observe).map_err(of_scenario)?;
+    drop(progress);
+
+    let result = CommissioningResult::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
+    let page = present::commissioning(&Commissioned {
+        title: &call::title("Commissioning of", file),
+        command: &call::command(),
+        scenario: &scenario,
+        limits: &limits,
+        before: before.as_ref(),
+        outcome: &outcome,
+        traces: traces.as_ref(),
+    });
+    let written = [rows.map(|rows| rows.finish(Rows::finish))];
+    let applied = outcome.is_applied();
+    results.publish(&page, applied, &result, written, |plot| {
+        plot.figures("", 1, &page)
+    })?;
+    if applied {
+        return Ok(());
+    }
+    let verdict = &page.verdict;
+    Err(Fault::Other(format!(
+        "{}: {}",
+        verdict.status, verdict.detail
+    )))
+}

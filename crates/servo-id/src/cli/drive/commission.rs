@@ -1,0 +1,275 @@
+//! `servo-id drive commission`: the drive identifies its servo, tunes itself and validates the gains.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
+use host_sim::provenance::ScenarioText;
+use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
+use identifier_core::commission::{HoldingGains, Phase};
+
+use super::fault;
+use super::follow::{Event, follow, samples_in};
+use super::plan::{DrivePlan, Plan};
+use crate::cli::commission::Choices;
+use crate::cli::fault::Fault;
+use crate::cli::files::{self, Files};
+use crate::cli::interruption;
+use crate::cli::standard_output::show;
+use crate::cli::terminal::{notify, width};
+use crate::drive::Client;
+use crate::present;
+use crate::render::terminal;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The scenario: encoder, amplifier and [commission]. A configured drive keeps its own controller, any other
+    /// takes the scenario's, if it has one.
+    scenario: PathBuf,
+    #[command(flatten)]
+    choices: Choices,
+    /// Write the result as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Time between two lines of progress, s.
+const LINE_INTERVAL: f64 = 0.1;
+
+impl Arguments {
+    pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
+        let text = ScenarioText::read(&self.scenario)?;
+        let plan = Plan::from_text(&self.choices.stated_in(text))?;
+        let mut files = Files::reading(&[&self.scenario], self.force);
+        let json = files.output(self.json.as_deref())?;
+        let silent = files.own_standard_output();
+
+        let settings = client.settings().map_err(fault)?;
+        let DrivePlan {
+            configure,
+            order,
+            gains_before,
+            largest_motion,
+            link_timeout,
+        } = plan.for_drive(&settings, status)?;
+        if let Some(settings) = configure {
+            client.ask(Command::Configure(settings)).map_err(fault)?;
+        }
+        let before = gains_before.as_ref();
+        if !silent {
+            show!("{}", present::largest_motion(&largest_motion))?;
+        }
+
+        let every = samples_in(LINE_INTERVAL, order.sample_time);
+        client.ask(Command::Watch(every)).map_err(fault)?;
+        let stop = interruption::end_requested();
+        client.commission(&order).map_err(fault)?;
+        client.keep_alive(link_timeout);
+        show_progress(client, order.sample_time, stop)?;
+        let outcome = client.outcome().map_err(fault)?;
+        client.ask(Command::Watch(0)).map_err(fault)?;
+        let state = client.status().map_err(fault)?.state;
+
+        let (time, limits) = (order.sample_time, &order.limits);
+        let result = DriveCommissioningResult {
+            end: CommissioningEnd::new(time, limits, &largest_motion, before, &outcome),
+            kept: outcome.kept,
+        };
+        files::commit([json.map(|json| json.document(&result))])?;
+        if !silent {
+            show(before, &outcome)?;
+        }
+        let end = End {
+            gains_before: before.is_some(),
+            state,
+            link_timeout,
+        };
+        judged(&end, &outcome, silent)
+    }
+}
+
+/// Prints the progress on standard error until the commissioning is over; an interruption stops it.
+fn show_progress(client: &mut Client, sample_time: f64, stop: &AtomicBool) -> Result<(), Fault> {
+    let mut shown = Phase::Idle;
+    let mut stopped = false;
+    follow(client, |client, event| {
+        if stop.load(Ordering::Relaxed) && !stopped {
+            stopped = true;
+            client.ask(Command::Stop).map_err(fault)?;
+            notify("stopping");
+        }
+        match event {
+            Some(Event::Status(status)) if status.state != State::Commissioning => {
+                return Ok(Some(()));
+            }
+            Some(Event::Status(Status { commissioning, .. })) => {
+                if let Some(now) = commissioning.filter(|now| now.phase != shown) {
+                    shown = now.phase;
+                    notify(shown.name());
+                }
+            }
+            Some(Event::Progress(progress)) => notify(&line(&progress, sample_time)),
+            Some(Event::Fault(fault)) => {
+                notify(&fault.to_string());
+                return Ok(Some(()));
+            }
+            Some(Event::Snapshot(_)) | None => {}
+        }
+        Ok(None)
+    })
+}
+
+fn line(progress: &Progress, sample_time: f64) -> String {
+    let Progress {
+        phase,
+        sample,
+        position,
+        command,
+        recorded,
+        gain,
+    } = progress;
+    let time = f64::from(*sample) * sample_time;
+    let acts = command.map_or("released".to_owned(), |command| {
+        format!("command {command:+.3}")
+    });
+    let known = match gain {
+        Some([b, error]) => format!(", b {b:.2} ± {error:.2}"),
+        None if *recorded > 0 => format!(", {recorded} pieces recorded"),
+        None => String::new(),
+    };
+    format!(
+        "{time:>9.4} s  {:<15} {position:+.4} rad, {acts}{known}",
+        phase.name()
+    )
+}
+
+fn show(before: Option<&HoldingGains>, outcome: &Outcome) -> Result<(), Fault> {
+    let Some(servo) = &outcome.servo else {
+        return Ok(());
+    };
+    let (tuning, trial) = (outcome.tuning.as_ref(), outcome.trial.as_ref());
+    let found = present::found_servo(servo, None, before, tuning, trial);
+    show!("{}", terminal::blocks(&found, width()))
+}
+
+/// The drive after a commissioning.
+struct End {
+    /// There were gains before.
+    gains_before: bool,
+    /// Its activity.
+    state: State,
+    /// Longest silence of the line then, s; 0 for no limit.
+    link_timeout: f64,
+}
+
+impl End {
+    /// What holds the servo now.
+    fn stands(&self) -> String {
+        if self.state != State::Running {
+            return "the servo is disabled".to_owned();
+        }
+        let silence = self.link_timeout;
+        if silence > 0.0 {
+            format!(
+                "the loop keeps running, and comes to rest when the line is silent for {silence} s"
+            )
+        } else {
+            "the loop keeps running".to_owned()
+        }
+    }
+
+    /// The gains in force where there are no new ones.
+    fn falls_back_to(&self) -> &'static str {
+        match self.gains_before {
+            true => "the gains before are in force",
+            false => "there are no gains",
+        }
+    }
+}
+
+fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
+    let Commissioning { phase, reason } = outcome.commissioning;
+    let stands = end.stands();
+    if reason.is_none() && phase == Phase::Applied {
+        let kept = match (outcome.kept, end.state) {
+            (true, _) => "kept through a loss of power",
+            (false, State::Running) => "kept as soon as the servo is released",
+            (false, _) => {
+                return Err(Fault::Other(
+                    "applied, but the flash did not take them: the new gains are in force until the power is \
+                     lost; try `save`"
+                        .to_owned(),
+                ));
+            }
+        };
+        if !silent {
+            show!("applied: the new gains are in force, and {kept}; {stands}")?;
+        }
+        return Ok(());
+    }
+    let why = match reason {
+        Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise),
+        None => "it did not end by itself".to_owned(),
+    };
+    Err(Fault::Other(format!(
+        "{}: {why} ({}; {stands})",
+        phase.name(),
+        end.falls_back_to()
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use identifier_core::commission::Reason;
+
+    use super::*;
+
+    /// Whether it counts as done, with what is said if it does not.
+    fn end(phase: Phase, reason: Option<Reason>, kept: bool, state: State) -> Result<(), String> {
+        let outcome = Outcome {
+            commissioning: Commissioning { phase, reason },
+            servo: None,
+            tuning: None,
+            no_gains: None,
+            trial: None,
+            noise: 0.0,
+            kept,
+        };
+        let end = End {
+            gains_before: true,
+            state,
+            link_timeout: 0.0,
+        };
+        judged(&end, &outcome, true).map_err(|fault| fault.to_string())
+    }
+
+    #[test]
+    fn gains_count_as_applied_only_where_the_drive_keeps_them() {
+        assert_eq!(end(Phase::Applied, None, true, State::Released), Ok(()));
+        assert_eq!(end(Phase::Applied, None, false, State::Running), Ok(()));
+        let lost = end(Phase::Applied, None, false, State::Released);
+        assert!(lost.is_err_and(|why| why.contains("until the power is lost")));
+        // The drive tried them and could not use them.
+        let unusable = Some(Reason::NoGains);
+        assert!(end(Phase::RolledBack, unusable, false, State::Released).is_err());
+        assert!(end(Phase::Applied, unusable, true, State::Released).is_err());
+        assert!(end(Phase::Idle, None, false, State::Released).is_err());
+    }
+
+    #[test]
+    fn what_holds_the_servo_is_told_by_the_state_of_the_drive() {
+        let held = "the gains before are in force; the loop keeps running)";
+        let disabled = "the gains before are in force; the servo is disabled)";
+        for (state, told) in [
+            (State::Running, held),
+            (State::Released, disabled),
+            (State::Faulted(Reason::EncoderLost), disabled),
+        ] {
+            let aborted = end(Phase::Aborted, Some(Reason::EncoderStuck), false, state);
+            assert!(aborted.is_err_and(|why| why.ends_with(told)), "{state}");
+        }
+    }
+}

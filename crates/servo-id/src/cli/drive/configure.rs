@@ -1,0 +1,243 @@
+use std::path::{Path, PathBuf};
+
+use drive_link::{Command, Homing, Refusal, ServoChanges, Settings, TargetSource};
+use host_sim::scenario::{ExcitationKind, Purpose, Scenario};
+
+use super::fault;
+use crate::cli::fault::Fault;
+use crate::drive::{Client, DriveError, loop_settings};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The scenario: controller, amplifier, encoder and identifier. The excitation `prbs` becomes the dither,
+    /// `none` disables it; any other is refused.
+    scenario: PathBuf,
+    /// Largest position error, rad: at least three amplitudes of the dither.
+    #[arg(long, value_name = "RAD")]
+    following_error: Option<f64>,
+    /// Largest distance from where the servo started, rad: at least two amplitudes of the dither.
+    #[arg(long, value_name = "RAD")]
+    travel: Option<f64>,
+    /// Speed of a motion to a target, rad/s.
+    #[arg(long, value_name = "RAD/S")]
+    pace: Option<f64>,
+    /// Largest speed, rad/s.
+    #[arg(long, value_name = "RAD/S")]
+    speed: Option<f64>,
+    /// The change of the command that must move the servo, as a fraction of its limit.
+    #[arg(long, value_name = "FRACTION")]
+    breakaway: Option<f64>,
+    /// Longest time that such a command may act without moving the servo, s.
+    #[arg(long, value_name = "S", alias = "silence")]
+    stall_time: Option<f64>,
+    /// Longest run, s; 0 for no limit.
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// Longest silence of the line in a run, s; 0 for no limit.
+    #[arg(long, value_name = "S")]
+    link_timeout: Option<f64>,
+    /// Longest time to come to rest at the end of a run, s.
+    #[arg(long, value_name = "S")]
+    stop_time: Option<f64>,
+    /// Velocity at which the home switch is sought, rad/s, negative for one at the lower end; 0 for an axis without a
+    /// home position.
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    home_seek: Option<f64>,
+    /// Speed at which the home switch is left and approached, rad/s; a tenth of the velocity of seeking if it was never
+    /// given.
+    #[arg(long, value_name = "RAD/S")]
+    home_approach: Option<f64>,
+    /// Largest distance in which the home switch must open when the axis drives off it, rad; half a radian if it was
+    /// never given.
+    #[arg(long, value_name = "RAD")]
+    home_clearance: Option<f64>,
+    /// The home position: where the switch closes, or the first index pulse of the encoder behind it.
+    #[arg(long, value_name = "PLACE")]
+    home_at: Option<HomeAt>,
+    /// The origin of targets and travel, rad from the home position.
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
+    home_offset: Option<f64>,
+    /// Where targets come from: line, or steps:RAD (a step moves the target by that).
+    #[arg(long, value_name = "SOURCE", value_parser = source)]
+    source: Option<TargetSource>,
+    /// Changes of a servo after its commissioning, as Gauss-Newton finds them in a run: ignore, or report (the status has them).
+    #[arg(long, value_name = "WHAT", value_parser = servo_changes)]
+    servo_changes: Option<ServoChanges>,
+}
+
+/// The home position of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum HomeAt {
+    /// Where the home switch closes.
+    Switch,
+    /// The first index pulse behind the home switch.
+    Index,
+}
+
+impl Arguments {
+    pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
+        let settings = self.settings(client.settings().map_err(fault)?)?;
+        client.ask(Command::Configure(settings)).map_err(refused)
+    }
+
+    /// The drive's settings with the scenario and the options applied.
+    fn settings(&self, now: Settings) -> Result<Settings, Fault> {
+        let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
+        let mut settings = with_scenario(&self.scenario, &scenario, now)?;
+        let protection = &mut settings.protection;
+        for (place, given) in [
+            (&mut protection.following_error, self.following_error),
+            (&mut protection.travel, self.travel),
+            (&mut protection.pace, self.pace),
+            (&mut protection.speed, self.speed),
+            (&mut protection.breakaway, self.breakaway),
+            (&mut protection.stall_time, self.stall_time),
+            (&mut protection.duration, self.duration),
+            (&mut protection.link_timeout, self.link_timeout),
+            (&mut protection.stop_time, self.stop_time),
+        ] {
+            *place = given.unwrap_or(*place);
+        }
+        settings.homing = self.homing(settings.homing)?;
+        settings.source = self.source.unwrap_or(settings.source);
+        settings.servo_changes = self.servo_changes.unwrap_or(settings.servo_changes);
+        Ok(settings)
+    }
+
+    /// The drive's way home with the options applied.
+    fn homing(&self, now: Option<Homing>) -> Result<Option<Homing>, Fault> {
+        const APPROACH_SHARE: f64 = 0.1;
+        const CLEARANCE: f64 = 0.5;
+        let begun = |seek: f64| Homing {
+            seek,
+            approach: APPROACH_SHARE * seek.abs(),
+            clearance: CLEARANCE,
+            index: false,
+            offset: 0.0,
+        };
+        let mut homing = match (self.home_seek, now) {
+            (Some(0.0), _) => return Ok(None),
+            (Some(seek), Some(now)) => Homing { seek, ..now },
+            (Some(seek), None) => begun(seek),
+            (None, Some(now)) => now,
+            (None, None) => {
+                let is_given = self.home_approach.is_some()
+                    || self.home_clearance.is_some()
+                    || self.home_at.is_some()
+                    || self.home_offset.is_some();
+                if is_given {
+                    return Err(Fault::Input(
+                        "the drive has no way home yet: --home-seek begins one".to_owned(),
+                    ));
+                }
+                return Ok(None);
+            }
+        };
+        for (place, given) in [
+            (&mut homing.approach, self.home_approach),
+            (&mut homing.clearance, self.home_clearance),
+            (&mut homing.offset, self.home_offset),
+        ] {
+            *place = given.unwrap_or(*place);
+        }
+        if let Some(at) = self.home_at {
+            homing.index = at == HomeAt::Index;
+        }
+        Ok(Some(homing))
+    }
+}
+
+/// A refusal, with the option or the key of the scenario that changes the setting.
+fn refused(error: DriveError) -> Fault {
+    let place = match &error {
+        DriveError::Refused(Refusal::Setting(refused)) => place_of(refused.name.as_str()),
+        _ => None,
+    };
+    match place {
+        Some(place) => Fault::Input(format!("{error}; {place} states it")),
+        None => fault(error),
+    }
+}
+
+/// The option or the key that states a setting, by its name on the line.
+fn place_of(setting: &str) -> Option<String> {
+    /// The options, as [`Arguments`] has them.
+    const OPTIONS: [&str; 10] = [
+        "following_error",
+        "travel",
+        "pace",
+        "speed",
+        "breakaway",
+        "stall_time",
+        "duration",
+        "link_timeout",
+        "stop_time",
+        "servo_changes",
+    ];
+    if OPTIONS.contains(&setting) {
+        return Some(format!("--{}", setting.replace('_', "-")));
+    }
+    let key = match setting {
+        "limit" | "limit_low" | "limit_high" => "amplifier.limit",
+        "kp" | "kd" | "ki" | "reference_filter" | "notch" | "sample_time" => {
+            return Some(format!("controller.{setting}"));
+        }
+        "feed_forward_bandwidth" => "controller.feed_forward.bandwidth",
+        "feed_forward_acceleration" => "controller.feed_forward.acceleration",
+        "feed_forward_velocity" => "controller.feed_forward.velocity",
+        "feed_forward_coulomb" => "controller.feed_forward.coulomb",
+        "feed_forward_coulomb_speed" => "controller.feed_forward.coulomb_speed",
+        "cutoff" => "controller.velocity_filter.cutoff",
+        "resolution" => "encoder.counts_per_rev",
+        _ => return None,
+    };
+    Some(format!("{key} in the scenario"))
+}
+
+fn servo_changes(text: &str) -> Result<ServoChanges, String> {
+    match text {
+        "ignore" => Ok(ServoChanges::Ignored),
+        "report" => Ok(ServoChanges::Reported),
+        "follow" => Err("no gains follow any more: report, and commission the servo again".into()),
+        _ => Err("it is ignore or report".into()),
+    }
+}
+
+fn source(text: &str) -> Result<TargetSource, String> {
+    let wrong = || "it is line or steps:RAD, as steps:0.001".to_owned();
+    let number = |text: &str| text.parse::<f64>().map_err(|_| wrong());
+    match text.split_once(':') {
+        None if text == "line" => Ok(TargetSource::Line),
+        Some(("steps", step)) => Ok(TargetSource::Steps {
+            step: number(step)?,
+        }),
+        Some(("voltage", _)) => Err(
+            "the drive has no analogue input any more: its step input has its place, steps:RAD"
+                .into(),
+        ),
+        _ => Err(wrong()),
+    }
+}
+
+/// A drive's settings with the loop and the dither of a scenario, which was read from a file.
+pub(super) fn with_scenario(
+    file: &Path,
+    scenario: &Scenario,
+    now: Settings,
+) -> Result<Settings, Fault> {
+    let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_file(file, error))?;
+    let mut settings = Settings { closed_loop, ..now };
+    let (excitation, dither) = (&scenario.excitation, &mut settings.dither);
+    match excitation.kind {
+        ExcitationKind::Prbs => {
+            dither.amplitude = excitation.amplitude;
+            dither.hold = excitation.hold;
+        }
+        ExcitationKind::None => dither.amplitude = 0.0,
+        _ => {
+            let fault = "excitation.kind: the drive has \"prbs\" and \"none\"";
+            return Err(Fault::of_file(file, fault));
+        }
+    }
+    Ok(settings)
+}

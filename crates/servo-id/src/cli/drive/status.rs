@@ -1,0 +1,161 @@
+//! A drive's state, estimates and settings in words.
+
+use std::path::PathBuf;
+
+use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
+use host_sim::result::DriveStatus;
+use identifier_core::commission::Reason;
+use identifier_core::parameters::ServoParameters;
+
+use super::fault;
+use crate::cli::fault::Fault;
+use crate::cli::files::{self, Files};
+use crate::cli::standard_output::show;
+use crate::drive::Client;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Write state, gains, estimates and changes of the servo as JSON to this file; `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
+        let mut files = Files::reading(&[], self.force);
+        let json = files.output(self.json.as_deref())?;
+        let settings = client.settings().map_err(fault)?;
+        let result = DriveStatus::from(status);
+        files::commit([json.map(|json| json.document(&result))])?;
+        if files.own_standard_output() {
+            return Ok(());
+        }
+        print(status, &settings)
+    }
+}
+
+/// A snapshot on one line.
+pub(super) fn snapshot_line(snapshot: &Snapshot) -> String {
+    format!(
+        "sample {}: reference {:.4}, position {:.4} rad, command {:.3}; {}",
+        snapshot.sample,
+        snapshot.reference,
+        snapshot.position,
+        snapshot.command,
+        estimates_line(&snapshot.estimates)
+    )
+}
+
+/// Estimates with their standard errors on one line.
+pub(super) fn estimates_line(estimates: &Estimates) -> String {
+    let Estimates {
+        servo:
+            ServoParameters {
+                a,
+                b,
+                coulomb,
+                load,
+            },
+        at_bounds,
+        standard_errors,
+        terms,
+    } = estimates;
+    let error = |bound: bool, error: fn(&ServoParameters) -> f64, digits: usize| match (
+        bound,
+        standard_errors,
+    ) {
+        (true, _) => " (at a bound)".to_owned(),
+        (false, Some(errors)) => format!(" ± {:.digits$}", error(errors)),
+        (false, None) => String::new(),
+    };
+    let mut line = format!(
+        "a {a:.4}{} 1/s, b {b:.3}{} rad/s²/u, coulomb {coulomb:.3}{} rad/s², load {load:.3}{} rad/s²",
+        error(at_bounds.a, |errors| errors.a, 4),
+        error(at_bounds.b, |errors| errors.b, 3),
+        error(at_bounds.coulomb, |errors| errors.coulomb, 3),
+        error(at_bounds.load, |errors| errors.load, 3)
+    );
+    for (unknown, size, error) in terms.iter().flat_map(TermSizes::entered) {
+        let (name, unit) = (unknown.name(), unknown.unit());
+        let error = error.map_or_else(String::new, |error| format!(" ± {error:.2e}"));
+        line += &format!(", {name} {size:.4e}{error} {unit}");
+    }
+    line
+}
+
+/// Why there is no first fit, on one line.
+pub(super) fn no_first_fit(obstacle: Reason) -> String {
+    format!("no first fit: {}; {}", obstacle.cause(), obstacle.remedy())
+}
+
+/// The change of the servo, on one line.
+pub(super) fn change_line(status: &Status) -> Option<String> {
+    status.servo_change.map(|change| change.to_string())
+}
+
+/// Prints state, estimates, history and settings.
+fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
+    show!("{}", status.state)?;
+    match &status.estimates {
+        Some(estimates) => show!("knows: {}", estimates_line(estimates))?,
+        None => show!("the servo is not identified yet")?,
+    }
+    if let Some(obstacle) = &status.obstacle {
+        show!("{}", no_first_fit(*obstacle))?;
+    }
+    if let Some(noise) = status.noise {
+        show!("encoder noise {noise:.2} counts in motion (0.29: rounding alone)")?;
+    }
+    if let Some(line) = change_line(status) {
+        show!("{line}")?;
+    }
+    show!("{}", status.home)?;
+    if !status.configured {
+        show!("not configured: it does not start; what follows is an example")?;
+    }
+    if let Some(ended) = &status.ended {
+        show!("{ended}")?;
+    }
+    if let Some(gains) = &status.gains {
+        show!("gains: {gains}")?;
+    }
+    if let Some(commissioning) = &status.commissioning {
+        show!("commissioning: {commissioning}")?;
+    }
+    let noticed = &status.noticed;
+    show!(
+        "first fits {}, steps of the load {}, samples not followed {}, friction lowered {}, model restarted {}",
+        noticed.started,
+        noticed.load_steps,
+        noticed.not_following,
+        noticed.friction_lowered,
+        noticed.restarted
+    )?;
+    show!("{}", status.kept)?;
+    show!(
+        "late samples {}, samples not shown {}, frames not understood {}, disturbances of the line {}",
+        status.overruns,
+        status.dropped,
+        status.garbled,
+        status.disturbed
+    )?;
+    if !status.boot.resets_in_time {
+        show!(
+            "the chip does not reset itself before its supply is too low for it: set its brown-out reset in the option \
+             bytes, level 3 of an STM32F4 (BOR_LEV = 0), level 1 or more of an STM32G4 (BOR_LEV = 1 to 4)"
+        )?;
+    }
+    if !status.boot.image_checked {
+        show!(
+            "the program in its flash has no seal and was not checked: flash one of `cargo xtask image`"
+        )?;
+    }
+    show!(
+        "{:.1} µs from the reading of the encoder to the change of the output",
+        1e6 * status.command_delay
+    )?;
+    show!("{settings}")
+}

@@ -1,0 +1,65 @@
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::path::Path;
+use std::process::ExitCode;
+
+use host_sim::scenario::ScenarioError;
+
+/// Why a verb failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Fault {
+    /// The user's input is wrong: exit status 2.
+    #[error("{0}")]
+    Input(String),
+    /// The verdict is not the required one: exit status 3.
+    #[error("{0}")]
+    Unmet(String),
+    /// Something else failed: exit status 1.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl Fault {
+    pub(super) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Unmet(_) => ExitCode::from(3),
+            Self::Other(_) => ExitCode::from(1),
+        }
+    }
+
+    /// A fault of the content of a file.
+    pub(super) fn of_file(file: &Path, fault: impl fmt::Display) -> Self {
+        Self::Input(format!("{}: {fault}", file.display()))
+    }
+
+    /// A place that was asked for and where nothing can be written.
+    pub(super) fn unusable(name: impl fmt::Display, error: &io::Error) -> Self {
+        Self::Input(cannot_be_written(name, error))
+    }
+
+    /// A place where not all could be written.
+    pub(super) fn unwritable(name: impl fmt::Display, error: &io::Error) -> Self {
+        Self::Other(cannot_be_written(name, error))
+    }
+}
+
+fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
+    let text = error.to_string();
+    let why = match error.kind() {
+        ErrorKind::NotFound => "there is no such folder",
+        ErrorKind::NotADirectory => "what should be its folder is a file",
+        ErrorKind::PermissionDenied => "it is not permitted",
+        ErrorKind::AlreadyExists => "a file of that name is there",
+        ErrorKind::StorageFull => "there is no room left",
+        // Without the number that the system has for it.
+        _ => text.split(" (os error").next().unwrap_or(&text),
+    };
+    format!("{name} cannot be written: {why}")
+}
+
+impl From<ScenarioError> for Fault {
+    fn from(error: ScenarioError) -> Self {
+        Self::Input(error.to_string())
+    }
+}

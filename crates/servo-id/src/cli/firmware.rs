@@ -1,0 +1,94 @@
+use std::path::{Path, PathBuf};
+
+use host_sim::provenance::{Kept, Task};
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::tune::IdentifiedResult;
+
+use super::fault::Fault;
+use super::kept_result;
+use crate::export::{Firmware, Language};
+use crate::program;
+
+/// Options of an export for a firmware.
+#[derive(Debug, clap::Args)]
+pub(super) struct FirmwareOptions {
+    /// In place of a joint, the loop of the scenario as constants for a firmware in this language.
+    #[arg(long, value_enum, value_name = "LANGUAGE", conflicts_with_all = ["format", "link_inertia", "limit", "bare", "resistance"])]
+    pub(super) firmware: Option<Language>,
+    /// The scenario of the firmware: controller, identifier, encoder; that of the result by default.
+    #[arg(long, value_name = "SCENARIO.toml")]
+    pub(super) scenario: Option<PathBuf>,
+}
+
+impl FirmwareOptions {
+    /// The sources for a language, with arrays that are named so in C.
+    pub(super) fn source(
+        &self,
+        language: Language,
+        result: &Path,
+        name: &str,
+        accept_unconverged: bool,
+    ) -> Result<String, Fault> {
+        let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(result, fault);
+        let text = kept_result::text(result)?;
+        let identified = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
+        if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
+            return Err(of_result(&format!(
+                "{doubt}: a loop that begins there would begin at a guess; see to that first, or --accept-unconverged"
+            )));
+        }
+        let is_name = |name: &str| {
+            let mut letters = name.chars();
+            let first = letters
+                .next()
+                .is_some_and(|first| first.is_ascii_alphabetic());
+            first && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+        };
+        if !is_name(name) {
+            return Err(Fault::Input(format!(
+                "--joint {name} is not allowed: the arrays of a firmware are named after it, with letters of ASCII, digits \
+                 and _, a letter first"
+            )));
+        }
+        let (scenario, place) = self.scenario(result, &of_result)?;
+        let built = Firmware::new(scenario, &identified, language);
+        let built = built.map_err(|fault| Fault::Input(format!("{place}: {fault}")))?;
+        let origin = format!(
+            "Written by {} {} from {}, {place}. {}.",
+            program::NAME,
+            program::VERSION,
+            result.display(),
+            identified
+                .doubt
+                .as_deref()
+                .unwrap_or("The result has converged")
+        );
+        Ok(built.source(name, &origin))
+    }
+
+    /// The scenario of the firmware, and where it stands.
+    fn scenario(
+        &self,
+        result: &Path,
+        of_result: &dyn Fn(&dyn std::fmt::Display) -> Fault,
+    ) -> Result<(Scenario, String), Fault> {
+        if let Some(path) = &self.scenario {
+            let scenario = Scenario::load(path, Purpose::Replay)?;
+            return Ok((scenario, format!("scenario {}", path.display())));
+        }
+        let kept = Kept::read(result).map_err(|error| {
+            of_result(&format!(
+                "{error}; or state the firmware's scenario, --scenario FIRMWARE.toml"
+            ))
+        })?;
+        let purpose = match kept.origin.task {
+            Task::Run => Purpose::Run,
+            Task::Replay { .. } | Task::Commission => Purpose::Replay,
+        };
+        let scenario = kept.origin.scenario.scenario(purpose)?;
+        Ok((
+            scenario,
+            format!("its scenario {}", kept.origin.scenario.file),
+        ))
+    }
+}

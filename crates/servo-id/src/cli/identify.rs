@@ -1,0 +1,218 @@
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use host_sim::provenance::ScenarioText;
+use host_sim::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
+
+use super::fault::Fault;
+use super::options::StatedOptions;
+use super::output::Outputs;
+use super::replay::{Introduction, Replay};
+use super::required::Required;
+use super::terminal::folded_error;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The log, a file, .csv or .csv.gz, with the measured position and the command that acted. Several logs, all
+    /// of one servo and with the same columns, under any controller each, are identified together; by a law that goes from
+    /// sample to sample each starts from the estimates of the one before.
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// A further log of the servo that the estimates must predict; it does not enter them. May be repeated.
+    #[arg(long, value_name = "LOG", help_heading = None)]
+    predict: Vec<PathBuf>,
+    /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the log's columns, and the
+    /// controller that ran where the log has no command. Without it the log shows all that it can, and options state the rest.
+    #[arg(long, value_name = "SCENARIO.toml", help_heading = None, conflicts_with_all = ["StatedOptions", "save_scenario"])]
+    scenario: Option<PathBuf>,
+    /// Passes over the logs, each from the estimates of the one before.
+    #[arg(
+        long,
+        value_name = "N",
+        help_heading = None,
+        default_value_t = 1,
+        requires = "scenario",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    passes: u32,
+    #[command(flatten, next_help_heading = "What the log does not show")]
+    stated: StatedOptions,
+    /// Write the scenario that gives the same result with --scenario; `-` is standard output.
+    #[arg(long, value_name = "SCENARIO.toml", help_heading = None)]
+    save_scenario: Option<PathBuf>,
+    #[command(flatten)]
+    required: Required,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let Arguments {
+        logs,
+        predict,
+        outputs,
+        ..
+    } = arguments;
+    if let Some(scenario) = &arguments.scenario {
+        let status = Replay {
+            scenario: &ScenarioText::read(scenario)?,
+            logs,
+            predict,
+            passes: arguments.passes,
+            introduction: None,
+        }
+        .experiment(outputs, scenario, None)?;
+        return arguments.required.check(status);
+    }
+    let log = logs
+        .first()
+        .ok_or_else(|| Fault::Input("no log".to_owned()))?;
+    let recognised = recognised(log, arguments.stated.clone().into())?;
+    let file = match &arguments.save_scenario {
+        Some(file) => file.display().to_string(),
+        None => format!("the scenario of {}", log.display()),
+    };
+    let scenario = ScenarioText {
+        file,
+        text: recognised.scenario(&log.display().to_string()),
+    };
+    let introduction = Introduction {
+        text: introduction(log, &recognised),
+        save_scenario: arguments.save_scenario.as_deref(),
+    };
+    let status = Replay {
+        scenario: &scenario,
+        logs,
+        predict,
+        passes: 1,
+        introduction: Some(&introduction),
+    }
+    .experiment(outputs, log, None)
+    .map_err(in_options)?;
+    arguments.required.check(status)
+}
+
+/// The log, recognised with the answers to all questions.
+fn recognised(log: &Path, mut stated: Stated) -> Result<Recognised, Fault> {
+    let refused = |text: &str| in_options(Fault::of_file(log, text));
+    let is_asked = io::stdin().is_terminal() && io::stderr().is_terminal();
+    loop {
+        let questions = match recognise(log, &stated) {
+            Ok(recognised) => return Ok(recognised),
+            Err(Unrecognised::Log(error)) => {
+                return Err(in_options(Fault::Input(error.to_string())));
+            }
+            Err(Unrecognised::Unknown(questions)) => questions,
+        };
+        if !is_asked {
+            let all: Vec<_> = questions
+                .iter()
+                .map(|Question { flag, text }| {
+                    refused(&format!("--{flag} is missing: {text}")).to_string()
+                })
+                .collect();
+            return Err(Fault::Input(all.join("\n")));
+        }
+        for Question { flag, text } in &questions {
+            while let Err(allowed) = stated.answer(flag, ask(&format!("{text}: "))?.trim()) {
+                prompt(&format!("{allowed}\n"))?;
+            }
+        }
+    }
+}
+
+fn ask(question: &str) -> Result<String, Fault> {
+    prompt(question)?;
+    let mut answer = String::new();
+    let read = io::stdin().lock().read_line(&mut answer);
+    match read {
+        Ok(0) | Err(_) => Err(Fault::Input("no answer: nothing is written".to_owned())),
+        Ok(_) => Ok(answer),
+    }
+}
+
+fn prompt(text: &str) -> Result<(), Fault> {
+    let mut terminal = io::stderr();
+    terminal
+        .write_all(folded_error(text).as_bytes())
+        .and_then(|()| terminal.flush())
+        .map_err(|error| Fault::unwritable("the terminal", &error))
+}
+
+/// The log and its findings.
+fn introduction(log: &Path, recognised: &Recognised) -> String {
+    let lines = recognised.findings.iter();
+    let lines: Vec<_> = lines
+        .map(|finding| format!("  {:9}  {}", finding.about, finding.text))
+        .collect();
+    format!("{} is taken as\n{}", log.display(), lines.join("\n"))
+}
+
+/// A refusal with the options of this verb for the keys of a scenario.
+fn in_options(fault: Fault) -> Fault {
+    /// The keys of `[log]` that are options, the longest of a beginning first, and those of other tables.
+    const KEYS: [&str; 15] = [
+        "position_scale",
+        "position_unit",
+        "position",
+        "reference_scale",
+        "reference_unit",
+        "reference",
+        "command_scale",
+        "command",
+        "sample_time",
+        "time_unit",
+        "time",
+        "bridge_gaps",
+        "cut",
+        "wrap",
+        "scan",
+    ];
+    const OTHERS: [&str; 11] = [
+        "encoder.counts_per_rev",
+        "inner.kp",
+        "inner.kd",
+        "inner.limit",
+        "inner.cutoff",
+        "inner.integrator",
+        "inner.sample_time",
+        "log.velocity",
+        "physical.command_unit",
+        "physical.torque_constant",
+        "physical.inertia",
+    ];
+    let Fault::Input(mut text) = fault else {
+        return fault;
+    };
+    text = (text.replace("no log.time", "--time none"))
+        .replace("as log.reference with inner.kp", "as --goal with --kp");
+    let keys = KEYS.iter().map(|key| format!("log.{key}"));
+    for key in keys.chain(OTHERS.map(str::to_owned)) {
+        let name = key.split_once('.').map_or(key.as_str(), |(_, name)| name);
+        let option = match key.as_str() {
+            "inner.sample_time" => "--loop-time".to_owned(),
+            _ => format!("--{}", name.replace('_', "-")),
+        };
+        text = text
+            .replace(&format!("{key} = "), &format!("{option} "))
+            .replace(&key, &option);
+    }
+    Fault::Input(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Fault, in_options};
+
+    #[test]
+    fn a_key_is_the_option_of_its_name() {
+        let text = "state log.position_unit = \"deg\" and encoder.counts_per_rev, or log.position; log.time_unit, too";
+        let Fault::Input(text) = in_options(Fault::Input(text.to_owned())) else {
+            panic!("bad input");
+        };
+        assert_eq!(
+            text,
+            "state --position-unit \"deg\" and --counts-per-rev, or --position; --time-unit, too"
+        );
+    }
+}

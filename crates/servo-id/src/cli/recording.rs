@@ -1,0 +1,109 @@
+//! The bounded record of a run or a replay.
+
+use host_sim::analysis::{FoundServo, Status, Summariser};
+use host_sim::experiment::{Outcome, Sample};
+use host_sim::result::ReplayNotes;
+use host_sim::scenario::Scenario;
+
+use super::call;
+use super::fault::Fault;
+use super::output::Results;
+use super::output_file::Output;
+use super::progress::Progress;
+use super::streamed::Streamed;
+use crate::csv::Rows;
+use crate::present::{self, Experiment, ExperimentTraces};
+
+/// Takes in an experiment sample by sample. The summary is that of all passes; its evidence, picture and
+/// rows are those of the last.
+#[derive(Debug)]
+pub(super) struct Recording<'a> {
+    title: String,
+    scenario: &'a Scenario,
+    passes_to_come: u32,
+    summariser: Summariser,
+    traces: Option<ExperimentTraces>,
+    rows: Option<Streamed<Rows<Output>>>,
+    progress: Progress,
+}
+
+impl<'a> Recording<'a> {
+    /// Of `passes` passes, which together last `duration`, s, for the requested results; their page has a `title`.
+    pub(super) fn new(
+        title: String,
+        scenario: &'a Scenario,
+        duration: f64,
+        passes: u32,
+        results: &mut Results,
+    ) -> Self {
+        Self {
+            title,
+            scenario,
+            passes_to_come: passes.saturating_sub(1),
+            summariser: Summariser::lasting(scenario, duration).with_reachable(scenario),
+            traces: results.show_traces().then(ExperimentTraces::default),
+            rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
+            progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
+        }
+    }
+
+    /// A sample.
+    pub(super) fn add(&mut self, sample: &Sample) {
+        self.summariser.add(sample);
+        self.progress.advance();
+        if let Some(traces) = &mut self.traces {
+            traces.add(sample);
+        }
+        if let Some(rows) = self.rows.as_mut().filter(|_| self.passes_to_come == 0) {
+            rows.write(|rows| rows.sample(sample));
+        }
+    }
+
+    /// The next pass begins.
+    pub(super) fn begin_pass(&mut self) {
+        self.passes_to_come = self.passes_to_come.saturating_sub(1);
+        self.summariser.begin_pass();
+        if let Some(traces) = &mut self.traces {
+            *traces = ExperimentTraces::default();
+        }
+    }
+
+    /// The servo that the fit of the whole record finds, of a law that makes one.
+    pub(super) fn fit_record(&mut self) -> Option<FoundServo> {
+        self.summariser.fit_record(self.scenario)
+    }
+
+    /// The estimates predicted a log that did not enter them with this relative error.
+    pub(super) fn predicted(&mut self, error: f64) {
+        self.summariser.predicted(error);
+    }
+
+    /// Publishes the results, with `notes` on the replayed logs, and returns their verdict.
+    ///
+    /// # Errors
+    /// An experiment that was aborted, and those of [`Results::publish`].
+    pub(super) fn conclude(
+        self,
+        results: Results,
+        outcome: Outcome,
+        notes: ReplayNotes,
+    ) -> Result<Status, Fault> {
+        let mut summary = self.summariser.finish(self.scenario, outcome);
+        summary.replay = notes;
+        let page = present::experiment(&Experiment {
+            title: &self.title,
+            command: &call::command(),
+            scenario: self.scenario,
+            summary: &summary,
+            traces: self.traces.as_ref(),
+        });
+        let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
+        results.publish(&page, true, &summary, written, |picture| {
+            picture.figures("", 2, &page)
+        })?;
+        match summary.status() {
+            Status::Aborted => Err(Fault::Other(summary.reason)),
+            status => Ok(status),
+        }
+    }
+}

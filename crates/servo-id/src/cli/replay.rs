@@ -1,0 +1,183 @@
+use std::path::{Path, PathBuf};
+
+use host_sim::analysis::{self, Status};
+use host_sim::log::Log;
+use host_sim::predict;
+use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
+use host_sim::replay::{self, ReplayError};
+use host_sim::result::{LogReading, Prediction, ReplayNotes};
+use host_sim::scenario::{Purpose, Scenario};
+
+use super::call;
+use super::fault::Fault;
+use super::output::Outputs;
+use super::recording::Recording;
+use super::standard_output::show;
+use crate::VERSION;
+
+/// A replay.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Replay<'a> {
+    pub(super) scenario: &'a ScenarioText,
+    pub(super) logs: &'a [PathBuf],
+    pub(super) predict: &'a [PathBuf],
+    pub(super) passes: u32,
+    /// The text that is shown before, and where the scenario is saved.
+    pub(super) introduction: Option<&'a Introduction<'a>>,
+}
+
+/// The introduction to a replay whose scenario is not the user's.
+#[derive(Debug)]
+pub(super) struct Introduction<'a> {
+    /// How the log is taken.
+    pub(super) text: String,
+    /// The file of the scenario.
+    pub(super) save_scenario: Option<&'a Path>,
+}
+
+impl Replay<'_> {
+    /// Replays it and returns the verdict; the result is to be the one that was `kept`, if one was. Besides the logs this reads
+    /// `input`.
+    pub(super) fn experiment(
+        self,
+        outputs: &Outputs,
+        input: &Path,
+        kept: Option<&Kept>,
+    ) -> Result<Status, Fault> {
+        let Self {
+            scenario: text,
+            logs,
+            predict,
+            passes,
+            introduction,
+        } = self;
+        let of_replay = |error: ReplayError| match error {
+            ReplayError::Scenario(error) => Fault::of_file(Path::new(&text.file), error),
+            ReplayError::Log(error) => Fault::Input(error.to_string()),
+        };
+        let scenario = text.scenario(Purpose::Replay)?;
+        let read = logs.iter().chain(predict).map(PathBuf::as_path);
+        let inputs: Vec<_> = read.chain([input]).collect();
+        let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
+        let origin = Origin::new(VERSION, self.task(outputs.state_origin())?, text, &scenario);
+        let mut results = outputs.begin(&inputs, origin, kept)?;
+        if let Some(introduction) = introduction {
+            results.save_scenario(introduction.save_scenario, &text.text)?;
+            if !results.own_standard_output() {
+                show!("{}", introduction.text)?;
+            }
+        }
+        let all = read_all(logs.iter().chain(predict), &scenario)?;
+        let (learnt, predicted) = all.split_at(logs.len());
+        let scenario = replay::fitted(scenario, learnt);
+        let mut readings = Vec::new();
+        for log in learnt {
+            readings.push(analysis::scanned(&scenario, log).map_err(Fault::Input)?);
+        }
+        let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
+        readings.extend(predicted_only.map(LogReading::new));
+
+        let length: f64 = learnt.iter().map(Log::duration).sum();
+        let duration = f64::from(passes) * length;
+        let mut recording = Recording::new(title, &scenario, duration, passes, &mut results);
+        let mut pass_shown = 0;
+        let mut replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
+            if pass != pass_shown {
+                recording.begin_pass();
+                pass_shown = pass;
+            }
+            recording.add(sample);
+        })
+        .map_err(of_replay)?;
+        let mut predictions = Vec::new();
+        let is_whole = scenario.identifier.law.takes_whole_record();
+        let mut is_known = replayed.outcome.abort.is_none();
+        if is_known && is_whole && !predicted.is_empty() {
+            let found = recording.fit_record();
+            is_known = found.is_some();
+            if let Some(found) = found {
+                replayed.estimates = found.servo;
+                replayed.outcome.terms = found.terms;
+                replayed.term_settings = found.settings;
+            }
+        }
+        if is_known {
+            for log in predicted {
+                let seen = is_among(learnt, log);
+                let predicted = predict::predict(&scenario, &replayed, log).map_err(of_replay)?;
+                if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
+                    recording.predicted(open_loop.relative);
+                }
+                predictions.push(Prediction::new(log, seen, &predicted));
+            }
+        }
+        let notes = ReplayNotes {
+            agreement: replayed.agreement,
+            logs: readings,
+            predictions,
+        };
+        recording.conclude(results, replayed.outcome, notes)
+    }
+
+    /// The task, with the fingerprints of the logs where an output states the origin.
+    fn task(self, is_stated: bool) -> Result<Task, Fault> {
+        let files = |logs: &[PathBuf]| -> Result<Vec<LogFile>, Fault> {
+            let known = logs.iter().filter(|log| is_stated && log.is_file());
+            let files = known.map(|log| {
+                let unreadable = |error| {
+                    Fault::Input(format!(
+                        "{}: the log cannot be read: {error}",
+                        log.display()
+                    ))
+                };
+                LogFile::read(log).map_err(unreadable)
+            });
+            files.collect()
+        };
+        Ok(Task::Replay {
+            passes: self.passes,
+            logs: files(self.logs)?,
+            predict: files(self.predict)?,
+        })
+    }
+}
+
+/// Reads logs that must have one sample time.
+fn read_all<'a>(
+    paths: impl Iterator<Item = &'a PathBuf>,
+    scenario: &Scenario,
+) -> Result<Vec<Log>, Fault> {
+    /// Largest relative difference of sample times.
+    const TOLERANCE: f64 = 0.01;
+    let mut logs: Vec<Log> = Vec::new();
+    for path in paths {
+        let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
+            .map_err(|error| Fault::Input(error.to_string()))?;
+        if let Some(first) = logs.first()
+            && (log.sample_time / first.sample_time - 1.0).abs() > TOLERANCE
+        {
+            return Err(Fault::Input(format!(
+                "{}: its samples are {} s apart, those of {} {} s: logs that are replayed together \
+                 must have one sample time; replay them one by one",
+                path.display(),
+                log.sample_time,
+                first.path().display(),
+                first.sample_time
+            )));
+        }
+        logs.push(log);
+    }
+    Ok(logs)
+}
+
+fn is_among(logs: &[Log], log: &Log) -> bool {
+    let mut others = logs.iter().map(Log::path);
+    others.any(|other| is_same(other, log.path()))
+}
+
+fn is_same(one: &Path, other: &Path) -> bool {
+    match (one.canonicalize(), other.canonicalize()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => one == other,
+    }
+}

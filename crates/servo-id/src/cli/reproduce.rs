@@ -1,0 +1,89 @@
+use std::path::PathBuf;
+
+use host_sim::provenance::{Kept, KeptError, LogFile, Task};
+use serde::Serialize;
+
+use super::fault::Fault;
+use super::output::Outputs;
+use super::standard_output::show;
+use super::{commission, replay, run, terminal};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// A result that `run`, `identify` or `commission` wrote with --json, or the -metadata.json beside a
+    /// CSV trace.
+    result: PathBuf,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let file = &arguments.result;
+    let refused = |error: KeptError| Fault::of_file(file, error);
+    let kept = Kept::read(file).map_err(refused)?;
+    if kept.origin.version != crate::VERSION {
+        terminal::notify(&format!(
+            "warning: {} was written by version {}, and this is {}: the result may differ",
+            file.display(),
+            kept.origin.version,
+            crate::VERSION
+        ));
+    }
+    let found = |logs: &[LogFile]| -> Result<Vec<PathBuf>, Fault> {
+        let logs = logs.iter().map(|log| kept.log(log));
+        logs.collect::<Result<_, _>>().map_err(refused)
+    };
+    let outputs = &arguments.outputs;
+    let scenario = &kept.origin.scenario;
+    match &kept.origin.task {
+        Task::Run => run::experiment(scenario, outputs, &[file], Some(&kept)).map(drop),
+        Task::Replay {
+            passes,
+            logs,
+            predict,
+        } => replay::Replay {
+            scenario,
+            logs: &found(logs)?,
+            predict: &found(predict)?,
+            passes: *passes,
+            introduction: None,
+        }
+        .experiment(outputs, file, Some(&kept))
+        .map(drop),
+        Task::Commission => commission::experiment(scenario, outputs, file, Some(&kept)),
+    }
+}
+
+/// Compares a result with a kept one.
+///
+/// # Errors
+/// If they differ.
+pub(super) fn compare(kept: &Kept, result: &impl Serialize, silent: bool) -> Result<(), Fault> {
+    /// Differences that are shown.
+    const SHOWN: usize = 10;
+    let file = kept.file.display();
+    let differences = kept.differences(result);
+    let differences = differences.map_err(|error| Fault::Other(format!("{file}: {error}")))?;
+    match differences {
+        None if silent => Ok(()),
+        None => show!("{file} holds no result to compare with"),
+        Some(differences) if differences.is_empty() => match silent {
+            true => Ok(()),
+            false => show!("the same result as in {file}, to the last bit"),
+        },
+        Some(differences) => {
+            let mut lines: Vec<String> = differences.iter().take(SHOWN).cloned().collect();
+            if let Some(more) = differences
+                .len()
+                .checked_sub(SHOWN)
+                .filter(|more| *more > 0)
+            {
+                lines.push(format!("and {more} more"));
+            }
+            Err(Fault::Other(format!(
+                "the result is not that in {file}:\n  {}",
+                lines.join("\n  ")
+            )))
+        }
+    }
+}

@@ -1,0 +1,159 @@
+use std::path::{Path, PathBuf};
+
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::tuning::{Goal, TuningError};
+
+use super::call;
+use super::fault::Fault;
+use super::kept_result;
+use super::options::ConditionOptions;
+use super::output::Documents;
+use crate::present;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The result that `run` or `identify` wrote with --json.
+    result: PathBuf,
+    /// Goal: time from 10 to 90 % of a step, s.
+    #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]
+    response_time: Option<f64>,
+    /// Goal: ω of the loop's poles, rad/s.
+    #[arg(long, value_name = "W", group = "goal", allow_negative_numbers = true)]
+    bandwidth: Option<f64>,
+    /// Goal: as stiff as the servo allows (the default).
+    #[arg(long, group = "goal")]
+    stiffest: bool,
+    /// The scenario for encoder, limit and declared delay; that of the result by default.
+    #[arg(long, value_name = "SCENARIO.toml")]
+    scenario: Option<PathBuf>,
+    #[command(flatten)]
+    conditions: ConditionOptions,
+    /// Tune even for a result that has not converged; the predicted response is then uncertain.
+    #[arg(long)]
+    accept_unconverged: bool,
+    #[command(flatten)]
+    documents: Documents,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
+    let scenario = arguments.scenario.as_deref();
+    let loaded = scenario.map(|path| Scenario::load(path, Purpose::Replay));
+    let loaded = loaded.transpose()?;
+    let inputs: Vec<&Path> = [Some(arguments.result.as_path()), scenario]
+        .into_iter()
+        .flatten()
+        .collect();
+    let results = arguments.documents.begin(&inputs, None)?;
+
+    let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
+    let text = kept_result::text(&arguments.result)?;
+    let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
+    let warning = result.doubt.as_ref();
+    if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
+        return Err(of_result(&format!(
+            "{doubt}: gains for it would be a guess; see to that first, or --accept-unconverged"
+        )));
+    }
+    let conditions = Conditions::from(arguments.conditions.clone());
+    check(&conditions)?;
+    let known = match &loaded {
+        Some(scenario) => KnownConditions::of_scenario(scenario, result.has_delay),
+        None => KnownConditions::of_result(&text, result.has_delay),
+    };
+    let settings = conditions
+        .settings(arguments.goal(), &result, &known)
+        .map_err(|error| of_result(&error))?;
+    let tuned = Tuned::new(&result, known.angle.as_ref(), &settings)
+        .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
+
+    let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
+    if conditions.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
+        let assumed = "no delay was identified or declared, so it is assumed to be zero: --command-delay states it";
+        warnings.push(assumed.to_owned());
+    }
+    warnings.extend(conditions.assumptions(&known));
+    let page = present::tuning(
+        &call::title("Tuning for", &arguments.result),
+        &call::command(),
+        &tuned,
+        &warnings,
+    )
+    .map_err(|error| Fault::Other(error.to_string()))?;
+    let result = tuned.result();
+    results.publish(&page, false, &result, [], |picture| {
+        picture.figures("", 1, &page)
+    })
+}
+
+/// The refusal of an option that is out of its range.
+fn refusal_of(option: &str, error: &OutOfRange) -> String {
+    let told = error.to_string().replacen(error.parameter, "", 1);
+    format!("--{}{told}", option.replace('_', "-"))
+}
+
+/// Checks the conditions that the tuner does not know as they are stated.
+fn check(conditions: &Conditions) -> Result<(), Fault> {
+    let Conditions { counts, limit, .. } = *conditions;
+    let finite = limit.filter(|limit| *limit != f64::INFINITY);
+    for (option, stated, allowed) in [
+        ("counts", counts, Allowed::AtLeast(0.0)),
+        ("limit", finite, Allowed::Above(0.0)),
+    ] {
+        if let Some(stated) = stated {
+            let checked = allowed.check(option, stated);
+            checked.map_err(|error| Fault::Input(refusal_of(option, &error)))?;
+        }
+    }
+    Ok(())
+}
+
+impl Arguments {
+    /// The goal; `stiffest` is what holds without the other two.
+    fn goal(&self) -> Goal {
+        match (self.response_time, self.bandwidth) {
+            (Some(time), _) => Goal::ResponseTime(time),
+            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
+            (None, None) => Goal::Stiffest,
+        }
+    }
+
+    /// Why there are no gains, with what would do.
+    fn refusal(&self, error: &NoGains, step: f64) -> String {
+        let result = self.result.display();
+        match *error {
+            NoGains::TooFast {
+                cap,
+                most,
+                rise_time,
+            } => {
+                let (asked, instead) = match (self.response_time, self.bandwidth, rise_time) {
+                    (Some(time), _, Some(least)) => (
+                        format!("--response-time {time}"),
+                        // Response times are met to a hundredth.
+                        format!(
+                            ", with a rise time of {least:.4} s: ask for {:.4} s",
+                            1.02 * least
+                        ),
+                    ),
+                    (Some(time), ..) => (format!("--response-time {time}"), String::new()),
+                    (_, bandwidth, _) => (
+                        format!("--bandwidth {}", bandwidth.unwrap_or_default()),
+                        ": ask for less".to_owned(),
+                    ),
+                };
+                format!("{asked}: {cap} allows {most:.2} rad/s{instead}, or --stiffest")
+            }
+            NoGains::Error(TuningError::OutOfRange(error)) => {
+                let is_limit = error.parameter == "command";
+                let option = if is_limit { "limit" } else { error.parameter };
+                refusal_of(option, &error)
+            }
+            NoGains::Error(TuningError::DoesNotArrive) => {
+                format!("--step {step}: {}", TuningError::DoesNotArrive)
+            }
+            NoGains::Error(error) => format!("{result}: {error}"),
+        }
+    }
+}

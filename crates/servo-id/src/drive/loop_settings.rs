@@ -1,0 +1,57 @@
+//! From a scenario to the settings that a drive builds its loop from.
+
+use drive_link::{Law as LinkLaw, LoopSettings};
+use host_sim::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
+
+/// The settings of a drive's loop for a scenario.
+///
+/// # Errors
+/// The key that asks for something that the firmware does not have.
+pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
+    let refused = |key: &str, fault: &str| Err(Fault::new(key, fault));
+    let identifier = &scenario.identifier;
+    let gradient = match &identifier.law {
+        Law::Gradient => true,
+        Law::GaussNewton => false,
+        _ => {
+            return refused(
+                "identifier.law",
+                "the firmware has \"gradient\" and \"gauss-newton\"",
+            );
+        }
+    };
+    if identifier.arithmetic != Arithmetic::F32 {
+        return refused(
+            "identifier.arithmetic",
+            "the firmware has \"f32\"; fixed point is for chips without an FPU, in a firmware of your own",
+        );
+    }
+    let law = match scenario.model_set() {
+        ModelSet::Ab if gradient => LinkLaw::Gradient { friction: false },
+        ModelSet::AbCoulomb if gradient => LinkLaw::Gradient { friction: true },
+        ModelSet::AbCoulombLoad if !gradient => LinkLaw::GaussNewton,
+        _ => {
+            return refused(
+                "identifier.parameters",
+                "the firmware has [\"a\", \"b\"] and [\"a\", \"b\", \"coulomb\"], and for gauss-newton \
+                 [\"a\", \"b\", \"coulomb\", \"load\"]",
+            );
+        }
+    };
+    if scenario.velocity != Velocity::LowPass {
+        return refused(
+            "controller.velocity_filter.kind",
+            "the firmware has \"low-pass\"",
+        );
+    }
+    if scenario.counts_per_rev.is_none() {
+        let fault = "a chip counts, so it must not be 0";
+        return refused("encoder.counts_per_rev", fault);
+    }
+    let core = scenario
+        .settings()
+        .map_err(|error| scenario.fault(&error))?;
+    // Refuses with the scenario's key what the drive would refuse with its own.
+    scenario.identifiable_with(&core)?;
+    Ok(LoopSettings { core, law })
+}

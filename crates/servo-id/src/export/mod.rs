@@ -1,0 +1,56 @@
+//! Robot models and firmware from results: the identified servo in physical units, named as a simulator names it, and the
+//! loop of a scenario as constants that begin at its estimates.
+//!
+//! result.json → [`Identified`]; with a [`Scale`](host_sim::physical::Scale) of torques → [`Joint`]; joints in a [`Format`] →
+//! text. result.json with a scenario → [`Firmware`] → sources.
+
+mod bam;
+mod firmware;
+mod isaac_lab;
+mod joint;
+mod json;
+mod mjcf;
+mod urdf;
+
+pub use firmware::{Firmware, Language};
+pub use joint::{ExportError, Identified, Joint};
+
+/// A format of joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
+pub enum Format {
+    /// Default classes of MuJoCo, to include in a model.
+    Mjcf,
+    /// The elements of a URDF's joints.
+    Urdf,
+    /// Actuators of Isaac Lab.
+    IsaacLab,
+    /// The parameters of an actuator of BAM, model m1.
+    Bam,
+    /// Every quantity with its standard error and unit.
+    Json,
+}
+
+impl Format {
+    /// Joints as text.
+    ///
+    /// # Errors
+    /// Several joints for a format of one.
+    pub fn of(self, joints: &[Joint]) -> Result<String, ExportError> {
+        Ok(match self {
+            Self::Mjcf => mjcf::written(joints),
+            Self::Urdf => urdf::written(joints),
+            Self::IsaacLab => isaac_lab::written(joints),
+            Self::Bam => match joints {
+                [joint] => bam::written(joint),
+                several => return Err(ExportError::Several(several.len())),
+            },
+            Self::Json => json::written(joints),
+        })
+    }
+}
+
+/// A number with seven digits, which no result knows more of, as all formats read it.
+fn number(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
+}

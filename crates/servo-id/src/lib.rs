@@ -1,0 +1,36 @@
+//! The program `servo-id`: verbs over the experiments of [`host_sim`], what a reader sees of their results, and the host
+//! of a drive.
+//!
+//! | what | where |
+//! |---|---|
+//! | the experiments, their scenarios and results | the crate [`host_sim`] |
+//! | the paper's experiment | [`paper`] |
+//! | robot models and firmware from results | [`export`] |
+//! | pages, tables, pictures; CSV | [`present`], [`render`]; [`csv`] |
+//! | the host of a drive, and a drive without hardware | [`drive`], [`port`]; [`simulated_drive`] |
+//! | verbs, options, outputs | [`cli`] |
+
+#[cfg(feature = "program")]
+pub mod cli;
+#[cfg(feature = "pages")]
+pub mod csv;
+#[cfg(feature = "drive")]
+pub mod drive;
+pub mod export;
+#[cfg(feature = "program")]
+pub mod init;
+#[cfg(feature = "program")]
+pub mod monitor;
+#[cfg(feature = "pages")]
+pub mod paper;
+#[cfg(feature = "drive")]
+pub mod port;
+#[cfg(feature = "pages")]
+pub mod present;
+pub mod program;
+#[cfg(feature = "pages")]
+pub mod render;
+#[cfg(feature = "program")]
+pub mod simulated_drive;
+
+pub use program::VERSION;

@@ -1,0 +1,179 @@
+//! A motion as a log that `identify` reads, and the scenario to read it with.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use drive_link::Settings;
+use host_sim::scenario::LogSettings;
+
+use super::frame::{Frame, Kind};
+use crate::present::declared_feed_forward;
+
+/// A log that is being written: the frames of one motion.
+#[derive(Debug)]
+pub struct Recording<W> {
+    out: W,
+    settings: Settings,
+    /// Samples from one row to the next.
+    every: u16,
+    last: Option<(Kind, u32)>,
+    rows: u64,
+}
+
+/// The place of a frame in a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taken {
+    /// It is a row.
+    Row,
+    /// Another motion has begun: the recording is over, and the frame is no part of it.
+    Over,
+}
+
+impl<W: Write> Recording<W> {
+    /// Of a drive with these settings that sends a frame every `every` samples.
+    #[must_use]
+    pub fn new(out: W, settings: Settings, every: u16) -> Self {
+        Self {
+            out,
+            settings,
+            every,
+            last: None,
+            rows: 0,
+        }
+    }
+
+    /// Rows so far.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Takes a frame.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn add(&mut self, frame: &Frame) -> io::Result<Taken> {
+        let (kind, sample) = (frame.kind(), frame.sample());
+        match self.last {
+            None => writeln!(self.out, "{}", heading(kind))?,
+            Some((same, last)) if same == kind && sample > last => {}
+            Some(_) => return Ok(Taken::Over),
+        }
+        self.last = Some((kind, sample));
+        let time = f64::from(sample) * self.settings.closed_loop.core.sample_time;
+        match frame {
+            Frame::Running(snapshot) => {
+                let known = &snapshot.estimates;
+                writeln!(
+                    self.out,
+                    "{time:.9},{},{},{},{},{},{},{},{}",
+                    snapshot.reference,
+                    snapshot.position,
+                    snapshot.command,
+                    snapshot.output_error,
+                    known.servo.a,
+                    known.servo.b,
+                    known.servo.coulomb,
+                    known.servo.load,
+                )?;
+            }
+            Frame::Commissioning(progress) => writeln!(
+                self.out,
+                "{time:.9},{},{},{}",
+                progress.position,
+                // A released servo gets none.
+                progress.command.unwrap_or(0.0),
+                progress.phase.name(),
+            )?,
+        }
+        self.rows += 1;
+        Ok(Taken::Row)
+    }
+
+    /// Ends it: the log, and the scenario that `identify` reads it with. Without a row there is nothing.
+    #[must_use]
+    pub fn finish(self) -> Option<(W, String)> {
+        let (kind, _) = self.last?;
+        let text = scenario(&self.settings, kind, self.every);
+        Some((self.out, text))
+    }
+}
+
+fn heading(kind: Kind) -> String {
+    let [time, reference, position, command] = [
+        LogSettings::OWN_TIME,
+        LogSettings::OWN_REFERENCE,
+        LogSettings::OWN_POSITION,
+        LogSettings::OWN_COMMAND,
+    ];
+    match kind {
+        Kind::Running => format!(
+            "{time},{reference},{position},{command},output_error_rad,a_per_s,b_rad_per_s2_per_command,\
+             coulomb_rad_per_s2,load_rad_per_s2"
+        ),
+        Kind::Commissioning => format!("{time},{position},{command},phase"),
+    }
+}
+
+/// The scenario to replay the log with. Estimates of the drive do not enter.
+fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
+    let core = &settings.closed_loop.core;
+    let mut text = format!(
+        "# Of a recording of `servo-id drive monitor`.\n\n\
+         [encoder]\ncounts_per_rev = {}\n",
+        whole(TAU / core.resolution)
+    );
+    // A string takes everything.
+    let _ = match core.controller {
+        // Between rows that are samples apart, what the controller did is not known.
+        Some(controller) if kind == Kind::Running && every == 1 => write!(
+            text,
+            "\n[amplifier]\nlimit = [{:?}, {:?}]\n\n\
+             [controller]\nkp = {:?}\nkd = {:?}\nki = {:?}\nreference_filter = {:?}\nnotch = {:?}\nsample_time = {:?}\n\
+             velocity_filter = {{ kind = \"low-pass\", cutoff = {:?} }}\n{}",
+            controller.limit[0],
+            controller.limit[1],
+            controller.kp,
+            controller.kd,
+            controller.ki,
+            controller.reference_filter,
+            controller.notch,
+            core.sample_time,
+            core.cutoff,
+            controller
+                .feed_forward
+                .as_ref()
+                .map_or_else(String::new, declared_feed_forward)
+        ),
+        _ => Ok(()),
+    };
+    text.push_str(
+        "\n[identifier]\nlaw = \"gauss-newton\"\n\
+         parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\n[log]\n",
+    );
+    let columns = [
+        ("time", LogSettings::OWN_TIME),
+        ("reference", LogSettings::OWN_REFERENCE),
+        ("position", LogSettings::OWN_POSITION),
+        ("command", LogSettings::OWN_COMMAND),
+    ];
+    for (key, column) in columns {
+        if key != "reference" || kind == Kind::Running {
+            let _ = writeln!(text, "{key} = \"{column}\"");
+        }
+    }
+    text
+}
+
+/// A number of counts, which is whole unless the resolution is not that of an encoder.
+fn whole(counts: f64) -> f64 {
+    /// Relative rounding of a division.
+    const ROUNDING: f64 = 1e-6;
+    let nearest = counts.round();
+    if (counts - nearest).abs() < ROUNDING * nearest {
+        nearest
+    } else {
+        counts
+    }
+}

@@ -1,0 +1,134 @@
+//! The paper's experiment (Miranda, Garrido and Bortoni, section IV): both methods, with the
+//! amplifier balanced and unbalanced.
+
+use host_sim::analysis::Summariser;
+use host_sim::experiment::Sample;
+use host_sim::result::Summary;
+use host_sim::scenario::{Fault, Purpose, Scenario};
+use host_sim::simulate;
+
+/// The paper's nominal a, 1/s.
+pub const NOMINAL_A: f64 = 0.2174;
+
+/// The paper's nominal b, rad/s² per command unit.
+pub const NOMINAL_B: f64 = 257.7;
+
+/// The unbalanced amplifier as a load, rad/s².
+pub const UNBALANCE: f64 = 20.0;
+
+/// The scenario of the proposed method with a balanced amplifier. It is the file that the README
+/// offers as a first scenario.
+pub const PROPOSED: &str = include_str!("../../../host-sim/scenarios/paper.toml");
+
+/// The scenario of the least squares with a balanced amplifier.
+pub const LEAST_SQUARES: &str =
+    include_str!("../../../host-sim/scenarios/paper-least-squares.toml");
+
+/// The two methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The Γ-gradient law on the model loop.
+    Proposed,
+    /// Relay-closed recursive least squares.
+    LeastSquares,
+}
+
+/// The two cases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Case {
+    /// No load.
+    Balanced,
+    /// Constant load.
+    Unbalanced,
+}
+
+/// One of the four experiments.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Its method.
+    pub method: Method,
+    /// Its case.
+    pub case: Case,
+    /// The result.
+    pub summary: Summary,
+    /// Every sample.
+    pub trace: Vec<Sample>,
+}
+
+impl Run {
+    /// The experiment's name for a reader.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match (self.method, self.case) {
+            (Method::Proposed, Case::Balanced) => "proposed, d = 0",
+            (Method::Proposed, Case::Unbalanced) => "proposed, d ≠ 0",
+            (Method::LeastSquares, Case::Balanced) => "least squares, d = 0",
+            (Method::LeastSquares, Case::Unbalanced) => "least squares, d ≠ 0",
+        }
+    }
+}
+
+/// All four, in the order of Fig. 03.
+pub const EXPERIMENT: [(Method, Case); 4] = [
+    (Method::Proposed, Case::Balanced),
+    (Method::LeastSquares, Case::Balanced),
+    (Method::Proposed, Case::Unbalanced),
+    (Method::LeastSquares, Case::Unbalanced),
+];
+
+/// The name of one of the experiments for a file.
+#[must_use]
+pub const fn file_stem(method: Method, case: Case) -> &'static str {
+    match (method, case) {
+        (Method::Proposed, Case::Balanced) => "proposed-balanced",
+        (Method::Proposed, Case::Unbalanced) => "proposed-unbalanced",
+        (Method::LeastSquares, Case::Balanced) => "least-squares-balanced",
+        (Method::LeastSquares, Case::Unbalanced) => "least-squares-unbalanced",
+    }
+}
+
+/// The scenario of a method and a case.
+///
+/// # Panics
+/// Never: both files are part of the program and tested.
+#[must_use]
+pub fn scenario(method: Method, case: Case) -> Scenario {
+    let (name, text) = match method {
+        Method::Proposed => ("paper.toml", PROPOSED),
+        Method::LeastSquares => ("paper-least-squares.toml", LEAST_SQUARES),
+    };
+    let mut scenario =
+        Scenario::parse(name, text, Purpose::Run).expect("the built-in scenarios are valid");
+    if let Some(plant) = &mut scenario.plant {
+        plant.load = match case {
+            Case::Balanced => 0.0,
+            Case::Unbalanced => UNBALANCE,
+        };
+    }
+    scenario
+}
+
+/// Runs all four, in the order of [`EXPERIMENT`].
+///
+/// # Errors
+/// As [`simulate::run`]; the tests see that there are none.
+pub fn experiment() -> Result<[Run; 4], Fault> {
+    let [first, second, third, fourth] = EXPERIMENT.map(|(method, case)| run(method, case));
+    Ok([first?, second?, third?, fourth?])
+}
+
+fn run(method: Method, case: Case) -> Result<Run, Fault> {
+    let scenario = scenario(method, case);
+    let mut summariser = Summariser::new(&scenario);
+    let mut trace = Vec::new();
+    let outcome = simulate::run(&scenario, &mut |sample| {
+        summariser.add(sample);
+        trace.push(*sample);
+    })?;
+    Ok(Run {
+        method,
+        case,
+        summary: summariser.finish(&scenario, outcome),
+        trace,
+    })
+}

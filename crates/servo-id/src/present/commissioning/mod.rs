@@ -1,0 +1,477 @@
+//! The page of a commissioning.
+
+mod traces;
+
+pub use traces::CommissionTraces;
+
+use std::f64::consts::TAU;
+
+use drive_link::NoGains;
+use host_sim::commission::Outcome;
+use host_sim::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
+use host_sim::result::{FeedForward, Gains, KnownForces};
+use host_sim::scenario::Scenario;
+use identifier_core::commission::{
+    HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
+};
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::tuning::{Resonance, Tuning};
+
+use super::estimates::{self, Estimated, dash};
+use super::number::{figure, fixed, plain, sentence, signed};
+use super::tuning::{controller, feed_forward};
+use super::{Block, Column, Page, Section, Table, Tone, Verdict};
+
+/// A commissioning.
+#[derive(Debug, Clone, Copy)]
+pub struct Commissioned<'a> {
+    /// The experiment and its object.
+    pub title: &'a str,
+    /// The command line.
+    pub command: &'a str,
+    /// The scenario.
+    pub scenario: &'a Scenario,
+    /// Limits on the axis.
+    pub limits: &'a Limits,
+    /// The gains that held the servo before, if there were any.
+    pub before: Option<&'a HoldingGains>,
+    /// The outcome.
+    pub outcome: &'a Outcome,
+    /// Signals over time; none for a page whose brief form is enough.
+    pub traces: Option<&'a CommissionTraces>,
+}
+
+/// The page of a commissioning.
+#[must_use]
+pub fn commissioning(of: &Commissioned<'_>) -> Page {
+    let mut sections = vec![
+        Section::brief("Phases", vec![Block::Table(phases(of.outcome))]),
+        Section::brief("What was found", found(of)),
+    ];
+    if let Some(traces) = of.traces {
+        let figures = traces::figures(of, traces);
+        sections.extend([
+            Section::full("Over time", vec![Block::Figures(figures)]),
+            Section::full("How sure it is", how_sure(of)),
+            Section::full("What it rests on", rests_on(of)),
+            Section::full("What to do next", next(of)),
+        ]);
+    }
+    Page::new(of.title, of.command, verdict(of), sections)
+}
+
+/// The bound of the motion before the servo is known, printed before anything moves.
+#[must_use]
+pub fn largest_motion(motion: &LargestMotion) -> String {
+    let [low, high] = motion.travel;
+    format!(
+        "Until the servo is known it moves at most from {low:.4} to {high:+.4} rad of where it stands, at \
+         {:.4} rad/s at most.",
+        motion.speed
+    )
+}
+
+fn verdict(of: &Commissioned<'_>) -> Verdict {
+    let outcome = of.outcome;
+    let detail = detail(outcome);
+    let phase = outcome.end.map(|end| end.phase);
+    let is_held = outcome.end.is_some_and(|end| end.released.is_none());
+    let (tone, headline) = match (phase, &outcome.tuning) {
+        (Some(Phase::Applied), Some(tuning)) => {
+            let rise = 1e3 * tuning.promise.rise_time;
+            let measured = outcome
+                .trial
+                .and_then(|trial| trial.rise_time)
+                .map_or_else(String::new, |time| {
+                    format!(" and in {} ms as measured", figure(1e3 * time))
+                });
+            (
+                Tone::Good,
+                format!(
+                    "The servo is known and tuned: a step rises in {} ms by promise{measured}.",
+                    figure(rise)
+                ),
+            )
+        }
+        (Some(Phase::RolledBack), _) if is_held => (
+            Tone::Doubtful,
+            "No new gains: what held before holds again.".to_owned(),
+        ),
+        _ => (Tone::Failed, "No new gains: it was aborted.".to_owned()),
+    };
+    Verdict {
+        tone,
+        status: phase.map_or("unfinished", Phase::name).to_owned(),
+        headline,
+        detail,
+    }
+}
+
+/// The end, and its reason.
+fn detail(outcome: &Outcome) -> String {
+    let Some(end) = &outcome.end else {
+        return "it did not end by itself".to_owned();
+    };
+    match end.reason {
+        None => format!("the new gains hold since {:.4} s", end.time),
+        Some(reason) => {
+            let (state, since) = match end.released {
+                None => ("the gains before hold again", end.time),
+                Some(time) => ("the servo is disabled", time),
+            };
+            format!(
+                "in {}: {} ({state} since {since:.4} s)",
+                end.within.name(),
+                why(reason, outcome.no_gains.as_ref(), outcome.noise),
+            )
+        }
+    }
+}
+
+/// A reason, with the figure that would do where there is one.
+pub(crate) fn why(reason: Reason, no_gains: Option<&NoGains>, noise: f64) -> String {
+    match no_gains {
+        Some(no_gains) => format!("{reason}: {no_gains}"),
+        None if reason == Reason::EncoderNoise => {
+            format!("{reason}: identifier.noise = {noise:.3e}, rad, is the noise at rest")
+        }
+        None => reason.to_string(),
+    }
+}
+
+fn phases(outcome: &Outcome) -> Table {
+    let columns = vec![
+        Column::words("phase"),
+        Column::figures("from [s]"),
+        Column::figures("lasting [s]"),
+        Column::figures("lowest [rad]"),
+        Column::figures("highest [rad]"),
+        Column::figures("fastest [rad/s]"),
+        Column::figures("command, rms"),
+    ];
+    let rows = outcome.course.phases.iter().map(|stretch| {
+        let lasting = match stretch.phase.is_end() {
+            true => dash(),
+            false => fixed(stretch.end - stretch.begin, 4),
+        };
+        let motion = stretch.excursion.map_or_else(
+            || [dash(), dash(), dash(), dash()],
+            |went| {
+                let [lowest, highest] = went.position;
+                let heating = figure(went.command_rms);
+                [
+                    signed(lowest, 4),
+                    signed(highest, 4),
+                    figure(went.speed),
+                    heating,
+                ]
+            },
+        );
+        let name = stretch.phase.name().to_owned();
+        let times = [name, fixed(stretch.begin, 4), lasting];
+        times.into_iter().chain(motion).collect()
+    });
+    Table::new("Phases", columns, rows.collect())
+}
+
+fn found(of: &Commissioned<'_>) -> Vec<Block> {
+    let outcome = of.outcome;
+    let Some(servo) = outcome.servo() else {
+        return vec![Block::text("Nothing: it ended before the servo was known.")];
+    };
+    let truth = commissioned_truth(of.scenario);
+    let mut blocks = found_servo(
+        servo,
+        truth,
+        of.before,
+        outcome.tuning.as_ref(),
+        outcome.trial.as_ref(),
+    );
+    blocks.push(Block::Text(masses(outcome)));
+    blocks
+}
+
+/// The masses by the frequency response.
+fn masses(outcome: &Outcome) -> String {
+    let Some(response) = &outcome.response else {
+        return "No frequency response was measured, as the axis had no room for slides or the commissioning ended before: \
+                a resonance that friction hides from a motor at rest would not have been found."
+            .to_owned();
+    };
+    let hertz = |omega: f64| figure(omega / TAU);
+    let (lines, highest) = (response.lines.len(), hertz(response.highest_frequency()));
+    let Some(Resonance { mode, errors }) = &response.resonance else {
+        return format!(
+            "The {lines} lines of the frequency response, up to {highest} Hz, show no resonance."
+        );
+    };
+    let [error, _] = errors;
+    format!(
+        "Two masses: {lines} lines of the frequency response, up to {highest} Hz, show a resonance at {} Hz, known to {} % (standard error), an \
+         antiresonance at {} Hz and a load of {} times the motor's inertia; the damping is {} at most.",
+        hertz(mode.frequency),
+        figure(100.0 * error),
+        hertz(mode.antiresonance()),
+        figure(mode.ratio),
+        figure(mode.damping),
+    )
+}
+
+/// The identified servo beside its truth, the gains, and their promise beside the trial.
+#[must_use]
+pub fn found_servo(
+    servo: &IdentifiedServo,
+    truth: Option<[f64; 5]>,
+    before: Option<&HoldingGains>,
+    tuning: Option<&Tuning>,
+    trial: Option<&TrialResult>,
+) -> Vec<Block> {
+    let values = commissioned_values(&servo.parameters, servo.delay);
+    let unknowns = COMMISSIONED.into_iter().zip(values).enumerate();
+    let rows: Vec<Estimated> = unknowns
+        .map(|(i, ((unknown, place), value))| Estimated {
+            truth: truth.map(|truth| truth[i]),
+            ..Estimated::new(unknown, value, Some(servo.standard_error(place)))
+        })
+        .collect();
+    let named = |caption: &str, table: Table| Table {
+        caption: caption.to_owned(),
+        ..table
+    };
+    let mut blocks = vec![Block::Table(named("Servo", estimates::table(&rows)))];
+    if let Some(tuning) = tuning {
+        blocks.push(Block::Table(gains(before, tuning)));
+        blocks.push(Block::Table(Table::new(
+            "Promise of the new gains, and measurements of the trial",
+            vec![
+                Column::words("response"),
+                Column::figures("promised"),
+                Column::figures("measured"),
+                Column::words("unit"),
+            ],
+            promise_rows(servo, tuning, trial).map(Vec::from).into(),
+        )));
+    }
+    blocks
+}
+
+fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
+    let old = before.map(|gains| Gains::of(&gains.controller, gains.cutoff));
+    let new = Gains::tuned(tuning);
+    let row = |name: &str, of: fn(&Gains) -> f64, unit: &str| {
+        let old = old.as_ref().map_or_else(dash, |old| figure(of(old)));
+        vec![name.to_owned(), old, figure(of(&new)), unit.to_owned()]
+    };
+    Table::new(
+        "Gains",
+        vec![
+            Column::words("gain"),
+            Column::figures("before"),
+            Column::figures("new"),
+            Column::words("unit"),
+        ],
+        vec![
+            row("kp", |gains| gains.kp, "command units per rad"),
+            row("kd", |gains| gains.kd, "command units per rad/s"),
+            row("ki", |gains| gains.ki, "command units per rad s"),
+            row("cutoff", |gains| gains.cutoff, "rad/s"),
+            row("reference filter", |gains| gains.reference_filter, "s"),
+            row("notch", |gains| gains.notch, "rad/s"),
+            row(
+                "reference model",
+                |gains| gains.reference_model.map_or(0.0, |led| led.bandwidth),
+                "rad/s",
+            ),
+        ],
+    )
+}
+
+/// A row for each figure: its name, the promise, the measurement, its unit.
+fn promise_rows(
+    servo: &IdentifiedServo,
+    tuning: &Tuning,
+    trial: Option<&TrialResult>,
+) -> [[String; 4]; 10] {
+    let promise = &tuning.promise;
+    let [least, most] = promise.gain_margins;
+    let measured =
+        |of: &dyn Fn(&TrialResult) -> Option<f64>| trial.and_then(of).map_or_else(dash, figure);
+    let rise = measured(&|trial| trial.rise_time.map(|time| 1e3 * time));
+    let overshoot = measured(&|trial| trial.rise_time.map(|_| 100.0 * trial.overshoot));
+    let excursion = measured(&|trial| Some(trial.excursion));
+    // A command acts as a load of b times itself.
+    let moved = trial.map_or_else(dash, |trial| {
+        figure(promise.compliance * servo.parameters.b * trial.disturbance.abs())
+    });
+    let bandwidth = match tuning.cap {
+        Some(cap) => format!("{} by {}", figure(tuning.bandwidth), cap.name()),
+        None => figure(tuning.bandwidth),
+    };
+    [
+        ("bandwidth", bandwidth, dash(), "rad/s"),
+        ("step", figure(promise.step), dash(), "rad"),
+        ("rise time", figure(1e3 * promise.rise_time), rise, "ms"),
+        (
+            "overshoot",
+            figure(100.0 * promise.overshoot),
+            overshoot,
+            "%",
+        ),
+        ("moved by the disturbance", moved, excursion, "rad"),
+        (
+            "settling time",
+            figure(1e3 * promise.settling_time),
+            dash(),
+            "ms",
+        ),
+        (
+            "largest sensitivity",
+            figure(promise.sensitivity),
+            dash(),
+            "",
+        ),
+        ("gain margins", format!("{least:.2}, {most:.2}"), dash(), ""),
+        (
+            "command of the step",
+            figure(100.0 * promise.command_share),
+            dash(),
+            "% of the limit",
+        ),
+        (
+            "noise of the command",
+            figure(promise.noise),
+            dash(),
+            "command units",
+        ),
+    ]
+    .map(|(name, promised, measured, unit)| [name.to_owned(), promised, measured, unit.to_owned()])
+}
+
+fn how_sure(of: &Commissioned<'_>) -> Vec<Block> {
+    let outcome = of.outcome;
+    let mut blocks = Vec::new();
+    if let Some(known) = outcome.servo() {
+        let encoder = of.scenario.stated.resolution / 12_f64.sqrt();
+        blocks.push(Block::Text(format!(
+            "± is the standard error: intervals of two contain the true value in 95 % of cases. The model leaves {} \
+             rad rms of the position unexplained; the encoder's rounding alone leaves {}.",
+            figure(known.unexplained),
+            figure(encoder)
+        )));
+    }
+    if outcome.tuning.is_some() {
+        blocks.push(Block::text("The promise holds for the identified servo and, in margins and overshoot, for every servo that it may \
+             be as well by these intervals."));
+    }
+    if outcome.trial.is_some() {
+        blocks.push(Block::text("The trial is the proof: a step and a disturbance under the new gains, measured on the servo itself. It \
+             is passed where the rise time is within 15 % of the promise and the overshoot at most three points above."));
+    }
+    blocks
+}
+
+fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
+    let Commissioned {
+        scenario,
+        limits,
+        outcome,
+        ..
+    } = of;
+    let course = &outcome.course;
+    let seconds = course.samples() as f64 * scenario.sample_time();
+    let facts = [
+        (
+            "Motion",
+            format!(
+                "{} samples, {} s at {} Hz",
+                course.samples(),
+                plain(seconds),
+                plain(1.0 / scenario.sample_time())
+            ),
+        ),
+        (
+            "Encoder",
+            encoder(scenario.stated.resolution, outcome.noise),
+        ),
+        (
+            "Arithmetic",
+            scenario.identifier.arithmetic.name().to_owned(),
+        ),
+    ];
+    let range = |[low, high]: [f64; 2]| format!("{} to {}", plain(low), plain(high));
+    let went = course.excursion();
+    let row = |name: &str, allowed, reached, unit: &str| {
+        vec![name.to_owned(), allowed, reached, unit.to_owned()]
+    };
+    let kept = Table::new(
+        "Limits, and the motion that there was",
+        vec![
+            Column::words("limit"),
+            Column::figures("allowed"),
+            Column::figures("reached"),
+            Column::words("unit"),
+        ],
+        vec![
+            row(
+                "position",
+                range(limits.travel),
+                range(went.position),
+                "rad",
+            ),
+            row("speed", plain(limits.speed), plain(went.speed), "rad/s"),
+            row(
+                "command",
+                range(limits.command),
+                range(went.command),
+                "command units",
+            ),
+        ],
+    );
+    vec![Block::facts(facts), Block::Table(kept)]
+}
+
+fn encoder(resolution: f64, noise: f64) -> String {
+    let counts = noise / resolution;
+    let rounding = format!("{} rad per count", figure(resolution));
+    if counts > 0.5 {
+        format!("{rounding}, with noise of {counts:.1} counts, in units of which motion is judged")
+    } else {
+        rounding
+    }
+}
+
+fn next(of: &Commissioned<'_>) -> Vec<Block> {
+    if let Some(reason) = of.outcome.reason() {
+        let mut steps = vec![sentence(reason.remedy())];
+        if let Some(no_gains) = &of.outcome.no_gains {
+            steps.push(sentence(&no_gains.to_string()));
+        }
+        return vec![Block::Text(sentence(reason.cause())), Block::List(steps)];
+    }
+    match (of.outcome.servo(), &of.outcome.tuning) {
+        (Some(known), Some(tuning)) => keep(known, tuning, of.scenario),
+        _ => Vec::new(),
+    }
+}
+
+fn keep(known: &IdentifiedServo, tuning: &Tuning, scenario: &Scenario) -> Vec<Block> {
+    let sample_time = scenario.sample_time();
+    let parameters = &known.parameters;
+    let forces = KnownForces {
+        constant: 0.0 - parameters.load / parameters.b,
+        delay: known.delay,
+        ..KnownForces::default()
+    };
+    let coefficients = FeedForward::of_servo(parameters, &forces, tuning.kd, sample_time / 2.0);
+    vec![
+        Block::text("The new gains hold, and nothing must be done. To keep them, write them down."),
+        Block::Code {
+            caption: "Controller, as a scenario has it".to_owned(),
+            text: controller(tuning, sample_time).trim_end().to_owned(),
+        },
+        Block::Text(sentence(&feed_forward(&coefficients))),
+        Block::text(
+            "Commission again when load, supply or friction have changed: the drive starts from these gains then.",
+        ),
+    ]
+}

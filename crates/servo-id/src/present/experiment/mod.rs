@@ -1,0 +1,395 @@
+//! The page of a run or a replay.
+
+use host_sim::analysis::{LoopFigures, Response};
+use host_sim::result::{FitNotes, OutputError, Residual, Summary};
+use host_sim::scan::Remark;
+use host_sim::scenario::Scenario;
+use host_sim::tune::IdentifiedResult;
+use host_sim::verdict::Status;
+use identifier_core::parameters::{Parameter, Unknown};
+
+mod traces;
+
+pub use traces::ExperimentTraces;
+
+use super::estimates::{self, Estimated};
+use super::log::Sentence;
+use super::noise::sensor_noise;
+use super::number::{DASH, figure, fixed, known_to, per_cent, plain, rough, sentence};
+use super::physical;
+use super::remedies::remedies;
+use super::tuning::advice;
+use super::{Block, Page, Section, Tone, Verdict};
+
+/// A run or a replay.
+#[derive(Debug, Clone, Copy)]
+pub struct Experiment<'a> {
+    /// The experiment and its object.
+    pub title: &'a str,
+    /// The command line.
+    pub command: &'a str,
+    /// The scenario.
+    pub scenario: &'a Scenario,
+    /// The result.
+    pub summary: &'a Summary,
+    /// Signals over time; none for a page whose brief form is enough.
+    pub traces: Option<&'a ExperimentTraces>,
+}
+
+/// The page of an experiment.
+#[must_use]
+pub fn experiment(of: &Experiment<'_>) -> Page {
+    let rows = rows(of);
+    let mut sections = vec![
+        Section::brief("The logs", logs(of.summary)),
+        Section::brief("What was found", found(of, &rows)),
+    ];
+    let steps = remedies(of.summary);
+    if let Some(traces) = of.traces {
+        let figures = traces::figures(of.summary, traces);
+        sections.extend([
+            Section::full("Over time", vec![Block::Figures(figures)]),
+            Section::full("How sure it is", how_sure(of.summary, &rows)),
+            Section::full("What it rests on", rests_on(of)),
+        ]);
+        if steps.is_empty() {
+            sections.push(Section::full("What to do next", gains(of)));
+        }
+    }
+    if !steps.is_empty() {
+        let why = "Gains for this result would be a guess, so none are given.";
+        let steps = vec![Block::List(steps), Block::Text(why.to_owned())];
+        sections.push(Section::brief("What to do next", steps));
+    }
+    Page::new(of.title, of.command, verdict(of.summary, &rows), sections)
+}
+
+fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
+    let known: Vec<String> = rows
+        .iter()
+        .filter(|row| row.is_sure())
+        .filter_map(|row| Some((row.unknown.name(), known_to(row.value?, row.std_error))))
+        .filter(|(_, part)| part.ends_with('%'))
+        .map(|(name, part)| format!("{name} to {part}"))
+        .collect();
+    let headline = match summary.status() {
+        Status::Converged if known.is_empty() => "The servo is known.".to_owned(),
+        Status::Converged => format!("The servo is known: {}.", known.join(", ")),
+        Status::Unexplained => {
+            "The estimates keep still, but the model lacks something that moves them.".to_owned()
+        }
+        Status::NoInformation => {
+            "The motion contains too little information on the servo.".to_owned()
+        }
+        Status::Moving => "The estimates still move.".to_owned(),
+        Status::Aborted => "It ended early: there is no result.".to_owned(),
+    };
+    Verdict {
+        tone: Tone::from(summary.status()),
+        status: summary.status().name().to_owned(),
+        headline,
+        detail: summary.reason.clone(),
+    }
+}
+
+/// The estimates, then the optional terms that have entered.
+fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
+    let summary = of.summary;
+    let has_none = matches!(summary.status(), Status::NoInformation | Status::Aborted);
+    let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
+        let estimate = summary.estimate(parameter)?;
+        // One that never left its first value was not found.
+        let is_known = estimate.value.is_finite()
+            && estimate.std_error.is_none_or(f64::is_finite)
+            && !(has_none && estimate.tail_std <= 0.0);
+        let settled = match parameter {
+            Parameter::A => Some(summary.settling_time.a),
+            Parameter::B => Some(summary.settling_time.b),
+            _ => None,
+        };
+        let mut row = Estimated::new(parameter.into(), estimate.value, estimate.std_error);
+        row.value = is_known.then_some(estimate.value);
+        row.is_at_bound = estimate.at_bound;
+        // One fit to the whole record does not wander.
+        row.wander = (is_known && summary.fit.is_none()).then_some(estimate.tail_std);
+        row.truth = summary.truth.map(|truth| parameter.value_in(&truth));
+        row.settled = settled.filter(|_| summary.truth.is_some() && summary.fit.is_none());
+        Some(row)
+    });
+    let truth = summary.truth.map(|_| &of.scenario.effects);
+    let sizes = summary.estimates.terms.iter().map(|term| Estimated {
+        truth: truth.map(|effects| effects.size_of(term.unknown)),
+        since: Some(term.since).filter(|_| summary.fit.is_none()),
+        ..Estimated::new(term.unknown, term.value, Some(term.std_error))
+    });
+    parameters.chain(sizes).collect()
+}
+
+fn logs(summary: &Summary) -> Vec<Block> {
+    let notes = &summary.replay;
+    let logs = notes.logs.iter().flat_map(|log| {
+        let remark = |remark: &Remark| Block::Warning(format!("{}: {remark}", log.file));
+        std::iter::once(Block::Text(Sentence(log).to_string()))
+            .chain(log.remarks.iter().map(remark))
+    });
+    let agreement = notes.agreement.map(|agreement| match agreement.holds {
+        true => Block::Text(sentence(&agreement.to_string())),
+        false => Block::Warning(agreement.to_string()),
+    });
+    logs.chain(agreement).collect()
+}
+
+fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
+    let summary = of.summary;
+    let mut blocks = if rows.is_empty() {
+        vec![Block::text("There are no estimates.")]
+    } else {
+        vec![Block::Table(estimates::table(rows))]
+    };
+    blocks.extend(physical::tables(summary));
+    let entered = summary.terms_entered.iter();
+    let without_size = entered.filter(|(term, _)| {
+        let mut sizes = rows.iter();
+        !sizes.any(|row| row.unknown.term() == Some(*term))
+    });
+    blocks.extend(without_size.map(|(term, since)| {
+        let since = fixed(*since, 2);
+        Block::Text(format!(
+            "The term {} is in the model since {since} s.",
+            term.name()
+        ))
+    }));
+    blocks.extend(sensor_noise(&summary.noise).map(|noise| {
+        Block::Text(format!(
+            "Noise of the position, standard deviation: {noise}."
+        ))
+    }));
+    if let Some(fit) = &summary.fit {
+        blocks.extend(fit_notes(fit, summary.samples));
+    }
+    if let Some(residual) = &summary.residual {
+        blocks.push(Block::Text(left_over(residual, summary)));
+    }
+    let predictions = summary.replay.predictions.iter();
+    blocks.extend(
+        predictions.map(|prediction| Block::Text(sentence(&Sentence(prediction).to_string()))),
+    );
+    blocks.extend(closed_loop(of.scenario).map(Block::Text));
+    blocks.extend(reachable(&summary.reachable).map(Block::Text));
+    blocks
+}
+
+/// Bandwidth and margins of the loop around a simulated servo, where a PID closes it.
+fn closed_loop(scenario: &Scenario) -> Option<String> {
+    let response = Response::new(scenario, &scenario.plant?)?;
+    let figures = response.figures(scenario);
+    if !figures.stable {
+        return Some("The loop is unstable with this servo.".to_owned());
+    }
+    let or_dash = |value: Option<f64>, places| {
+        value.map_or_else(|| DASH.to_owned(), |value| fixed(value, places))
+    };
+    let LoopFigures {
+        bandwidth,
+        crossover,
+        phase_margin,
+        gain_margins: [fall, rise],
+        modulus_margin,
+        ..
+    } = figures;
+    Some(format!(
+        "The loop around it: bandwidth {} rad/s, crossover {} rad/s; phase margin {}°, gain may fall to {} and rise to {} \
+         times, modulus margin {}.",
+        or_dash(bandwidth, 1),
+        or_dash(crossover, 1),
+        or_dash(phase_margin, 0),
+        fall.map_or_else(|| "any".to_owned(), |fall| fixed(fall, 2)),
+        or_dash(rise, 1),
+        or_dash(modulus_margin, 2)
+    ))
+}
+
+/// The accuracy that the motion allows.
+fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
+    let of = |(unknown, error): &(Unknown, f64)| match error.is_finite() {
+        true => format!("{} ± {} {}", unknown.name(), rough(*error), unknown.unit()),
+        false => format!("nothing of {}", unknown.name()),
+    };
+    let errors: Vec<_> = errors.iter().map(of).collect();
+    let all = (!errors.is_empty()).then(|| errors.join(", "))?;
+    Some(format!(
+        "The motion allows these standard errors at best, with rounding as noise (Cramér and Rao): {all}."
+    ))
+}
+
+/// The part of the run that was fitted, the clock of the command, and the effects that a fit needed.
+fn fit_notes(fit: &FitNotes, samples: u64) -> Vec<Block> {
+    let mut lines = Vec::new();
+    if fit.samples < samples {
+        lines.push(format!(
+            "The last {} of {samples} samples were fitted; where they hold too little motion, leave out the end of the log \
+             (log.cut).",
+            fit.samples
+        ));
+    }
+    if let Some(late) = fit.command_recorded_late {
+        lines.push(format!(
+            "The command was recorded {} samples late; the estimates are those with the command where it acted.",
+            fixed(late, 2)
+        ));
+    }
+    for effect in &fit.effects {
+        let sizes: Vec<String> = (effect.sizes.iter())
+            .map(|(name, value)| format!("{name} {}", plain(*value)))
+            .collect();
+        let sizes = match sizes.as_slice() {
+            [] => String::new(),
+            sizes => format!(" ({})", sizes.join(", ")),
+        };
+        lines.push(match effect.or {
+            None => format!("The record shows {}{sizes}.", effect.meaning),
+            Some(other) => format!(
+                "The record shows {}{sizes}, or {other}, which explains it nearly as well.",
+                effect.meaning
+            ),
+        });
+    }
+    lines.into_iter().map(Block::Text).collect()
+}
+
+fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
+    let mut blocks = vec![Block::text(
+        "The servo is q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms that entered the model.",
+    )];
+    if rows.iter().any(Estimated::is_sure) {
+        blocks.push(Block::text("± is the standard error: intervals of two contain the true value in 95 % of cases. It includes the \
+             encoder's rounding, chance, the colour of the remaining output error, and the distance that an estimate \
+             still had to go; it does not include effects that the model lacks. The wander is the standard deviation \
+             of an estimate over the last quarter of the run."));
+    }
+    if summary.truth.is_some() {
+        blocks.push(Block::text("This servo is simulated, so its true values are known and shown beside the estimates. Neither estimates \
+             nor verdict use them."));
+    }
+    blocks
+}
+
+/// The remaining output error, beside that of the encoder.
+fn left_over(residual: &Residual, summary: &Summary) -> String {
+    let times = residual.rms / residual.resolution_rms;
+    let begin = format!(
+        "Remaining output error: {} rad rms, {} times that of the encoder's resolution, correlation from sample to \
+         sample {}: ",
+        figure(residual.rms),
+        fixed(times, 1),
+        fixed(residual.correlation, 2)
+    );
+    let end = if residual.is_the_encoders() {
+        "the model explains all that the encoder shows.".to_owned()
+    } else if let Some(finding) = &summary.cause {
+        format!(
+            "{} of {} {} explains {} of the rest.",
+            finding.cause.meaning(),
+            figure(finding.size),
+            finding.unit,
+            per_cent(finding.share)
+        )
+    } else if !residual.is_large() {
+        "that is no larger than the encoder's, and nothing stands out.".to_owned()
+    } else if residual.is_coloured() {
+        "the model lacks something, and nothing stands out.".to_owned()
+    } else {
+        "that is white, as noise of the sensor is, and nothing stands out.".to_owned()
+    };
+    begin + &end
+}
+
+fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
+    let Experiment {
+        scenario, summary, ..
+    } = of;
+    let outcome = &summary.outcome;
+    let mut facts = Vec::new();
+    let mut fact = |name, text| facts.push((name, text));
+    fact(
+        "Motion",
+        format!(
+            "{} samples, {} s at {} Hz",
+            outcome.samples,
+            plain(outcome.samples as f64 * summary.sample_time),
+            plain(1.0 / summary.sample_time)
+        ),
+    );
+    fact(
+        "Encoder",
+        match scenario.counts_per_rev {
+            Some(counts) => format!("{counts} counts a revolution"),
+            None => "ideal, without counts".to_owned(),
+        },
+    );
+    fact(
+        "Method",
+        format!("{}, computed in {}", summary.law, summary.arithmetic),
+    );
+    if let Some(OutputError { rms, max }) = summary.output_error {
+        fact(
+            "Output error",
+            format!("{} rad rms, {} rad at most", figure(rms), figure(max)),
+        );
+    }
+    fact(
+        "Stability",
+        match (outcome.certified, outcome.gain_margin) {
+            (true, Some(margin)) => format!(
+                "certified for the whole box of servos; the sampled loop keeps a gain margin of {}",
+                figure(margin)
+            ),
+            (true, None) => "certified for the whole box of servos".to_owned(),
+            (false, _) => "no box of servos was stated, so none is certified".to_owned(),
+        },
+    );
+    let events = &outcome.events;
+    for (count, name, meaning) in [
+        (
+            events.standing,
+            "Standstill",
+            "samples in which nothing was learnt",
+        ),
+        (
+            events.load_steps,
+            "Load steps",
+            "taken over by the observer",
+        ),
+        (
+            events.slowed,
+            "Guard",
+            "samples in which it shortened the law's step",
+        ),
+        (
+            events.restarted,
+            "Model",
+            "restarts after errors that were too large",
+        ),
+        (
+            events.not_following,
+            "Not following",
+            "samples in which the servo did not follow its command",
+        ),
+    ] {
+        if count > 0 {
+            fact(name, format!("{count} {meaning}"));
+        }
+    }
+    vec![Block::facts(facts)]
+}
+
+fn gains(of: &Experiment<'_>) -> Vec<Block> {
+    match IdentifiedResult::new(of.summary) {
+        Ok(result) => {
+            let mut blocks = advice(&result, of.scenario);
+            blocks.push(Block::text("Another response time, or less noise: the verb tune, with what --json wrote of this result."));
+            blocks
+        }
+        Err(why) => vec![Block::Text(sentence(&format!("there are no gains: {why}")))],
+    }
+}

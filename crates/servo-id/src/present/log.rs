@@ -1,0 +1,114 @@
+//! Sentences on the logs of a replay.
+
+use std::fmt;
+
+use host_sim::result::{LogReading, Prediction};
+
+/// A sentence on one of them.
+#[derive(Debug)]
+pub(super) struct Sentence<'a, T>(pub(super) &'a T);
+
+impl fmt::Display for Sentence<'_, LogReading> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// Jitter that text and rounding leave, part of a sample.
+        const ROUNDED: f64 = 5e-3;
+        write!(
+            f,
+            "{}: {} samples at {} Hz",
+            self.0.file,
+            self.0.samples,
+            short(1.0 / self.0.sample_time)
+        )?;
+        if self.0.jitter_max > ROUNDED {
+            write!(
+                f,
+                "; their time stamps jitter by {:.1} % of a sample rms, {:.0} % at most, and count as even",
+                100.0 * self.0.jitter_rms,
+                100.0 * self.0.jitter_max
+            )?;
+        }
+        if self.0.bridged_samples > 0 {
+            write!(
+                f,
+                "; {} missing samples in {} gaps were bridged by straight lines",
+                self.0.bridged_samples, self.0.gaps
+            )?;
+        }
+        if self.0.left_out_rows > 0 {
+            write!(f, "; {} rows were left out", self.0.left_out_rows)?;
+        }
+        if let Some(separator) = self.0.separator
+            && (separator != "comma" || self.0.decimal_commas)
+        {
+            let commas = if self.0.decimal_commas {
+                " and decimal commas"
+            } else {
+                ""
+            };
+            write!(f, "; read with {separator}s between columns{commas}")?;
+        }
+        if let Some(period) = self.0.wrapped {
+            write!(
+                f,
+                "; its position begins again every {} rad and was continued",
+                short(period)
+            )?;
+        }
+        if let Some(units) = &self.0.units_row {
+            write!(
+                f,
+                "; the row below the heading is no sample but units ({units})"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// A number of six digits, without zeros at its end.
+fn short(number: f64) -> f64 {
+    let size = 10_f64.powf(5.0 - number.abs().log10().floor());
+    (number * size).round() / size
+}
+
+impl fmt::Display for Sentence<'_, Prediction> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "prediction of {}", self.0.file)?;
+        if self.0.learnt_from {
+            write!(f, " (which the estimates were learnt from)")?;
+        }
+        match &self.0.closed_loop {
+            Some(found) => {
+                let per_cent = |part: f64| format!("{:.3} %", 100.0 * part);
+                write!(
+                    f,
+                    ": closed loop, position {}, velocity {}",
+                    per_cent(found.position),
+                    per_cent(found.velocity)
+                )?;
+                if let Some(command) = found.command {
+                    write!(f, ", command {}", per_cent(command))?;
+                }
+            }
+            None => write!(
+                f,
+                ": no closed loop (it takes a declared controller and log.reference, and must stay in \
+                 bounds)"
+            )?,
+        }
+        match &self.0.open_loop {
+            Some(found) => write!(
+                f,
+                "; open loop from a fitted start, position {:.4} {unit} rms, {:.4} {unit} at most \
+                 ({:.2} %)",
+                found.rms,
+                found.max,
+                100.0 * found.relative,
+                unit = found.unit
+            ),
+            None => write!(
+                f,
+                "; no open loop (it takes log.command, and must stay in bounds)"
+            ),
+        }
+    }
+}

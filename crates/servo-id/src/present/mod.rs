@@ -1,0 +1,40 @@
+//! Results for a reader: the verdict, tables, figures and notes of each verb, put together once.
+//!
+//! Every renderer reads the same [`Page`]. A terminal prints its brief sections, without headings and figures, and
+//! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report
+//! shows all of it. A picture shows its figures.
+
+mod commissioning;
+mod comparison;
+mod document;
+mod envelope;
+mod estimates;
+mod experiment;
+mod figure;
+mod formats;
+mod heat_map;
+mod log;
+mod noise;
+pub(crate) mod number;
+mod paper;
+mod physical;
+mod remedies;
+mod sensitivity;
+mod sweep;
+mod tuning;
+
+#[cfg(feature = "program")]
+pub(crate) use commissioning::why;
+pub use commissioning::{
+    CommissionTraces, Commissioned, commissioning, found_servo, largest_motion,
+};
+pub use comparison::{comparison, heat_maps};
+pub use document::{Block, Column, Page, Section, Table, Tone, Verdict};
+pub use envelope::Envelope;
+pub use experiment::{Experiment, ExperimentTraces, experiment};
+pub use figure::{Axis, Figure, Level, Settled, Stretch, TIME, Trace};
+pub use formats::formats;
+pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
+pub use paper::paper;
+pub use sweep::sweep;
+pub use tuning::{declared_feed_forward, tuned_controller, tuning};

@@ -1,0 +1,26 @@
+//! The noise of the position sensor in words.
+
+use host_sim::result::SensorNoise;
+
+use super::number::{figure, fixed};
+
+/// The noise in motion and at standstill, standard deviations; none where neither is known.
+pub(super) fn sensor_noise(noise: &SensorNoise) -> Option<String> {
+    let parts = [
+        (noise.moving_counts.zip(noise.moving), "in motion"),
+        (
+            noise.standstill_counts.zip(noise.standstill),
+            "at standstill",
+        ),
+    ];
+    let known = parts.into_iter().filter_map(|(noise, when)| {
+        let (counts, rad) = noise?;
+        Some(format!(
+            "{} counts ({} rad) {when}",
+            fixed(counts, 2),
+            figure(rad)
+        ))
+    });
+    let known: Vec<String> = known.collect();
+    (!known.is_empty()).then(|| known.join(", "))
+}

@@ -1,0 +1,68 @@
+//! A servo in physical units, and its feed-forward.
+
+use host_sim::physical::{Physical, Quantity, VoltageGains};
+use host_sim::result::Summary;
+
+use super::number::{known_to, with_error};
+use super::{Block, Column, Table};
+
+/// The tables of a result whose scale of torques, or whose command in V, is stated.
+pub(super) fn tables(summary: &Summary) -> impl Iterator<Item = Block> {
+    let physical = summary.physical.as_ref().map(|physical| {
+        let Physical {
+            inertia,
+            torque_constant,
+            viscous,
+            coulomb,
+            load,
+        } = *physical;
+        table(
+            "In physical units",
+            &[
+                ("inertia", Some(inertia)),
+                ("viscous friction", Some(viscous)),
+                ("Coulomb friction", coulomb),
+                ("load", load),
+                ("torque of a unit of command", Some(torque_constant)),
+            ],
+        )
+    });
+    let gains = summary.voltage_gains.as_ref().map(|gains| {
+        let VoltageGains { ks, kv, ka, kg } = *gains;
+        table(
+            "Feed-forward kS sign(v) + kV v + kA v̇ + kG",
+            &[("kS", ks), ("kV", Some(kv)), ("kA", Some(ka)), ("kG", kg)],
+        )
+    });
+    physical.into_iter().chain(gains).map(Block::Table)
+}
+
+/// The quantities that there are, a row each.
+fn table(caption: &str, quantities: &[(&str, Option<Quantity>)]) -> Table {
+    let row = |&(name, quantity): &(&str, Option<Quantity>)| {
+        let Quantity {
+            value,
+            std_error,
+            unit,
+        } = quantity?;
+        // A stated one has no error, and nothing to be known to.
+        let known = std_error.map_or_else(String::new, |error| known_to(value, Some(error)));
+        Some(vec![
+            name.to_owned(),
+            with_error(value, std_error),
+            unit.to_owned(),
+            known,
+        ])
+    };
+    let columns = vec![
+        Column::words("quantity"),
+        Column::figures("value"),
+        Column::words("unit"),
+        Column::figures("known to, 95 %").dispensable(1),
+    ];
+    Table::new(
+        caption,
+        columns,
+        quantities.iter().filter_map(row).collect(),
+    )
+}

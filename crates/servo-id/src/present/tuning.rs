@@ -1,0 +1,349 @@
+//! Gains for an identified servo, with their promise.
+
+use std::fmt::Write as _;
+
+use host_sim::result::FeedForward;
+use host_sim::scenario::Scenario;
+use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use identifier_core::control::FeedForwardSettings;
+use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuning, TuningError};
+
+use super::number::{figure, plain, sentence};
+use super::sensitivity::sensitivity;
+use super::{Block, Column, Figure, Page, Section, Stretch, TIME, Table, Tone, Trace, Verdict};
+
+/// The page of a tuning; `warnings` are the doubts about its input.
+///
+/// # Errors
+/// None for a tuned servo.
+pub fn tuning(
+    title: &str,
+    command: &str,
+    tuned: &Tuned,
+    warnings: &[String],
+) -> Result<Page, TuningError> {
+    let figures = figures(tuned)?;
+    let promise = &tuned.tuning.promise;
+    let verdict = Verdict {
+        tone: match warnings {
+            [] => Tone::Good,
+            _ => Tone::Doubtful,
+        },
+        status: "tuned".to_owned(),
+        headline: format!(
+            "A step will rise in {} ms and overshoot by {} % at most.",
+            figure(1e3 * promise.rise_time),
+            figure(100.0 * promise.overshoot)
+        ),
+        detail: match warnings {
+            [] => "It is the response of the identified servo in simulation.".to_owned(),
+            _ => "The promise is not certain: see the warning.".to_owned(),
+        },
+    };
+    let warnings = warnings.iter().cloned().map(Block::Warning);
+    let found = warnings.chain(gains(tuned)).collect();
+    let sections = [
+        Section::brief("What was found", found),
+        Section::full("What it looks like", vec![Block::Figures(figures)]),
+        Section::full("What it rests on", vec![conditions(tuned)]),
+    ];
+    Ok(Page::new(title, command, verdict, sections))
+}
+
+/// The predicted step, its command, and the sensitivity with its limit.
+///
+/// # Errors
+/// None for a tuned servo.
+fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
+    /// Time that is shown: in 1/ω, and in settling times, the longer of the two.
+    const SHOWN: f64 = 12.0;
+    const SETTLING_TIMES: f64 = 1.3;
+    let Tuned {
+        settings, tuning, ..
+    } = tuned;
+    let tuner = tuned.tuner()?;
+    let settling_time = tuning.promise.settling_time;
+    let until = (SHOWN / tuning.bandwidth).max(SETTLING_TIMES * settling_time);
+    let samples: Vec<_> = tuner
+        .step(tuning)?
+        .take_while(|sample| sample.time <= until)
+        .collect();
+    let course = |name: &str, value: fn(&PredictedSample) -> f64| {
+        let points = samples.iter().map(|sample| (sample.time, value(sample)));
+        vec![Trace::new(name, points.collect())]
+    };
+    let position = course("position", |sample| sample.position);
+    let command = course("command", |sample| sample.command);
+    let mut step = Figure::new("Predicted step", TIME, "q [rad]", position)
+        .with_level("reference", settings.step)
+        .from_zero();
+    step.stretches = samples.last().map_or_else(Vec::new, |last| {
+        vec![Stretch {
+            name: "settled within 2 %".to_owned(),
+            extent: [settling_time.min(last.time), last.time],
+            colour: 7,
+        }]
+    });
+    Ok(vec![
+        step,
+        Figure::new(
+            "Command beyond what holds the load",
+            TIME,
+            "u [command units]",
+            command,
+        ),
+        sensitivity(&tuner, tuning, settings, &[]),
+    ])
+}
+
+fn conditions(tuned: &Tuned) -> Block {
+    let parameters = &tuned.servo.parameters;
+    let settings = &tuned.settings;
+    let facts = [
+        ("a", parameters.a, "1/s"),
+        ("b", parameters.b, "rad/s² per command unit"),
+        ("c", parameters.coulomb, "rad/s²"),
+        ("d", parameters.load, "rad/s²"),
+        ("Delay", tuned.servo.delay + settings.command_delay, "s"),
+        ("Encoder", settings.resolution, "rad per count"),
+        ("Command", settings.command, "command units beyond the load"),
+        ("Sample time", settings.sample_time, "s"),
+        ("Sensitivity", settings.max_sensitivity, "at most"),
+    ];
+    let facts = facts.map(|(name, value, unit)| (name, format!("{} {unit}", plain(value))));
+    Block::facts(facts)
+}
+
+/// The gains that make a servo as stiff as possible, for the encoder and the limit of its scenario; or why there are
+/// none.
+#[must_use]
+pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Block> {
+    let none =
+        |error: &dyn std::fmt::Display| vec![Block::Text(format!("There are no gains: {error}."))];
+    let known = KnownConditions::of_scenario(scenario, result.has_delay);
+    let settings = match Conditions::default().settings(Goal::Stiffest, result, &known) {
+        Ok(settings) => settings,
+        Err(error) => return none(&error),
+    };
+    match Tuned::new(result, known.angle.as_ref(), &settings) {
+        Ok(tuned) => {
+            let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those \
+                        that it may be as well.";
+            let mut blocks = vec![Block::Text(text.to_owned())];
+            blocks.extend(gains(&tuned));
+            blocks
+        }
+        Err(NoGains::Error(error)) => none(&error),
+        // The stiffest goal is never too fast.
+        Err(NoGains::TooFast { .. }) => Vec::new(),
+    }
+}
+
+/// Gains that were found: the controller, its promise, the feed-forward.
+fn gains(tuned: &Tuned) -> Vec<Block> {
+    let mut blocks = vec![
+        Block::Code {
+            caption: "Controller, as a scenario has it".to_owned(),
+            text: tuned_controller(tuned),
+        },
+        Block::Table(promise(&tuned.tuning)),
+    ];
+    let remarks = remarks(tuned).into_iter();
+    blocks.extend(remarks.map(|remark| Block::Text(sentence(&remark))));
+    let feed_forward = feed_forward(&tuned.feed_forward());
+    blocks.push(Block::Text(sentence(&feed_forward)));
+    blocks
+}
+
+/// The controller of a tuning as a scenario has it.
+#[must_use]
+pub fn tuned_controller(tuned: &Tuned) -> String {
+    controller(&tuned.tuning, tuned.settings.sample_time)
+}
+
+/// The controller as a scenario has it.
+#[must_use]
+pub(super) fn controller(tuning: &Tuning, sample_time: f64) -> String {
+    format!(
+        "[controller]\n\
+         kp = {}\n\
+         kd = {}\n\
+         ki = {}\n\
+         reference_filter = {}\n\
+         notch = {}\n\
+         sample_time = {sample_time:?}\n\
+         velocity_filter = {{ kind = \"low-pass\", cutoff = {} }}\n{}",
+        seven_digits(tuning.kp),
+        seven_digits(tuning.kd),
+        seven_digits(tuning.ki),
+        seven_digits(tuning.reference_filter),
+        seven_digits(tuning.notch),
+        seven_digits(tuning.cutoff),
+        tuning
+            .feed_forward
+            .as_ref()
+            .map_or_else(String::new, declared_feed_forward)
+    )
+}
+
+/// A feed-forward as the controller of a scenario has it.
+#[must_use]
+pub fn declared_feed_forward(led: &FeedForwardSettings) -> String {
+    let [bandwidth, acceleration, velocity, coulomb, speed] = [
+        led.bandwidth,
+        led.acceleration,
+        led.velocity,
+        led.coulomb,
+        led.coulomb_speed,
+    ]
+    .map(seven_digits);
+    format!(
+        "feed_forward = {{ bandwidth = {bandwidth}, acceleration = {acceleration}, velocity = {velocity}, coulomb = {coulomb}, \
+         coulomb_speed = {speed} }}\n"
+    )
+}
+
+/// A gain as a scenario needs it, with seven digits.
+fn seven_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    format!("{rounded:?}")
+}
+
+/// A row for each figure of the promise.
+fn promise(tuning: &Tuning) -> Table {
+    let promise = &tuning.promise;
+    let [least, most] = promise.gain_margins;
+    let percent = |part: f64| figure(100.0 * part);
+    let rises = [promise.quickest_rise_time, promise.slowest_rise_time];
+    let [quickest, slowest] = rises.map(|time| figure(1e3 * time));
+    let longest = Promise::MAX_TIME / tuning.bandwidth;
+    let settling = if promise.settling_time < longest {
+        figure(1e3 * promise.settling_time)
+    } else {
+        format!("above {}", figure(1e3 * longest))
+    };
+    let rows = [
+        ("bandwidth", figure(tuning.bandwidth), "rad/s"),
+        ("step", figure(promise.step), "rad"),
+        (
+            "rise time, 10 to 90 %",
+            figure(1e3 * promise.rise_time),
+            "ms",
+        ),
+        ("by friction", format!("{quickest} to {slowest}"), "ms"),
+        ("overshoot, at most", percent(promise.overshoot), "%"),
+        ("settling time, 2 %", settling, "ms"),
+        ("largest sensitivity Ms", figure(promise.sensitivity), ""),
+        ("gain may fall to", figure(least), "times"),
+        ("gain may rise to", figure(most), "times"),
+        (
+            "command of the step",
+            percent(promise.command_share),
+            "% of the limit",
+        ),
+        (
+            "noise of the command",
+            figure(promise.noise),
+            "command units",
+        ),
+        (
+            "stiffness",
+            figure(1.0 / promise.compliance),
+            "rad/s² per rad",
+        ),
+    ];
+    let columns = vec![
+        Column::words("response"),
+        Column::figures("promised"),
+        Column::words("unit"),
+    ];
+    let rows = rows.map(|(name, promised, unit)| vec![name.to_owned(), promised, unit.to_owned()]);
+    Table::new("", columns, rows.into())
+}
+
+/// The reason why the loop is not faster, and the effect of friction on its rise time.
+fn remarks(tuned: &Tuned) -> Vec<String> {
+    /// The trial's own tolerance of a rise time.
+    const TOLERANCE: f64 = 1.15;
+    let mut remarks = vec![match tuned.tuning.cap {
+        Some(cap) => format!("the loop is as fast as {cap} allows"),
+        None => "the loop is as fast as was asked for".to_owned(),
+    }];
+    if depends_on_friction(&tuned.tuning, TOLERANCE) {
+        remarks.push(
+            "friction makes the rise time depend on the motion before, within the range that is shown: a larger step or \
+             a faster response depends less on it"
+                .to_owned(),
+        );
+    }
+    remarks
+}
+
+/// True if a rise takes this many times as long where the integral pushes against it.
+fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
+    tuning.promise.slowest_rise_time > times * tuning.promise.quickest_rise_time
+}
+
+/// The feed-forward as a formula.
+#[must_use]
+pub(super) fn feed_forward(of: &FeedForward) -> String {
+    let FeedForward {
+        acceleration,
+        velocity,
+        sign,
+        constant,
+        gravity_sine,
+        gravity_cosine,
+        ripple_sine,
+        ripple_cosine,
+        ripple_order,
+        dead_band,
+        lead,
+    } = *of;
+    let mut formula = format!("u = {} q̈r", figure(acceleration));
+    for (coefficient, factor) in [
+        (velocity, " q̇r"),
+        (sign, " s(q̇r)"),
+        (constant, ""),
+        (gravity_sine, " sin qr"),
+        (gravity_cosine, " cos qr"),
+        (ripple_sine, &format!(" sin {ripple_order} qr")),
+        (ripple_cosine, &format!(" cos {ripple_order} qr")),
+    ] {
+        if coefficient != 0.0 {
+            let sign = if coefficient < 0.0 { '−' } else { '+' };
+            // Nothing can fail that is written into memory.
+            let _ = write!(formula, " {sign} {}{factor}", figure(coefficient.abs()));
+        }
+    }
+    let held = if constant == 0.0 {
+        ""
+    } else {
+        "; leave the constant to the integral where it holds the load already"
+    };
+    let swallowed = if dead_band == 0.0 {
+        String::new()
+    } else {
+        format!(", and {} in its direction", figure(dead_band))
+    };
+    format!(
+        "feed-forward: {formula}{swallowed}, of the reference {:.4} ms ahead{held}",
+        1e3 * lead
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seven_digits;
+
+    #[test]
+    fn gains_of_a_scenario_have_seven_digits() {
+        for (value, shown) in [
+            (98.027_123_456, "98.02712"),
+            (2e-7, "2e-7"),
+            (4000.0, "4000.0"),
+        ] {
+            assert_eq!(seven_digits(value), shown);
+        }
+    }
+}

@@ -1,0 +1,420 @@
+//! The contract of `servo-id commission`: its messages, its files, and its refusals before
+//! anything moves.
+
+use std::fs;
+
+use crate::support::{assert_done, folder, servo_id, standard_error};
+use identifier_core::commission::Reason;
+use serde_json::Value;
+
+const PAPER: &str = include_str!("../../../../host-sim/scenarios/commission.toml");
+
+/// Commissions the servo of a scenario text: exit status, output, and the result.
+fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
+    let folder = folder(&format!("commission-{test}"));
+    let [scenario, json] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
+    fs::write(&scenario, text).expect("the scenario is written");
+    let [path, result] = [&scenario, &json].map(|path| path.display().to_string());
+    let output = servo_id(&["commission", &path, "--json", &result]);
+    let answer = String::from_utf8_lossy(&output.stdout).into_owned() + &standard_error(&output);
+    let result = fs::read_to_string(&json).ok();
+    let result = result.map(|text| serde_json::from_str(&text).expect("it is JSON"));
+    (output.status.code(), answer, result)
+}
+
+/// The paper's servo with one line changed is refused before anything moves: at the key's line, and with
+/// the figure that would do.
+fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, figure: &str) {
+    let text = PAPER.replace(from, to);
+    assert_ne!(text, PAPER, "{test}");
+    let (status, answer, result) = commission(test, &text);
+    assert_eq!(status, Some(2), "{test}: {answer}");
+    assert!(result.is_none(), "{test}: no partial output");
+    assert!(!answer.contains("released-check"), "{test}: {answer}");
+    let name = key.rsplit('.').next().expect("a key has a name");
+    let line = text.lines().position(|line| line.starts_with(name));
+    let table = text.lines().position(|line| line == "[commission]");
+    let line = 1 + line.or(table).expect("the key or its table is there");
+    assert!(
+        answer.contains(&format!("scenario.toml:{line}: {key}: ")),
+        "{test}: {answer}"
+    );
+    assert!(answer.contains(figure), "{test}: {answer}");
+}
+
+#[test]
+fn an_unknown_servo_ends_with_gains_and_their_derivation() {
+    let (status, answer, result) = commission("paper", PAPER);
+    assert_eq!(status, Some(0), "{answer}");
+    let result = result.expect("it is written");
+    assert_eq!(result["status"], "applied");
+    assert_eq!(result["code"], 0);
+    assert_eq!(result["reason"], Value::Null);
+    let b = result["servo"]["b"]["value"].as_f64().expect("a number");
+    assert!((b / 257.7 - 1.0).abs() < 0.01, "{b}");
+    let phases = result["phases"].as_array().expect("a list").iter();
+    let names: Vec<_> = phases
+        .map(|phase| phase["phase"].as_str().unwrap_or("?"))
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "released-check",
+            "wiggle",
+            "fit",
+            "refine",
+            "verify",
+            "slide",
+            "tune",
+            "trial",
+            "applied"
+        ]
+    );
+    let first = answer
+        .find("it moves at most")
+        .expect("the largest motion is printed");
+    assert!(
+        names
+            .iter()
+            .all(|name| answer.find(name).is_some_and(|place| first < place)),
+        "{answer}"
+    );
+    for gain in ["kp", "kd", "ki", "cutoff"] {
+        assert!(
+            result["gains"][gain].as_f64().expect("a number") > 0.0,
+            "{gain}"
+        );
+    }
+    let [highest, time] = [
+        &result["response"]["highest_frequency"],
+        &result["sample_time"],
+    ]
+    .map(|figure| figure.as_f64().expect("a number"));
+    let looked_at = highest * time / std::f64::consts::TAU;
+    assert!((0.49..0.4951).contains(&looked_at), "{looked_at}");
+    assert!(answer.contains(", up to 494.0 Hz, show"), "{answer}");
+    let promised = result["promise"]["rise_time"].as_f64().expect("a number");
+    let measured = result["trial"]["rise_time"].as_f64().expect("a number");
+    assert!(
+        (measured / promised - 1.0).abs() < 0.15,
+        "{measured} of {promised}"
+    );
+}
+
+#[test]
+fn results_are_the_same_in_every_run_and_alone_on_standard_output() {
+    let folder = folder("commission-streams");
+    let scenario = folder.join("scenario.toml");
+    fs::write(&scenario, PAPER).expect("the scenario is written");
+    let scenario = scenario.display().to_string();
+    for kind in ["--json", "--csv", "--plot"] {
+        let [one, other] = [(); 2].map(|()| servo_id(&["commission", &scenario, kind, "-"]));
+        assert_done(&one);
+        assert_eq!(one.stdout, other.stdout, "{kind}");
+        let text = String::from_utf8(one.stdout).expect("text");
+        match kind {
+            "--json" => drop(serde_json::from_str::<Value>(&text).expect("JSON and nothing else")),
+            "--csv" => {
+                assert!(text.starts_with("time_s,reference_rad,position_rad,command,phase,"))
+            }
+            _ => assert!(text.starts_with("<svg")),
+        }
+    }
+}
+
+#[test]
+fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_number() {
+    // A locked axis: friction exceeds the largest command.
+    let text = PAPER.replace("coulomb = 0.0 ", "coulomb = 9000.0 ");
+    assert_ne!(text, PAPER);
+    let (status, answer, result) = commission("locked", &text);
+    assert_eq!(status, Some(1), "{answer}");
+    let result = result.expect("it is written");
+    let reason = Reason::DoesNotMove;
+    assert_eq!(result["status"], "aborted");
+    assert_eq!(result["code"], reason.number());
+    assert_eq!(result["phase"], "wiggle");
+    assert_eq!(result["reason"]["name"], reason.name());
+    assert_eq!(result["reason"]["remedy"], reason.remedy());
+    assert_eq!(result["gains"], Value::Null);
+    assert!(
+        answer.contains(reason.cause()) && answer.contains(reason.remedy()),
+        "{answer}"
+    );
+    assert!(answer.contains("the servo is disabled"), "{answer}");
+}
+
+#[test]
+fn the_end_of_a_held_axis_tells_whether_the_stage_is_on() {
+    const CONTROLLER: &str = "[controller]\nkp = 5.0\nkd = 0.15\nki = 4.0\n\
+                              velocity_filter = { kind = \"low-pass\", cutoff = 500.0 }\n";
+    let end = |kind: &str, size: &str| {
+        let fault = format!("[[fault]]\nkind = \"{kind}\"\ntime = 0.4\n{size}");
+        let text = format!("{PAPER}\n{CONTROLLER}{fault}\n");
+        let (status, answer, result) = commission(kind, &text);
+        assert_eq!(status, Some(1), "{kind}: {answer}");
+        let phases = &result.expect("it is written")["phases"];
+        let end = phases.as_array().and_then(|phases| phases.last());
+        (answer, end.is_some_and(|end| end["excursion"].is_object()))
+    };
+    for (kind, size, is_held) in [
+        ("load-step", "size = 60.0", true),
+        ("encoder-lost", "", false),
+        ("actuator-dead", "", false),
+    ] {
+        let (answer, was_held) = end(kind, size);
+        assert_eq!(was_held, is_held, "{kind}: {answer}");
+        for (sentence, is_told) in [
+            ("(the gains before hold again since", is_held),
+            ("(the servo is disabled since", !is_held),
+        ] {
+            assert_eq!(answer.contains(sentence), is_told, "{kind}: {answer}");
+        }
+    }
+}
+
+#[test]
+fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_would_do() {
+    let refused = assert_refused;
+    refused(
+        "travel",
+        ("travel = 0.5 ", "travel = 0.002 "),
+        "commission.travel",
+        "to either side",
+    );
+    refused(
+        "speed",
+        ("speed = 30.0 ", "speed = 0.05 "),
+        "commission.speed",
+        "allow 0.1",
+    );
+    refused(
+        "strong",
+        ("speed =", "most_gain = 600.0\nspeed ="),
+        "commission.sample_time",
+        "sample every 0.000750 s or less, or allow a command of 7.5",
+    );
+    refused(
+        "late",
+        ("speed =", "command_delay = 0.02\nspeed ="),
+        "commission.command_delay",
+        "at most 0.0150 s at this sample time",
+    );
+    refused(
+        "beside",
+        ("travel = 0.5 ", "travel = [0.1, 0.5] "),
+        "commission.travel",
+        "[low, high]",
+    );
+    refused(
+        "end",
+        ("travel = 0.5 ", "travel = [0.0, 0.5] "),
+        "commission.travel",
+        "identify",
+    );
+    refused(
+        "ways",
+        ("speed =", "one_way = true\nspeed ="),
+        "commission.one_way",
+        "identify",
+    );
+    refused(
+        "missing",
+        ("travel = 0.5 ", "# "),
+        "commission.travel",
+        "travel = 0.5 ",
+    );
+    refused(
+        "amplifier",
+        ("speed =", "command = 12.0\nspeed ="),
+        "commission.command",
+        "[-10, 10]",
+    );
+    refused(
+        "unlimited",
+        ("limit = 10.0", "# "),
+        "commission.command",
+        "amplifier.limit",
+    );
+    refused(
+        "goals",
+        ("speed =", "bandwidth = 20.0\nstiffest = true\nspeed ="),
+        "commission.bandwidth",
+        "state one of",
+    );
+    refused(
+        "step",
+        ("speed =", "trial_step = 3.0\nspeed ="),
+        "commission.trial_step",
+        "would do",
+    );
+    refused(
+        "sensitivity",
+        ("speed =", "max_sensitivity = 0.9\nspeed ="),
+        "commission.max_sensitivity",
+        "above 1",
+    );
+    refused(
+        "fixed",
+        (
+            "[commission]",
+            "[identifier]\narithmetic = \"fixed\"\n[commission]",
+        ),
+        "identifier.arithmetic",
+        "\"f64\"",
+    );
+}
+
+#[test]
+fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
+    let run = include_str!("../../../../host-sim/scenarios/paper.toml");
+    let (status, answer, result) = commission("run", run);
+    assert_eq!(status, Some(2), "{answer}");
+    assert!(
+        result.is_none() && answer.contains("[commission]\n    travel = 0.5"),
+        "{answer}"
+    );
+}
+
+/// The slides in the rows of a commissioning: from each turn of the reference to the next.
+fn slides(rows: &str) -> usize {
+    let mut lines = rows.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().expect("names").split(',').collect();
+    let column = |name: &str| {
+        let place = names.iter().position(|&own| own == name);
+        place.expect("a column")
+    };
+    let (reference, phase) = (column("reference_rad"), column("phase"));
+    let (mut slides, mut direction, mut last) = (0, 0.0, None);
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').collect();
+        if cells[phase] != "slide" {
+            continue;
+        }
+        let at: f64 = cells[reference].parse().expect("a number");
+        let step = last.map_or(0.0, |last| at - last);
+        last = Some(at);
+        if step.abs() > 1e-6 && step * direction <= 0.0 {
+            direction = step;
+            slides += 1;
+        }
+    }
+    slides
+}
+
+#[test]
+fn quick_leaves_the_slides_out_and_thorough_slides_more_and_both_are_reproduced() {
+    /// Of a round: both ways, twice.
+    const ROUND: usize = 4;
+    let folder = folder("commission-slides");
+    let [path, result, rows] =
+        ["scenario.toml", "result.json", "rows.csv"].map(|name| folder.join(name));
+    // A comment that names the table is not the table.
+    let named = format!("# [commission]\n{PAPER}");
+    fs::write(&path, named).expect("the scenario is written");
+    let [path, result, rows] = [path, result, rows].map(|file| file.display().to_string());
+    let slides = |flags: &[&str]| {
+        let files = [
+            "commission",
+            &path,
+            "--json",
+            &result,
+            "--csv",
+            &rows,
+            "--force",
+        ];
+        assert_done(&servo_id(&[&files[..], flags].concat()));
+        assert_done(&servo_id(&["reproduce", &result]));
+        slides(&fs::read_to_string(&rows).expect("they are written"))
+    };
+    let (quick, usual, thorough) = (slides(&["--quick"]), slides(&[]), slides(&["--thorough"]));
+    assert_eq!(quick, 0);
+    // The axis is led to where it slides, and learnt there, before the first round alone.
+    assert!(usual >= ROUND, "{usual}");
+    assert_eq!(thorough, usual + ROUND);
+
+    let both = servo_id(&["commission", &path, "--quick", "--thorough"]);
+    assert_eq!(both.status.code(), Some(2));
+    let stated = PAPER.replace("[commission]", "[commission]\nslide_rounds = 1");
+    fs::write(&path, stated).expect("the scenario is written");
+    let twice = servo_id(&["commission", &path, "--quick"]);
+    assert_eq!(twice.status.code(), Some(2));
+    assert!(standard_error(&twice).contains("slide_rounds"));
+}
+
+#[test]
+fn gains_are_led_on_request_and_not_for_a_response_time() {
+    let folder = folder("commission-led");
+    let (path, result) = (folder.join("scenario.toml"), folder.join("result.json"));
+    let [file, result] = [&path, &result].map(|file| file.display().to_string());
+    let timed = PAPER.replace("[commission]", "[commission]\nresponse_time = 0.05");
+    fs::write(&path, timed).expect("the scenario is written");
+    let refused = servo_id(&["commission", &file, "--feed-forward"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let answer = standard_error(&refused);
+    assert!(answer.contains("commission.feed_forward"), "{answer}");
+
+    fs::write(&path, PAPER).expect("the scenario is written");
+    let asked = ["commission", &file, "--json", &result, "--force"];
+    let gains = |flags: &[&str]| {
+        assert_done(&servo_id(&[&asked, flags].concat()));
+        assert_done(&servo_id(&["reproduce", &result]));
+        let text = fs::read_to_string(&result).expect("it is written");
+        let json: Value = serde_json::from_str(&text).expect("it is JSON");
+        let rise = json["trial"]["rise_time"].as_f64().expect("s");
+        (json["gains"].clone(), rise)
+    };
+    let ((filtered, slow), (led, quick)) = (gains(&[]), gains(&["--feed-forward", "--quick"]));
+    assert!(filtered.get("reference_model").is_none());
+    assert!(
+        led["reference_model"]["bandwidth"].as_f64() > Some(0.0),
+        "{led}"
+    );
+    assert!(quick < 0.7 * slow, "{quick} {slow}");
+}
+
+/// The way out of an axis that may not reverse: a motion forwards alone.
+#[test]
+fn an_axis_that_may_not_reverse_is_identified_from_a_log() {
+    const STEPS: u32 = 20;
+    let [a, b, coulomb, load] = [3.1, 120.0, 9.0, -2.0];
+    let (sample, count) = (1e-3, std::f64::consts::TAU / 16384.0);
+    let (mut position, mut velocity, mut last) = (0.0_f64, 0.0_f64, 0.0);
+    let mut log = "time,position,command\n".to_owned();
+    for k in 0..10_000 {
+        let time = sample * f64::from(k);
+        let seen = (position / count).floor() * count;
+        let wanted = 6.0 + 3.0 * (5.6 * time).sin() + 2.0 * (19.0 * time).sin();
+        let command = (0.1 + 0.08 * (wanted - (seen - last) / sample)).clamp(-3.0, 3.0);
+        last = seen;
+        log += &format!("{time:.3},{seen:.9},{command:.7}\n");
+        for _ in 0..STEPS {
+            let step = sample / f64::from(STEPS);
+            velocity = (velocity + step * (b * command + load - coulomb - a * velocity)).max(0.0);
+            position += step * velocity;
+        }
+    }
+    let folder = folder("commission-forwards");
+    let [file, scenario, json] =
+        ["log.csv", "scenario.toml", "result.json"].map(|name| folder.join(name));
+    fs::write(&file, log).expect("written");
+    let text = "[encoder]\ncounts_per_rev = 16384\n[identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"load\"]\n\
+                [log]\ntime = \"time\"\nposition = \"position\"\ncommand = \"command\"\n";
+    fs::write(&scenario, text).expect("written");
+    let [file, scenario, result] = [&file, &scenario, &json].map(|path| path.display().to_string());
+    let _ = servo_id(&[
+        "identify",
+        &file,
+        "--scenario",
+        &scenario,
+        "--json",
+        &result,
+    ]);
+    let result = fs::read_to_string(&json).expect("a result");
+    let result: Value = serde_json::from_str(&result).expect("JSON");
+    for (name, truth) in [("a", a), ("b", b)] {
+        let found = result["estimates"][name]["value"].as_f64();
+        let found = found.unwrap_or_else(|| panic!("{result}"));
+        assert!((found / truth - 1.0).abs() < 0.03, "{name}: {found}");
+    }
+}

@@ -1,0 +1,97 @@
+//! The settings that a scenario sends to a drive, and refusals before anything is sent.
+
+use std::net::{Ipv4Addr, TcpListener};
+
+use crate::support::{folder, servo_id, standard_error};
+use host_sim::scenario::{Fault, Purpose, Scenario};
+use identifier_core::parameters::{Term, Terms};
+use servo_id::drive::loop_settings;
+
+/// The settings for a scenario of this text.
+fn settings_of(test: &str, text: &str) -> Result<drive_link::LoopSettings, Fault> {
+    let path = folder(test).join("scenario.toml");
+    std::fs::write(&path, text).expect("the scenario is written");
+    loop_settings(&Scenario::load(&path, Purpose::Run).expect("a PC can"))
+}
+
+#[test]
+fn required_terms_are_sent() {
+    let asked = with_terms("required_terms = [\"delay\", \"gravity\"]");
+    let sent = settings_of("drive-settings-terms", &asked).expect("the firmware has them");
+    let demanded = Terms::NONE.with(Term::Delay).with(Term::Gravity);
+    assert_eq!(sent.core.identifier.terms.demanded, demanded);
+}
+
+fn with_terms(asked: &str) -> String {
+    format!(
+        "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+         arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n{asked}\n"
+    )
+}
+
+#[test]
+fn a_declared_amplifier_is_sent() {
+    let text = "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+                arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+                [amplifier]\ndelay = 1e-3\ndead_band = 0.1\ncurrent_loop = 2e-3\n";
+    let sent = settings_of("drive-settings-amplifier", text).expect("the firmware has it");
+    let terms = &sent.core.identifier.terms;
+    let declared = [terms.delay, terms.dead_band, terms.current_loop].map(f64::to_bits);
+    assert_eq!(declared, [1e-3, 0.1, 2e-3_f64].map(f64::to_bits));
+}
+
+#[test]
+fn a_loop_that_the_firmware_lacks_is_refused() {
+    let paper = include_str!("../../../../host-sim/scenarios/paper.toml");
+    for (from, to, key) in [
+        (
+            "kind = \"low-pass\", cutoff = 500.0",
+            "kind = \"difference\"",
+            "controller.velocity_filter",
+        ),
+        (
+            "counts_per_rev = 10000",
+            "counts_per_rev = 0",
+            "encoder.counts_per_rev",
+        ),
+        (
+            "arithmetic = \"f32\"",
+            "arithmetic = \"f64\"",
+            "identifier.arithmetic",
+        ),
+        (
+            "law = \"gradient\"",
+            "law = \"pd-gradient\"",
+            "identifier.law",
+        ),
+        (
+            "arithmetic = \"f32\"",
+            "arithmetic = \"fixed\"",
+            "identifier.arithmetic",
+        ),
+    ] {
+        let changed = paper.replace(from, to);
+        assert_ne!(changed, paper, "{from}");
+        let fault = settings_of("drive-settings-loop", &changed).expect_err(key);
+        assert!(fault.to_string().starts_with(key), "{fault}");
+    }
+}
+
+#[test]
+fn a_port_that_does_not_exist_is_bad_input_and_a_silent_one_is_not() {
+    for port in ["tcp:127.0.0.1:1", "/dev/no-such-port"] {
+        let output = servo_id(&["drive", "--port", port, "status"]);
+        let answer = standard_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{answer}");
+        assert!(
+            answer.contains(port) && answer.contains("cannot be opened"),
+            "{answer}"
+        );
+    }
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
+    let silent = format!("tcp:{}", listener.local_addr().expect("it has an address"));
+    let output = servo_id(&["drive", "--port", &silent, "status"]);
+    let answer = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{answer}");
+    assert!(answer.contains("no drive answers"), "{answer}");
+}

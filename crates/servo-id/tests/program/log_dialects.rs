@@ -1,0 +1,608 @@
+//! Formats of logs: one log in many dialects, units and clocks gives the same estimates.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use crate::support::{
+    assert_done, committed_log, folder, printed_json, refusal_message, servo_id, standard_error,
+};
+use serde_json::Value;
+
+const SCENARIO: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../host-sim/scenarios/replay.toml"
+);
+
+/// Time, reference, position and command of the committed log, SI.
+fn samples() -> Vec<[f64; 4]> {
+    let row = |line: &str| {
+        let mut fields = line
+            .split(',')
+            .map(|field| field.parse().expect("a number"));
+        std::array::from_fn(|_| fields.next().expect("four columns"))
+    };
+    committed_log()
+        .lines()
+        .skip(1)
+        .take(4000)
+        .map(row)
+        .collect()
+}
+
+/// The committed scenario with these columns.
+fn scenario(columns: &str) -> String {
+    let text = std::fs::read_to_string(SCENARIO).expect("the scenario is committed");
+    let (before, _) = text.split_once("[log]").expect("it has columns");
+    format!("{before}[log]\n{columns}\n")
+}
+
+const PLAIN: &str = "time = \"t\"\nreference = \"r\"\nposition = \"q\"\ncommand = \"u\"";
+
+struct Files {
+    log: PathBuf,
+    scenario: PathBuf,
+}
+
+fn files(test: &str, text: &str, columns: &str) -> Files {
+    let folder = folder(&format!("dialect-{test}"));
+    let files = Files {
+        log: folder.join("log.csv"),
+        scenario: folder.join("scenario.toml"),
+    };
+    std::fs::write(&files.log, text).expect("the log is written");
+    std::fs::write(&files.scenario, scenario(columns)).expect("the scenario is written");
+    files
+}
+
+fn replay(test: &str, text: &str, columns: &str) -> std::process::Output {
+    let files = files(test, text, columns);
+    let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
+    servo_id(&["identify", &log, "--scenario", &scenario, "--json", "-"])
+}
+
+fn result(test: &str, text: &str, columns: &str) -> Value {
+    printed_json(&replay(test, text, columns))
+}
+
+fn refusal(test: &str, text: &str, columns: &str) -> String {
+    refusal_message(&replay(test, text, columns))
+}
+
+/// A log of comma-separated columns t, r, q, u.
+fn text(samples: &[[f64; 4]]) -> String {
+    let mut text = "t,r,q,u\n".to_owned();
+    for [t, r, q, u] in samples {
+        writeln!(text, "{t},{r},{q},{u}").expect("a string takes it");
+    }
+    text
+}
+
+/// The same rows, each written by hand.
+fn rows(heading: &str, row: impl Fn(&[f64; 4]) -> String) -> String {
+    let rows: String = samples().iter().map(|sample| row(sample) + "\n").collect();
+    format!("{heading}\n{rows}")
+}
+
+fn estimates(result: &Value) -> [f64; 4] {
+    ["a", "b", "coulomb", "load"].map(|name| {
+        result["estimates"][name]["value"]
+            .as_f64()
+            .expect("a number")
+    })
+}
+
+fn assert_alike(test: &str, found: &Value, wanted: &Value, tolerance: f64) {
+    let [found, wanted] = [found, wanted].map(estimates);
+    for (found, wanted) in found.iter().zip(&wanted) {
+        assert!(
+            (found - wanted).abs() <= tolerance * wanted.abs(),
+            "{test}: {found:?}, {wanted:?}"
+        );
+    }
+}
+
+#[test]
+fn every_dialect_and_unit_gives_the_estimates_of_the_plain_log() {
+    let plain = result("plain", &text(&samples()), PLAIN);
+    let in_deg = |x: f64| x.to_degrees();
+    let comma = |x: f64| x.to_string().replace('.', ",");
+    let count = |q: f64| (q / std::f64::consts::TAU * 10_000.0).round();
+    let unit = |lines: &str| format!("{PLAIN}\n{lines}");
+    let all: Vec<(&str, String, String)> = vec![
+        (
+            "degrees",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!("{t},{:.9},{:.9},{u}", in_deg(*r), in_deg(*q))
+            }),
+            unit("position_unit = \"deg\""),
+        ),
+        (
+            "turns",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!(
+                    "{t},{:.12},{:.12},{u}",
+                    in_deg(*r) / 360.0,
+                    in_deg(*q) / 360.0
+                )
+            }),
+            unit("position_unit = \"turns\""),
+        ),
+        (
+            "counts, and a reference in rad",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!("{t},{r},{},{u}", count(*q))
+            }),
+            unit("position_unit = \"counts\"\nreference_unit = \"rad\""),
+        ),
+        (
+            "millimetres, m for rad",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!("{t},{:.9},{:.9},{u}", 1e3 * r, 1e3 * q)
+            }),
+            unit("position_unit = \"mm\""),
+        ),
+        (
+            "millimetres of a screw of 5 mm a turn, backwards",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                let mm = |x: &f64| -5.0 * x / std::f64::consts::TAU;
+                format!("{t},{:.12},{:.12},{u}", mm(r), mm(q))
+            }),
+            unit("position_unit = \"turns\"\nposition_scale = -0.2"),
+        ),
+        (
+            "milliseconds",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!("{:.3},{r},{q},{u}", 1e3 * t)
+            }),
+            unit("time_unit = \"ms\""),
+        ),
+        (
+            "microseconds since long ago",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!("{:.0},{r},{q},{u}", 1e6 * t + 1_700_000_000_000_000.0)
+            }),
+            unit("time_unit = \"us\""),
+        ),
+        (
+            "a counter",
+            rows("t,r,q,u", |[t, r, q, u]| {
+                format!("{:.0},{r},{q},{u}", 1e3 * t)
+            }),
+            unit("time_unit = \"samples\""),
+        ),
+        (
+            "no time",
+            rows("r,q,u", |[_, r, q, u]| format!("{r},{q},{u}")),
+            PLAIN.replace("time = \"t\"\n", ""),
+        ),
+        (
+            "semicolons and decimal commas",
+            rows("t;r;q;u", |sample| sample.map(comma).join(";")),
+            PLAIN.to_owned(),
+        ),
+        (
+            "tabs and decimal commas",
+            rows("t\tr\tq\tu", |sample| sample.map(comma).join("\t")),
+            PLAIN.to_owned(),
+        ),
+        (
+            "quoted names and numbers, decimal commas between commas",
+            rows("\"time, s\",\"r\",\"q\",\"u\"", |sample| {
+                sample.map(|x| format!("\"{}\"", comma(x))).join(",")
+            }),
+            PLAIN.replace("\"t\"", "\"time, s\""),
+        ),
+        (
+            "comments and a row of units",
+            rows(
+                "# drive 7, \"bench\n%\n\nt,r,q,u\ns,rad,rad,V\n// begins",
+                |[t, r, q, u]| {
+                    format!(
+                        "{t},{r},{q},{u}{}",
+                        if *t > 0.9995 && *t < 1.0005 {
+                            "\n  # half"
+                        } else {
+                            ""
+                        }
+                    )
+                },
+            ),
+            PLAIN.to_owned(),
+        ),
+        (
+            "a mark, returns and separators at the end",
+            rows("\u{feff}t,r,q,u\r", |[t, r, q, u]| {
+                format!("{t},{r},{q},{u},\r")
+            }),
+            PLAIN.to_owned(),
+        ),
+        (
+            "columns in any order, with others",
+            rows("u,note,q,t,r", |[t, r, q, u]| {
+                format!("{u},\"a, b\",{q},{t},{r}")
+            }),
+            PLAIN.to_owned(),
+        ),
+        (
+            "columns by number without a heading",
+            text(&samples()).replace("t,r,q,u\n", ""),
+            "time = 1\nreference = 2\nposition = 3\ncommand = 4".to_owned(),
+        ),
+        (
+            "columns by number below a heading and units",
+            text(&samples()).replace("t,r,q,u\n", "t,q,q,q\n[s],[rad],[rad],[V]\n"),
+            "time = 1\nreference = 2\nposition = 3\ncommand = 4".to_owned(),
+        ),
+    ];
+    for (number, (test, text, columns)) in all.iter().enumerate() {
+        let found = result(&format!("same-{number}"), text, columns);
+        if test.ends_with("backwards") {
+            // A position of counts on the other side of zero is the same position.
+            assert_alike(test, &found, &plain, 1e-6);
+        } else {
+            // Standard errors are of double precision, in which nine decimals of a degree show.
+            for key in ["value", "tail_std", "at_bound"] {
+                for parameter in ["a", "b", "coulomb", "load"] {
+                    let of = |result: &Value| result["estimates"][parameter][key].clone();
+                    assert_eq!(of(&found), of(&plain), "{test}: {parameter}.{key}");
+                }
+            }
+        }
+        assert_eq!(found["samples"], plain["samples"], "{test}");
+        assert_eq!(found["agreement"]["holds"], true, "{test}");
+        let log = &found["logs"][0];
+        let is = |name: &str| test.contains(name);
+        assert_eq!(log["decimal_commas"], is("decimal commas"), "{test}");
+        let separator = match () {
+            () if is("semicolons") => "semicolon",
+            () if is("tabs") => "tab",
+            () => "comma",
+        };
+        assert_eq!(log["separator"], separator, "{test}");
+        assert_eq!(log["units_row"].is_string(), is("units"), "{test}");
+        // Double precision resolves times since 1970 to a quarter of a microsecond.
+        let jitter = log["jitter_max"].as_f64().expect("a number");
+        assert!(jitter < 5e-3, "{test}: {jitter}");
+    }
+}
+
+#[test]
+fn commands_are_scaled_and_turned_round() {
+    let plain = result("command", &text(&samples()), PLAIN);
+    let per_cent = rows("t,r,q,u", |[t, r, q, u]| {
+        format!("{t},{r},{q},{:.12}", 10.0 * u)
+    });
+    let scaled = result(
+        "per-cent",
+        &per_cent,
+        &format!("{PLAIN}\ncommand_scale = 0.1"),
+    );
+    assert_alike("per cent", &scaled, &plain, 1e-5);
+    let turned = rows("t,r,q,u", |[t, r, q, u]| format!("{t},{r},{q},{}", -u));
+    let back = result("turned", &turned, &format!("{PLAIN}\ncommand_scale = -1"));
+    assert_eq!(back["estimates"], plain["estimates"]);
+}
+
+/// A number from −1 to 1, of no order.
+fn noise(k: usize) -> f64 {
+    let mixed = ((k as u64) ^ ((k as u64) >> 5)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11;
+    (mixed as f64) / (1_u64 << 52) as f64 - 1.0
+}
+
+#[test]
+fn time_stamps_that_jitter_count_as_even_and_are_reported() {
+    let plain = result("even", &text(&samples()), PLAIN);
+    let mut jittering = samples();
+    for (k, sample) in jittering.iter_mut().enumerate() {
+        sample[0] += 1e-4 * noise(k);
+    }
+    let found = result("jitter", &text(&jittering), PLAIN);
+    assert_eq!(found["estimates"], plain["estimates"]);
+    let rms = found["logs"][0]["jitter_rms"].as_f64().expect("a number");
+    assert!((rms / (0.1 / 3_f64.sqrt()) - 1.0).abs() < 0.1, "{rms}");
+    // Stamps of a millisecond on samples of 1.25 ms, without a declared sample time.
+    let coarse = rows("t,q,u", |[t, _, q, u]| {
+        format!("{:.0},{q},{u}", (1.25e3 * t).floor())
+    });
+    let alone = "time = \"t\"\ntime_unit = \"ms\"\nposition = \"q\"\ncommand = \"u\"";
+    let files = files("coarse", &coarse, alone);
+    let bare = std::fs::read_to_string(&files.scenario).expect("written");
+    let (before, after) = bare.split_once("[amplifier]").expect("an amplifier");
+    let (_, identifier) = after.split_once("[identifier]").expect("an identifier");
+    std::fs::write(&files.scenario, format!("{before}[identifier]{identifier}")).expect("written");
+    let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
+    let output = servo_id(&["identify", &log, "--scenario", &scenario]);
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_done(&output);
+    assert!(shown.contains("log.csv: 4000 samples at 800.1"), "{shown}");
+    assert!(shown.contains("their time stamps jitter by 23"), "{shown}");
+}
+
+/// An excluded range may have any content: identification continues after it as before.
+#[test]
+fn excluded_ranges_neither_teach_nor_move_the_model() {
+    let plain = result("whole", &text(&samples()), PLAIN);
+    let mut broken = samples();
+    for sample in &mut broken[2001..=2499] {
+        // The encoder's plug is out, and the clock is set back.
+        sample[2] = 1e300;
+        sample[0] = 2.2;
+    }
+    let broken = text(&broken);
+    let answer = refusal("uncut", &broken, PLAIN);
+    assert!(answer.contains("log.csv:2003: column q"), "{answer}");
+    assert!(
+        answer.contains("leave its time out with log.cut"),
+        "{answer}"
+    );
+    let found = result(
+        "cut",
+        &broken,
+        &format!("{PLAIN}\ncut = [[2.0005, 2.4995]]"),
+    );
+    assert_eq!(found["logs"][0]["left_out_rows"], 499);
+    assert_alike("cut", &found, &plain, 0.01);
+    assert_eq!(found["agreement"]["holds"], true, "{}", found["agreement"]);
+    // A gap in a range that is left out needs no bridge.
+    let gap: String = broken
+        .lines()
+        .enumerate()
+        .filter(|(line, _)| !(2002..=2500).contains(line))
+        .map(|(_, line)| format!("{line}\n"))
+        .collect();
+    let without = result("gap", &gap, &format!("{PLAIN}\ncut = [[2.0005, 2.4995]]"));
+    assert_eq!(without["estimates"], found["estimates"]);
+    assert!(refusal("no-bridge", &gap, PLAIN).contains("499 samples are missing"));
+}
+
+/// After each of many breaks the model has nearly the servo's velocity: the difference is the delay of the
+/// velocity estimate. A model with its velocity from before would be off a hundred times as much.
+#[test]
+fn the_model_takes_up_the_motion_after_a_break() {
+    let plain = result("unbroken", &text(&samples()), PLAIN);
+    let ranges: Vec<String> = (0..10)
+        .map(|k| 2.0 + 0.19 * f64::from(k))
+        .map(|from| format!("[{from:.4}, {:.4}]", from + 0.0905))
+        .collect();
+    let cut = format!("{PLAIN}\ncut = [{}]", ranges.join(", "));
+    let broken = result("joined", &text(&samples()), &cut);
+    let rms = |result: &Value| result["residual"]["rms"].as_f64().expect("a number");
+    assert!(rms(&broken) < 5.0 * rms(&plain), "{broken}\n{plain}");
+    assert_alike("joined", &broken, &plain, 0.02);
+}
+
+#[test]
+fn files_that_are_no_logs_are_answered_with_place_and_remedy() {
+    let rows = text(&samples());
+    let with = |line: usize, row: &str| -> String {
+        let lines = rows.lines().enumerate();
+        lines
+            .map(|(k, old)| format!("{}\n", if k + 1 == line { row } else { old }))
+            .collect()
+    };
+    let units = |lines: &str| format!("{PLAIN}\n{lines}");
+    let constant: String = (0..100)
+        .map(|k| format!("{},0,0.5,1\n", 1e-3 * f64::from(k)))
+        .collect();
+    for (number, (text, columns, says)) in [
+        (
+            with(50, "0.048,0,1e308,0"),
+            PLAIN.to_owned(),
+            vec![":50: column q: \"1e308\"", "1e12"],
+        ),
+        (
+            with(50, "0.048,0,nan,0"),
+            PLAIN.to_owned(),
+            vec![":50: column q: \"nan\"", "any finite number"],
+        ),
+        (
+            with(50, "0.048,0,,0"),
+            PLAIN.to_owned(),
+            vec![":50: column q: \"\"", "log.cut"],
+        ),
+        (
+            with(50, "0.048;0;0;0"),
+            PLAIN.to_owned(),
+            vec![
+                ":50: the row",
+                "1 fields where",
+                "a semicolon",
+                "separate all alike",
+            ],
+        ),
+        (
+            with(50, "0,048,0,0,0"),
+            PLAIN.to_owned(),
+            vec![":50: the row", "decimal commas need semicolons"],
+        ),
+        (
+            with(2, "fast,0,0,0"),
+            PLAIN.to_owned(),
+            vec![":2: column t: \"fast\""],
+        ),
+        (
+            format!("t,r,q,u\n{constant}"),
+            PLAIN.to_owned(),
+            vec![
+                ":2: column q",
+                "the same in all 100 samples",
+                "log.position",
+            ],
+        ),
+        (
+            "t,r,q,u\n0,0,0,0\n0.001,0,1,0\n".to_owned(),
+            PLAIN.to_owned(),
+            vec!["the log has 2 samples", "10 or more"],
+        ),
+        (
+            "t,r,q,u\n".to_owned(),
+            PLAIN.to_owned(),
+            vec!["the log has 0 samples"],
+        ),
+        (String::new(), PLAIN.to_owned(), vec!["the file is empty"]),
+        (
+            "# nothing\n".to_owned(),
+            PLAIN.to_owned(),
+            vec!["the file is empty"],
+        ),
+        (
+            rows.replace("t,r,q,u", "t,q,q,u"),
+            PLAIN.replace("reference = \"r\"\n", ""),
+            vec![":1: column q", "columns 2 and 3"],
+        ),
+        (
+            rows.clone(),
+            PLAIN.replace("\"q\"", "7"),
+            vec![":1: column 7", "has 4 columns"],
+        ),
+        (
+            rows.clone(),
+            units("position_unit = \"degree\""),
+            vec!["log.position_unit", "\"deg\""],
+        ),
+        (
+            rows.clone(),
+            units("position_scale = 0.0"),
+            vec!["log.position_scale", "1e-12 to 1e12"],
+        ),
+        (
+            rows.clone(),
+            units("time_unit = \"ms\""),
+            vec!["1.000000e-6 s apart", "0.001 s", "log.time_unit"],
+        ),
+        (
+            rows.clone(),
+            units("sample_time = 0.002"),
+            vec!["log.sample_time", "0.002 s here", "[controller]"],
+        ),
+        (
+            rows.clone(),
+            units("cut = [[1.0, 2.0], [1.5, 3.0]]"),
+            vec!["log.cut", "overlap: write [1, 3]"],
+        ),
+        (rows.clone(), units("cut = [[2.0, 1.0]]"), vec!["log.cut"]),
+        (
+            rows.clone(),
+            units("cut = [[-1.0, 100.0]]"),
+            vec!["the log has 0 samples", "log.cut leaves 4000 rows out"],
+        ),
+        (
+            rows.clone(),
+            units("cut = [[1.0, 2.0]]").replace("command = \"u\"\n", ""),
+            vec!["log.cut", "integral"],
+        ),
+        (
+            with(50, "0,048;0;0;0").replacen(',', ";", 3),
+            PLAIN.to_owned(),
+            vec!["log.csv"],
+        ),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let answer = refusal(&format!("none-{number}"), &text, &columns);
+        for part in says {
+            assert!(answer.contains(part), "{part:?} is missing:\n{answer}");
+        }
+        assert!(answer.len() < 700, "{answer}");
+    }
+    let utf16: Vec<u8> = rows.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let files = files("utf-16", "", PLAIN);
+    std::fs::write(&files.log, [vec![0xff, 0xfe], utf16].concat()).expect("written");
+    let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
+    let answer = standard_error(&servo_id(&["identify", &log, "--scenario", &scenario]));
+    assert!(answer.contains("save the log in UTF-8"), "{answer}");
+}
+
+#[test]
+fn a_position_that_begins_again_is_continued_and_the_result_says_so() {
+    let plain = result("unwrapped", &text(&samples()), PLAIN);
+    assert!(plain["logs"][0]["wrapped"].is_null(), "{plain}");
+    let columns = format!("{PLAIN}\nposition_unit = \"deg\"");
+    let wrapped = rows("t,r,q,u", |[t, r, q, u]| {
+        let [r, q] = [r, q].map(|angle| angle.to_degrees().rem_euclid(360.0));
+        format!("{t},{r:.9},{q:.9},{u}")
+    });
+    let continued = result("wrapped", &wrapped, &columns);
+    assert_alike("wrapped", &continued, &plain, 1e-4);
+    assert_eq!(continued["agreement"]["holds"], true, "{continued}");
+    let period = continued["logs"][0]["wrapped"].as_f64().expect("a period");
+    assert!((period - std::f64::consts::TAU).abs() < 1e-9, "{period}");
+    let stated = result("wrap-stated", &wrapped, &format!("{columns}\nwrap = 360"));
+    assert_alike("wrap-stated", &stated, &continued, 1e-12);
+    let files = files("wrap-printed", &wrapped, &columns);
+    let [log, scenario] = [files.log, files.scenario].map(|path| path.display().to_string());
+    let printed = servo_id(&["identify", &log, "--scenario", &scenario]);
+    let printed = String::from_utf8_lossy(&printed.stdout).replace('\n', " ");
+    assert!(
+        printed.contains("begins again every 6.28319 rad and was continued"),
+        "{printed}"
+    );
+    // Stated not to begin again, it jumps.
+    let jumping = replay("wrap-none", &wrapped, &format!("{columns}\nwrap = 0"));
+    assert_ne!(jumping.status.code(), Some(0));
+}
+
+#[test]
+fn a_log_that_contradicts_its_scenario_is_refused_with_a_sentence_for_each_fault() {
+    let reversed = rows("t,r,q,u", |[t, r, q, u]| {
+        format!("{t},{r},{},{}", q.to_degrees(), -u)
+    });
+    let answer = refusal("reversed-degrees", &reversed, PLAIN);
+    let lines: Vec<_> = answer.lines().collect();
+    assert_eq!(lines.len(), 2, "{answer}");
+    assert!(lines[0].contains("log.position_unit = \"deg\""), "{answer}");
+    assert!(lines[1].contains("log.command_scale = -1"), "{answer}");
+    let few: String = text(&samples())
+        .lines()
+        .take(11)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let answer = refusal("ten-rows", &few, PLAIN);
+    assert!(
+        answer.contains("the log has 10 samples: at least 100 are needed"),
+        "{answer}"
+    );
+    let worded = text(&samples()).replacen("\n0.1,", "\nstart,", 1);
+    let answer = refusal("text-in-a-cell", &worded, PLAIN);
+    assert!(
+        answer.contains("column t: \"start\" is not allowed"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn a_contradiction_that_is_to_be_a_warning_is_one_in_every_output() {
+    let reversed = rows("t,r,q,u", |[t, r, q, u]| format!("{t},{r},{q},{}", -u));
+    let columns = format!("{PLAIN}\nscan = \"warn\"");
+    let files = files("warned", &reversed, &columns);
+    let report = files.log.with_file_name("report.html");
+    let json = files.log.with_file_name("result.json");
+    let [log, scenario, report, json] =
+        [files.log, files.scenario, report, json].map(|path| path.display().to_string());
+    let output = servo_id(&[
+        "identify",
+        &log,
+        "--scenario",
+        &scenario,
+        "--report",
+        &report,
+        "--json",
+        &json,
+    ]);
+    assert_done(&output);
+    let printed = String::from_utf8_lossy(&output.stdout).replace('\n', " ");
+    let read = |path: &str| std::fs::read_to_string(path).expect("written");
+    let result: Value = serde_json::from_str(&read(&json)).expect("JSON");
+    let remark = &result["logs"][0]["remarks"][0];
+    assert_eq!(remark["kind"], "reversed", "{remark}");
+    assert_eq!(remark["refuses"], true, "{remark}");
+    for text in [
+        remark["text"].as_str().expect("a text"),
+        &printed,
+        &read(&report),
+    ] {
+        assert!(text.contains("log.command_scale = -1"), "{text}");
+    }
+    assert_ne!(result["status"], "converged", "{result}");
+}

@@ -1,0 +1,89 @@
+//! Memory does not grow with time.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::support::argument;
+
+/// Lengths of two runs, s: both have more samples than the verdict looks at.
+const DURATIONS: [f64; 2] = [1100.0, 2200.0];
+
+/// The most that a verb may need, kB.
+const MAX_MEMORY_KB: u64 = 200_000;
+
+/// Largest growth from the shorter to the longer run, kB. One retained number per sample would take 8800.
+const MAX_GROWTH_KB: u64 = 5_000;
+
+/// The most resident memory that the simulator needs for this, kB.
+fn peak(arguments: &[&str]) -> u64 {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_servo-id"))
+        .args(arguments)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the simulator runs");
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    loop {
+        // A process that has ended has no such line any more.
+        let now = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = now.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let now = line.and_then(|line| line.trim().strip_suffix(" kB"));
+        peak = peak.max(now.map_or(0, |now| now.parse().expect("a number")));
+        if let Some(status) = child.try_wait().expect("it can be waited for") {
+            assert!(status.success(), "{arguments:?}");
+            return peak;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// The peaks of a run and of the replay of its log, with every output there is, kB.
+fn peaks_of(duration: f64, folder: &Path) -> [u64; 2] {
+    let _ = std::fs::remove_dir_all(folder);
+    std::fs::create_dir_all(folder).expect("a folder for the test");
+    let scenario = folder.join("long.toml");
+    let paper = include_str!("../../../../host-sim/scenarios/paper.toml");
+    assert!(paper.contains("duration = 60.0"));
+    let long = paper.replace("duration = 60.0", &format!("duration = {duration:?}"));
+    std::fs::write(&scenario, long).expect("written");
+    let [scenario, log] = [scenario, folder.join("long.csv")].map(|path| argument(&path));
+    let outputs = |verb: &str| {
+        ["json", "png"].map(|ending| argument(&folder.join(format!("{verb}.{ending}"))))
+    };
+    let [json, plot] = outputs("run");
+    let run = peak(&[
+        "run", &scenario, "--csv", &log, "--json", &json, "--plot", &plot,
+    ]);
+    let [json, plot] = outputs("replay");
+    let again = argument(&folder.join("again.csv"));
+    let replay = peak(&[
+        "identify",
+        &log,
+        "--scenario",
+        &scenario,
+        "--csv",
+        &again,
+        "--json",
+        &json,
+        "--plot",
+        &plot,
+    ]);
+    // The trace of a replay is a log like any other.
+    assert!(std::fs::read(&log).expect("a log") == std::fs::read(&again).expect("a log"));
+    [run, replay]
+}
+
+#[test]
+fn a_run_of_twice_the_length_and_its_replay_need_no_more_memory() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("memory");
+    let [short, long] = DURATIONS.map(|duration| peaks_of(duration, &folder));
+    println!("peaks of run and replay: {short:?} kB, {long:?} kB");
+    for (short, long) in short.into_iter().zip(long) {
+        assert!(
+            (1000..MAX_MEMORY_KB).contains(&long) && long < short + MAX_GROWTH_KB,
+            "{short} kB, then {long} kB"
+        );
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}

@@ -1,0 +1,427 @@
+//! The monitor in a terminal, on a simulated drive: keys typed, screens read.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::support::terminal::Terminal;
+use crate::support::{folder, servo_id, standard_error};
+
+const SCENARIO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 5.0\n\
+    [encoder]\ncounts_per_rev = 10000\n[amplifier]\nlimit = 10.0\n\
+    [controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.001\n\
+    velocity_filter = { kind = \"low-pass\", cutoff = 500.0 }\n\
+    [excitation]\nkind = \"prbs\"\namplitude = 0.05\nhold = 0.05\n\
+    [identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+    [commission]\ntravel = 1.5\nspeed = 40.0\nbandwidth = 40.0\n";
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
+
+/// A simulated drive, and a person who looks at it.
+struct Bench {
+    drive: Child,
+    port: String,
+    folder: PathBuf,
+}
+
+impl Bench {
+    fn new(test: &str) -> Self {
+        Self::with(test, "")
+    }
+
+    /// With something more in the scenario.
+    fn with(test: &str, more: &str) -> Self {
+        Self::with_scenario(test, &format!("{SCENARIO}{more}"))
+    }
+
+    /// On a simulated drive of a scenario.
+    fn with_scenario(test: &str, scenario: &str) -> Self {
+        let folder = folder(test);
+        std::fs::write(folder.join("servo.toml"), scenario).expect("it is written");
+        let mut drive = Command::new(PROGRAM)
+            .args(["drive", "simulate", "servo.toml", "--listen", "127.0.0.1:0"])
+            .current_dir(&folder)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let output = drive.stdout.take().expect("it is piped");
+        let mut lines = BufReader::new(output).lines();
+        let port = lines
+            .find_map(|line| {
+                let line = line.expect("text");
+                let at = line.find("tcp:")?;
+                line[at..].split(' ').next().map(str::to_owned)
+            })
+            .expect("it says where it is");
+        let bench = Self {
+            drive,
+            port,
+            folder,
+        };
+        // This machine may be busy.
+        bench.drive("configure servo.toml --link-timeout 20");
+        bench
+    }
+
+    /// Runs another verb on the drive.
+    fn drive(&self, words: &str) -> String {
+        let output = Command::new(PROGRAM)
+            .args(["drive", "--port", &self.port])
+            .args(words.split(' '))
+            .current_dir(&self.folder)
+            .output()
+            .expect("the program starts");
+        assert!(
+            output.status.success(),
+            "{words}: {}",
+            standard_error(&output)
+        );
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    fn command<'a>(&'a self, words: &'a str) -> Vec<&'a str> {
+        let mut command = vec![PROGRAM, "drive", "--port", &self.port, "monitor"];
+        command.extend(words.split_whitespace());
+        command
+    }
+
+    fn monitor(&self, words: &str) -> Terminal {
+        Terminal::start(&self.command(words), &self.folder, 80, 24)
+    }
+
+    fn signal(&self, name: &str) {
+        let done = Command::new("kill")
+            .args([name, &self.drive.id().to_string()])
+            .status();
+        assert!(done.is_ok_and(|status| status.success()));
+    }
+
+    fn files(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(&self.folder)
+            .expect("a folder")
+            .map(|entry| {
+                let name = entry.expect("an entry").file_name();
+                name.to_string_lossy().into_owned()
+            })
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let _ = self.drive.kill();
+        let _ = self.drive.wait();
+    }
+}
+
+/// Closes the loop, as a person does.
+fn starts(monitor: &mut Terminal) {
+    monitor.types("s");
+    monitor.shows("y starts");
+    monitor.types("y");
+    monitor.shows(" RUNNING ");
+}
+
+/// The estimate of b that `identify` finds in a recording.
+fn replayed(folder: &Path, name: &str) -> f64 {
+    let path = |extension: &str| {
+        folder
+            .join(format!("{name}.{extension}"))
+            .display()
+            .to_string()
+    };
+    let output = servo_id(&[
+        "identify",
+        &path("csv"),
+        "--scenario",
+        &path("toml"),
+        "--json",
+        "-",
+    ]);
+    assert!(output.status.success(), "{}", standard_error(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    json["estimates"]["b"]["value"].as_f64().expect("a number")
+}
+
+#[test]
+fn a_simulated_drive_has_room_for_any_dither_and_names_its_scenario() {
+    let large = SCENARIO.replace("amplitude = 0.05", "amplitude = 5.0");
+    let bench = Bench::with_scenario("monitor-large-dither", &large);
+    let status = bench.drive("status");
+    assert!(status.contains("beyond 20 rad of error"), "{status}");
+    let other = SCENARIO.replace("10000", "4096");
+    let file = bench.folder.join("other.toml").display().to_string();
+    std::fs::write(&file, other).expect("it is written");
+    let refused = servo_id(&["drive", "--port", &bench.port, "commission", &file]);
+    assert_eq!(refused.status.code(), Some(2));
+    let why = standard_error(&refused);
+    let message = "encoder.counts_per_rev is 4096 here, and 10000 in the drive: `drive configure`";
+    assert!(why.contains(message), "{why}");
+}
+
+#[test]
+fn a_drive_is_operated_from_the_keyboard() {
+    let bench = Bench::new("monitor_keyboard");
+    let mut monitor = bench.monitor("--scenario servo.toml");
+    monitor.shows(" RELEASED ");
+    // A commissioning is a log, too.
+    monitor.types("r");
+    monitor.shows("recording recording.csv, 0 rows");
+    monitor.types("c");
+    monitor.shows("at most from -1.5");
+    monitor.types("n");
+    monitor.types("c");
+    monitor.shows("y commissions");
+    monitor.types("y");
+    monitor.shows(" COMMISSIONING ");
+    monitor.shows("rows: servo-id identify recording.csv");
+    monitor.shows("commissioning: applied");
+
+    // Nothing is replaced.
+    monitor.types("r");
+    monitor.shows("recording recording-2.csv");
+    starts(&mut monitor);
+    // Estimates with their standard errors, while it moves.
+    monitor.shows("b 257");
+    monitor.shows(" ± ");
+    monitor.types("t0.5");
+    monitor.shows("0.5_");
+    monitor.types("\r");
+    monitor.shows("on its way to 0.5 rad");
+    monitor.shows("reference      +0.5");
+    std::thread::sleep(Duration::from_secs(2));
+    monitor.types(" ");
+    let text = monitor.shows("servo-id identify recording-2.csv --scenario recording-2.toml");
+    assert!(text.contains(" RELEASED "), "{text}");
+    assert!(text.contains("none lost"), "{text}");
+    monitor.types("q");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 0, "{text}");
+    assert!(text.contains("frames, 0 lost"), "{text}");
+    assert!(bench.drive("status").contains("as commissioned"));
+    for name in ["recording", "recording-2"] {
+        let b = replayed(&bench.folder, name);
+        assert!((b / 257.7 - 1.0).abs() < 0.01, "{name}: {b}");
+    }
+}
+
+#[test]
+fn a_fault_is_shown_with_its_remedy() {
+    let fault = "[[fault]]\nkind = \"amplifier-fault\"\ntime = 0.0\n";
+    let bench = Bench::with("monitor_fault", fault);
+    let mut monitor = bench.monitor("");
+    monitor.shows(" RELEASED ");
+    monitor.types("t0.1\r");
+    monitor.shows("the drive refuses: the loop must be closed first: start");
+    monitor.types("sy");
+    let text = monitor.shows(" FAULT ");
+    assert!(text.contains("fault 10: the amplifier reports"), "{text}");
+    assert!(text.contains("check wiring"), "{text}");
+    // Its cause is still there.
+    monitor.types("f");
+    monitor.shows("if its cause is gone");
+    assert!(monitor.text().contains(" FAULT "));
+    monitor.types("q");
+    assert_eq!(monitor.ends().0, 0);
+}
+
+#[test]
+fn a_drive_that_vanishes_is_reported_and_the_terminal_restored() {
+    let bench = Bench::new("monitor_vanishes");
+    let mut monitor = bench.monitor("--record axis.csv");
+    monitor.types("r");
+    monitor.shows("recording axis.csv");
+    starts(&mut monitor);
+    monitor.shows("b 257");
+    bench.signal("-KILL");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 1, "{text}");
+    assert!(text.contains("the other end has gone"), "{text}");
+    // A sentence is divided where the line ends.
+    let words: Vec<_> = text.split_whitespace().collect();
+    let sentence = "comes to rest by itself after 20 s";
+    assert!(words.join(" ").contains(sentence), "{text}");
+    // The recording up to then is kept.
+    assert_eq!(bench.files(), ["axis.csv", "axis.toml", "servo.toml"]);
+    assert!(replayed(&bench.folder, "axis") > 200.0);
+}
+
+#[test]
+fn a_silent_drive_is_reported() {
+    let bench = Bench::new("monitor_silent");
+    let mut monitor = bench.monitor("");
+    monitor.shows(" RELEASED ");
+    bench.signal("-STOP");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 1, "{text}");
+    assert!(text.contains("silent for 5 s"), "{text}");
+}
+
+#[test]
+fn a_monitor_that_was_suspended_does_not_call_the_drive_silent() {
+    let bench = Bench::new("monitor_suspended");
+    let mut monitor = bench.monitor("");
+    monitor.shows(" RELEASED ");
+    monitor.signal("-STOP");
+    std::thread::sleep(Duration::from_secs(6));
+    monitor.signal("-CONT");
+    starts(&mut monitor);
+    monitor.types("q");
+    monitor.shows("Leaving releases it");
+    monitor.types("y");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 0, "{text}");
+}
+
+#[test]
+fn leaving_releases_the_servo() {
+    let bench = Bench::new("monitor_leaves");
+    for keys in ["qy", "\x03"] {
+        let mut monitor = bench.monitor("");
+        monitor.shows(" RELEASED ");
+        starts(&mut monitor);
+        monitor.types("q");
+        monitor.shows("Leaving releases it");
+        // Another key stays.
+        monitor.types("n");
+        monitor.types(keys);
+        let (status, text) = monitor.ends();
+        assert_eq!(status, 0, "{text}");
+        assert!(text.contains("the servo was released"), "{text}");
+        assert!(bench.drive("status").contains("the last run was stopped"));
+    }
+    // `--leave` alone keeps it running, and only on a drive without a link timeout.
+    let monitor = bench.monitor("--leave");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 2, "{text}");
+    assert!(text.contains("--link-timeout 0"), "{text}");
+    bench.drive("configure servo.toml --link-timeout 0");
+    let mut monitor = bench.monitor("--leave");
+    monitor.shows(" RELEASED ");
+    starts(&mut monitor);
+    monitor.types("qy");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 0, "{text}");
+    assert!(text.contains("the drive keeps running"), "{text}");
+    assert!(bench.drive("status").contains("running"));
+}
+
+#[test]
+fn a_signal_restores_the_terminal_and_releases_the_servo() {
+    let bench = Bench::new("monitor_signal");
+    // The shell prints its own process id, which becomes the program's.
+    let line = format!(
+        "trap - TERM; echo $$ > pid; exec {} drive --port {} monitor",
+        PROGRAM, bench.port
+    );
+    let command = ["env", "--default-signal=INT,TERM,HUP", "sh", "-c", &line];
+    let mut monitor = Terminal::start(&command, &bench.folder, 80, 24);
+    monitor.shows(" RELEASED ");
+    starts(&mut monitor);
+    let pid = std::fs::read_to_string(bench.folder.join("pid")).expect("it was printed");
+    let sent = Command::new("kill").args(["-TERM", pid.trim()]).status();
+    assert!(sent.is_ok_and(|status| status.success()));
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 0, "{text}");
+    assert!(text.contains("the servo was released"), "{text}");
+    assert!(bench.drive("status").contains("the last run was stopped"));
+}
+
+#[test]
+fn a_window_that_is_too_small_is_reported_and_redrawn_when_it_grows() {
+    let bench = Bench::new("monitor_window");
+    let mut monitor = Terminal::start(&bench.command(""), &bench.folder, 60, 20);
+    monitor.shows("it needs 80 x 24");
+    monitor.resize(120, 40);
+    monitor.shows(" RELEASED ");
+    starts(&mut monitor);
+    monitor.resize(79, 24);
+    monitor.shows("Space stops it");
+    monitor.types(" ");
+    monitor.shows("The servo is released");
+    monitor.resize(80, 24);
+    monitor.shows("the last run was stopped");
+    monitor.types("q");
+    assert_eq!(monitor.ends().0, 0);
+}
+
+#[test]
+fn without_a_terminal_it_names_the_remedy() {
+    let output = servo_id(&["drive", "--port", "tcp:127.0.0.1:9", "monitor"]);
+    assert_eq!(output.status.code(), Some(2));
+    let why = standard_error(&output);
+    assert!(why.contains("needs a terminal"), "{why}");
+    assert!(why.contains("drive watch"), "{why}");
+    let output = servo_id(&["drive", "monitor"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_full_disk_ends_the_recording_and_nothing_else() {
+    let bench = Bench::new("monitor_disk");
+    // No file may become larger than some 8 kB, as on a disk that is full.
+    let line = format!(
+        "trap '' XFSZ; ulimit -f 16; exec {} drive --port {} monitor",
+        PROGRAM, bench.port
+    );
+    let mut monitor = Terminal::start(&["sh", "-c", &line], &bench.folder, 80, 24);
+    monitor.shows(" RELEASED ");
+    monitor.types("r");
+    monitor.shows("recording recording.csv");
+    starts(&mut monitor);
+    let text = monitor.shows("nothing is kept of it");
+    assert!(text.contains("recording.csv cannot be written"), "{text}");
+    assert!(text.contains(" RUNNING "), "{text}");
+    assert_eq!(bench.files(), ["servo.toml"]);
+    monitor.types(" ");
+    monitor.shows("the last run was stopped");
+    monitor.types("q");
+    assert_eq!(monitor.ends().0, 0);
+}
+
+#[test]
+fn a_port_in_use_is_reported() {
+    let bench = Bench::new("simulate_in_use");
+    let address = bench.port.trim_start_matches("tcp:");
+    let scenario = bench.folder.join("servo.toml").display().to_string();
+    let output = servo_id(&["drive", "simulate", &scenario, "--listen", address]);
+    assert_eq!(output.status.code(), Some(1));
+    let why = standard_error(&output);
+    assert!(why.contains("is in use by another program"), "{why}");
+}
+
+/// 1 kHz for a minute; `cargo test -p servo-id --test program monitor:: -- --ignored --nocapture`.
+#[test]
+#[ignore = "it takes a minute"]
+fn no_frame_is_lost_in_a_minute_at_1_khz() {
+    let bench = Bench::new("monitor_minute");
+    let mut monitor = bench.monitor("");
+    monitor.shows(" RELEASED ");
+    monitor.types("r");
+    monitor.shows("recording recording.csv");
+    starts(&mut monitor);
+    let begun = Instant::now();
+    std::thread::sleep(Duration::from_secs(61));
+    monitor.types(" ");
+    monitor.shows("rows: servo-id replay");
+    let time = begun.elapsed().as_secs_f64();
+    monitor.types("q");
+    let (status, text) = monitor.ends();
+    assert_eq!(status, 0, "{text}");
+    let line = text
+        .lines()
+        .find(|line| line.contains("frames, "))
+        .expect("it says how many came");
+    println!("{time:.1} s: {line}");
+    let frames: u32 = line
+        .split(' ')
+        .next()
+        .and_then(|number| number.parse().ok())
+        .expect("a number");
+    assert!(frames >= 60_000 && line.contains(" 0 lost"), "{line}");
+    let log = std::fs::read_to_string(bench.folder.join("recording.csv")).expect("kept");
+    assert_eq!(log.lines().count() as u32, frames + 1);
+}

@@ -1,0 +1,285 @@
+//! The monitor's whole screens. `INSTA_UPDATE=always cargo test -p servo-id
+//! --test program monitor_view::` accepts a change; look at it first.
+
+use std::time::Instant;
+
+use crate::support::simulated_drive::SERVO;
+use drive_link::{
+    BootChecks, Dither, Ended, Estimates, Fault, Home, Kept, Law, LoopSettings, Noticed, Progress,
+    Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status, TargetSource,
+};
+use identifier_core::ControllerSettings;
+use identifier_core::commission::Phase;
+use identifier_core::parameters::ServoParameters;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use servo_id::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
+use virtual_servo::{Encoder, Plant};
+
+const SAMPLE_TIME: f64 = 1e-3;
+const COUNTS: f64 = 10_000.0;
+
+fn settings() -> Settings {
+    Settings {
+        closed_loop: LoopSettings {
+            core: identifier_core::Settings {
+                cutoff: 500.0,
+                controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
+                ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
+            },
+            law: Law::GaussNewton,
+        },
+        dither: Dither {
+            amplitude: 0.0,
+            hold: 0.05,
+        },
+        protection: Protection::OF_A_BARE_MOTOR,
+        homing: None,
+        source: TargetSource::Line,
+        servo_changes: ServoChanges::Ignored,
+    }
+}
+
+fn status(state: Does) -> Status {
+    Status {
+        state,
+        kept: Kept::Nothing,
+        configured: true,
+        ended: None,
+        commissioning: None,
+        gains: None,
+        command_delay: 0.0,
+        home: Home::Unknown,
+        estimates: None,
+        obstacle: None,
+        noise: None,
+        servo_change: None,
+        noticed: Noticed::default(),
+        overruns: 0,
+        dropped: 0,
+        garbled: 0,
+        boot: BootChecks::PASSED,
+        disturbed: 0,
+    }
+}
+
+fn stands(state: &mut State, status: Status) {
+    state.take(&Report::Status { id: None, status }, Instant::now());
+}
+
+fn released() -> State {
+    let port = "tcp:127.0.0.1:5760";
+    State::new(port, settings(), status(Does::Released), 1, Instant::now())
+}
+
+/// Moves a servo to and fro for `samples`, of which some are lost on the way to the host.
+fn running(samples: u32, is_lost: fn(u32) -> bool) -> State {
+    let mut state = released();
+    stands(&mut state, status(Does::Running));
+    let mut plant = Plant::at_rest(&SERVO, SAMPLE_TIME);
+    let encoder = Encoder::new(COUNTS);
+    let resolution = settings().closed_loop.core.resolution;
+    for sample in 1..=samples {
+        let reference = match (sample / 400) % 4 {
+            1 => 0.25,
+            2 => 0.5,
+            _ => 0.0,
+        };
+        let position = encoder.read(plant.position) as f64 * resolution;
+        let command = (9.0 * (reference - position) - 0.19 * plant.velocity).clamp(-10.0, 10.0);
+        let snapshot = Snapshot {
+            sample,
+            reference: reference as f32,
+            position: position as f32,
+            command: command as f32,
+            output_error: (position - plant.position) as f32,
+            estimates: Estimates {
+                servo: ServoParameters {
+                    a: 0.2181,
+                    b: 257.71,
+                    coulomb: 4.998,
+                    load: -0.0012,
+                },
+                ..Estimates::default()
+            },
+        };
+        if !is_lost(sample) {
+            state.take(&Report::Snapshot(snapshot), Instant::now());
+        }
+        plant.advance(f64::from(snapshot.command));
+    }
+    state
+}
+
+fn shown<'a>(state: &'a State, dialogue: &'a Dialogue) -> Shown<'a> {
+    Shown {
+        state,
+        dialogue,
+        recording: None,
+        commission: None,
+        leaves: false,
+    }
+}
+
+fn screen(width: u16, height: u16, shown: &Shown<'_>) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a screen in memory");
+    terminal
+        .draw(|frame| draw(frame, shown))
+        .expect("it takes every drawing");
+    terminal.backend().to_string()
+}
+
+fn least(shown: &Shown<'_>) -> String {
+    screen(MIN_SIZE.width, MIN_SIZE.height, shown)
+}
+
+#[test]
+fn a_released_drive() {
+    insta::assert_snapshot!(least(&shown(&released(), &Dialogue::Idle)));
+}
+
+#[test]
+fn a_running_drive_on_the_smallest_screen() {
+    let screen = least(&shown(&running(9000, |_| false), &Dialogue::Idle));
+    insta::assert_snapshot!(screen);
+    // The manual shows it.
+    let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/monitor.md");
+    let manual = std::fs::read_to_string(manual).expect("readable");
+    for row in screen.lines() {
+        let row = row.trim_matches('"').trim_end();
+        assert!(manual.lines().any(|line| line == row), "not there: {row}");
+    }
+}
+
+#[test]
+fn a_running_drive_on_a_larger_screen_while_frames_are_lost() {
+    let state = running(3000, |sample| (1500..1507).contains(&sample));
+    let shown = Shown {
+        recording: Some(("axis.csv", 2993)),
+        ..shown(&state, &Dialogue::Idle)
+    };
+    let screen = screen(120, 40, &shown);
+    assert!(screen.contains("7 LOST"), "{screen}");
+    insta::assert_snapshot!(screen);
+}
+
+#[test]
+fn the_hosts_own_estimates_are_those_of_the_servo_in_spite_of_lost_frames() {
+    for is_lost in [|_| false, |sample| (1500..1507).contains(&sample)] {
+        let state = running(3000, is_lost);
+        let text = least(&shown(&state, &Dialogue::Idle));
+        let row = text
+            .lines()
+            .skip_while(|row| !row.contains("estimates from the frames"))
+            .find(|row| row.contains(" b "))
+            .expect("a row of b");
+        let numbers: Vec<f64> = row
+            .split_whitespace()
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        let [.., b, error] = numbers[..] else {
+            panic!("no estimate with its error: {row}");
+        };
+        assert!((b - SERVO.b).abs() < 4.0 * error.max(0.1), "{row}");
+    }
+}
+
+#[test]
+fn a_command_at_its_limit_is_marked() {
+    let mut state = running(100, |_| false);
+    let snapshot = Snapshot {
+        sample: 101,
+        reference: 0.0,
+        position: 0.0,
+        command: -10.0,
+        output_error: 0.0,
+        estimates: Estimates::default(),
+    };
+    state.take(&Report::Snapshot(snapshot), Instant::now());
+    let screen = least(&shown(&state, &Dialogue::Idle));
+    assert!(screen.contains("-10.0000 AT LIMIT"), "{screen}");
+}
+
+#[test]
+fn a_commissioning() {
+    let mut state = released();
+    stands(&mut state, status(Does::Commissioning));
+    for sample in 1..=400_u16 {
+        let time = f64::from(sample) * SAMPLE_TIME;
+        let progress = Progress {
+            phase: Phase::Probing,
+            sample: sample.into(),
+            position: (0.1 * time) as f32,
+            command: (sample < 300).then_some(0.5),
+            recorded: sample / 16,
+            gain: (sample > 200).then_some([257.1, 0.4]),
+        };
+        state.take(&Report::Progress(progress), Instant::now());
+    }
+    insta::assert_snapshot!(least(&shown(&state, &Dialogue::Idle)));
+}
+
+#[test]
+fn a_fault_with_its_remedy() {
+    let mut state = running(500, |_| false);
+    let fault = Fault::EncoderSilent;
+    let status = Status {
+        ended: Some(Ended::Faulted(fault)),
+        ..status(Does::Faulted(fault))
+    };
+    stands(&mut state, status);
+    state.set_note(Note::Failed("the drive refuses: it is a fault".to_owned()));
+    insta::assert_snapshot!(least(&shown(&state, &Dialogue::Idle)));
+}
+
+#[test]
+fn every_action_that_moves_the_servo_is_announced() {
+    let state = released();
+    let of = |dialogue: &Dialogue, commission, leaves| {
+        let screen = least(&Shown {
+            commission,
+            leaves,
+            ..shown(&state, dialogue)
+        });
+        screen
+            .lines()
+            .skip(21)
+            .take(2)
+            .map(|row| row.trim_matches(['"', ' ']).to_owned())
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    let start = of(&Dialogue::Confirm(Motion::Start), None, false);
+    assert!(start.contains("Close the loop"), "{start}");
+    let most = Some("It moves at most from -1 to +1 rad.");
+    let commission = of(&Dialogue::Confirm(Motion::Commission), most, false);
+    assert!(
+        commission.contains("from -1 to +1 rad. y commissions"),
+        "{commission}"
+    );
+    let none = of(&Dialogue::Confirm(Motion::Commission), None, false);
+    assert!(none.contains("--scenario"), "{none}");
+    let target = of(&Dialogue::Target("0.5x".to_owned()), None, false);
+    assert!(target.contains("0.5x_ (not a number)"), "{target}");
+    let quit = of(&Dialogue::Quit, None, false);
+    assert!(quit.contains("Leaving releases it"), "{quit}");
+    let leave = of(&Dialogue::Quit, None, true);
+    assert!(
+        leave.contains("stays driven without the monitor"),
+        "{leave}"
+    );
+}
+
+#[test]
+fn a_window_that_is_too_small_shows_the_smallest_size() {
+    let state = running(10, |_| false);
+    for (width, height) in [(60, 20), (79, 24), (80, 23), (20, 4), (1, 1)] {
+        let screen = screen(width, height, &shown(&state, &Dialogue::Idle));
+        if width >= 60 {
+            assert!(screen.contains("80 x 24"), "{screen}");
+            assert!(screen.contains("Space stops it"), "{screen}");
+        }
+    }
+    let large = screen(400, 120, &shown(&state, &Dialogue::Idle));
+    assert!(large.contains("output error"));
+}

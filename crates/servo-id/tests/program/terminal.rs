@@ -1,0 +1,305 @@
+//! The program in a terminal: width, colours, quiet, names, suggestions and completions.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
+use crate::support::terminal::Terminal;
+use crate::support::{folder, folder_with_paper, printed, servo_id, standard_error};
+use drive_link::Law;
+
+/// Accents that take no room of their own.
+fn marks(line: &str) -> usize {
+    line.matches('\u{302}').count()
+}
+
+/// A call with a variable of the environment.
+fn called(variable: &str, value: &str, folder: &Path, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
+    command.args(words.split_whitespace()).current_dir(folder);
+    command
+        .env(variable, value)
+        .output()
+        .expect("the program starts")
+}
+
+/// Its output.
+fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
+    printed(&called(variable, value, folder, words))
+}
+
+/// Asserts that a text keeps to a number of characters a line, but for a word, which is not divided.
+fn assert_fits(words: &str, columns: &str, text: &str) {
+    let room: usize = columns.parse().expect("a number");
+    for line in text.lines() {
+        let fits = line.chars().count() <= room + marks(line);
+        assert!(
+            fits || !line.trim().contains(' '),
+            "{words} at {columns}:\n{line}"
+        );
+    }
+}
+
+const WIDTHS: [&str; 2] = ["80", "60"];
+
+#[test]
+fn tables_fit_the_width_and_list_omitted_columns() {
+    let folder = folder("terminal-tables");
+    // A table is the lines above and below a rule.
+    let table = |text: &str| -> Vec<String> {
+        let lines: Vec<_> = text.lines().collect();
+        let rule = lines
+            .iter()
+            .position(|line| line.starts_with('─'))
+            .expect("a table");
+        lines[rule - 1..]
+            .iter()
+            .take_while(|line| !line.starts_with("Nominal"))
+            .map(ToString::to_string)
+            .collect()
+    };
+    let mut headings = Vec::new();
+    for (columns, left_out) in [("80", true), ("100", true), ("200", false)] {
+        let text = with("COLUMNS", columns, &folder, "paper --force --out paper");
+        let table = table(&text);
+        let room: usize = columns.parse().expect("a number");
+        assert!(
+            table
+                .iter()
+                .all(|line| line.chars().count() <= room + marks(line)),
+            "{text}"
+        );
+        assert_eq!(text.contains("(no room for: "), left_out, "{text}");
+        assert!(
+            table
+                .iter()
+                .filter(|line| line.contains("converged"))
+                .count()
+                >= 3,
+            "{text}"
+        );
+        headings.push(table[0].trim_end().chars().count());
+    }
+    assert!(
+        headings.is_sorted() && headings[0] < headings[2],
+        "{headings:?}"
+    );
+}
+
+/// Verbs with all that they need, in a folder with a scenario, a short comparison, a log and a result.
+const VERBS: [&str; 20] = [
+    "",
+    "paper --out paper --force",
+    "init servo.toml --force --drive current --torque-constant 0.05 --rotor-inertia 1e-5 --counts 4096 \
+     --peak-current 5",
+    "export result.json --format json --torque-constant 0.1",
+    "run scenario.toml",
+    "identify log.csv",
+    "identify log.csv --torque-constant 0.1 --command-unit V",
+    "identify log.csv --scenario scenario.toml",
+    "tune result.json",
+    "commission commission.toml",
+    "compare compare.toml",
+    "sweep scenario.toml --runs 3",
+    "run scenario.toml --formats",
+    "reproduce result.json",
+    "keys",
+    "keys plant",
+    "keys identifier.law",
+    "run --help",
+    "drive configure --help",
+    "completions --help",
+];
+
+/// Calls that are refused, in that folder.
+const WRONG: [&str; 16] = [
+    "identifi",
+    "run missing.toml",
+    "run scenario.toml --jsn x",
+    "run scenario.toml --csv log.csv",
+    "identify scenario.toml",
+    "identify .",
+    "identify log.csv --scenario nothing.toml",
+    "tune scenario.toml",
+    "commission scenario.toml",
+    "sweep scenario.toml --runs 0",
+    "reproduce log.csv",
+    "export result.json --format mjcf",
+    "init servo.toml",
+    "keys plant.deley",
+    "drive status",
+    "drive --port tcp:127.0.0.1:1 status",
+];
+
+/// Calls of a drive in their order, by their exit status.
+const DRIVE: [(&str, i32); 10] = [
+    ("status", 0),
+    ("start", 1),
+    ("configure drive.toml --link-timeout 20", 0),
+    ("start --for 0.5", 0),
+    ("target 0.1", 1),
+    ("home", 1),
+    ("save", 0),
+    ("stop", 0),
+    ("clear", 0),
+    ("commission commission.toml", 0),
+];
+
+#[test]
+fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own() {
+    let folder = folder_with_paper("terminal-widths", "3.0");
+    for (name, text) in [
+        (
+            "commission.toml",
+            include_str!("../../../../host-sim/scenarios/commission.toml").to_owned(),
+        ),
+        (
+            "compare.toml",
+            include_str!("../../../../host-sim/scenarios/compare.toml").replace("60.0", "1.0"),
+        ),
+    ] {
+        std::fs::write(folder.join(name), text).expect("written");
+    }
+    with(
+        "COLUMNS",
+        "80",
+        &folder,
+        "run scenario.toml --csv log.csv --json result.json",
+    );
+    for prepared in &VERBS[1..=2] {
+        with("COLUMNS", "80", &folder, prepared);
+    }
+    let files = || {
+        let entries = std::fs::read_dir(&folder).expect("a folder");
+        let mut names: Vec<_> = entries
+            .map(|entry| entry.expect("an entry").file_name())
+            .collect();
+        names.sort();
+        names
+    };
+    let before = files();
+    for columns in WIDTHS {
+        for words in VERBS {
+            let text = with("COLUMNS", columns, &folder, words);
+            assert!(!text.is_empty(), "{words}");
+            assert_fits(words, columns, &text);
+        }
+        for words in WRONG {
+            let output = called("COLUMNS", columns, &folder, words);
+            assert!(!output.status.success(), "{words}");
+            assert_fits(words, columns, &standard_error(&output));
+        }
+    }
+    assert_eq!(files(), before);
+}
+
+#[test]
+fn the_verbs_of_a_drive_keep_to_the_width_of_the_terminal() {
+    let folder = folder("terminal-drive");
+    for (name, text) in [
+        (
+            "drive.toml",
+            include_str!("../../../../host-sim/scenarios/drive.toml"),
+        ),
+        (
+            "commission.toml",
+            include_str!("../../../../host-sim/scenarios/commission.toml"),
+        ),
+    ] {
+        std::fs::write(folder.join(name), text).expect("written");
+    }
+    for columns in WIDTHS {
+        let drive = SimulatedDrive::start(SERVO, built_in(Law::Gradient { friction: true }));
+        drive.with(|around| around.supply = true);
+        for (words, status) in DRIVE {
+            let call = format!("drive --port {} {words}", drive.port);
+            let output = called("COLUMNS", columns, &folder, &call);
+            let [said, why] = [&output.stdout, &output.stderr]
+                .map(|stream| String::from_utf8_lossy(stream).into_owned());
+            assert_eq!(output.status.code(), Some(status), "{words}: {said}{why}");
+            assert_fits(words, columns, &(said + &why));
+        }
+    }
+}
+
+#[test]
+fn only_terminals_get_colours() {
+    let folder = folder_with_paper("terminal-colours", "3.0");
+    let plain = with("CLICOLOR", "1", &folder, "run scenario.toml");
+    assert!(!plain.contains('\u{1b}'), "{plain}");
+    let coloured = with("CLICOLOR_FORCE", "1", &folder, "run scenario.toml");
+    assert!(coloured.contains('\u{1b}'), "{coloured}");
+    let bare = anstream::adapter::strip_str(&coloured).to_string();
+    assert_eq!(bare, plain);
+}
+
+#[test]
+fn a_terminal_shows_colours_unless_they_are_disabled() {
+    let folder = folder_with_paper("terminal-no-colour", "3.0");
+    for (setting, is_coloured) in [("CLICOLOR=1", true), ("NO_COLOR=1", false)] {
+        let words = [
+            "env",
+            "-u",
+            "NO_COLOR",
+            setting,
+            env!("CARGO_BIN_EXE_servo-id"),
+            "run",
+            "scenario.toml",
+        ];
+        let mut terminal = Terminal::start(&words, &folder, 100, 40);
+        // The status, which has a colour, is the last line.
+        terminal.shows("nothing in the data would move it");
+        assert_eq!(terminal.is_coloured(), is_coloured, "{setting}");
+        terminal.ends();
+    }
+}
+
+#[test]
+fn quiet_prints_only_errors_and_requested_output() {
+    let folder = folder_with_paper("terminal-quiet", "3.0");
+    let run = |words: &str| with("LANG", "C", &folder, words);
+    assert_eq!(run("run scenario.toml --quiet"), "");
+    assert_eq!(run("--quiet run scenario.toml"), "");
+    assert!(run("run scenario.toml -q --json -").starts_with('{'));
+    assert!(run("keys -q").contains("plant.a"));
+}
+
+#[test]
+fn a_misspelt_verb_is_answered_with_the_nearest_name() {
+    let folder = folder_with_paper("terminal-nearest", "3.0");
+    let scenario = folder.join("scenario.toml").display().to_string();
+    let wrong = folder.join("senario.toml").display().to_string();
+    let cases: [(&[&str], &str); 4] = [
+        (&["identifi"], "'identify'"),
+        (&["run", &scenario, "--jsn", "x"], "'--json'"),
+        (&["keys", "plant.deley"], "did you mean plant.delay?"),
+        (&["run", &wrong], "did you mean"),
+    ];
+    for (words, meant) in cases {
+        let output = servo_id(words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        let why = standard_error(&output);
+        assert!(why.contains(meant), "{why}");
+    }
+    assert!(standard_error(&servo_id(&["run", &wrong])).contains(&scenario));
+}
+
+#[test]
+fn the_program_has_one_name() {
+    let version = printed(&servo_id(&["--version"]));
+    assert_eq!(
+        version.trim(),
+        format!("servo-id {}", servo_id::program::VERSION)
+    );
+    assert!(printed(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
+    let refused = standard_error(&servo_id(&["keys", "nothing.like.it"]));
+    assert!(refused.contains("`servo-id keys`"), "{refused}");
+}
+
+#[test]
+fn every_shell_has_completions() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = printed(&servo_id(&["completions", shell]));
+        assert!(script.contains("commission"), "{shell}");
+    }
+}
