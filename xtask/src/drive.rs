@@ -6,12 +6,12 @@ use std::fmt::Debug;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{
     BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, Refusal,
     Report, Snapshot, State,
 };
 use host_sim::drive::{Client, DriveError};
-use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use identifier_core::tuning::Goal;
 
 use crate::{emulator, firmware, seal};

@@ -5,9 +5,9 @@ use std::error::Error;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{Command, State};
 use host_sim::drive::Client;
-use identifier_core::commission::{CommissionSettings, Limits, Phase};
 
 use crate::firmware;
 use crate::meter::Cost;

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use identifier_core::commission::CommissionSettings;
+use commissioning::CommissionSettings;
 
 use super::call;
 use super::fault::Fault;

@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use commissioning::CommissionInputs;
 use drive_logic::{Chip, Lines};
-use identifier_core::commission::{CommissionInputs, Reason};
 use identifier_core::drive::{Actuator, PositionSensor};
+use identifier_core::reason::Reason;
 
 use super::SimulatedPins;
 use crate::commission::Axis;

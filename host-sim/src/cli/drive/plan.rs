@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use commissioning::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, Status};
-use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 
 use crate::cli::fault::Fault;
 use crate::provenance::ScenarioText;

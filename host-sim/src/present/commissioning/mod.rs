@@ -6,11 +6,10 @@ pub use traces::CommissionTraces;
 
 use std::f64::consts::TAU;
 
+use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
 use drive_link::NoGains;
-use identifier_core::commission::{
-    HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
-};
 use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
 use identifier_core::tuning::{Resonance, Tuning};
 
 use super::estimates::{self, Estimated, dash};

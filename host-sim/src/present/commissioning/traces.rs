@@ -1,7 +1,7 @@
 //! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
 //! the promised one.
 
-use identifier_core::commission::{CommissionSettings, Phase};
+use commissioning::{CommissionSettings, Phase};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Tuner, TuningSettings};
 
