@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use identifier_core::commission::Reason;
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Unknown};
+use identifier_core::reason::Reason;
 use serde::Serialize;
 
 /// One sample of an experiment, SI.

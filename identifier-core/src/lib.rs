@@ -13,6 +13,7 @@ pub mod error;
 pub mod interval;
 pub mod number;
 pub mod parameters;
+pub mod reason;
 pub mod settings;
 pub mod units;
 
@@ -25,9 +26,6 @@ pub mod control;
 pub mod drive;
 pub mod excitation;
 
-// Commission.
-pub mod commission;
-
 // Tune.
 pub mod tuning;
 
@@ -39,14 +37,12 @@ pub mod stability;
 #[cfg(feature = "fixed")]
 pub mod fixed_point;
 
-// Parts of the above.
+// Parts of the above, of which a commissioning fits with two.
 mod adaptation;
-mod fit;
+pub mod fit;
 mod linalg;
-mod model;
-mod reason;
+pub mod model;
 mod unrolled;
-pub mod watch;
 
 use identifier::{GradientIdentifier, ServoLoop};
 use measurement::velocity::LowPass;

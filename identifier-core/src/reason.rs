@@ -320,14 +320,6 @@ impl Reason {
         unreliable || (self.is_fault() && !held_by_gains)
     }
 
-    /// True for a fault that a sound axis may seem to have, which a load or friction holds.
-    pub(crate) const fn may_be_feigned(self) -> bool {
-        matches!(
-            self,
-            Self::EncoderStuck | Self::ActuatorDead | Self::Reversed
-        )
-    }
-
     /// True if an effect that the model lacks, as this reason names it, may appear as another reason.
     #[must_use]
     pub const fn may_appear_as(self, other: Self) -> bool {

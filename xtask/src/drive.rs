@@ -6,11 +6,11 @@ use std::fmt::Debug;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{
     BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, Refusal,
     Report, Snapshot, State,
 };
-use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use identifier_core::tuning::Goal;
 use servo_id::drive::{Client, DriveError};
 

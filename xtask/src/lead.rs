@@ -5,8 +5,8 @@ use std::error::Error;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{Command, State};
-use identifier_core::commission::{CommissionSettings, Limits, Phase};
 use servo_id::drive::Client;
 
 use crate::firmware;

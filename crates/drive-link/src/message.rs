@@ -1,8 +1,9 @@
 use core::fmt;
 
-use identifier_core::commission::{CommissionSettings, Reason};
+use commissioning::CommissionSettings;
+use commissioning::servo_change::ServoChange;
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::tuning::ServoChange;
+use identifier_core::reason::Reason;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};

@@ -1,6 +1,6 @@
 //! The record of a drive that survives a loss of power.
 
-use identifier_core::commission::TrialResult;
+use commissioning::TrialResult;
 use identifier_core::identifier::ExpectedMotion;
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::Tuning;

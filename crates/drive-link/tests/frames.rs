@@ -1,15 +1,16 @@
 //! Frames over a line that loses, doubles and changes bytes.
 
+use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
 use drive_link::{
     Command, Commissioning, Dither, Estimates, FrameError, Homing, Law, LoopSettings,
     MAX_FRAME_BYTES, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal, Report, Request,
     ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
 };
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason, TrialResult};
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
+use identifier_core::reason::Reason;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
 use identifier_core::tuning::{Cap, Goal, Promise, Tuning};
 use proptest::prelude::*;

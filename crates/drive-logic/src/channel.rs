@@ -4,8 +4,8 @@
 use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use commissioning::{Decision, RecordEvent};
 use heapless::spsc::{Consumer, Producer, Queue};
-use identifier_core::commission::{Decision, RecordEvent};
 use identifier_core::identifier::NumberedBlock;
 
 use crate::closed_loop::Fitted;

@@ -1,11 +1,12 @@
 //! A commissioning in the sample interrupt, with the drive's reasons to end it.
 
-use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
-use identifier_core::commission::{
+use commissioning::{
     CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
-    Phase, Reason, RecordEvent,
+    Phase, RecordEvent,
 };
+use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
 use identifier_core::drive::{Actuator, PositionSensor};
+use identifier_core::reason::Reason;
 use identifier_core::units::Units;
 
 use crate::background_watch::DRIVEN_PATIENCE;

@@ -1,7 +1,7 @@
 //! Conversions between the core's values and the messages of the link.
 
+use commissioning::CommissionError;
 use drive_link::{Estimates, Name, NotAllowed, TermSizes, Why};
-use identifier_core::commission::CommissionError;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters};

@@ -1,7 +1,7 @@
 //! Orders of the background and events of the interrupt.
 
+use commissioning::Phase;
 use drive_link::{Ended, Fault, Noticed};
-use identifier_core::commission::Phase;
 
 use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;

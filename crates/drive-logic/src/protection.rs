@@ -1,11 +1,11 @@
 //! The watches that disable the servo while it is driven.
 
+use commissioning::watch::LateSamples;
 use drive_link::{Dither, Fault, NotAllowed, Settings};
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
-use identifier_core::watch::LateSamples;
 
 use crate::chip::Lines;
 use crate::closed_loop::Handover;

@@ -1,5 +1,9 @@
 //! One run of a loop: its samples from start to end.
 
+use commissioning::servo_change::ServoChangeState;
+use commissioning::watch::{
+    KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
+};
 use drive_link::{Ended, Fault, Law, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
 use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
@@ -7,11 +11,7 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
-use identifier_core::tuning::ServoChangeState;
 use identifier_core::units::Units;
-use identifier_core::watch::{
-    KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
-};
 
 use crate::background_watch::DRIVEN_PATIENCE;
 use crate::chip::{Chip, Lines, OutputStage};

@@ -1,10 +1,10 @@
 //! The interrupt's half: one call per sample, and nothing in it waits.
 
 use drive_link::{Ended, Fault};
-use identifier_core::commission::Reason;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Update;
+use identifier_core::reason::Reason;
 
 use crate::background_watch::BackgroundWatch;
 use crate::channel::{InterruptEnd, Recorded, Solution};

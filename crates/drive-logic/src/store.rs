@@ -306,12 +306,12 @@ fn check(before: &[u8; 12], contents: &[u8]) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use commissioning::TrialResult;
     use drive_link::{
         Commissioned, Dither, Estimates, Homing, Law, LoopSettings, Protection, Record,
         ServoChanges, Settings, TargetSource, TermSizes,
     };
     use identifier_core::ControllerSettings;
-    use identifier_core::commission::TrialResult;
     use identifier_core::control::FeedForwardSettings;
     use identifier_core::parameters::PerParameter;
     use identifier_core::parameters::{IdentifiedServo, ServoParameters};

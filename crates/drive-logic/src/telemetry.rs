@@ -1,7 +1,7 @@
 //! Samples as the interrupt reports them, machine units.
 
+use commissioning::{CommissionStep, Phase};
 use drive_link::Noticed;
-use identifier_core::commission::{CommissionStep, Phase};
 use identifier_core::identifier;
 
 use crate::closed_loop::Learnt;

@@ -6,11 +6,11 @@ mod support;
 
 use std::collections::VecDeque;
 
+use commissioning::CommissionSettings;
 use drive_link::{
     Command, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
 };
 use drive_logic::Conversation;
-use identifier_core::commission::CommissionSettings;
 use proptest::prelude::*;
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO};

@@ -3,12 +3,13 @@
 #[macro_use]
 mod support;
 
+use commissioning::{CommissionSettings, Phase};
 use drive_link::{
     Command, Commissioning, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State,
     Why, frame,
 };
 use drive_logic::{Channel, LineListener};
-use identifier_core::commission::{CommissionSettings, Phase, Reason};
+use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
 use support::commission::{ORDER, SERVO, outcome, over, ready, until};
 use support::drive::Drive;

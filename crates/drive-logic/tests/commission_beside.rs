@@ -4,12 +4,13 @@
 #[macro_use]
 mod support;
 
+use commissioning::Phase;
 use drive_link::{
     Command, Commissioning, Ended, Fault, Law, Origin, Refusal, Report, Settings, State,
 };
 use drive_logic::Channel;
-use identifier_core::commission::{Phase, Reason};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
 use identifier_core::settings::IdentifierSettings;
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, until};
 use support::drive::{Drive, snapshots};

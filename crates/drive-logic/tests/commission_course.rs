@@ -3,9 +3,10 @@
 #[macro_use]
 mod support;
 
+use commissioning::{CommissionIsr, Phase};
 use drive_link::{Command, Commissioning, Fault, Origin, Progress, Refusal, Report, State};
 use drive_logic::Channel;
-use identifier_core::commission::{CommissionIsr, Phase, Reason};
+use identifier_core::reason::Reason;
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, ready, until};
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};

@@ -4,8 +4,8 @@
 mod support;
 
 use drive_link::{Command, Law, Report, Settings};
-use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
 use identifier_core::settings::IdentifierSettings;
 use support::drive::SERVO;
 use support::{Bench, Flash, settings};

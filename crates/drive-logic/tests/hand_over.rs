@@ -3,8 +3,8 @@
 #[macro_use]
 mod support;
 
+use commissioning::Phase;
 use drive_link::{Command, Fault, Refusal, Report, State};
-use identifier_core::commission::Phase;
 use identifier_core::parameters::ServoParameters;
 use support::commission::{ORDER, until};
 use support::drive::{SERVO, snapshots};

@@ -5,8 +5,8 @@ mod support;
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
+use commissioning::Phase;
 use drive_link::{Command, Fault, Home, Homing, Refusal, Report, Settings, State, TargetSource};
-use identifier_core::commission::Phase;
 use identifier_core::parameters::ServoParameters;
 use support::commission::{ORDER, outcome, over, until};
 use support::drive::{Drive, snapshots};

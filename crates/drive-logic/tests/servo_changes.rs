@@ -3,8 +3,9 @@
 #[macro_use]
 mod support;
 
+use commissioning::Phase;
 use drive_link::{Command, Law, Report, ServoChanges, Settings, State, Why};
-use identifier_core::commission::{Phase, Reason};
+use identifier_core::reason::Reason;
 use identifier_core::settings::IdentifierSettings;
 use support::commission::{ORDER, SERVO, changed, outcome, over};
 use support::drive::Drive;

@@ -3,8 +3,8 @@
 #[macro_use]
 mod support;
 
+use commissioning::{CommissionSettings, Phase};
 use drive_link::{Command, Fault, State};
-use identifier_core::commission::{CommissionSettings, Phase};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
 

@@ -2,11 +2,12 @@
 
 use core::ffi::c_char;
 
-use identifier_core::commission::{
+use commissioning::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
-    CommissionState, Decision as CoreDecision, HoldingGains, Limits, Phase, Reason, RecordEvent,
+    CommissionState, Decision as CoreDecision, HoldingGains, Limits, Phase, RecordEvent,
 };
 use identifier_core::error::Allowed;
+use identifier_core::reason::Reason;
 use identifier_core::tuning::TuningSettings;
 
 use crate::object::{

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 
-use identifier_core::commission::Phase;
+use commissioning::Phase;
 use identifier_ffi::commission::{CONDITIONS, CommissionResult, CommissionStep, PHASES};
 use identifier_ffi::identifier::Estimates;
 use identifier_ffi::judge::{STATES, Verdict};

@@ -5,15 +5,15 @@
 
 use core::hint::black_box;
 
+use commissioning::{
+    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
+    CommissionState, Limits, Phase,
+};
 use cortex_m_rt::entry;
 use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::counted;
 use firmware_stm32::paper;
-use identifier_core::commission::{
-    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
-    CommissionState, Limits, Phase,
-};
 use virtual_servo::{Encoder, Plant};
 
 /// The fastest that a drive is asked to commission at, s.

@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::commission::{CommissionInputs, Reason};
+use commissioning::CommissionInputs;
+use identifier_core::reason::Reason;
 use virtual_servo::faults::Faults;
 use virtual_servo::{Encoder, SensorErrors, Servo};
 

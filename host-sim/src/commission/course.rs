@@ -1,4 +1,4 @@
-use identifier_core::commission::Phase;
+use commissioning::Phase;
 use serde::{Serialize, Serializer};
 
 use super::Sample;

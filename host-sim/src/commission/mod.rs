@@ -15,11 +15,11 @@ pub use frequency_response::FrequencyResponse;
 pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
 
-use drive_link::NoGains;
-use identifier_core::commission::{
+use commissioning::{
     CommissionIsr, CommissionSettings, CommissionSolver, CommissionState, HoldingGains,
     LargestMotion, SynchronousCommission,
 };
+use drive_link::NoGains;
 use identifier_core::number::Number;
 
 use crate::scenario::{Arithmetic, Fault, Scenario};

@@ -1,6 +1,7 @@
+use commissioning::{Phase, TrialResult};
 use drive_link::NoGains;
-use identifier_core::commission::{Phase, Reason, TrialResult};
 use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
 use super::{Course, FrequencyResponse};

@@ -4,7 +4,7 @@ use identifier_core::{ControllerSettings, Settings};
 use std::f64::consts::TAU;
 use virtual_servo::{Effects, SensorEffects};
 
-use identifier_core::commission::HoldingGains;
+use commissioning::HoldingGains;
 use identifier_core::control::{ControlState, Controller, Setpoint};
 use identifier_core::measurement::LowPass;
 use identifier_core::settings::SettingsError;

@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
 use drive_link::NoGains;
-use identifier_core::commission::{
-    HoldingGains, LargestMotion, Limits, Phase, Reason, TrialResult,
-};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::reason::Reason;
 use identifier_core::tuning::{Cap, Promise, Resonance};
 use serde::{Serialize, Serializer};
 

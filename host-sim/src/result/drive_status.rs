@@ -1,6 +1,6 @@
+use commissioning::servo_change::ServoChange;
 use drive_link::{Estimates, State, Status};
-use identifier_core::commission::Reason;
-use identifier_core::tuning::ServoChange;
+use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
 use super::Gains;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::verdict::{Status, Verdict};
-use identifier_core::commission::Reason;
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
+use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
 use super::{Finding, FitNotes, LogReading, Prediction, Residual, SensorNoise};

@@ -1,4 +1,4 @@
-use identifier_core::commission::Reason;
+use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
 /// A reason of the core's catalogue.

@@ -1,6 +1,6 @@
 //! The keys of a commissioning, and the core's settings from them.
 
-use identifier_core::commission::{CommissionError, CommissionSettings, HoldingGains, Limits};
+use commissioning::{CommissionError, CommissionSettings, HoldingGains, Limits};
 use identifier_core::tuning::Goal;
 
 use super::{Fault, Key, Scenario, Velocity};

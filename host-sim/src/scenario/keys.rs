@@ -3,8 +3,8 @@
 //! A line has the key's path, the kind of its value with its place in the [`Scenario`], the default, the unit
 //! and the meaning. Reading, messages, help and schema all follow from it.
 
+use commissioning::{CommissionSettings, Limits};
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{CommissionSettings, Limits};
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};

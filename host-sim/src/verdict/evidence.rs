@@ -1,5 +1,5 @@
-use identifier_core::commission::Reason;
 use identifier_core::parameters::{Term, Unknown};
+use identifier_core::reason::Reason;
 
 use super::Cause;
 

@@ -1,7 +1,7 @@
 use std::fmt;
 
-use identifier_core::commission::Reason;
 use identifier_core::parameters::{Term, Unknown};
+use identifier_core::reason::Reason;
 
 use super::Cause;
 

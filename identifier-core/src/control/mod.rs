@@ -76,8 +76,23 @@ impl<N: Number, V> Controller<N, V> {
         Self::with_pid(Pid::new(units, gains, limit), velocity)
     }
 
-    /// The same with a PID in machine units.
-    pub(crate) fn with_pid(pid: Pid<N>, velocity: V) -> Self {
+    /// The same with a PID in machine units: k_p, k_d and k_i, command units per position unit, per position unit a
+    /// sample and per sum of position units, the last above zero, and the lowest and the highest command.
+    ///
+    /// It checks nothing and divides by k_i alone, as multiplications: for a sample in which gains change.
+    #[must_use]
+    pub fn in_machine_units(gains: [N; 3], limit: [N; 2], velocity: V) -> Self {
+        Self::with_pid(Pid::in_machine_units(gains, limit), velocity)
+    }
+
+    /// One with k_p, k_d and k_i multiplied by these factors, above zero, and another velocity estimate, without filter of
+    /// the reference, feed-forward and notch filter. As [`Controller::in_machine_units`] for a sample in which gains change.
+    #[must_use]
+    pub fn scaled(&self, factors: [N; 3], velocity: V) -> Self {
+        Self::with_pid(self.pid.scaled(factors), velocity)
+    }
+
+    fn with_pid(pid: Pid<N>, velocity: V) -> Self {
         Self {
             pid,
             reference: ReferenceFilter::NONE,
@@ -85,16 +100,6 @@ impl<N: Number, V> Controller<N, V> {
             feed_forward: FeedForward::NONE,
             velocity,
             jump: N::ONE,
-        }
-    }
-
-    /// The same without filter of the reference and feed-forward.
-    #[must_use]
-    pub(crate) fn without_lead(self) -> Self {
-        Self {
-            reference: ReferenceFilter::NONE,
-            feed_forward: FeedForward::NONE,
-            ..self
         }
     }
 
@@ -124,6 +129,13 @@ impl<N: Number, V> Controller<N, V> {
     #[inline]
     pub fn linear(&self, error: N, velocity: N) -> N {
         self.pid.linear(error, velocity)
+    }
+
+    /// The integral ∑e (machine units) of which a command is at a position error and a velocity in machine units:
+    /// (u − k_p e + k_d v)/k_i; zero without integral action.
+    #[must_use]
+    pub fn integral_for(&self, command: N, error: N, velocity: N) -> N {
+        self.pid.integral_for(command, error, velocity)
     }
 }
 
@@ -160,14 +172,16 @@ impl<N: Number, S> ControlState<N, S> {
         }
     }
 
-    /// With so much less of the integral.
-    pub(crate) fn with_integral_less(self, integral: N) -> Self {
+    /// With so much less of the integral, machine units.
+    #[must_use]
+    pub fn with_integral_less(self, integral: N) -> Self {
         let left = self.integral.value() - integral;
         self.with_integral(left)
     }
 
     /// For a controller with this part of k_i, above zero: the integral's command stays.
-    pub(crate) fn with_integral_for(self, part: N) -> Self {
+    #[must_use]
+    pub fn with_integral_for(self, part: N) -> Self {
         let integral = self.integral.value() * part.reciprocal();
         self.with_integral(integral)
     }
@@ -188,9 +202,9 @@ pub struct ControlSample<N> {
 }
 
 impl<N: Number> ControlSample<N> {
-    /// The same with positions in another unit.
+    /// The same with positions in another unit, which each of error, increment and velocity is taken to.
     #[must_use]
-    pub(crate) fn scaled(self, to_unit: impl Fn(N) -> N) -> Self {
+    pub fn scaled(self, to_unit: impl Fn(N) -> N) -> Self {
         Self {
             error: to_unit(self.error),
             increment: to_unit(self.increment),

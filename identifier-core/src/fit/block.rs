@@ -3,14 +3,14 @@ use crate::number::Number;
 
 /// A few successive samples condensed to the inputs of one model step over all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Block<N> {
+pub struct Block<N> {
     /// The servo's increment, counts.
-    pub(crate) travel: N,
+    pub travel: N,
     /// Mean command, command units.
-    pub(crate) command: N,
+    pub command: N,
     /// The additional distance per unit of gain within the block because the command came earlier than
     /// evenly spread: ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
-    pub(crate) lead: N,
+    pub lead: N,
 }
 
 /// A few successive samples condensed, on their way from the interrupt that recorded them to the
@@ -20,14 +20,17 @@ pub(crate) struct Block<N> {
 /// began anew, a number is left out, by which a fitter notices it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberedBlock<N> {
-    pub(crate) number: u32,
-    pub(crate) samples: N,
-    pub(crate) block: Block<N>,
+    /// Its number, wrapping at 32 bits.
+    pub number: u32,
+    /// Its samples.
+    pub samples: N,
+    /// What they were condensed to.
+    pub block: Block<N>,
 }
 
 /// The samples of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Blocking<N> {
+pub struct Blocking<N> {
     pub(super) samples: u32,
     pub(super) per_sample: N,
 }
@@ -38,7 +41,8 @@ encode! {
 
 impl<N: Number> Blocking<N> {
     /// Blocks of `samples`, at least one.
-    pub(crate) fn new(samples: u32) -> Self {
+    #[must_use]
+    pub fn new(samples: u32) -> Self {
         let samples = samples.max(1);
         Self {
             samples,

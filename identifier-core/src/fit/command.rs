@@ -1,27 +1,56 @@
 use super::block::Block;
 use super::record::Blocks;
-use crate::number::{Number, larger, smaller};
+use crate::number::Number;
 
 /// A command that acts in a part of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct HeldCommand<N> {
+pub struct HeldCommand<N> {
     /// From and to, parts of a block.
     from: N,
     to: N,
-    /// Its mean.
-    pub(crate) mean: N,
+    /// Its mean, command units.
+    pub mean: N,
     /// By how much it would fall in a block.
     pub(super) falls: N,
 }
 
 impl<N: Number> HeldCommand<N> {
+    /// The commands that act in the block of an index, late by a delay, blocks, zero or more. The mean command of the first
+    /// has acted for ever.
+    pub fn late(record: &impl Blocks<N>, index: usize, delay: N) -> [Option<Self>; 4] {
+        let whole = delay.whole();
+        let part = delay - N::from_count(whole);
+        let ago = whole.unsigned_abs() as usize;
+        let before = Block {
+            travel: N::ZERO,
+            command: record.block(0).map_or(N::ZERO, |first| first.command),
+            lead: N::ZERO,
+        };
+        let at = |ago: usize| {
+            let block = index.checked_sub(ago).and_then(|place| record.block(place));
+            *block.unwrap_or(&before)
+        };
+        let [oldest, late, early] = [at(ago + 2), at(ago + 1), at(ago)];
+        let rest = N::ONE - part;
+        let [first, second] = command_of(&late, &oldest);
+        let [third, fourth] = command_of(&early, &late);
+        [
+            first.between(rest, N::ONE),
+            second.between(rest, N::ONE),
+            third.between(N::ZERO, rest),
+            fourth.between(N::ZERO, rest),
+        ]
+    }
+
     /// For how long it acts, blocks.
-    pub(crate) fn time(&self) -> N {
+    #[must_use]
+    pub fn time(&self) -> N {
         self.to - self.from
     }
 
-    /// The additional distance per unit of gain because it falls, over the square of the time.
-    pub(crate) fn lead(&self) -> N {
+    /// The additional distance per unit of gain because it falls, over the square of the time, command units.
+    #[must_use]
+    pub fn lead(&self) -> N {
         N::from_f64(1.0 / 12.0) * self.falls * self.time()
     }
 
@@ -33,8 +62,8 @@ impl<N: Number> HeldCommand<N> {
 
     /// What acts of it between two times; none if it ends before or begins after them.
     fn between(&self, from: N, to: N) -> Option<Self> {
-        let begins = larger(from, self.from);
-        let ends = smaller(to, self.to);
+        let begins = from.larger(self.from);
+        let ends = to.smaller(self.to);
         let half = N::from_f64(0.5);
         let later = half * (begins + ends - self.from - self.to);
         (begins <= ends).then(|| Self {
@@ -75,36 +104,6 @@ fn command_of<N: Number>(block: &Block<N>, before: &Block<N>) -> [HeldCommand<N>
     }
 }
 
-/// The commands that act in the block of an index, late by a delay, blocks. The mean command of the first has acted for ever.
-pub(crate) fn late_commands<N: Number>(
-    record: &impl Blocks<N>,
-    index: usize,
-    delay: N,
-) -> [Option<HeldCommand<N>>; 4] {
-    let whole = delay.whole();
-    let part = delay - N::from_count(whole);
-    let ago = whole.unsigned_abs() as usize;
-    let before = Block {
-        travel: N::ZERO,
-        command: record.block(0).map_or(N::ZERO, |first| first.command),
-        lead: N::ZERO,
-    };
-    let at = |ago: usize| {
-        let block = index.checked_sub(ago).and_then(|place| record.block(place));
-        *block.unwrap_or(&before)
-    };
-    let [oldest, late, early] = [at(ago + 2), at(ago + 1), at(ago)];
-    let rest = N::ONE - part;
-    let [first, second] = command_of(&late, &oldest);
-    let [third, fourth] = command_of(&early, &late);
-    [
-        first.between(rest, N::ONE),
-        second.between(rest, N::ONE),
-        third.between(N::ZERO, rest),
-        fourth.between(N::ZERO, rest),
-    ]
-}
-
 /// The mean of commands that follow on one another in a block, and the additional distance per unit of gain because they came
 /// earlier than evenly spread.
 pub(super) fn moments<N: Number>(commands: &[Option<HeldCommand<N>>; 4]) -> [N; 2] {
@@ -123,7 +122,7 @@ pub(super) fn moments<N: Number>(commands: &[Option<HeldCommand<N>>; 4]) -> [N; 
 mod tests {
     use std::vec::Vec;
 
-    use super::{late_commands, moments};
+    use super::{HeldCommand, moments};
     use crate::fit::{Block, Blocking, Blocks, Recorder};
 
     impl Blocks<f64> for Vec<Block<f64>> {
@@ -145,7 +144,7 @@ mod tests {
     /// A mass under the commands of the blocks, late by a delay: position and velocity.
     fn pushed(record: &Vec<Block<f64>>, delay: f64) -> [f64; 2] {
         (0..record.len()).fold([0.0; 2], |[position, velocity], index| {
-            let [mean, lead] = moments(&late_commands(record, index, delay));
+            let [mean, lead] = moments(&HeldCommand::late(record, index, delay));
             [position + velocity + 0.5 * mean + lead, velocity + mean]
         })
     }
@@ -159,7 +158,7 @@ mod tests {
                 let mut acted = Vec::new();
                 for index in 0..record.len() {
                     let mut begins = index as f64;
-                    for held in late_commands(&record, index, delay).iter().flatten() {
+                    for held in HeldCommand::late(&record, index, delay).iter().flatten() {
                         if held.time() > 1e-9 {
                             acted.push((begins, held.mean));
                         }

@@ -2,7 +2,7 @@ use super::block::Block;
 use super::levenberg_marquardt::Explanation;
 use super::pass::PassSums;
 use crate::model::{FrictionPhase, Innovation};
-use crate::number::{Number, larger};
+use crate::number::Number;
 
 /// The motion of the model per block by which the command acts earlier than it was recorded: ∂q_e/∂s and ∂v_e/∂s for
 /// u(t + s), first order in the block as the other [tangents](crate::model::Tangents).
@@ -121,7 +121,7 @@ pub(super) fn early_command<N: Number, const P: usize>(
     let explained = early * left;
     let cost = equations.cost();
     let [of_samples, of_block] = LEAST.map(N::from_f64);
-    let least = larger(of_samples * samples.reciprocal(), of_block);
+    let least = (of_samples * samples.reciprocal()).larger(of_block);
     if early < least || explained < N::from_f64(SHARE) * cost {
         return EarlyCommand::No;
     }

@@ -6,7 +6,7 @@ use super::pass::PassSums;
 use super::survey::root;
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
-use crate::number::{Number, larger};
+use crate::number::Number;
 use crate::parameters::Unknown;
 use crate::reason::Reason;
 
@@ -15,11 +15,11 @@ const MAX_UNEXPLAINED_BY_NOISE: f64 = 4.0;
 
 /// A fit result, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FitResult<N, const P: usize = 4> {
+pub struct FitResult<N, const P: usize = 4> {
     /// The unknowns of the set; without terms a, b, c, d.
-    pub(crate) parameters: [N; P],
-    /// Zero for unknowns that were not fitted.
-    pub(crate) covariance: [[N; P]; P],
+    pub parameters: [N; P],
+    /// Their covariance; zero for unknowns that were not fitted.
+    pub covariance: [[N; P]; P],
     /// Variance of the fit's errors, counts²; at least the encoder's.
     pub(crate) unexplained: N,
     /// The part of it that changes from block to block, as the noise of the position does: half of the mean square of
@@ -30,7 +30,7 @@ pub(crate) struct FitResult<N, const P: usize = 4> {
     pub(crate) bandwidth: N,
     /// True for an unknown that a bound stopped. Where zero is the bound, it counts only if the motion
     /// asks for significantly less than zero: the truth may be zero.
-    pub(crate) at_bound: [bool; P],
+    pub at_bound: [bool; P],
     /// The sum of all distances moved, counts.
     pub(crate) path: N,
     /// Root mean square of the acceleration that the command gives, counts per sample².
@@ -214,10 +214,10 @@ where
         let products = pass.sums.colour.products;
         let freedom = N::from_count(fit.blocks.saturating_sub(P).max(1) as i32);
         let per_freedom = freedom.reciprocal();
-        let unexplained = larger(cost * per_freedom, self.noise);
+        let unexplained = (cost * per_freedom).larger(self.noise);
         Errors {
             unexplained,
-            noise: larger((cost - larger(products, N::ZERO)) * per_freedom, self.noise),
+            noise: ((cost - products.larger(N::ZERO)) * per_freedom).larger(self.noise),
             coloured: coloured(unexplained, products, cost, MAX_CORRELATION),
         }
     }
@@ -253,7 +253,7 @@ where
             let beyond = apart * apart - N::from_f64(CHANCE) * (own - other).magnitude();
             if own > N::ZERO && other > N::ZERO {
                 ratio = ratio * own * other.reciprocal();
-                fit.disagreement[i] = larger(fit.disagreement[i], beyond);
+                fit.disagreement[i] = fit.disagreement[i].larger(beyond);
             }
         }
         ratio < N::ONE

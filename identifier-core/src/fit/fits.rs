@@ -85,7 +85,7 @@ impl<N: Number> Fitter<N> {
     pub(crate) fn begin<const W: usize>(&self, fits: &mut Fits<N, W>) {
         fits.fresh = 0;
         fits.record.hold();
-        fits.fit = Some(self.begin_fit(fits.record.len(), self.given(), ()));
+        fits.fit = Some(self.begin_fit(fits.record.len()));
     }
 
     /// Continues the fit under way by at most `budget` blocks.

@@ -6,14 +6,14 @@ use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use super::pass::{Pass, PassSums};
 use super::record::Blocks;
 use super::survey::{MIN_TRAVEL_COUNTS, Survey, root};
-use super::{A, B, FitResult, FitterConfig, Prior};
+use super::{A, B, FitResult, FitterConfig, Prior, ROUNDING};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
 use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
 use crate::model::{Acting, FrictionStep, KnownInputs, ModelValues};
-use crate::number::{Number, larger, smaller};
+use crate::number::Number;
 use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprint};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
@@ -25,9 +25,8 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprin
 /// with and without friction. Given initial values are further starts, and if none of these explains
 /// the motion, a geometric series of gains is tried.
 ///
-/// **Passes.** From each start a [descent](Fitter::DESCENT) in passes of the
-/// [`ObserverModel`](crate::model::ObserverModel); the start that explains the motion best wins. The
-/// model is kept with the motion by the gain of a Kalman filter, so that its output error is bounded for every
+/// **Passes.** From each start a [descent](Descent) in passes of the `ObserverModel`; the start that explains the motion
+/// best wins. The model is kept with the motion by the gain of a Kalman filter, so that its output error is bounded for every
 /// trial, and white where the model is complete.
 ///
 /// **Horizons.** The time over which the filter trusts the model is not known: after the starts the fit is
@@ -36,12 +35,12 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprin
 ///
 /// **Noise.** The noise of the position is the scale of the innovations, so that it is no setting.
 ///
-/// **Terms.** The model may have optional terms, those of the [`UnknownSet`] S. A term is fitted if the
+/// **Terms.** The model may have optional terms, those of the set S. A term is fitted if the
 /// prior has an initial value of it.
 ///
 /// P is the number of unknowns in S. All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
+pub struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
     pub(super) step: FrictionStep<N>,
     /// Blocks in motion after which a first fit is overdue.
     pub(super) patience: u32,
@@ -74,9 +73,9 @@ encode! {
     also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
 
-/// A fit under way.
+/// A fit under way, of which [`Fitter::work`] makes a result.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fit<N, I, const P: usize> {
+pub struct Fit<N, I, const P: usize> {
     pub(super) prior: Prior<N, P>,
     /// Rows that make the errors of the initial values white, where these are known together; units of a block.
     pub(super) known: Option<[[N; P]; P]>,
@@ -143,12 +142,41 @@ where
     /// The longest horizon, of the record.
     const LONGEST_HORIZON: f64 = 1.0 / 4.0;
 
+    /// A fitter for a short motion from rest, or nearly: so short that the model may go through it alone. It fits all unknowns,
+    /// in machine units of a sample, to a record whose blocks have so many samples.
+    ///
+    /// - `speed` is the standard deviation of the velocity before the first block, counts per sample.
+    /// - `low` and `high` are the bounds of the unknowns; a is kept within ±[`FrictionStep::LARGEST_RATE`] of a block.
+    /// - `initial` are values to start from, `deviation` the standard deviations, above zero, with which they are known;
+    ///   none where nothing is.
+    pub fn from_rest(
+        block: u32,
+        speed: f64,
+        [low, high]: [[f64; P]; 2],
+        [initial, deviation]: [[Option<f64>; P]; 2],
+    ) -> Self {
+        Self::new(&FitterConfig {
+            block,
+            patience: 0,
+            noise: ROUNDING,
+            low,
+            high,
+            initial,
+            deviation,
+            free: [true; P],
+            bandwidth: None,
+            at_first: Some(speed),
+            angle: AngleSettings::NONE,
+            per_low_speed_velocity: 0.0,
+        })
+    }
+
     pub(crate) fn new(config: &FitterConfig<P>) -> Self {
         let m = f64::from(config.block.max(1));
         let scale = S::UNKNOWNS.map(|unknown| PerQuantity::block(m).get(unknown));
         let of = |values: &[f64; P]| core::array::from_fn(|i| N::from_f64(values[i] * scale[i]));
         let mut high: [N; P] = of(&config.high);
-        let most = N::from_f64(crate::model::ZeroOrderHoldStep::<N>::LARGEST_RATE);
+        let most = N::from_f64(FrictionStep::<N>::LARGEST_RATE);
         high[A] = high[A].limited(-most, most);
         let mut low: [N; P] = of(&config.low);
         low[A] = low[A].limited(-most, most);
@@ -172,15 +200,11 @@ where
         }
     }
 
-    /// Begins a fit to the record.
-    pub(crate) fn begin_fit(
-        &self,
-        blocks: usize,
-        prior: Prior<N, P>,
-        inputs: S::Inputs<N>,
-    ) -> Fit<N, S::Inputs<N>, P> {
+    /// Begins a fit to a record of so many blocks.
+    pub fn begin_fit(&self, blocks: usize) -> Fit<N, S::Inputs<N>, P> {
+        let inputs = S::Inputs::START;
         Fit {
-            prior,
+            prior: self.prior,
             known: None,
             inputs,
             blocks,
@@ -206,7 +230,7 @@ where
         /// The least ratio of horizons.
         const APART: f64 = 1.5;
         let share = N::from_f64(Self::LONGEST_HORIZON);
-        let longest = larger(share * N::from_count(blocks as i32), N::ONE);
+        let longest = (share * N::from_count(blocks as i32)).larger(N::ONE);
         let horizons = match self.at_first {
             Some(_) => Self::HORIZONS_FROM_REST,
             None => Self::HORIZONS,
@@ -227,7 +251,7 @@ where
 
     /// Continues a fit by one block of the record, or by the work between two passes. Returns once it
     /// has ended: with its result, or none if the servo has not moved.
-    pub(crate) fn work(
+    pub fn work(
         &self,
         fit: &mut Fit<N, S::Inputs<N>, P>,
         record: &impl Blocks<N>,
@@ -297,7 +321,7 @@ where
                     return None;
                 }
                 let cost = fit.best.as_ref()?.equations.cost();
-                let standing = larger(fit.standing_cost, cost);
+                let standing = fit.standing_cost.larger(cost);
                 if standing > N::ZERO {
                     fit.left = cost * standing.reciprocal();
                 }
@@ -312,7 +336,7 @@ where
                     if self.at_first.is_some() || self.compare(fit, &this) {
                         self.keep(fit, this);
                     }
-                    fit.noise = smaller(noise, self.errors(fit, &this).noise);
+                    fit.noise = noise.smaller(self.errors(fit, &this).noise);
                 }
                 self.begin_horizon(fit, place + 1);
             }
@@ -327,10 +351,7 @@ where
         const COUNTS: f64 = 2.0;
         const SHARE: f64 = 0.01;
         let [counts, share] = [COUNTS, SHARE].map(N::from_f64);
-        larger(
-            counts * root(self.relative(fit.noise)),
-            share * fit.survey.path,
-        )
+        (counts * root(self.relative(fit.noise))).larger(share * fit.survey.path)
     }
 
     /// Takes a pass of a descent; true if it goes on.

@@ -3,7 +3,7 @@
 
 use super::B;
 use super::block::Block;
-use super::command::{HeldCommand, late_commands};
+use super::command::HeldCommand;
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
 use super::record::Blocks;
@@ -29,7 +29,7 @@ where
     ) {
         let free = self.free_unknowns(&fit.prior);
         let values = self.values(&fit.trial);
-        let commands = late_commands(record, fit.next, values.terms.delay);
+        let commands = HeldCommand::late(record, fit.next, values.terms.delay);
         let pass = &mut fit.pass;
         let correction = pass.gain.innovation;
         let push = correction.velocity * pass.model.error;

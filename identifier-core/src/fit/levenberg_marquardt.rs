@@ -9,36 +9,36 @@ const DAMPING_FACTOR: f64 = 10.0;
 
 /// How a descent begins and ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DescentSettings {
-    /// The damping of the first step.
-    pub(crate) damping: f64,
+pub struct DescentSettings {
+    /// The damping of the first step, a part of the diagonal.
+    pub damping: f64,
     /// The most passes.
-    pub(crate) max_passes: u32,
+    pub max_passes: u32,
     /// A pass that changes the cost by less than this fraction is the last.
-    pub(crate) min_change: f64,
+    pub min_change: f64,
 }
 
-/// A pass over a record as a fit keeps it.
+/// A pass over a record as a fit keeps it: its sum of squared errors is the cost by which passes compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Explanation<N, const Q: usize, T = ()> {
+pub struct Explanation<N, const Q: usize, T = ()> {
     /// Its unknowns.
-    pub(crate) unknowns: [N; Q],
+    pub unknowns: [N; Q],
     /// The normal equations at them.
-    pub(crate) equations: NormalEquations<N, Q>,
+    pub equations: NormalEquations<N, Q>,
     /// Other sums of the pass.
-    pub(crate) sums: T,
+    pub sums: T,
 }
 
 impl<N: Number, const Q: usize, T> Explanation<N, Q, T> {
     /// True if it explains more than another.
-    pub(crate) fn is_better_than(&self, other: Option<&Self>) -> bool {
+    pub fn is_better_than(&self, other: Option<&Self>) -> bool {
         other.is_none_or(|other| self.equations.cost() < other.equations.cost())
     }
 }
 
 /// A descent from a start: the best pass so far, and the damping of the next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Descent<N, const Q: usize, T = ()> {
+pub struct Descent<N, const Q: usize, T = ()> {
     best: Option<Explanation<N, Q, T>>,
     damping: N,
     passes: u32,
@@ -46,7 +46,7 @@ pub(crate) struct Descent<N, const Q: usize, T = ()> {
 
 impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
     /// Before the first pass.
-    pub(crate) fn begin(settings: &DescentSettings) -> Self {
+    pub fn begin(settings: &DescentSettings) -> Self {
         Self {
             best: None,
             damping: N::from_f64(settings.damping),
@@ -55,13 +55,13 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
     }
 
     /// The pass that explains most; none before the first, and where none has a finite cost.
-    pub(crate) fn best(&self) -> Option<&Explanation<N, Q, T>> {
+    pub fn best(&self) -> Option<&Explanation<N, Q, T>> {
         self.best.as_ref()
     }
 
     /// Takes a pass. The unknowns of the next one: those of the best and a damped step of the `free` ones, the first P within
     /// bounds; none if this was the last.
-    pub(crate) fn descend<const P: usize>(
+    pub fn descend<const P: usize>(
         &mut self,
         settings: &DescentSettings,
         pass: Explanation<N, Q, T>,

@@ -1,10 +1,13 @@
 //! Fits of the servo's parameters to a record of its motion and its command.
 //!
 //! The work is shared between an interrupt and the background, and neither waits for the other: the
-//! interrupt's [`Recorder`] condenses samples to [`NumberedBlock`]s, which go through a queue, and the
-//! background's [`Fits`] collect them in a record of their own and fit to it.
+//! interrupt's [`Recorder`] condenses samples to [`NumberedBlock`]s, which go through a
+//! queue, and the background collects them in a record, [`Blocks`], and fits to it: the identifiers' own for a servo that
+//! runs, and a caller's for a short motion from rest ([`Fitter::from_rest`]).
+//!
+//! Positions are in counts, times in samples and commands in command units, unless something else is stated.
 
-mod block;
+pub(crate) mod block;
 pub(crate) mod colour;
 mod command;
 mod early;
@@ -13,7 +16,7 @@ mod fits;
 mod fitter;
 mod gain;
 mod late;
-pub(crate) mod levenberg_marquardt;
+mod levenberg_marquardt;
 mod pass;
 mod prediction;
 mod prior;
@@ -23,17 +26,18 @@ mod start;
 mod survey;
 mod wait;
 
-pub use block::NumberedBlock;
-pub(crate) use block::{Block, Blocking};
-pub(crate) use command::late_commands;
+pub(crate) use block::NumberedBlock;
+pub use block::{Block, Blocking};
+pub use command::HeldCommand;
 pub(crate) use early::EarlyCommand;
-pub(crate) use fit_result::FitResult;
+pub use fit_result::FitResult;
 pub(crate) use fits::Fits;
-pub(crate) use fitter::{Fit, Fitter};
-pub(crate) use prediction::Predicted;
+pub use fitter::{Fit, Fitter};
+pub use levenberg_marquardt::{Descent, DescentSettings, Explanation};
+pub use prediction::Predicted;
 pub(crate) use prior::{FitterConfig, Prior};
-pub(crate) use record::Blocks;
-pub(crate) use recorder::Recorder;
+pub use record::Blocks;
+pub use recorder::Recorder;
 pub(crate) use wait::PATIENCE;
 
 use crate::parameters::Unknown;
@@ -42,8 +46,8 @@ use crate::parameters::Unknown;
 const A: usize = 0;
 const B: usize = 1;
 
-/// Variance of a count's rounding.
-pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
+/// Variance of a count's rounding, counts².
+pub const ROUNDING: f64 = 1.0 / 12.0;
 
 /// The place of an unknown among those of a fit without terms; none for the size of a term.
 pub(crate) fn place_of(unknown: Unknown) -> Option<usize> {

@@ -1,7 +1,7 @@
 use super::B;
 use super::block::Block;
 use super::colour::Colour;
-use super::command::{late_commands, moments};
+use super::command::{HeldCommand, moments};
 use super::early::{EarlySums, EarlyTangent};
 use super::fitter::{Fit, Fitter};
 use super::gain::KalmanGain;
@@ -99,7 +99,7 @@ where
         let free = self.free_unknowns(&fit.prior);
         let values = self.values(&self.begin_values(&fit.prior));
         let [command, lead] = if Self::IS_LATE {
-            moments(&late_commands(record, fit.next, values.terms.delay))
+            moments(&HeldCommand::late(record, fit.next, values.terms.delay))
         } else {
             let acting = self.acting(&mut fit.pass.inputs, block, &values);
             [acting.command, block.lead]

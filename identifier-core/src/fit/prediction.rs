@@ -5,11 +5,11 @@ use crate::number::Number;
 
 /// A block as a model predicts it that goes through the record alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Predicted<N, const P: usize> {
+pub struct Predicted<N, const P: usize> {
     /// The servo's position less the model's, counts, weighted so that its variance is that of the position's noise.
-    pub(crate) error: N,
+    pub error: N,
     /// The change of the model's position per unit of each unknown (of a sample), weighted alike.
-    pub(crate) row: [N; P],
+    pub row: [N; P],
 }
 
 impl<N, S, const P: usize> Fitter<N, S, P>
@@ -18,7 +18,7 @@ where
     S: IdentifiableSet<P>,
 {
     /// Makes a fit that has not begun a prediction by these unknowns, machine units of a sample.
-    pub(crate) fn begin_prediction(&self, fit: &mut Fit<N, S::Inputs<N>, P>, unknowns: &[N; P]) {
+    pub fn begin_prediction(&self, fit: &mut Fit<N, S::Inputs<N>, P>, unknowns: &[N; P]) {
         fit.trial = core::array::from_fn(|i| unknowns[i] * self.scale[i]);
         fit.horizon = N::from_f64(Self::ALONE);
         fit.stage = FitStage::End;
@@ -26,7 +26,7 @@ where
     }
 
     /// Continues a prediction by one block of the record; none behind the last.
-    pub(crate) fn predict(
+    pub fn predict(
         &self,
         fit: &mut Fit<N, S::Inputs<N>, P>,
         record: &impl Blocks<N>,

@@ -59,11 +59,6 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// The prior from the settings.
-    pub(crate) fn given(&self) -> Prior<N, P> {
-        self.prior
-    }
-
     /// The initial unknowns of the model of a fit with this prior; zero for those that are not known.
     pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; P] {
         core::array::from_fn(|i| {

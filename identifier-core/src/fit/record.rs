@@ -2,7 +2,7 @@ use super::block::Block;
 use crate::number::Number;
 
 /// Successive blocks of a motion, from the first.
-pub(crate) trait Blocks<N> {
+pub trait Blocks<N> {
     /// The block of an index; none behind the last.
     fn block(&self, index: usize) -> Option<&Block<N>>;
 }

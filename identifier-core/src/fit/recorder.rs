@@ -4,7 +4,7 @@ use crate::number::Number;
 /// Condenses samples to blocks: the interrupt's share of a record. A sample costs a few additions, the
 /// last of a block a few multiplications.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Recorder<N> {
+pub struct Recorder<N> {
     open: Open<N>,
     /// The last block, until it is taken or the next takes its place.
     complete: Option<NumberedBlock<N>>,
@@ -39,7 +39,7 @@ impl<N: Number> Open<N> {
 
 impl<N: Number> Recorder<N> {
     /// No sample yet.
-    pub(crate) const EMPTY: Self = Self {
+    pub const EMPTY: Self = Self {
         open: Open::EMPTY,
         complete: None,
         velocity: N::ZERO,
@@ -48,7 +48,7 @@ impl<N: Number> Recorder<N> {
     };
 
     /// Begins anew, where samples are missing: a number is left out.
-    pub(crate) fn begin_anew(&mut self) {
+    pub fn begin_anew(&mut self) {
         let first = self.next.wrapping_add(1);
         *self = Self {
             next: first,
@@ -57,9 +57,9 @@ impl<N: Number> Recorder<N> {
         };
     }
 
-    /// Takes a sample.
+    /// Takes a sample: the increment, counts, of the sample that ends, and the command from now on, command units.
     #[inline]
-    pub(crate) fn push(&mut self, blocking: &Blocking<N>, increment: N, command: N) {
+    pub fn push(&mut self, blocking: &Blocking<N>, increment: N, command: N) {
         let open = &mut self.open;
         let Some(acted) = open.acting.replace(command) else {
             return;
@@ -104,7 +104,7 @@ impl<N: Number> Recorder<N> {
 
     /// The block that was completed since the last one was taken.
     #[inline]
-    pub(crate) fn take(&mut self) -> Option<NumberedBlock<N>> {
+    pub fn take(&mut self) -> Option<NumberedBlock<N>> {
         self.complete.take()
     }
 

@@ -19,12 +19,12 @@ where
     pub(super) const FROM_PRIOR: u32 = 2;
 
     /// Has a fit take its initial values for known together, by rows that make their errors white, in machine units of a sample.
-    pub(crate) fn know(&self, fit: &mut Fit<N, S::Inputs<N>, P>, whitening: &[[N; P]; P]) {
+    pub fn know(&self, fit: &mut Fit<N, S::Inputs<N>, P>, whitening: &[[N; P]; P]) {
         fit.known = Some(whitening.map(|row| core::array::from_fn(|i| row[i] * self.per_scale[i])));
     }
 
     /// The estimate of the linear pass, machine units of a sample; zero before it has ended.
-    pub(crate) fn linear_estimate(&self, fit: &Fit<N, S::Inputs<N>, P>) -> [N; P] {
+    pub fn linear_estimate(&self, fit: &Fit<N, S::Inputs<N>, P>) -> [N; P] {
         core::array::from_fn(|i| fit.linear[0][i] * self.per_scale[i])
     }
 

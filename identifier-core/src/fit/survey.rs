@@ -1,5 +1,5 @@
 use super::block::Block;
-use crate::number::{Number, larger};
+use crate::number::Number;
 
 /// The shortest travel from which anything can be learnt, counts.
 pub(crate) const MIN_TRAVEL_COUNTS: f64 = 8.0;
@@ -37,8 +37,8 @@ impl<N: Number> Survey<N> {
         self.path += block.travel.magnitude();
         self.travel_square += block.travel * block.travel;
         self.position += block.travel;
-        self.lowest = -larger(-self.lowest, -self.position);
-        self.highest = larger(self.highest, self.position);
+        self.lowest = -(-self.lowest).larger(-self.position);
+        self.highest = self.highest.larger(self.position);
         self.travel_product += block.travel * self.last_travel;
         self.last_travel = block.travel;
         self.command += block.command;
@@ -49,10 +49,7 @@ impl<N: Number> Survey<N> {
     pub(super) fn gain(&self, omega: N, blocks: usize) -> N {
         let per_block = per(blocks);
         let mean = self.command * per_block;
-        let unrest = larger(
-            self.command_square * per_block - mean * mean,
-            N::from_f64(1e-12),
-        );
+        let unrest = (self.command_square * per_block - mean * mean).larger(N::from_f64(1e-12));
         omega * root(self.travel_square * per_block) * unrest.reciprocal_root()
     }
 

@@ -16,8 +16,8 @@ mod machine_estimates;
 mod servo_loop;
 
 pub use crate::adaptation::IdentifiableSet;
-pub use crate::fit::NumberedBlock;
-pub use crate::model::{AngledInputs, DelayedInputs};
+pub use crate::fit::block::NumberedBlock;
+pub use crate::model::known_inputs::{AngledInputs, DelayedInputs};
 pub use behind_amplifier::BehindAmplifier;
 pub use combined::Combined;
 pub(crate) use gauss_newton::LoadStepTest;

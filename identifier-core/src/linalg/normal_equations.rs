@@ -36,7 +36,7 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
 
     /// Takes in that one unknown is expected to be this much larger: a sample that depends on no other. The weight is the
     /// standard deviation of a sample's error over that of the expectation.
-    pub(crate) fn expect(&mut self, unknown: usize, weight: N, larger: N) {
+    pub fn expect(&mut self, unknown: usize, weight: N, larger: N) {
         let error = larger * weight;
         let diagonal = self
             .matrix

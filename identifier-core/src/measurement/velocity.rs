@@ -78,16 +78,18 @@ impl<N: Number> LowPass<N> {
 }
 
 impl<N: Number> LowPass<N> {
-    /// One that shows this part of a step of the velocity after a sample, 1 − p.
-    pub(crate) fn passing(gain: N) -> Self {
+    /// One that shows this part of a step of the velocity after a sample, 1 − p, from 0 to 1.
+    #[must_use]
+    pub fn passing(gain: N) -> Self {
         Self {
             pole: N::ONE - gain,
             gain,
         }
     }
 
-    /// The part of a step of the velocity that it shows after a sample.
-    pub(crate) fn passed(&self) -> N {
+    /// The part of a step of the velocity that it shows after a sample, 1 − p.
+    #[must_use]
+    pub fn passed(&self) -> N {
         self.gain
     }
 }
@@ -98,7 +100,8 @@ pub struct LowPassState<N>(N);
 
 impl<N> LowPassState<N> {
     /// Of a servo that moves with a velocity, machine units.
-    pub(crate) fn moving(velocity: N) -> Self {
+    #[must_use]
+    pub fn moving(velocity: N) -> Self {
         Self(velocity)
     }
 }

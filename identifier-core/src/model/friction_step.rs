@@ -10,9 +10,9 @@ use crate::number::Number;
 /// needs to be smoothed. At rest the servo stays while |w| ≤ c; a drive only changes at a sample, so
 /// it can only break away there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FrictionStep<N> {
+pub struct FrictionStep<N> {
     /// The step between events.
-    pub step: ZeroOrderHoldStep<N>,
+    pub(crate) step: ZeroOrderHoldStep<N>,
     halves: [N; 3],
 }
 
@@ -23,7 +23,7 @@ encode! {
 /// The phase of friction during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) enum FrictionPhase<N> {
+pub enum FrictionPhase<N> {
     /// It moves throughout, in one direction (±1).
     Slid {
         /// The direction.
@@ -65,7 +65,8 @@ impl<N: Number> FrictionPhase<N> {
 
     /// The part of the sample in which it moved.
     #[inline]
-    pub(crate) fn moving_part(&self) -> N {
+    #[must_use]
+    pub fn moving_part(&self) -> N {
         match *self {
             Self::Slid { .. } | Self::Turned { .. } => N::ONE,
             Self::Stuck => N::ZERO,
@@ -75,9 +76,12 @@ impl<N: Number> FrictionPhase<N> {
 }
 
 impl<N: Number> FrictionStep<N> {
+    /// The largest |a T| that it is meant for.
+    pub const LARGEST_RATE: f64 = ZeroOrderHoldStep::<N>::LARGEST_RATE;
+
     /// The step; it has no parameter.
     #[must_use]
-    pub(crate) fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             step: ZeroOrderHoldStep::new(),
             halves: [1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0].map(N::from_f64),
@@ -87,7 +91,7 @@ impl<N: Number> FrictionStep<N> {
     /// Moves one sample from `velocity` under the held acceleration `drive` with x = a T and the
     /// friction `coulomb` ≥ 0.
     #[inline]
-    pub(crate) fn process(
+    pub fn process(
         &self,
         x: N,
         drive: N,

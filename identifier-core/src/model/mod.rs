@@ -4,7 +4,7 @@
 mod amplifier;
 mod correction;
 mod friction_step;
-mod known_inputs;
+pub(crate) mod known_inputs;
 mod model_loop;
 mod observer_model;
 mod tangents;
@@ -13,11 +13,11 @@ mod zero_order_hold_step;
 
 pub(crate) use amplifier::{Amplifier, AmplifierState};
 pub(crate) use correction::{CommandCorrection, Corrected, Correction};
-pub(crate) use friction_step::{FrictionPhase, FrictionStep};
-pub(crate) use known_inputs::{Acting, KnownInputs};
-pub use known_inputs::{AngledInputs, DelayedInputs};
+pub use friction_step::{FrictionPhase, FrictionStep};
+pub(crate) use known_inputs::{Acting, AngledInputs, DelayedInputs, KnownInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
 pub(crate) use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
 pub(crate) use tangents::Tangents;
 pub(crate) use terms::ModelValues;
-pub(crate) use zero_order_hold_step::{Motion, Response, ZeroOrderHoldStep};
+pub use zero_order_hold_step::Motion;
+pub(crate) use zero_order_hold_step::{Response, ZeroOrderHoldStep};

@@ -28,7 +28,7 @@ encode! {
 
 /// A motion over one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Motion<N> {
+pub struct Motion<N> {
     /// The distance moved, Δq.
     pub increment: N,
     /// The velocity at the end.

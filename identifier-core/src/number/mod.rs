@@ -86,21 +86,23 @@ pub trait Number:
         }
     }
 
+    /// The larger of two; the other where one is not a number.
+    #[inline]
+    #[must_use]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    /// The smaller of two; the other where one is not a number.
+    #[inline]
+    #[must_use]
+    fn smaller(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
     /// |x|.
     #[must_use]
     fn magnitude(self) -> Self;
-}
-
-/// The larger of two; the second where one is not a number.
-#[inline]
-pub(crate) fn larger<N: Number>(one: N, other: N) -> N {
-    if one > other { one } else { other }
-}
-
-/// The smaller of two; the second where one is not a number.
-#[inline]
-pub(crate) fn smaller<N: Number>(one: N, other: N) -> N {
-    if one < other { one } else { other }
 }
 
 impl Number for f32 {

@@ -31,7 +31,8 @@ impl IdentifiedServo {
     pub(crate) const STANDARD_ERRORS: f64 = 3.0;
 
     /// [a, b, c, τ, d], SI.
-    pub(crate) fn values(&self) -> [f64; 5] {
+    #[must_use]
+    pub fn values(&self) -> [f64; 5] {
         let ServoParameters {
             a,
             b,
@@ -39,36 +40,6 @@ impl IdentifiedServo {
             load,
         } = self.parameters;
         [a, b, coulomb, self.delay, load]
-    }
-
-    /// The same servo with another inertia: all accelerations times a factor.
-    pub(crate) fn scale(&mut self, factor: f64) {
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = &mut self.parameters;
-        for value in [a, b, coulomb, load] {
-            *value *= factor;
-        }
-        for (i, row) in self.covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                let scaled = [i, j].into_iter().filter(|&place| place != Self::DELAY);
-                *entry *= scaled.fold(1.0, |product, _| factor * product);
-            }
-        }
-    }
-
-    /// An unknown is known by itself, with this standard error.
-    pub(crate) fn know_alone(&mut self, place: usize, error: f64) {
-        for (i, row) in self.covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                if i == place || j == place {
-                    *entry = if i == j { error * error } else { 0.0 };
-                }
-            }
-        }
     }
 
     /// The standard error of an unknown by its place.
@@ -79,7 +50,8 @@ impl IdentifiedServo {
     }
 
     /// The largest Coulomb friction that it may have, rad/s².
-    pub(crate) fn most_coulomb(&self) -> f64 {
+    #[must_use]
+    pub fn most_coulomb(&self) -> f64 {
         let error = self.standard_error(Self::COULOMB);
         self.parameters.coulomb.max(0.0) + Self::STANDARD_ERRORS * error
     }

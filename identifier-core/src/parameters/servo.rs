@@ -24,21 +24,3 @@ impl ServoParameters {
         }
     }
 }
-
-#[cfg(test)]
-impl From<ServoParameters> for virtual_servo::ServoParameters {
-    fn from(servo: ServoParameters) -> Self {
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = servo;
-        Self {
-            a,
-            b,
-            coulomb,
-            load,
-        }
-    }
-}

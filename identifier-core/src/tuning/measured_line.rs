@@ -15,13 +15,6 @@ pub struct MeasuredLine {
 }
 
 impl MeasuredLine {
-    /// A place without a line.
-    pub(crate) const NONE: Self = Self {
-        frequency: 0.0,
-        gain: Complex { re: 0.0, im: 0.0 },
-        deviation: 0.0,
-    };
-
     /// Standard deviations by which a loop must keep its distance from −1.
     const DEVIATIONS: f64 = 1.5;
 
@@ -47,8 +40,9 @@ impl MeasuredLine {
         Some([sensitivity, sensitivity * sensitivity * deviation])
     }
 
-    /// True if gains certainly have a larger sensitivity than this on the line.
-    pub(crate) fn disproves(&self, tuning: &Tuning, sample_time: f64, most: f64) -> bool {
+    /// True if gains certainly have a larger sensitivity than this on the line. The sample time is in s.
+    #[must_use]
+    pub fn disproves(&self, tuning: &Tuning, sample_time: f64, most: f64) -> bool {
         /// Standard deviations of the line.
         const CERTAIN: f64 = 2.0;
         let [sensitivity, deviation] = self.sensitivity(tuning, sample_time).unwrap_or_default();

@@ -4,13 +4,13 @@ use crate::parameters::IdentifiedServo;
 
 /// A servo that the identified one may be, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PossibleServo {
-    /// 1/s.
-    pub(crate) a: f64,
-    /// Rad/s² per command unit.
-    pub(crate) b: f64,
+pub struct PossibleServo {
+    /// Viscous friction over inertia, 1/s.
+    pub a: f64,
+    /// Gain over inertia, rad/s² per command unit.
+    pub b: f64,
     /// From a reading to the acceleration of its command, besides the hold's, s.
-    pub(crate) delay: f64,
+    pub delay: f64,
 }
 
 /// The identified servo, first, and the corners of the ellipsoid of its a, b and τ.

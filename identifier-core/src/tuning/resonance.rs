@@ -42,18 +42,6 @@ impl Mode {
     pub fn antiresonance(&self) -> f64 {
         self.frequency / libm::sqrt(1.0 + self.ratio)
     }
-
-    /// The motion of the motor at a frequency (rad/s) over that of both masses as one, without friction:
-    /// |1 + β ω²/(ω² − ω₂² − 2jζω₂ω)|.
-    pub(crate) fn over_one_mass(&self, frequency: f64) -> f64 {
-        let square = frequency * frequency;
-        let mode = Complex {
-            re: square - self.frequency * self.frequency,
-            im: -2.0 * self.damping * self.frequency * frequency,
-        };
-        let moved = Complex::ONE.scaled(self.ratio * square) / mode + 1.0;
-        libm::sqrt(moved.power())
-    }
 }
 
 /// A servo of two masses that the measured one may be, and the excess over 1 of the largest sensitivity that it may have,

@@ -24,7 +24,7 @@ use crate::number::Complex;
 
 /// A servo's sampled response to its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SampledServo {
+pub struct SampledServo {
     whole_delay: u32,
     /// x h₁.
     decay: f64,
@@ -83,8 +83,9 @@ fn delta_at(nu: f64) -> Complex {
 }
 
 impl SampledServo {
-    /// Of one mass, or of two with their mode.
-    pub(crate) fn new(servo: &PossibleServo, mode: Option<&Mode>, sample_time: f64) -> Self {
+    /// Of one mass, or of two with their mode. The sample time is in s; a T is at most half, the delay at most 1000 samples.
+    #[must_use]
+    pub fn new(servo: &PossibleServo, mode: Option<&Mode>, sample_time: f64) -> Self {
         let step = ZeroOrderHoldStep::<f64>::new();
         let x = servo.a * sample_time;
         let (whole_delay, part) = split(servo.delay / sample_time);
@@ -118,8 +119,9 @@ impl SampledServo {
         servo * z.raised(self.whole_delay + 1).conjugate()
     }
 
-    /// The position per command at a frequency, rad/s: rad per command unit.
-    pub(crate) fn at(&self, nu: f64) -> Complex {
+    /// The position per command, rad per command unit, at ν = tan(ωT/2) above zero.
+    #[must_use]
+    pub fn at(&self, nu: f64) -> Complex {
         let delta = delta_at(nu);
         self.numerator(delta).scaled(self.gain) / (delta * (delta + self.decay))
     }

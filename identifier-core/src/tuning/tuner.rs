@@ -122,8 +122,9 @@ impl Tuner {
         self.work_with(state, &[], true)
     }
 
-    /// The same with the lines of a measured response, on each of which the gains keep their distance from −1.
-    pub(crate) fn work_with(
+    /// The same with the lines of a measured response, on each of which the gains keep their distance from −1. `is_explained`
+    /// says whether the model that is tuned for explains them.
+    pub fn work_with(
         &self,
         state: &mut TunerState,
         lines: &[MeasuredLine],

@@ -2,9 +2,9 @@
 
 use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo};
 use identifier_core::Settings;
-use identifier_core::commission::Reason;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::reason::Reason;
 use identifier_core::settings::FromSettings;
 
 /// As many blocks as a drive has.

@@ -2,8 +2,6 @@
 
 mod closed_forms;
 mod feed_forward;
-mod moving_axis;
 mod properties;
-mod servo_changes;
 mod support;
 mod two_masses;

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use identifier_core::commission::Reason;
+use identifier_core::reason::Reason;
 use integration_tests::in_parallel;
 
 use super::campaign::factor;

@@ -1,8 +1,8 @@
 //! A commissioning, judged by the true motion of the servo.
 
+use commissioning::Phase;
 use host_sim::commission::{Commissioning, Outcome, StepResponse};
 use host_sim::scenario::Scenario;
-use identifier_core::commission::Phase;
 use integration_tests::Random;
 
 /// Rise time against the promise, and overshoot beyond it.

@@ -1,6 +1,6 @@
 //! The tables of the pages are the core's catalogue.
 
-use identifier_core::commission::Reason;
+use identifier_core::reason::Reason;
 
 const CATALOGUE: &str = include_str!("../../../docs/faults.md");
 const MANUAL: &str = include_str!("../../../firmware-stm32/README.md");

@@ -1,7 +1,7 @@
 //! The scenarios that come with the simulator.
 
+use commissioning::Phase;
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
-use identifier_core::commission::Phase;
 
 use super::judged::{Judged, commission};
 

@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use commissioning::Phase;
 use host_sim::scenario::Scenario;
-use identifier_core::commission::{Phase, Reason};
+use identifier_core::reason::Reason;
 use integration_tests::{Random, environment, in_parallel};
 use virtual_servo::faults::{FaultKind, InjectedFault};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use identifier_core::commission::Reason;
+use identifier_core::reason::Reason;
 
 use super::judged::{Judged, OVERSHOOT, RISE, SMALL_OVERSHOOT};
 

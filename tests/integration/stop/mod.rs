@@ -10,8 +10,8 @@ mod servo;
 use std::sync::Mutex;
 use std::thread;
 
+use commissioning::CommissionSettings;
 use drive_link::Command;
-use identifier_core::commission::CommissionSettings;
 use integration_tests::environment;
 
 use host::Host;

@@ -1,7 +1,7 @@
-//! The names that a user of the core sees, with all its features: the reviewed list is
-//! `identifier-core/public-items.txt`. Every new name is one more to learn.
+//! The names that a user of the core and of commissioning sees, with all their features: the reviewed lists are
+//! `public-items.txt` in the folder of each. Every new name is one more to learn.
 //!
-//! `PUBLIC_ITEMS=write` writes the list anew.
+//! `PUBLIC_ITEMS=write` writes the lists anew.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,14 +9,33 @@ use std::path::{Path, PathBuf};
 
 use super::rust::{code, imports, without_tests};
 
+/// The crates with a list, and the least number of names that each certainly has.
+const LISTED: [(&str, usize); 2] = [("identifier-core", 50), ("crates/commissioning", 15)];
+
+/// The most names of all of them together.
+const MOST: usize = 170;
+
 #[test]
-fn the_public_items_of_the_core_are_those_of_the_list() {
-    let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("../identifier-core");
+fn the_public_items_are_those_of_the_lists_and_no_more_than_can_be_learnt() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let count = |&(folder, least): &(&str, usize)| checked(&root, folder, least);
+    let all: usize = LISTED.iter().map(count).sum();
+    println!("{all} public names");
+    assert!(
+        all <= MOST,
+        "{all} public names, of which {MOST} are accepted"
+    );
+}
+
+/// Compares the public items of the crate in a folder with its list: how many they are.
+fn checked(root: &Path, folder: &str, least: usize) -> usize {
+    let root = root.join(folder);
     let mut items = BTreeSet::new();
-    add(&core.join("src/lib.rs"), &core.join("src"), "", &mut items);
-    assert!(items.len() > 50, "only {} items were found", items.len());
+    add(&root.join("src/lib.rs"), &root.join("src"), "", &mut items);
+    let count = items.len();
+    assert!(count > least, "{folder}: only {count} items were found");
     let found: String = items.iter().map(|item| format!("{item}\n")).collect();
-    let list = core.join("public-items.txt");
+    let list = root.join("public-items.txt");
     if std::env::var_os("PUBLIC_ITEMS").is_some_and(|order| order == "write") {
         fs::write(&list, &found).expect("writable");
     }
@@ -27,8 +46,9 @@ fn the_public_items_of_the_core_are_those_of_the_list() {
     let fewer: Vec<_> = listed.difference(&found).collect();
     assert!(
         more.is_empty() && fewer.is_empty(),
-        "public and not listed: {more:?}; listed and not public: {fewer:?}"
+        "{folder}: public and not listed: {more:?}; listed and not public: {fewer:?}"
     );
+    count
 }
 
 /// Adds the public items of a file whose submodules are in a folder.

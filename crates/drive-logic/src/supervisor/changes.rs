@@ -1,8 +1,8 @@
 //! Changes of a commissioned servo in a run.
 
+use commissioning::servo_change::{PromisedServo, ServoChange};
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::Reason;
-use identifier_core::tuning::{PromisedServo, ServoChange};
+use identifier_core::reason::Reason;
 
 use super::Supervisor;
 use crate::messages::Examination;

@@ -2,13 +2,14 @@
 //! run the store is left alone, which holds all of the old. The result is saved as one record, once it is validated and
 //! the servo is disabled.
 
+use commissioning::{CommissionSettings, HoldingGains, Phase};
 use drive_link::{
     Commissioned, Commissioning as LastCommissioning, Gains, Kept, Law, NotAllowed, Origin,
     Outcome, Protection, Record, Refusal, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::ControllerSettings;
-use identifier_core::commission::{CommissionSettings, HoldingGains, Phase, Reason};
+use identifier_core::reason::Reason;
 use identifier_core::settings::IdentifierSettings;
 
 use super::Supervisor;

@@ -9,13 +9,14 @@ mod solver;
 
 use core::fmt;
 
+use commissioning::servo_change::ServoChangeState;
+use commissioning::{CommissionSettings, Phase};
 use drive_link::{
     BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Noticed, Outcome, Record,
     Refusal, Report, Request, Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::{CommissionSettings, Phase, Reason};
-use identifier_core::tuning::ServoChangeState;
+use identifier_core::reason::Reason;
 
 pub use self::memory::Memory;
 use self::memory::Slot;

@@ -2,8 +2,8 @@
 
 use drive_link::{Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::Reason;
 use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
 
 use super::Supervisor;
 use crate::closed_loop::Learnt;

@@ -1,9 +1,9 @@
 //! Runs, from where the servo rests and from where a commissioning holds it.
 
+use commissioning::Phase;
+use commissioning::servo_change::ServoChangeState;
 use drive_link::{Commissioned, Estimates, LoopSettings, NotAllowed, Refusal, Settings};
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::commission::Phase;
-use identifier_core::tuning::ServoChangeState;
 
 use super::Supervisor;
 use super::memory::Slot;

@@ -1,10 +1,11 @@
 //! The background's half of a mode, in slices: Gauss–Newton's first fit, which the interrupt keeps recording for, or the
 //! solver of a commissioning.
 
+use commissioning::{CommissionSettings, CommissionSolver};
 use drive_link::{Law, LoopSettings, NotAllowed};
-use identifier_core::commission::{CommissionSettings, CommissionSolver, Reason};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::{AbCoulombLoad, IdentifiedServo};
+use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
 use crate::channel::{BackgroundEnd, Recorded, Solution};

@@ -1,8 +1,9 @@
 //! Orders to commission, and their outcomes.
 
+use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{Command, Fault, Outcome, Report, State};
-use identifier_core::commission::{CommissionSettings, Limits, Phase, Reason};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
 
 use super::drive::Drive;

@@ -2,10 +2,8 @@
 
 use std::fmt::Write;
 
+use commissioning::{CommissionInputs, CommissionSettings, Limits, Phase, SynchronousCommission};
 use fixed::types::I16F16;
-use identifier_core::commission::{
-    CommissionInputs, CommissionSettings, Limits, Phase, SynchronousCommission,
-};
 use identifier_core::constants::{Configuration, words};
 use identifier_core::excitation::Prbs;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};

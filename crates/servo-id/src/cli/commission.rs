@@ -1,10 +1,10 @@
 use std::path::{Path, PathBuf};
 
+use commissioning::CommissionSettings;
 use host_sim::commission::{Commissioning, Sample};
 use host_sim::provenance::{Kept, Origin, ScenarioText, Task};
 use host_sim::result::CommissioningResult;
 use host_sim::scenario::Purpose;
-use identifier_core::commission::CommissionSettings;
 
 use super::call;
 use super::fault::Fault;

@@ -5,8 +5,8 @@ mod silence;
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use commissioning::CommissionSettings;
 use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
-use identifier_core::commission::CommissionSettings;
 
 pub use self::loop_settings::loop_settings;
 pub use self::silence::Silence;

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use commissioning::Phase;
 use drive_link::{Estimates, Refusal, Report, Settings, State as Does, Status};
-use identifier_core::commission::Phase;
 
 use super::frame::{Frame, Kind};
 use super::history::{History, Point};

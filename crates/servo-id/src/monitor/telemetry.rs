@@ -85,8 +85,8 @@ impl Telemetry {
 
 #[cfg(test)]
 mod tests {
+    use commissioning::Phase;
     use drive_link::{Estimates, Progress, Snapshot};
-    use identifier_core::commission::Phase;
 
     use super::*;
 

@@ -2,10 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use commissioning::CommissionInputs;
 use drive_logic::{Chip, Lines};
 use host_sim::commission::Axis;
-use identifier_core::commission::{CommissionInputs, Reason};
 use identifier_core::drive::{Actuator, PositionSensor};
+use identifier_core::reason::Reason;
 
 use super::SimulatedPins;
 

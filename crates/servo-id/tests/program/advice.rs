@@ -9,7 +9,7 @@ use std::process::Output;
 use crate::predict;
 use crate::support::{argument, assert_done, folder, printed, servo_id, standard_error};
 use host_sim::verdict::{Cause, VerdictReason};
-use identifier_core::commission::Reason;
+use identifier_core::reason::Reason;
 use serde_json::Value;
 
 /// Lines of a scenario: a table, and lines that are added to it, or that are all of it where its name begins with `=`.

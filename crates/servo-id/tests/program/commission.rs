@@ -4,7 +4,7 @@
 use std::fs;
 
 use crate::support::{assert_done, folder, servo_id, standard_error};
-use identifier_core::commission::Reason;
+use identifier_core::reason::Reason;
 use serde_json::Value;
 
 const PAPER: &str = include_str!("../../../../host-sim/scenarios/commission.toml");

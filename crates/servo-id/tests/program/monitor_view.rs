@@ -4,12 +4,12 @@
 use std::time::Instant;
 
 use crate::support::simulated_drive::SERVO;
+use commissioning::Phase;
 use drive_link::{
     BootChecks, Dither, Ended, Estimates, Fault, Home, Kept, Law, LoopSettings, Noticed, Progress,
     Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status, TargetSource,
 };
 use identifier_core::ControllerSettings;
-use identifier_core::commission::Phase;
 use identifier_core::parameters::ServoParameters;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

@@ -7,7 +7,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::linalg::{Factors, Measurement};
-use crate::number::{Number, RunningSum, larger, smaller};
+use crate::number::{Number, RunningSum};
 use crate::unrolled::{each, from_fn};
 
 /// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
@@ -427,10 +427,10 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let forgetting = state.forgetting;
         let error = state.mean_error;
         state.level += self.level_gain * (error * error - state.level);
-        let faded = larger(state.peak - state.peak * forgetting, self.noise);
+        let faded = (state.peak - state.peak * forgetting).larger(self.noise);
         // 1/λ = 1 + x + x² + … for λ = 1 − x, x ≤ 1/12.
         let mut growth = N::ONE + forgetting * (N::ONE + forgetting);
-        state.forgetting = larger(forgetting * self.settling, self.min_forgetting);
+        state.forgetting = (forgetting * self.settling).larger(self.min_forgetting);
         state.inflation += self.inflation_decay * (N::ONE - state.inflation);
         state.peak = faded;
         if state.level > faded {
@@ -438,7 +438,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             state.peak = state.level;
         }
         if state.pending_inflation > N::ONE {
-            let rise = smaller(state.pending_inflation, self.max_inflation);
+            let rise = state.pending_inflation.smaller(self.max_inflation);
             growth = growth * rise;
             state.pending_inflation = state.pending_inflation * rise.reciprocal();
             state.inflation = state.inflation * rise;
@@ -453,7 +453,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         let predicted = state.measurement.variance;
         let floor = state.peak - state.peak * state.forgetting;
         let surprise = error * error * self.outlier_threshold_inv_sq - predicted;
-        let noise = larger(floor, larger(surprise, self.caution * predicted));
+        let noise = floor.larger(surprise.larger(self.caution * predicted));
         state.measurement.weigh(noise);
         state.weighed.observe(error, state.measurement.precision);
         state.blocks += 1;

@@ -1,6 +1,6 @@
 use crate::adaptation::GaussNewton;
 use crate::constants::{Encode, encode};
-use crate::number::{Number, smaller};
+use crate::number::Number;
 
 /// Detects a step of the load by the mean of the output error.
 ///
@@ -98,7 +98,7 @@ impl<N: Number> LoadStepTest<N> {
             return true;
         }
         state.variance +=
-            self.variance_weight * (smaller(square, self.cap * variance) - state.variance);
+            self.variance_weight * (square.smaller(self.cap * variance) - state.variance);
         false
     }
 }

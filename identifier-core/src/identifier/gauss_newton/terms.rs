@@ -2,7 +2,7 @@ use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::ModelValues;
-use crate::number::{Number, larger};
+use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
 
 /// The factor on the variances of the estimates when a term enters: they contain its effect.
@@ -91,13 +91,13 @@ where
         let fine = N::from_f64(MIN_FRICTION_SHARE);
         let parameters = ModelValues::from_values::<S, P>(estimates).parameters;
         unknown.usual_size(|share: N| UsualSizes {
-            coulomb: share * larger(parameters.coulomb, fine * scale),
+            coulomb: share * parameters.coulomb.larger(fine * scale),
             other: PerQuantity {
-                rate: share * larger(parameters.x, fine * omega),
+                rate: share * parameters.x.larger(fine * omega),
                 gain: share * parameters.gain,
                 acceleration: share * scale,
                 // Of the time in which the loop settles, at least a sample.
-                time: larger(N::ONE, share * omega.reciprocal()),
+                time: N::ONE.larger(share * omega.reciprocal()),
                 command: share * scale * parameters.gain.reciprocal(),
             },
         })

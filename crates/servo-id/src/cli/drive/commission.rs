@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use commissioning::{HoldingGains, Phase};
 use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
 use host_sim::provenance::ScenarioText;
 use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
-use identifier_core::commission::{HoldingGains, Phase};
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
@@ -223,7 +223,7 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::commission::Reason;
+    use identifier_core::reason::Reason;
 
     use super::*;
 

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use commissioning::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, Status};
 use host_sim::provenance::ScenarioText;
 use host_sim::scenario::{Purpose, Scenario};
-use identifier_core::commission::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 
 use crate::cli::fault::Fault;
 

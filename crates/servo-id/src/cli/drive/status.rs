@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
 use host_sim::result::DriveStatus;
-use identifier_core::commission::Reason;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
 
 use super::fault;
 use crate::cli::fault::Fault;

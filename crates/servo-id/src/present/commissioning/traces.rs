@@ -1,9 +1,9 @@
 //! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
 //! the promised one.
 
+use commissioning::{CommissionSettings, Phase};
 use host_sim::commission::{FrequencyResponse, Outcome, Sample, StepResponse};
 use host_sim::scenario::Scenario;
-use identifier_core::commission::{CommissionSettings, Phase};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Tuner, TuningSettings};
 

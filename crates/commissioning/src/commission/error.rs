@@ -1,0 +1,114 @@
+use core::fmt;
+
+use identifier_core::error::{Allowed, OutOfRange};
+
+/// Why a commissioning is refused before anything moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CommissionError {
+    /// A setting is out of its range; `needed` is the nearest that would do.
+    OutOfRange {
+        /// Its name in [`Limits`](super::Limits) or [`CommissionSettings`](super::CommissionSettings).
+        setting: &'static str,
+        /// As it was given, SI.
+        value: f64,
+        /// The nearest value that would do, SI.
+        needed: f64,
+    },
+    /// The travel is less than evidence needs with this encoder.
+    TravelTooSmall {
+        /// As it was given, rad.
+        travel: f64,
+        /// The least that would do, rad.
+        needed: f64,
+    },
+    /// The speed is less than evidence needs with this encoder and sample time.
+    SpeedTooSmall {
+        /// As it was given, rad/s.
+        speed: f64,
+        /// The least that would do, rad/s.
+        needed: f64,
+    },
+    /// With the largest b, all of the command changes the speed within a sample by too large a part of its limit, which
+    /// would be passed before the encoder shows it.
+    TooStrong {
+        /// As it was given, s.
+        sample_time: f64,
+        /// The longest sample time that would do, s.
+        most: f64,
+        /// The largest command that would do in its place, command units.
+        command: f64,
+    },
+    /// The response asked for is faster than sampling and delay permit, whatever the servo.
+    TooFast {
+        /// The bandwidth asked for, rad/s.
+        bandwidth: f64,
+        /// The largest that would do, rad/s.
+        most: f64,
+    },
+}
+
+impl From<OutOfRange> for CommissionError {
+    fn from(error: OutOfRange) -> Self {
+        let OutOfRange {
+            parameter,
+            value,
+            allowed,
+        } = error;
+        let needed = match allowed {
+            Allowed::Above(bound)
+            | Allowed::AtLeast(bound)
+            | Allowed::Below(bound)
+            | Allowed::AtMost(bound)
+            | Allowed::PositiveUpTo(bound) => bound,
+            Allowed::Between(low, high) | Allowed::Within(low, high) => {
+                if value > high {
+                    high
+                } else {
+                    low
+                }
+            }
+            _ => 0.0,
+        };
+        Self::OutOfRange {
+            setting: parameter,
+            value,
+            needed,
+        }
+    }
+}
+
+impl fmt::Display for CommissionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange {
+                setting,
+                value,
+                needed,
+            } => write!(f, "{setting} is {value}: {needed} would do"),
+            Self::TravelTooSmall { travel, needed } => write!(
+                f,
+                "a travel of {travel} rad is less than evidence needs with this encoder: allow {needed:.4} rad"
+            ),
+            Self::SpeedTooSmall { speed, needed } => write!(
+                f,
+                "a speed of {speed} rad/s is less than evidence needs with this encoder: allow {needed:.4} rad/s"
+            ),
+            Self::TooStrong {
+                sample_time,
+                most,
+                command,
+            } => write!(
+                f,
+                "in a sample time of {sample_time} s a servo of the largest b changes its speed by too much of the limit: \
+                 sample every {most:.6} s or less, or allow a command of {command:.4} or less"
+            ),
+            Self::TooFast { bandwidth, most } => write!(
+                f,
+                "a bandwidth of {bandwidth:.1} rad/s is more than sampling and delay permit: ask for {most:.1} rad/s or less"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for CommissionError {}

@@ -1,0 +1,132 @@
+use super::piece::Piece;
+use identifier_core::fit::{Block, Blocks};
+use identifier_core::identifier::NumberedBlock;
+use identifier_core::number::Number;
+
+/// The record of a motion, of at most W blocks of the same number of samples. Where it is full, every two blocks become one,
+/// so that a short motion is kept finely and a long one as a whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct MotionRecord<N, const W: usize> {
+    blocks: [Block<N>; W],
+    count: usize,
+    /// Of each.
+    samples: N,
+    /// The beginning of the next block.
+    open: Piece<N>,
+    next: Option<u32>,
+    complete: bool,
+}
+
+impl<N: Number, const W: usize> MotionRecord<N, W> {
+    /// Nothing recorded yet.
+    pub(crate) const EMPTY: Self = Self {
+        blocks: [Piece::NONE.block; W],
+        count: 0,
+        samples: N::ONE,
+        open: Piece::NONE,
+        next: None,
+        complete: true,
+    };
+
+    /// Takes a block. False, and nothing is taken, if one is missing before it.
+    pub(crate) fn take(&mut self, block: &NumberedBlock<N>) -> bool {
+        let missing = self.next.is_some_and(|next| next != block.number);
+        if missing || !self.complete {
+            self.complete = false;
+            return false;
+        }
+        if self.next.is_none() {
+            self.samples = block.samples;
+        }
+        self.next = Some(block.number.wrapping_add(1));
+        self.open = self.open.followed_by(&Piece::from_block(block));
+        if self.open.samples < self.samples {
+            return true;
+        }
+        match self.blocks.get_mut(self.count) {
+            Some(place) => {
+                *place = self.open.block;
+                self.count += 1;
+                self.open = Piece::NONE;
+            }
+            None => self.join(),
+        }
+        true
+    }
+
+    /// Every two blocks become one.
+    fn join(&mut self) {
+        let whole = |block: &Block<N>| Piece {
+            samples: N::ONE,
+            block: *block,
+        };
+        self.count = W / 2;
+        for index in 0..self.count {
+            let joined = match self.blocks.get(2 * index..2 * index + 2) {
+                Some([one, next]) => whole(one).followed_by(&whole(next)).block,
+                _ => continue,
+            };
+            if let Some(place) = self.blocks.get_mut(index) {
+                *place = joined;
+            }
+        }
+        self.samples = self.samples + self.samples;
+    }
+
+    /// True if no block was missing.
+    #[must_use]
+    pub(crate) fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// Blocks in the record.
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Samples of each.
+    pub(crate) fn samples(&self) -> N {
+        self.samples
+    }
+
+    /// The blocks, from the first.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block<N>> {
+        self.blocks.iter().take(self.count)
+    }
+
+    /// From the lowest to the highest position, counts.
+    pub(crate) fn range(&self) -> N {
+        let (mut position, mut low, mut high) = (N::ZERO, N::ZERO, N::ZERO);
+        for block in self.blocks() {
+            position += block.travel;
+            low = if position < low { position } else { low };
+            high = if position > high { position } else { high };
+        }
+        high - low
+    }
+
+    /// The mean speed over at least this many first samples; zero where it is within rounding.
+    pub(crate) fn speed_at_first(&self, samples: N) -> N {
+        /// Counts that a servo at rest may show.
+        const ROUNDING: f64 = 1.5;
+        let (mut time, mut travel) = (N::ZERO, N::ZERO);
+        for block in self.blocks() {
+            time += self.samples;
+            travel += block.travel;
+            if time >= samples {
+                break;
+            }
+        }
+        if travel.magnitude() > N::from_f64(ROUNDING) {
+            travel.magnitude() * time.reciprocal()
+        } else {
+            N::ZERO
+        }
+    }
+}
+
+impl<N: Number, const W: usize> Blocks<N> for MotionRecord<N, W> {
+    fn block(&self, index: usize) -> Option<&Block<N>> {
+        self.blocks.get(index).filter(|_| index < self.count)
+    }
+}

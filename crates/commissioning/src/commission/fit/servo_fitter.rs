@@ -1,0 +1,278 @@
+use super::motion::MotionRecord;
+use super::prediction::{PredictionErrors, PredictionRun};
+use super::servo_fit::{MotionFit, MotionFitter, ServoFit};
+use super::whitening::inverse_factor;
+use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS, POSITION, UNKNOWNS, VELOCITY};
+use identifier_core::fit::{Blocking, FitResult, Fitter};
+use identifier_core::model::FrictionStep;
+use identifier_core::number::Number;
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
+
+/// Settings of a fitter, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FitSettings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of a count, rad.
+    pub resolution: f64,
+    /// The known part of the delay from the reading of the encoder to the change of the output, s.
+    pub command_delay: f64,
+}
+
+impl FitSettings {
+    /// The blocks of a record that is not yet full.
+    pub(crate) fn blocking<N: Number>(&self) -> Blocking<N> {
+        /// s; within it a command of a few hundred rad/s is nearly even.
+        const BLOCK_TIME: f64 = 4e-4;
+        // Casts saturate.
+        Blocking::new((BLOCK_TIME / self.sample_time) as u32)
+    }
+}
+
+/// Fits q̈ = −a q̇ + b u(t − τ) + d − c sign q̇ to the record of a motion by the fit of a running drive.
+///
+/// The motion begins at rest, or nearly, and is short: so the model may go through it alone, and nothing is lost where a count
+/// is much of the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ServoFitter<N> {
+    settings: FitSettings,
+    /// The model's step, for effects.
+    pub(super) step: FrictionStep<N>,
+}
+
+impl<N: Number> ServoFitter<N> {
+    /// Blocks of a pass in a slice of work.
+    const BLOCKS: usize = 3;
+
+    /// Standard deviation of the delay that is not known, s, but at least a sample.
+    const UNKNOWN_DELAY: f64 = 1e-4;
+
+    /// The speed of a servo that stands, counts per sample: a count in a hundred.
+    const STOOD: f64 = 0.01;
+
+    /// The bandwidth of gains that hold a servo, rad/s, and the most of it per sample.
+    const HELD: f64 = 250.0;
+    const HELD_SAMPLED: f64 = 0.08;
+
+    /// The largest speed with which a record begins, in standard deviations.
+    const FASTEST_AT_FIRST: f64 = 4.0;
+
+    /// The longest delay, s.
+    const MAX_DELAY: f64 = 0.02;
+
+    /// For records with these settings.
+    #[must_use]
+    pub(crate) fn new(settings: &FitSettings) -> Self {
+        Self {
+            settings: *settings,
+            step: FrictionStep::new(),
+        }
+    }
+
+    /// Begins a fit.
+    #[must_use]
+    pub(crate) fn begin<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        known: Option<&IdentifiedServo>,
+    ) -> ServoFit<N> {
+        /// As a servo may change, it is known with so many times its standard errors.
+        const CAUTION: f64 = 2.0;
+        let fitter = self.fitter_for(motion, known, known.is_some());
+        let mut fit = self.fit_to(&fitter, motion);
+        if let Some(servo) = known {
+            let scale = self.scale();
+            let row = |factor: [f64; PARAMETERS]| {
+                let mut row = [N::ZERO; PARAMETERS];
+                for ((entry, factor), scale) in row.iter_mut().zip(factor).zip(scale) {
+                    *entry = N::from_f64(factor / (CAUTION * scale));
+                }
+                row
+            };
+            fitter.know(&mut fit, &inverse_factor(&servo.covariance).map(row));
+        }
+        ServoFit {
+            fitter,
+            fit,
+            expected_delay: N::from_f64(self.expected_delay()),
+            found: None,
+        }
+    }
+
+    /// Continues a fit by some blocks of the record, or by the work between two passes. Returns once it has
+    /// ended.
+    pub(crate) fn work<const W: usize>(
+        &self,
+        fit: &mut ServoFit<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> Option<Result<IdentifiedServo, Reason>> {
+        for _ in 0..Self::BLOCKS {
+            if let Some((result, own)) = &mut fit.found {
+                if own.advance(motion) {
+                    let errors = own.errors(motion, self.resolution());
+                    return Some(self.servo(result, &errors));
+                }
+            } else if let Some(ended) = fit.fitter.work(&mut fit.fit, motion) {
+                let Some(result) = ended else {
+                    return Some(Err(Reason::TooLittleEvidence));
+                };
+                let afresh = self.fit_to(&fit.fitter, motion);
+                let none = [[N::ZERO; PARAMETERS]; PARAMETERS];
+                let own = PredictionRun::begin(&fit.fitter, afresh, &result.parameters, none);
+                fit.found = Some((result, own));
+                return None;
+            }
+        }
+        None
+    }
+
+    /// A fitter for a motion of a servo of which something may be known, and which gains may have held before.
+    pub(super) fn fitter_for<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        known: Option<&IdentifiedServo>,
+        is_held: bool,
+    ) -> MotionFitter<N> {
+        let time = self.settings.sample_time;
+        let speed = self.speed_at_first(motion, is_held);
+        let [low, high] = self.bounds(motion, speed);
+        let own = |bounds: [f64; UNKNOWNS]| core::array::from_fn(|i| bounds[i]);
+        let (mut initial, mut deviation) = ([None; PARAMETERS], [None; PARAMETERS]);
+        initial[DELAY] = Some(self.expected_delay());
+        deviation[DELAY] = Some(Self::UNKNOWN_DELAY.max(time) / time);
+        if let Some(servo) = known {
+            let (values, scale) = (servo.values(), self.scale());
+            for i in 0..PARAMETERS {
+                initial[i] = Some(values[i] * scale[i]);
+            }
+        }
+        Fitter::from_rest(
+            motion.samples().whole().unsigned_abs(),
+            speed,
+            [low, high].map(own),
+            [initial, deviation],
+        )
+    }
+
+    /// A fit to a motion before its first block.
+    pub(super) fn fit_to<const W: usize>(
+        &self,
+        fitter: &MotionFitter<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> MotionFit<N> {
+        fitter.begin_fit(motion.len())
+    }
+
+    /// Samples.
+    fn expected_delay(&self) -> f64 {
+        self.settings.command_delay / self.settings.sample_time + 1.0
+    }
+
+    /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
+    /// stood, or of one that conservative gains hold, which hunts by a count. A released servo may begin to move.
+    pub(super) fn speed_at_first<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        held: bool,
+    ) -> f64 {
+        let time = self.settings.sample_time;
+        let hunting = if held {
+            0.5 * (Self::HELD * time).min(Self::HELD_SAMPLED)
+        } else {
+            Self::STOOD
+        };
+        let first = motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
+        hunting + 0.5 * first
+    }
+
+    /// Position of a count, rad.
+    pub(super) fn resolution(&self) -> f64 {
+        self.settings.resolution
+    }
+
+    /// Machine units per SI unit.
+    pub(super) fn scale(&self) -> [f64; PARAMETERS] {
+        let time = self.settings.sample_time;
+        let acceleration = time * time / self.settings.resolution;
+        let mut scale = [acceleration; PARAMETERS];
+        scale[A] = time;
+        scale[DELAY] = 1.0 / time;
+        scale
+    }
+
+    /// The least and the largest unknowns, for a record that begins with a speed of such a deviation.
+    pub(super) fn bounds<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        speed: f64,
+    ) -> [[f64; UNKNOWNS]; 2] {
+        let time = self.settings.sample_time;
+        let samples = motion.samples().to_f64();
+        let fastest = Self::FASTEST_AT_FIRST * speed;
+        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
+        let mut high = [f64::from(f32::MAX); UNKNOWNS];
+        [low[A], low[B], low[COULOMB], low[DELAY]] = [0.0; 4];
+        high[A] = FrictionStep::<N>::LARGEST_RATE / samples;
+        high[DELAY] = Self::MAX_DELAY / time;
+        (low[POSITION], high[POSITION]) = (-1.0, 1.0);
+        (low[VELOCITY], high[VELOCITY]) = (-fastest, fastest);
+        [low, high]
+    }
+
+    /// Of a servo, machine units of a sample.
+    pub(super) fn parameters(&self, servo: &IdentifiedServo) -> [N; PARAMETERS] {
+        let (values, scale) = (servo.values(), self.scale());
+        core::array::from_fn(|i| N::from_f64(values[i] * scale[i]))
+    }
+
+    fn servo(
+        &self,
+        result: &FitResult<N, PARAMETERS>,
+        errors: &PredictionErrors,
+    ) -> Result<IdentifiedServo, Reason> {
+        /// The largest relative standard error of b with which there is a servo at all.
+        const UNCERTAIN: f64 = 0.2;
+        /// The part of the motion's range that viscous friction at its bound may leave unexplained: where an amplifier holds a
+        /// speed it leaves 0.03. Beyond, something else moves the servo.
+        const MAX_LEFT: f64 = 0.05;
+        let is_explained = errors.rms <= MAX_LEFT * errors.range;
+        let is_at_most = |at_bound: bool, value: N| at_bound && value > N::ZERO;
+        let friction = is_at_most(result.at_bound[A], result.parameters[A]);
+        let delay = is_at_most(result.at_bound[DELAY], result.parameters[DELAY]);
+        if friction && !delay && !is_explained {
+            return Err(Reason::PartlyExplained);
+        }
+        if friction || delay {
+            return Err(Reason::EstimateAtBound);
+        }
+        let per_scale = self.scale().map(|scale| 1.0 / scale);
+        let value = |i: usize| result.parameters[i].to_f64() * per_scale[i];
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: value(A),
+                b: value(B),
+                coulomb: value(COULOMB),
+                load: value(LOAD),
+            },
+            delay: value(DELAY),
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| {
+                    result.covariance[i][j].to_f64() * per_scale[i] * per_scale[j]
+                })
+            }),
+            unexplained: errors.rms.max(errors.rounding),
+        };
+        let entries = servo.covariance.as_flattened().iter();
+        let is_finite = (servo.values().iter().chain(entries)).all(|value| value.is_finite());
+        let uncertain = servo.standard_error(B) > UNCERTAIN * servo.parameters.b;
+        if is_finite && servo.parameters.b > 0.0 && !uncertain {
+            Ok(servo)
+        } else if is_explained {
+            Err(Reason::TooLittleEvidence)
+        } else {
+            Err(Reason::PartlyExplained)
+        }
+    }
+}

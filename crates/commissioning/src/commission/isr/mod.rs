@@ -1,0 +1,314 @@
+mod monitoring;
+mod sequence;
+
+use super::conservative_pid::ConservativePid;
+use super::gains::{HoldingGains, Loop, Velocity};
+use super::message::DecisionKind;
+use super::noise::Hysteresis;
+use super::state::{Activity, CommissionState, Next};
+use super::{
+    CommissionError, CommissionSettings, Decision, LargestMotion, Phase, Probing, RecordEvent,
+};
+use crate::watch::{Observation, ServoWatch};
+use identifier_core::control::ControlSample;
+use identifier_core::fit::Blocking;
+use identifier_core::measurement::{LowPass, VelocityEstimate};
+use identifier_core::number::Number;
+use identifier_core::reason::Reason;
+use identifier_core::units::Units;
+
+/// The interrupt's half of a commissioning: it moves the servo, watches over it and never waits.
+///
+/// A sample is [`CommissionIsr::control`], whose command the caller has act at once, and then [`CommissionIsr::learn`];
+/// the caller hands its [`RecordEvent`] to the
+/// [`CommissionSolver`](super::CommissionSolver), has that do [`CommissionIsr::slices`] slices of work, and hands its
+/// [`Decision`] to [`CommissionIsr::accept`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommissionIsr<N: Number> {
+    settings: CommissionSettings,
+    hysteresis: Hysteresis<N>,
+    /// Of the recorded motions.
+    blocking: Blocking<N>,
+    /// Noise at rest with which it goes on, counts.
+    tolerated_noise: N,
+    units: Units,
+    pub(in crate::commission) probing: Probing<N>,
+    pub(in crate::commission) watch: ServoWatch<N>,
+    /// The velocity estimate for gains that take over.
+    velocity: LowPass<N>,
+    before: Option<Loop<N>>,
+    conservative: ConservativePid<N>,
+    limit: [N; 2],
+    /// Counts a sample, at which the servo is brought to a place.
+    pace: N,
+    /// Samples of a rest, and that the solver may take.
+    rest: u32,
+    patience: u32,
+    /// Samples that are recorded before a motion.
+    lead: u32,
+    /// By which the commands of a servo that is not known yet are late, samples.
+    delay: N,
+    /// The command by which that of a rest may differ from the load's besides what friction explains.
+    spare: N,
+}
+
+/// Inputs of a commissioning in a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CommissionInputs {
+    /// The encoder's count, which wraps at 32 bits; none if it gave no valid reading.
+    pub count: Option<i32>,
+    /// True if the sample before ended too late.
+    pub late: bool,
+    /// A reason for which the caller ends it.
+    pub stop: Option<Reason>,
+}
+
+/// Outputs of a commissioning in a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommissionStep<N> {
+    /// The command that is to act until the next; none: disable the stage.
+    pub command: Option<N>,
+    /// Where the commissioning stands.
+    pub phase: Phase,
+    /// The event for the solver.
+    pub finding: Option<RecordEvent<N>>,
+}
+
+impl<N: Number> CommissionIsr<N> {
+    /// Time for which a servo must be still to be at rest, s, and samples.
+    pub const REST: (f64, f64) = (0.02, 8.0);
+
+    /// Recorded rest before a motion, s, and samples: as long as a command may be late.
+    pub const LEAD: (f64, f64) = (2e-3, 4.0);
+
+    /// The longest that the solver may take, or a servo may need to come to rest, s.
+    pub const PATIENCE: f64 = 30.0;
+
+    /// The part of the largest speed at which a servo is brought to a place.
+    pub const PACE: f64 = 0.2;
+
+    /// The cut-off of the velocity estimate that gains take over with, ω T.
+    const CUTOFF: f64 = 0.2;
+
+    /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
+    /// the average and nearly all of it at most, beside the interrupt; a few that end a fit or a prediction
+    /// take longer (`commission-slice` in the firmware's budget).
+    const SLICE: f64 = 1e-4;
+
+    /// By how much more than is declared a command of a servo that is not known yet may be late, samples.
+    const UNKNOWN_DELAY: f64 = 2.0;
+
+    /// The part of the command by which that of a rest may differ from the load's besides what friction explains.
+    const SPARE: f64 = 0.05;
+
+    /// Noise at rest that motion is not mistaken for, counts, and the part by which it may exceed the declared one.
+    const TOLERATED_NOISE: f64 = 0.5;
+    pub(in crate::commission) const MAX_NOISE_FACTOR: f64 = 1.5;
+
+    /// For an axis that is released, or is held by the gains before.
+    ///
+    /// # Errors
+    /// The setting that is contradictory or impossible within the limits, with the value that would do.
+    pub fn new(
+        settings: &CommissionSettings,
+        before: Option<&HoldingGains>,
+    ) -> Result<Self, CommissionError> {
+        settings.check()?;
+        let hysteresis = Hysteresis::new(settings.noise / settings.resolution);
+        let tolerated_noise = Self::tolerated_noise(settings);
+        let settings = &settings.in_units_of_noise();
+        let limits = &settings.limits;
+        let units = Units::new(settings.sample_time, settings.resolution)?;
+        let samples = |time: f64| time / settings.sample_time;
+        let [low, high] = limits.command;
+        let (rest, fewest) = Self::REST;
+        let (lead, fewest_of_lead) = Self::LEAD;
+        Ok(Self {
+            settings: *settings,
+            hysteresis,
+            blocking: settings.fit().blocking(),
+            tolerated_noise,
+            probing: Probing::new(&settings.probing())?,
+            watch: ServoWatch::new(&settings.watch())?,
+            velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
+            before: before.map(|gains| gains.build(&units)).transpose()?,
+            conservative: ConservativePid::new(&units, limits),
+            limit: [N::from_f64(low), N::from_f64(high)],
+            pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
+            // Casts saturate.
+            rest: samples(rest).max(fewest) as u32,
+            patience: samples(Self::PATIENCE) as u32,
+            lead: samples(lead).max(fewest_of_lead) as u32,
+            delay: N::from_f64(samples(settings.command_delay) + Self::UNKNOWN_DELAY),
+            spare: N::from_f64(Self::SPARE * high.min(-low)),
+            units,
+        })
+    }
+
+    fn tolerated_noise(settings: &CommissionSettings) -> N {
+        let declared = Self::MAX_NOISE_FACTOR * settings.noise / settings.resolution;
+        N::from_f64(declared.max(Self::TOLERATED_NOISE))
+    }
+
+    /// The largest motion that there can be before anything is known of the servo.
+    #[must_use]
+    pub fn largest_motion(&self) -> LargestMotion {
+        self.probing.largest_motion()
+    }
+
+    /// The slices of work that the solver does in each sample.
+    #[must_use]
+    pub fn slices(&self) -> u32 {
+        ((self.settings.sample_time / Self::SLICE) as u32).clamp(1, 32)
+    }
+
+    /// Begins where the servo stands. `held` is the command that the gains before hold it with now.
+    #[must_use]
+    pub fn start(&self, count: i32, held: Option<N>) -> CommissionState<N> {
+        let command = held.unwrap_or(N::ZERO);
+        let activity = match self.before {
+            Some(before) => Activity::Holding(self.held_by(before, N::ZERO, N::ZERO, command)),
+            None => Activity::Free,
+        };
+        let watch = self
+            .watch
+            .start_delayed(self.settings.command_delay / self.settings.sample_time);
+        let bandwidth = self.conservative.max_bandwidth();
+        CommissionState::begun(count, command, activity, watch, self.hysteresis, bandwidth)
+    }
+
+    /// Begins beside a controller that has run until a count, with the gains before: `last` is that
+    /// one's last sample. Its command continues without a bump, its integral is carried over, and its
+    /// reference goes to where the servo is. For a state of [`CommissionIsr::start`] that has run no sample
+    /// yet, where there is no time to build a new one.
+    pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
+        state.begin_at(count);
+        let last = &last.scaled(|counts| self.hysteresis.in_units(counts));
+        let Some(before) = self.before else {
+            return;
+        };
+        let [low, high] = self.limit;
+        let moving = before.linear(last.error, last.velocity);
+        state.held = (last.command - moving).limited(low, high);
+        state.command = last.command;
+        (state.velocity, state.velocity_now) =
+            (Velocity::<N>::moving(last.velocity), last.velocity);
+        let mut holding = self.held_after(before, N::ZERO, last);
+        holding.send(N::ZERO);
+        state.activity = Activity::Holding(holding);
+    }
+
+    /// One sample, [`CommissionIsr::control`] and [`CommissionIsr::learn`], for a servo that waits meanwhile.
+    pub fn process(
+        &self,
+        state: &mut CommissionState<N>,
+        inputs: &CommissionInputs,
+    ) -> CommissionStep<N> {
+        let _ = self.control(state, inputs);
+        self.learn(state)
+    }
+
+    /// The first part of a sample: the command that is to act at once; none: disable the stage. After an end it
+    /// continues to hold the servo, with the new gains or those before, or keeps the stage disabled.
+    pub fn control(&self, state: &mut CommissionState<N>, inputs: &CommissionInputs) -> Option<N> {
+        state.observation = Observation {
+            // Of the servo as the command before has left it, while the activity is that which gave it.
+            increment: state.follow(inputs.count),
+            command: state.command,
+            position: state.position,
+            setpoint: state.activity.setpoint(),
+            late: inputs.late,
+            must_move: state.activity.must_move(),
+            excited: state.slide.injects(),
+        };
+        let increment = state.observation.increment;
+        state.velocity_now = self
+            .velocity
+            .process(&mut state.velocity, increment.unwrap_or(N::ZERO));
+        let is_end = state.phase.is_end();
+        // For as long as anything drives the servo.
+        state.was_end = is_end;
+        state.is_watched = !is_end || !matches!(state.activity, Activity::Free);
+        if let Some(reason) = inputs.stop.filter(|_| !is_end) {
+            self.end(state, reason);
+            state.is_watched = false;
+        }
+        let is_end = state.phase.is_end();
+        state.acting = match increment {
+            Some(increment) => self.command(state, increment),
+            // A reading that is missing alone is bridged.
+            None => Some(state.command).filter(|_| !is_end),
+        };
+        state.command = state.acting.unwrap_or(N::ZERO);
+        state.acting
+    }
+
+    /// The second part of a sample, while the command acts: monitors the servo, learns from it and decides what is
+    /// done from the next sample on. The command differs from that of [`CommissionIsr::control`] where the commissioning
+    /// ends in this sample: then it takes the place of that one.
+    pub fn learn(&self, state: &mut CommissionState<N>) -> CommissionStep<N> {
+        let increment = state.observation.increment;
+        let decided = self.monitored(state).and_then(|()| self.proceed(state));
+        if let Err(reason) = decided {
+            if self.is_back(state) {
+                // The gains before fail too, and that is why nothing holds it.
+                state.activity = Activity::Free;
+                state.reason = Some(reason);
+            } else if !self.suspect(state, reason) {
+                self.end(state, reason);
+            }
+            state.acting = increment.and_then(|_| self.command(state, N::ZERO));
+            state.command = state.acting.unwrap_or(N::ZERO);
+        }
+        if let Some(trial) = state.measured.take() {
+            state.trial = Some(trial.result(&self.units));
+        }
+        state.record(&self.blocking, increment.unwrap_or(N::ZERO));
+        CommissionStep {
+            command: state.acting,
+            phase: state.phase,
+            finding: state.finding(),
+        }
+    }
+
+    /// Takes an answer of the solver.
+    pub fn accept(&self, state: &mut CommissionState<N>, answer: &Decision<N>) {
+        if state.phase.is_end() || state.suspected().is_some() {
+            return;
+        }
+        state.next = match &answer.0 {
+            DecisionKind::Identified(known) | DecisionKind::Uncertain(known) => {
+                state.identified = Some(*known);
+                let again = matches!(answer.0, DecisionKind::Uncertain(_));
+                Next::Hold { again }
+            }
+            DecisionKind::Slide(plan) => {
+                state.slide.plan(plan);
+                Next::Slide
+            }
+            DecisionKind::Verified(known) => {
+                state.identified = Some(*known);
+                Next::Tune
+            }
+            DecisionKind::Tuned(candidate) => {
+                if candidate.start != N::ZERO
+                    && let Activity::Holding(holding) = &mut state.activity
+                {
+                    holding.send(candidate.start);
+                }
+                state.candidate = Some(*candidate);
+                Next::Trial
+            }
+            DecisionKind::Proved => Next::Apply,
+            DecisionKind::NoGains(error) => {
+                state.tuning_error = Some(*error);
+                Next::End(Reason::NoGains)
+            }
+            DecisionKind::Suspects(effect) => {
+                state.suspect = *effect;
+                return;
+            }
+            DecisionKind::Failed(reason) => Next::End(*reason),
+        };
+    }
+}

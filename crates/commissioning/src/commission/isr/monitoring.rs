@@ -1,0 +1,256 @@
+//! Every sample: its command, its checks, and the end where they fail.
+
+use super::super::Phase;
+use super::super::conservative_pid::ConservativePid;
+use super::super::holding::Holding;
+use super::super::noise::Rest;
+use super::super::state::{Activity, CommissionState, Next};
+use super::CommissionIsr;
+use identifier_core::number::Number;
+use identifier_core::reason::Reason;
+
+impl<N: Number> CommissionIsr<N> {
+    /// Swings running after which a loop gives way, fewer than make an oscillation.
+    const SWINGS: u32 = 3;
+
+    /// The part of its bandwidth that it keeps.
+    pub(super) const GIVEN_WAY: f64 = 0.4;
+
+    /// The part of the largest bandwidth below which it gives no more way.
+    const LEAST: f64 = 0.08;
+
+    /// Swings faster than the reference and than the loop's own after which it gives way.
+    const DRIVEN: u32 = 4;
+
+    /// The command of the activity; it ends the commissioning where there is none any more.
+    pub(super) fn command(&self, state: &mut CommissionState<N>, increment: N) -> Option<N> {
+        let position = state.position;
+        match &mut state.activity {
+            Activity::Free => return None,
+            Activity::Probing(probing) => return Some(self.probing.control(probing, increment)),
+            Activity::Holding(holding)
+            | Activity::Sliding(holding)
+            | Activity::OnTrial(holding, _) => {
+                let command = holding.process(position, increment);
+                if command.is_some() {
+                    return command;
+                }
+            }
+        }
+        // The error is beyond the loop's counter.
+        self.end(state, Reason::TravelLeft);
+        match &mut state.activity {
+            Activity::Holding(before) => before.process(position, N::ZERO),
+            _ => None,
+        }
+    }
+
+    /// Checks the sample.
+    pub(super) fn monitored(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        if !state.is_watched {
+            return Ok(());
+        }
+        let checked = self.watch.process(&mut state.watch, &state.observation);
+        self.give_way(state);
+        let by_samples = [
+            Reason::EncoderJumped,
+            Reason::SpeedExceeded,
+            Reason::Reversed,
+        ];
+        if by_samples.map(Err).contains(&checked) && self.may_be_noise(state) {
+            return Ok(());
+        }
+        // The gains before bring it back from beyond the limits of the commissioning.
+        checked.or_else(|reason| match reason {
+            _ if state.suspected().is_some() => self.confirmed(state, reason),
+            Reason::ActuatorDead => Err(match &state.activity {
+                Activity::OnTrial(_, trial) if trial.may_rest_under(state.command) => {
+                    Reason::DoesNotMove
+                }
+                _ => reason,
+            }),
+            limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
+            fault => Err(fault),
+        })
+    }
+
+    /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
+    /// nothing has shown yet makes it many times as strong at high frequency.
+    fn give_way(&self, state: &mut CommissionState<N>) {
+        let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial)
+            && state.suspected().is_none();
+        let holding = match &mut state.activity {
+            Activity::Holding(holding) if is_studied && !state.phase.is_end() => holding,
+            Activity::Sliding(holding) if is_studied && !state.slide.injects() => holding,
+            _ => return,
+        };
+        if let Some(swing) = state.swings.take(state.position)
+            && swing.is_faster(self.pace, ConservativePid::bandwidth(holding.controller()))
+        {
+            state.driven += 1;
+        }
+        if state.driven < Self::DRIVEN && state.watch.swings() < Self::SWINGS {
+            return;
+        }
+        let part = N::from_f64(Self::GIVEN_WAY);
+        let bandwidth = part * ConservativePid::bandwidth(holding.controller());
+        if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
+            state.bandwidth = bandwidth;
+            holding.give_way(part);
+            state.driven = 0;
+            state.watch.forget_swings();
+        }
+    }
+
+    /// True once the gains before hold the servo again.
+    pub(super) fn is_back(&self, state: &CommissionState<N>) -> bool {
+        state.was_end && state.phase != Phase::Applied
+    }
+
+    /// True if noise may be what looks like a motion in single samples: until the rest is known to be quiet, and after an end
+    /// because it was not.
+    fn may_be_noise(&self, state: &CommissionState<N>) -> bool {
+        let was_noisy = state.reason == Some(Reason::EncoderNoise) && !self.hysteresis.is_coarse();
+        was_noisy || self.rest(state) != Some(Rest::Quiet)
+    }
+
+    /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
+    pub(super) fn rest(&self, state: &CommissionState<N>) -> Option<Rest> {
+        if state.phase != Phase::ReleasedCheck {
+            return Some(Rest::Quiet);
+        }
+        let is_declared = self.hysteresis.is_coarse();
+        let noise = &state.rest_noise;
+        noise.judge(state.position, self.tolerated_noise, is_declared)
+    }
+
+    /// Ends it: the gains before hold again where they can, or the stage is disabled.
+    pub(super) fn end(&self, state: &mut CommissionState<N>, reason: Reason) {
+        state.phase = match state.phase {
+            Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
+            _ => Phase::Aborted,
+        };
+        let noise = self.hysteresis.is_coarse().then_some(Reason::EncoderNoise);
+        let suspect = state.suspect.or(noise);
+        let effect = suspect.filter(|effect| effect.may_appear_as(reason));
+        state.reason = Some(effect.unwrap_or(reason));
+        state.drop_record();
+        state.activity = match self.held_as_before(state) {
+            Some(mut holding) if !reason.disables_stage() => {
+                holding.send(N::ZERO);
+                Activity::Holding(holding)
+            }
+            _ => Activity::Free,
+        };
+    }
+
+    /// Held where it is by the gains before, where there are any.
+    fn held_as_before(&self, state: &mut CommissionState<N>) -> Option<Holding<N>> {
+        if let Activity::OnTrial(_, trial) = &state.activity {
+            state.measured = Some(*trial);
+        }
+        // Its integral balances the load, and its derivative brakes.
+        let (before, velocity) = (self.before?, state.velocity_now);
+        let command = state.held + before.linear(N::ZERO, velocity);
+        Some(self.held_by(before, state.position, velocity, command))
+    }
+
+    /// Has the gains before hold a servo with a fault that a load or friction may feign, until a command shows which it is;
+    /// false for any other reason.
+    pub(super) fn suspect(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
+        let is_doubtful = may_be_feigned(fault) && state.suspected().is_none();
+        if !is_doubtful || state.phase.is_end() {
+            return false;
+        }
+        let Some(holding) = self.held_as_before(state) else {
+            return false;
+        };
+        let (speed, pushed) = (state.velocity_now.magnitude(), 0);
+        // The other way than the command that had no effect.
+        let up = state.command < state.held;
+        state.drop_record();
+        self.watch.forget(&mut state.watch, state.command);
+        state.begin(Activity::Holding(holding));
+        state.next = Next::Prove {
+            fault,
+            speed,
+            up,
+            pushed,
+        };
+        true
+    }
+
+    /// The fault that is suspected, where this reason confirms it: the servo moves against the gains before, leaves its travel
+    /// under them or is not braked by them.
+    fn confirmed(&self, state: &CommissionState<N>, reason: Reason) -> Result<(), Reason> {
+        /// Rests in which a servo is braked.
+        const BRAKED: u32 = 5;
+        let is_braking = state.passed <= BRAKED * self.rest;
+        match (reason, state.suspected()) {
+            (Reason::EncoderStuck | Reason::ActuatorDead, _) => Ok(()),
+            (Reason::SpeedExceeded, _) if is_braking => Ok(()),
+            (Reason::SpeedExceeded | Reason::TravelLeft | Reason::Reversed, Some(fault)) => {
+                Err(fault)
+            }
+            _ => Err(reason),
+        }
+    }
+
+    /// Brakes a servo under a suspicion, and pushes it by a command that grows. One that obeys has no fault.
+    pub(super) fn prove(
+        &self,
+        state: &mut CommissionState<N>,
+        is_at_rest: bool,
+    ) -> Result<(), Reason> {
+        /// Counts of a motion.
+        const MOVED: f64 = 4.0;
+        /// Rests of a push that grows by twice the command's limit in each: from one limit to the other, and then one more.
+        const PUSH: u32 = 2;
+        let Next::Prove {
+            fault,
+            speed,
+            up,
+            pushed,
+        } = &mut state.next
+        else {
+            return Ok(());
+        };
+        let Activity::Holding(holding) = &mut state.activity else {
+            return Ok(());
+        };
+        let [passed, rest] = [state.passed, self.rest].map(|samples| N::from_count(samples as i32));
+        // One that stands need not be braked.
+        if *pushed == 0 && *speed * rest > N::from_f64(MOVED) {
+            let moved = state.position - holding.reference();
+            if moved.magnitude() > *speed * passed + self.pace * rest {
+                return Err(*fault);
+            }
+            if !is_at_rest {
+                return Ok(());
+            }
+            holding.stay(state.position, holding.resting().command);
+        }
+        *pushed += 1;
+        let [low, high] = self.limit;
+        let limit = if *up { high } else { low };
+        let moved = state.position - holding.reference();
+        let moved = if *up { moved } else { -moved };
+        if moved > N::from_f64(MOVED) {
+            Err(Reason::TooLittleEvidence)
+        } else if moved < N::from_f64(-MOVED) || *pushed > PUSH * self.rest {
+            Err(*fault)
+        } else {
+            let rests = N::from_count(*pushed as i32) * rest.reciprocal();
+            holding.disturb(N::from_f64(2.0) * rests * limit);
+            Ok(())
+        }
+    }
+}
+
+/// True for a fault that a sound axis may seem to have, which a load or friction holds.
+const fn may_be_feigned(fault: Reason) -> bool {
+    matches!(
+        fault,
+        Reason::EncoderStuck | Reason::ActuatorDead | Reason::Reversed
+    )
+}

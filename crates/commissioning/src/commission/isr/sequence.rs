@@ -1,0 +1,345 @@
+//! The order of the activities, from the first motion to the trial.
+
+use super::super::gains::Loop;
+use super::super::holding::Holding;
+use super::super::message::EventKind;
+use super::super::noise::Rest;
+use super::super::sliding::{SlideProgress, Sliding};
+use super::super::state::{Activity, CommissionState, Next};
+use super::super::{Phase, ProbingProgress, ProbingState, RoughModel};
+use super::CommissionIsr;
+use identifier_core::control::{ControlSample, FeedForward, ReferenceFilter};
+use identifier_core::number::Number;
+use identifier_core::reason::Reason;
+
+impl<N: Number> CommissionIsr<N> {
+    /// The sizes of the second and of the third motion, as parts of the first.
+    const PARTS: [f64; 2] = [0.8, 0.6];
+
+    /// Continues the activity after its command, or goes on to the next one.
+    pub(super) fn proceed(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let Some(increment) = state.observation.increment else {
+            return Ok(());
+        };
+        state.passed = state.passed.saturating_add(1);
+        match self.rest(state) {
+            None => return Ok(()),
+            Some(Rest::Noisy) => return Err(Reason::EncoderNoise),
+            Some(Rest::Quiet) => {}
+        }
+        let position = state.position;
+        match &mut state.activity {
+            Activity::Free => {
+                if state.phase == Phase::ReleasedCheck
+                    && let Some(probing) = self.probing.start_released(position, state.passed)
+                {
+                    self.begin_probing(state, probing);
+                }
+                Ok(())
+            }
+            Activity::Probing(probing) => {
+                let progress = self.probing.learn(probing, increment);
+                let servo = *probing.servo();
+                match progress {
+                    // It is at rest, and known well enough to be led through slides.
+                    ProbingProgress::Failed(
+                        reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
+                    ) if servo.is_known() && !self.hysteresis.is_coarse() => {
+                        if reason == Reason::Oscillating {
+                            state.bandwidth =
+                                N::from_f64(Self::GIVEN_WAY) * self.conservative.max_bandwidth();
+                        }
+                        state.end_record(EventKind::Inconclusive(servo, reason));
+                        self.hold_after_motion(state, &servo)
+                    }
+                    ProbingProgress::Going => Ok(()),
+                    ProbingProgress::AtRest => {
+                        state.end_record(EventKind::Ended(servo));
+                        self.hold_after_motion(state, &servo)
+                    }
+                    ProbingProgress::Failed(reason) => Err(reason),
+                }
+            }
+            Activity::Holding(_) if state.phase.is_end() => Ok(()),
+            Activity::Holding(_) if state.passed > self.patience => Err(Reason::NeverAtRest),
+            Activity::Holding(holding) => {
+                let is_at_rest = holding.is_at_rest();
+                self.proceed_from_rest(state, is_at_rest)
+            }
+            Activity::Sliding(holding) => {
+                let sample = Sliding {
+                    position,
+                    increment,
+                    velocity: state.velocity_now,
+                    command: state.command,
+                };
+                match state.slide.process(holding, &sample) {
+                    SlideProgress::Going => Ok(()),
+                    SlideProgress::Balance(balance) => {
+                        state.slid = Some(EventKind::Balance(balance));
+                        Ok(())
+                    }
+                    SlideProgress::Line(sums) => {
+                        state.slid = Some(EventKind::Line(sums));
+                        Ok(())
+                    }
+                    SlideProgress::Over => {
+                        let (&servo, delay, _) = state.slide.loop_plan();
+                        state.end_record(EventKind::Ended(servo));
+                        self.hold(state, &servo, delay)
+                    }
+                }
+            }
+            Activity::OnTrial(holding, trial) => {
+                if trial.process(holding, position, state.command)? {
+                    let held = Activity::Holding(*holding);
+                    state.measured = Some(*trial);
+                    if state.is_to_be_proved() {
+                        state.end_record(EventKind::Tried);
+                        state.begin(held);
+                    } else {
+                        state.phase = Phase::Applied;
+                        state.activity = held;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The next step of a servo that is held: a motion once the solver has decided, or the trial.
+    fn proceed_from_rest(
+        &self,
+        state: &mut CommissionState<N>,
+        is_at_rest: bool,
+    ) -> Result<(), Reason> {
+        if state.suspected().is_some() {
+            return self.prove(state, is_at_rest);
+        }
+        if state.phase == Phase::ReleasedCheck {
+            if is_at_rest {
+                let held = Some(state.command);
+                self.begin_probing(state, self.probing.start(held));
+            }
+            return Ok(());
+        }
+        match state.next {
+            Next::Decision | Next::Prove { .. } => {}
+            Next::End(reason) => return Err(reason),
+            Next::Tune => {
+                if is_at_rest {
+                    self.know(state);
+                    state.next = Next::Decision;
+                    state.phase = Phase::Tune;
+                    state.passed = 0;
+                }
+            }
+            Next::Slide => {
+                if is_at_rest {
+                    state.next = Next::Decision;
+                    self.begin_slide(state)?;
+                }
+            }
+            Next::Hold { again } => {
+                state.next = Next::MotionRecord { again };
+                self.hold_known(state)?;
+            }
+            Next::MotionRecord { again } => {
+                if is_at_rest {
+                    self.know(state);
+                    state.next = Next::Stay { again };
+                    state.stay()?;
+                }
+            }
+            Next::Stay { again } => {
+                if is_at_rest {
+                    self.begin_lead(state, again);
+                }
+            }
+            Next::Lead(0) => {
+                state.next = Next::Decision;
+                self.begin_motion(state)?;
+            }
+            Next::Lead(samples) => state.next = Next::Lead(samples - 1),
+            Next::Trial => {
+                if is_at_rest {
+                    state.next = Next::Decision;
+                    self.begin_trial(state)?;
+                }
+            }
+            Next::Apply => {
+                if is_at_rest {
+                    state.next = Next::Decision;
+                    self.apply(state)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Holds a servo after a motion by what is known of it, or by how it moved.
+    fn hold_after_motion(
+        &self,
+        state: &mut CommissionState<N>,
+        moved: &RoughModel<N>,
+    ) -> Result<(), Reason> {
+        let unknown = (*moved, self.delay);
+        let known = state.identified.as_ref();
+        let (servo, delay) = known.map_or(unknown, |known| (known.rough, known.delay));
+        self.hold(state, &servo, delay)
+    }
+
+    fn begin_probing(&self, state: &mut CommissionState<N>, probing: ProbingState<N>) {
+        state.phase = Phase::Probing;
+        // A fall is recorded from the rest before it.
+        if !probing.is_away() {
+            state.begin_record();
+        }
+        state.begin(Activity::Probing(probing));
+    }
+
+    /// Begins the record of the next motion while the servo is still held: the first commands of the
+    /// motion act late, and those before them are to be known.
+    fn begin_lead(&self, state: &mut CommissionState<N>, again: bool) {
+        // It may have slid before its second motion.
+        state.phase = if matches!(state.phase, Phase::Fit | Phase::Slide) || again {
+            Phase::Refine
+        } else {
+            Phase::Verify
+        };
+        state.next = Next::Lead(self.lead);
+        state.begin_record();
+    }
+
+    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let Some(known) = &state.identified else {
+            return Err(Reason::TooLittleEvidence);
+        };
+        let [second, third] = Self::PARTS;
+        let part = if state.phase == Phase::Refine {
+            second
+        } else {
+            third
+        };
+        let position = state.position;
+        let probing = self.probing.start_from_known(&known.rough, position, part);
+        state.begin(Activity::Probing(probing));
+        Ok(())
+    }
+
+    /// Begins the slides of a servo at rest, under the loop that they plan, or under the gains that were tried.
+    fn begin_slide(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (servo, delay, bandwidth) = state.slide.loop_plan();
+        let bandwidth = bandwidth.limited(N::ZERO, state.bandwidth);
+        let controller = self.conservative.around(servo, delay, bandwidth);
+        let mut controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        match &state.candidate {
+            Some(candidate) if state.phase == Phase::Trial => {
+                controller = (candidate.controller)
+                    .with_reference_filter(ReferenceFilter::NONE)
+                    .with_feed_forward(FeedForward::NONE);
+            }
+            _ => state.phase = Phase::Slide,
+        }
+        let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
+        state.slide.begin(&mut holding);
+        state.begin_lines();
+        state.begin(Activity::Sliding(holding));
+        Ok(())
+    }
+
+    /// Watches the servo by the model that the solver identified, from now on, with the load under which it rests.
+    fn know(&self, state: &mut CommissionState<N>) {
+        let Some(identified) = &mut state.identified else {
+            return;
+        };
+        if let Activity::Holding(holding) = &state.activity
+            && holding.is_at_rest()
+        {
+            identified.rest_under(holding.resting().command, self.spare);
+        }
+        if let Some(known) = &identified.known {
+            self.watch.know(&mut state.watch, known);
+        }
+    }
+
+    /// Holds and watches the servo by the model that the solver identified.
+    fn hold_known(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        self.know(state);
+        let Some(known) = &state.identified else {
+            return Err(Reason::TooLittleEvidence);
+        };
+        let (servo, delay) = (known.rough, known.delay);
+        self.hold(state, &servo, delay)
+    }
+
+    /// Holds the servo with conservative gains, and brings it back to where it began.
+    fn hold(
+        &self,
+        state: &mut CommissionState<N>,
+        servo: &RoughModel<N>,
+        delay: N,
+    ) -> Result<(), Reason> {
+        if state.phase == Phase::Probing {
+            state.phase = Phase::Fit;
+        }
+        let controller = self.conservative.around(servo, delay, state.bandwidth);
+        let controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        let (velocity, command) = (state.velocity_now, state.command);
+        let mut holding = self.held_by(controller, state.position, velocity, command);
+        holding.send(N::ZERO);
+        state.begin(Activity::Holding(holding));
+        Ok(())
+    }
+
+    /// Holds the servo by the gains that were tried, for good.
+    fn apply(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (Some(candidate), Activity::Holding(held)) = (&state.candidate, &state.activity) else {
+            return Err(Reason::NoGains);
+        };
+        let holding = self.held_after(candidate.controller, state.position, &held.resting());
+        state.phase = Phase::Applied;
+        state.begin(Activity::Holding(holding));
+        Ok(())
+    }
+
+    fn begin_trial(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (Some(candidate), Activity::Holding(held)) = (&state.candidate, &state.activity) else {
+            return Err(Reason::NoGains);
+        };
+        let last = held.resting();
+        // Friction may hold it a little short of where it was sent.
+        let mut holding = self.held_after(candidate.controller, state.position, &last);
+        holding.rest_for(self.rest.max(candidate.rest));
+        let trial = Activity::OnTrial(holding, candidate.trial);
+        state.phase = Phase::Trial;
+        state.begin(trial);
+        Ok(())
+    }
+
+    pub(super) fn held_by(
+        &self,
+        controller: Loop<N>,
+        position: N,
+        velocity: N,
+        command: N,
+    ) -> Holding<N> {
+        let last = ControlSample {
+            error: N::ZERO,
+            increment: N::ZERO,
+            velocity,
+            command,
+        };
+        self.held_after(controller, position, &last)
+    }
+
+    /// Held from after the last sample of another controller.
+    pub(super) fn held_after(
+        &self,
+        controller: Loop<N>,
+        position: N,
+        last: &ControlSample<N>,
+    ) -> Holding<N> {
+        Holding::take_over(controller, self.limit, position, last, self.pace, self.rest)
+    }
+}

@@ -1,0 +1,281 @@
+use super::gains::{HoldingGains, Loop};
+use super::sliding::{LineSums, SlideBalance, SlidePlan};
+use super::trial::Trial;
+use super::{CommissionSettings, Phase, RoughModel};
+use crate::watch::KnownServo;
+use identifier_core::error::OutOfRange;
+use identifier_core::identifier::NumberedBlock;
+use identifier_core::number::Number;
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
+use identifier_core::tuning::{Tuning, TuningError};
+use identifier_core::units::Units;
+
+/// An event of the record, from the interrupt to the solver: a plain value that a caller carries across.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordEvent<N>(pub(super) EventKind<N>);
+
+impl<N> RecordEvent<N> {
+    /// The number of blocks of the record with this event, from that before it.
+    #[inline]
+    #[must_use]
+    pub fn recorded(&self, blocks: u16) -> u16 {
+        match self.0 {
+            EventKind::Begins(_) => 0,
+            EventKind::Block(_) => blocks.saturating_add(1),
+            EventKind::Balance(_)
+            | EventKind::Line(_)
+            | EventKind::Ended(_)
+            | EventKind::Tried
+            | EventKind::Inconclusive(..) => blocks,
+        }
+    }
+}
+
+/// The events of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum EventKind<N> {
+    /// A motion of this phase begins: [`Phase::Probing`], [`Phase::Refine`] or [`Phase::Verify`].
+    Begins(Phase),
+    /// A piece of its record.
+    Block(NumberedBlock<N>),
+    /// The motion beneath the lines of a slide that is over, after the sums of its lines.
+    Balance(SlideBalance<N>),
+    /// The sums of a line over a slide that is over, line after line and slide after slide.
+    Line(LineSums<N>),
+    /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
+    Ended(RoughModel<N>),
+    /// The trial has kept the promise, and the gains are to be proved by slides.
+    Tried,
+    /// The motion was over before there was enough evidence, for this reason: the servo as it moved by then.
+    Inconclusive(RoughModel<N>, Reason),
+}
+
+/// A decision of the solver: one for each motion that has ended, and one more when it has tuned.
+///
+/// All that the interrupt's half needs is prepared in it: no sample converts from SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision<N: Number>(pub(super) DecisionKind<N>);
+
+/// The decisions of the solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum DecisionKind<N: Number> {
+    /// The servo as it is known now: after the first motion and after the second.
+    Identified(Identified<N>),
+    /// The servo as it is known after a motion, not well enough: the second is done again.
+    Uncertain(Identified<N>),
+    /// The response is to be measured: the servo slides as planned, after the trial under the gains that were tried.
+    /// [`Verified`] follows, or other slides.
+    ///
+    /// [`Verified`]: Self::Verified
+    Slide(SlidePlan<N>),
+    /// The servo as the motions and its response show it; gains are looked for next.
+    Verified(Identified<N>),
+    /// Gains and their predicted performance.
+    Tuned(Candidate<N>),
+    /// The response under the gains that were tried bears them.
+    Proved,
+    /// No gains meet the goal; the error names a goal that some would.
+    NoGains(TuningError),
+    /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
+    /// was suspected before is explained. Another answer follows.
+    Suspects(Option<Reason>),
+    /// The commissioning cannot continue, for this reason.
+    Failed(Reason),
+}
+
+impl<N: Number> Decision<N> {
+    /// The servo, where the decision carries one.
+    #[must_use]
+    pub fn servo(&self) -> Option<&IdentifiedServo> {
+        match &self.0 {
+            DecisionKind::Identified(known)
+            | DecisionKind::Uncertain(known)
+            | DecisionKind::Verified(known) => Some(&known.servo),
+            _ => None,
+        }
+    }
+
+    /// The gains and their promise, where the decision carries them.
+    #[must_use]
+    pub fn tuning(&self) -> Option<&Tuning> {
+        match &self.0 {
+            DecisionKind::Tuned(candidate) => Some(&candidate.tuning),
+            _ => None,
+        }
+    }
+}
+
+/// An identified servo, SI, and its model in machine units for the interrupt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Identified<N> {
+    /// The servo, SI.
+    pub(super) servo: IdentifiedServo,
+    pub(super) rough: RoughModel<N>,
+    /// Samples from a command to its acceleration.
+    pub(super) delay: N,
+    /// For the watch over it.
+    pub(super) known: Option<KnownServo<N>>,
+}
+
+impl<N: Number> Identified<N> {
+    pub(super) fn new(servo: &IdentifiedServo, settings: &CommissionSettings) -> Self {
+        let CommissionSettings {
+            sample_time,
+            resolution,
+            ..
+        } = *settings;
+        Self {
+            servo: *servo,
+            rough: RoughModel::from_si(&servo.parameters, sample_time, resolution),
+            delay: N::from_f64(servo.delay / sample_time),
+            known: KnownServo::from_identified(&settings.watch(), servo),
+        }
+    }
+
+    /// Takes in the command under which the servo rests: where friction does not hold it so far from the command that balances
+    /// its load, the load has changed.
+    pub(super) fn rest_under(&mut self, command: N, spare: N) {
+        let friction = N::from_f64(Trial::<N>::LOW_SPEED);
+        let reach = friction * self.rough.coulomb() * self.rough.per_gain + spare;
+        let holding = self.rough.holding();
+        let met = holding.limited(command - reach, command + reach);
+        if met != holding {
+            self.rough.bear(met);
+            self.known = self.known.map(|known| known.holding_by(met));
+        }
+    }
+}
+
+/// Gains that are to be tried, and their trial in machine units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Candidate<N: Number> {
+    /// The gains and their promise, SI.
+    pub(super) tuning: Tuning,
+    pub(super) controller: Loop<N>,
+    /// Where the trial's step begins, counts from where the commissioning began.
+    pub(super) start: N,
+    pub(super) trial: Trial<N>,
+    /// Samples for which the servo must be still to have come to rest under them.
+    pub(super) rest: u32,
+    /// True if slides are to prove them after the trial, which moves a compliant axis too briefly.
+    pub(super) is_to_be_proved: bool,
+}
+
+impl<N: Number> Candidate<N> {
+    /// The part of the remaining travel that a disturbance may move the servo.
+    const MAX_ROOM_SHARE: f64 = 0.2;
+
+    /// The part of the travel in its direction at which the trial's step ends at most: a longer one begins on the other side.
+    pub(super) const MAX_END: f64 = 0.45;
+
+    /// The part of the command that disturbs the servo in the trial.
+    const DISTURBANCE_SHARE: f64 = 0.1;
+
+    /// # Errors
+    /// A gain that no controller has.
+    pub(super) fn new(
+        tuning: &Tuning,
+        servo: &IdentifiedServo,
+        settings: &CommissionSettings,
+    ) -> Result<Self, OutOfRange> {
+        let units = Units::new(settings.sample_time, settings.resolution)?;
+        let limits = &settings.limits;
+        let promise = &tuning.promise;
+        let [low, high] = limits.travel;
+        let direction = if high < -low { -1.0 } else { 1.0 };
+        let step = direction * promise.step;
+        let farthest = high.max(-low);
+        let end = promise.step.min(Self::MAX_END * farthest);
+        let [least, most] = limits.command;
+        // Back towards where the servo came from, and no further than the travel has room for.
+        let left = farthest - end;
+        let bearable = Self::MAX_ROOM_SHARE * left / (promise.compliance * servo.parameters.b);
+        let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
+        let disturbance = libm::copysign(disturbance, -step);
+        // Under noise a servo rests too rarely to be waited for once more.
+        let returns = settings.noise == 0.0;
+        // A servo that hunts about its friction is still for a while too.
+        let settling = Trial::<N>::settling(tuning);
+        Ok(Self {
+            tuning: *tuning,
+            controller: HoldingGains::tuned(tuning, limits).build(&units)?,
+            start: N::from_f64(direction * (end - promise.step) * units.position()),
+            trial: Trial::new(tuning, &units, step, disturbance, servo, returns),
+            rest: (0.5 * settling / settings.sample_time) as u32,
+            is_to_be_proved: false,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commission::Limits;
+    use identifier_core::parameters::ServoParameters;
+    use identifier_core::tuning::Promise;
+
+    const RESOLUTION: f64 = 1e-4;
+
+    /// Where the trial's step of this size begins, rad.
+    fn start(step: f64, travel: [f64; 2]) -> f64 {
+        let tuning = Tuning {
+            kp: 1.0,
+            kd: 0.01,
+            ki: 1.0,
+            cutoff: 500.0,
+            reference_filter: 0.0,
+            notch: 0.0,
+            feed_forward: None,
+            bandwidth: 50.0,
+            cap: None,
+            promise: Promise {
+                step,
+                rise_time: 0.04,
+                quickest_rise_time: 0.04,
+                slowest_rise_time: 0.04,
+                overshoot: 0.0,
+                settling_time: 0.08,
+                sensitivity: 1.2,
+                gain_margins: [0.1, 8.0],
+                command_share: 0.3,
+                noise: 0.0,
+                compliance: 1e-4,
+            },
+        };
+        let servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: 0.0,
+                b: 200.0,
+                coulomb: 0.0,
+                load: 0.0,
+            },
+            delay: 0.0,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        let limits = Limits::new(travel, 15.0, [-10.0, 10.0]);
+        let settings = CommissionSettings::new(1e-3, RESOLUTION, limits);
+        let candidate = Candidate::<f64>::new(&tuning, &servo, &settings).expect("gains");
+        candidate.start * RESOLUTION
+    }
+
+    #[test]
+    fn a_step_that_is_too_long_for_one_side_of_the_travel_begins_on_the_other() {
+        // Up to 0.45 of the travel from where it stands; a longer one ends there.
+        for (step, travel, expected) in [
+            (0.2, [-0.5, 0.5], 0.0),
+            (0.4, [-0.5, 0.5], -0.175),
+            (0.45, [-0.5, 0.5], -0.225),
+            (0.45, [-0.2, 0.8], -0.09),
+            (0.45, [-0.8, 0.2], 0.09),
+            (0.2, [0.0, 0.5], 0.0),
+        ] {
+            let begun = start(step, travel);
+            assert!(
+                (begun - expected).abs() < 1e-9,
+                "{step} {travel:?}: {begun}"
+            );
+        }
+    }
+}

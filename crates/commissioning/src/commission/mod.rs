@@ -1,0 +1,44 @@
+//! A commissioning: its two halves, what they exchange, and the parts of each.
+
+mod acting_share;
+mod conservative_pid;
+mod corrected;
+mod error;
+mod fit;
+mod gains;
+mod holding;
+mod isr;
+mod message;
+mod noise;
+mod phase;
+mod probing;
+mod regression;
+mod response;
+mod rough_model;
+mod settings;
+mod sliding;
+mod solver;
+mod state;
+mod swings;
+mod synchronous;
+#[cfg(test)]
+mod tests;
+mod trial;
+
+pub use error::CommissionError;
+pub(crate) use fit::{
+    Diagnosis, EffectSearch, FitSettings, MotionRecord, PredictionErrors, PredictionRun, ServoFit,
+    ServoFitter,
+};
+pub use gains::HoldingGains;
+pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
+pub use message::{Decision, RecordEvent};
+pub use phase::Phase;
+pub use probing::LargestMotion;
+pub(crate) use probing::{Probing, ProbingProgress, ProbingSettings, ProbingState};
+pub(crate) use rough_model::RoughModel;
+pub use settings::{CommissionSettings, Limits};
+pub use solver::CommissionSolver;
+pub use state::CommissionState;
+pub use synchronous::{CommissionReading, SynchronousCommission};
+pub use trial::TrialResult;

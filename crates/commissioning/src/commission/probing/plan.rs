@@ -1,0 +1,166 @@
+use super::ProbingSettings;
+use identifier_core::number::Number;
+
+/// Commands that may be under way.
+pub(super) const COMMANDS: usize = 16;
+
+/// The plan before anything moves, counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plan<N> {
+    /// The travel that is allowed, and counts that rounding adds.
+    pub(super) travel: [N; 2],
+    pub(super) command: [N; 2],
+    /// The part of it that is used, to either side.
+    pub(super) half_room: N,
+    pub(super) usable_speed: N,
+    /// From a decision to where it can act at the latest.
+    pub(super) horizon: N,
+    /// Samples by which a command is thought to be delayed.
+    pub(super) delay: usize,
+    /// The travel by which the first motion is noticed.
+    pub(super) noticed: N,
+    /// A travel at which it is noticed at once.
+    pub(super) much: N,
+    /// First step of the ramp, its growth a sample and its steepest change a sample.
+    pub(super) first_step: N,
+    pub(super) growth: N,
+    pub(super) per_growth: N,
+    pub(super) steepest: N,
+    /// The least b of a servo that shows at which command it broke away: it passes a count, q = b u̇ t³/6, before the steepest command
+    /// has grown by much.
+    pub(super) timed_gain: N,
+    /// The square of half a swing's time, over two: swing over acceleration.
+    pub(super) swing: N,
+    /// Speed over acceleration for such a swing.
+    pub(super) swing_speed: N,
+    /// The shortest informative half-cycle, counts.
+    pub(super) least_swing: N,
+    /// Samples without an edge after which a servo that should be slow stands.
+    pub(super) standing: u32,
+    /// Samples without an edge under all of the command after which nothing moves the servo.
+    pub(super) jammed: u32,
+    /// Samples.
+    pub(super) longest: u32,
+    /// Samples within which a motion that is to end must be at rest.
+    pub(super) settling: u32,
+    /// Samples after which a motion of a servo that is known may end.
+    pub(super) later: u32,
+    pub(super) first_direction: N,
+    /// Samples for which a servo that holds must not move to be at rest.
+    pub(super) quiet: u32,
+    /// Stiffness and damping with which it is held, per sample² and per sample.
+    pub(super) hold: [N; 2],
+    /// Samples between two turns of a swing that is as fast as the loop that holds it.
+    pub(super) hold_swing: u32,
+    /// Speed, counts a sample, and bandwidth, ω T, of swings that a relay does not plan: its own are faster and slower.
+    pub(super) ringing: [N; 2],
+    /// Viscous friction that is usual, 1/sample.
+    pub(super) usual_viscous: N,
+    /// Error of the rough model, counts.
+    pub(super) off: N,
+    /// Samples after which braking should show.
+    pub(super) reaction: u32,
+    /// Samples for which a released servo must stand.
+    pub(super) released: u32,
+    /// Samples within which a ramp that must be noticed before it turns against a fall does not catch it.
+    pub(super) soon: N,
+}
+
+impl<N: Number> Plan<N> {
+    /// The part of travel and speed that is planned with.
+    const USED_TRAVEL: f64 = 0.8;
+    const USED_SPEED: f64 = 0.75;
+
+    /// Samples by which a command may be later than known.
+    const UNKNOWN_DELAY: f64 = 2.0;
+
+    /// The shortest half-cycle of the relay, and the phase that it costs to hold the servo, rad, by the delay that is
+    /// known.
+    const SWING_DELAYS: f64 = 4.0;
+    const HOLD_PHASE: f64 = 0.4;
+
+    /// The part of the planned speed beyond which, and that of the shortest half-cycle within which a swing is not the relay's.
+    const RINGING: [f64; 2] = [0.1, 0.5];
+
+    /// The part of the command that may grow from a break-away to the count that shows it.
+    const TIMED: f64 = 0.2;
+
+    /// Time for which a released servo must stand, s.
+    const RELEASED: f64 = 0.02;
+
+    /// The time that a ramp takes to catch a servo, s, and samples.
+    const SOON: (f64, f64) = (0.06, 32.0);
+
+    /// The time under all of the command within which a servo must move, s.
+    const JAMMED: f64 = 0.02;
+
+    /// The time within which a motion that is to end must be at rest, s.
+    const SETTLING: f64 = 1.0;
+
+    /// The time after which a motion of a servo that is known may end, s.
+    const LATER: f64 = 0.15;
+
+    pub(super) fn new(settings: &ProbingSettings) -> Self {
+        let time = settings.sample_time;
+        let counts = 1.0 / settings.resolution;
+        let limits = &settings.limits;
+        let known_delay = settings.command_delay / time;
+        let travel = limits.travel.map(|end| end * counts);
+        // Swings have their middle where the servo stands.
+        let room = travel[1].min(-travel[0]);
+        let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
+        let most = limits.command[1].min(-limits.command[0]);
+        let number = N::from_f64;
+        let samples = |seconds: f64| libm::ceil(seconds / time);
+        let half_swing = 0.042_f64
+            .max(16.0 * time)
+            .max(Self::SWING_DELAYS * settings.command_delay);
+        // That of a push that does not move the servo.
+        let steepest = 40.0 * time * most;
+        let usable_speed = Self::USED_SPEED * limits.speed * time * counts;
+        let [ringing_speed, ringing_time] = Self::RINGING;
+        let bandwidth = 60.0_f64.min(0.1 / time);
+        let stiffness = match settings.command_delay {
+            0.0 => bandwidth,
+            delay => bandwidth.min(Self::HOLD_PHASE / delay),
+        } * time;
+        Self {
+            // A servo that stands on an edge of the encoder may show a count.
+            travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
+            command: limits.command.map(number),
+            half_room: number(room * Self::USED_TRAVEL),
+            usable_speed: number(usable_speed),
+            horizon: number(1.0 + known_delay + Self::UNKNOWN_DELAY),
+            delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
+                .min(COMMANDS - 2),
+            noticed: number(noticed),
+            much: number((room / 12.0).max(3.0)),
+            first_step: number(0.005 * most),
+            growth: number((200.0 * time).min(0.5)),
+            per_growth: number(1.0 / (200.0 * time).min(0.5)),
+            steepest: number(20.0 * time * most),
+            timed_gain: number(6.0 * steepest * steepest / libm::pow(Self::TIMED * most, 3.0)),
+            swing: number(half_swing * half_swing / (8.0 * time * time)),
+            swing_speed: number(half_swing / (2.0 * time)),
+            least_swing: number(40.0),
+            standing: samples(0.005).max(3.0) as u32,
+            jammed: samples(Self::JAMMED) as u32,
+            longest: samples(limits.duration) as u32,
+            settling: samples(Self::SETTLING) as u32,
+            later: samples(Self::LATER.min(limits.duration)) as u32,
+            first_direction: number(if travel[1] >= -travel[0] { 1.0 } else { -1.0 }),
+            quiet: samples(0.004).max(4.0) as u32,
+            usual_viscous: number(20.0 * time),
+            off: number(0.3 + 0.003 * room),
+            reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) + samples(0.001)) as u32,
+            released: (Self::RELEASED / time) as u32,
+            soon: number((Self::SOON.0 / time).max(Self::SOON.1)),
+            hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
+            hold_swing: (core::f64::consts::PI / stiffness) as u32,
+            ringing: [
+                number(ringing_speed * usable_speed),
+                number(core::f64::consts::PI * time / (ringing_time * half_swing)),
+            ],
+        }
+    }
+}

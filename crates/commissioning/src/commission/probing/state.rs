@@ -1,0 +1,336 @@
+use super::super::regression::RegressionState;
+use super::super::rough_model::{Breakaway, RoughModel};
+use super::super::swings::Swings;
+use super::observer::ObserverState;
+use super::plan::{COMMANDS, Plan};
+use identifier_core::number::Number;
+use identifier_core::reason::Reason;
+
+/// A probing motion under way. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ProbingState<N> {
+    pub(super) stage: ProbingStage,
+    pub(super) ending: Option<Result<(), Reason>>,
+    pub(super) samples: u32,
+    pub(super) position: N,
+    /// The command from which the ramp began.
+    pub(super) held: N,
+    /// How it broke away, if the ramp did that.
+    pub(super) broke_away: Option<Breakaway<N>>,
+    /// The direction of the present push.
+    pub(super) direction: N,
+    /// The furthest position in it.
+    pub(super) extreme: N,
+    /// The direction of the last count.
+    pub(super) way: N,
+    /// True if the encoder shows that it stands.
+    pub(super) stands: bool,
+    /// The ramp's distance from its beginning, command units.
+    pub(super) ramp: N,
+    /// Where it last stood.
+    pub(super) origin: N,
+    /// Commands and displacement since then.
+    pub(super) fall: Fall<N>,
+    /// Where and when the first count was passed.
+    pub(super) first_count: Option<FirstCount<N>>,
+    /// The guess from which the regression is to begin.
+    pub(super) news: Option<Guess<N>>,
+    pub(super) servo: RoughModel<N>,
+    /// b as it was first known.
+    pub(super) guessed: N,
+    pub(super) observed: ObserverState<N>,
+    pub(super) gathered: RegressionState<N>,
+    pub(super) commands: [N; COMMANDS],
+    pub(super) newest: usize,
+    /// Samples since the encoder last moved.
+    pub(super) still: u32,
+    /// Samples for which all of the command has been given.
+    pub(super) at_limit: u32,
+    /// Samples since the motion is to end.
+    pub(super) ending_for: u32,
+    /// Command added beyond the predicted one.
+    pub(super) extra: N,
+    /// True if the servo was known before the motion.
+    pub(super) known_before: bool,
+    /// Acceleration and amplitude of the present swing.
+    pub(super) acceleration: N,
+    pub(super) amplitude: N,
+    /// The part of the usual swing.
+    pub(super) part: N,
+    /// The direction in which it did not move under all of the command.
+    pub(super) blocked: Option<N>,
+    /// Reversals at the low and at the high end.
+    pub(super) reversals: [u32; 2],
+    /// Its swings as the counts show them, and how many of them the relay did not plan.
+    pub(super) swings: Swings<N>,
+    pub(super) ringing: u32,
+    /// True if the servo is known anew since evidence was judged.
+    pub(super) is_new: bool,
+    pub(super) evidence: Option<u32>,
+    pub(super) held_at: N,
+    /// The part of its usual bandwidth with which it is held.
+    pub(super) held_by: N,
+    /// The sample in which it last turned while it was held.
+    pub(super) turned_at: u32,
+    pub(super) stage_since: u32,
+}
+
+/// The first knowledge of a servo: b, and its acceleration without a command in one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Guess<N> {
+    pub(super) gain: N,
+    pub(super) without: N,
+    pub(super) forward: bool,
+    pub(super) broke_away: Option<Breakaway<N>>,
+}
+
+/// Stages of the probing motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ProbingStage {
+    /// The command grows until the servo moves.
+    Seek,
+    /// It is accelerated in the direction of the push.
+    Push,
+    /// It is braked out of it.
+    Brake,
+    /// It is braked for good.
+    Stop,
+    /// It is held where it stopped.
+    Hold,
+}
+
+/// A motion that the ramp did not begin, from rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fall<N> {
+    /// The command with which it began.
+    pub(super) base: N,
+    /// True if it began when the servo was released.
+    pub(super) is_released: bool,
+    /// Samples, the integral of the command beyond that one, and the integral of that.
+    pub(super) time: N,
+    pub(super) pushed: N,
+    pub(super) way: N,
+    /// These three at the furthest place, and that.
+    pub(super) furthest: [N; 4],
+}
+
+impl<N: Number> Fall<N> {
+    /// Of a servo that was released this many samples ago.
+    pub(super) fn released(samples: u32) -> Self {
+        Self {
+            is_released: true,
+            time: N::from_count(samples.clamp(1, 1 << 20) as i32),
+            ..Self::from(N::ZERO)
+        }
+    }
+
+    /// One that begins under a command.
+    pub(super) fn from(base: N) -> Self {
+        Self {
+            base,
+            is_released: false,
+            time: N::ZERO,
+            pushed: N::ZERO,
+            way: N::ZERO,
+            furthest: [N::ZERO; 4],
+        }
+    }
+
+    /// Takes a sample: the command that acted, and how far the servo is.
+    pub(super) fn follow(&mut self, acted: N, moved: N) {
+        let push = acted - self.base;
+        self.time += N::ONE;
+        self.way += self.pushed + N::from_f64(0.5) * push;
+        self.pushed += push;
+        if moved.magnitude() > self.furthest[3].magnitude() {
+            self.furthest = [self.time, self.pushed, self.way, moved];
+        }
+    }
+}
+
+impl<N: Number> Fall<N> {
+    /// A servo that turns within a number of samples under the commands given so far, by how far it fell and how fast it
+    /// falls `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. `given` is the last command. None
+    /// where it does not, or the encoder hardly shows that it is braked.
+    pub(super) fn turns(&self, direction: N, against: N, given: N, within: N) -> Option<Guess<N>> {
+        /// Counts by which the ramp must have held it back, and counts a sample that it must have fallen in the mean.
+        const HELD_BACK: f64 = 4.0;
+        const FAST: f64 = 4.0;
+        let half = N::from_f64(0.5);
+        let fallen = self.furthest[3].magnitude();
+        let held_back = fallen - half * against * self.time;
+        let pushed = direction * self.pushed;
+        let against_it = half * pushed * self.time - direction * self.way;
+        let is_fast = fallen > N::from_f64(FAST) * self.time;
+        let is_braked = held_back > N::from_f64(HELD_BACK) && against_it > N::ZERO;
+        if !(self.is_released && is_fast && is_braked) {
+            return None;
+        }
+        let gain = held_back * against_it.reciprocal();
+        let falls = (against + gain * pushed) * self.time.reciprocal();
+        let braking = gain * direction * (given - self.base) - falls;
+        (braking * within > against).then(|| Guess {
+            gain,
+            without: -(direction * falls) - gain * self.base,
+            forward: direction < N::ZERO,
+            broke_away: None,
+        })
+    }
+
+    /// Of a fall whose last count has just been taken back: midway between the two.
+    pub(super) fn turning(&self) -> [N; 4] {
+        let half = N::from_f64(0.5);
+        let [time, pushed, way, moved] = self.furthest;
+        [
+            half * (time + self.time),
+            half * (pushed + self.pushed),
+            half * (way + self.way),
+            moved,
+        ]
+    }
+}
+
+/// The first edge that the ramp has passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FirstCount<N> {
+    pub(super) sample: u32,
+    pub(super) command: N,
+    /// Counts, one or more.
+    pub(super) moved: N,
+}
+
+impl<N: Number> ProbingState<N> {
+    pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
+        let held = held.unwrap_or(N::ZERO);
+        Self {
+            stage: ProbingStage::Seek,
+            ending: None,
+            samples: 0,
+            position: N::ZERO,
+            held,
+            broke_away: None,
+            direction: plan.first_direction,
+            extreme: N::ZERO,
+            way: plan.first_direction,
+            stands: false,
+            ramp: N::ZERO,
+            origin: N::ZERO,
+            fall: Fall::from(held),
+            first_count: None,
+            news: None,
+            servo: RoughModel::UNKNOWN,
+            guessed: N::ZERO,
+            observed: ObserverState::AT_REST,
+            gathered: RegressionState::NOTHING,
+            commands: [held; COMMANDS],
+            newest: 0,
+            still: 0,
+            at_limit: 0,
+            ending_for: 0,
+            extra: N::ZERO,
+            known_before: false,
+            acceleration: N::ZERO,
+            amplitude: N::ZERO,
+            part: N::ONE,
+            blocked: None,
+            reversals: [0; 2],
+            swings: Swings::from(N::ZERO),
+            ringing: 0,
+            is_new: false,
+            evidence: None,
+            held_at: N::ZERO,
+            held_by: N::ONE,
+            turned_at: 0,
+            stage_since: 0,
+        }
+    }
+
+    /// Position from where the motion began, counts.
+    #[cfg(test)]
+    #[must_use]
+    pub(crate) fn position(&self) -> N {
+        self.position
+    }
+
+    /// The model of the servo so far.
+    #[must_use]
+    pub(crate) fn servo(&self) -> &RoughModel<N> {
+        &self.servo
+    }
+
+    /// Samples after which there was evidence, if there is.
+    #[cfg(test)]
+    #[must_use]
+    pub(crate) fn evidence(&self) -> Option<u32> {
+        self.evidence
+    }
+
+    /// True if it is away from where the first motion began.
+    pub(in crate::commission) fn is_away(&self) -> bool {
+        self.position != N::ZERO
+    }
+
+    /// True if it accelerates or brakes a servo whose friction is known.
+    pub(in crate::commission) fn is_swinging(&self) -> bool {
+        self.servo.is_known() && matches!(self.stage, ProbingStage::Push | ProbingStage::Brake)
+    }
+
+    /// Aims in a direction from here on.
+    pub(super) fn aim(&mut self, direction: N) {
+        self.direction = direction;
+        self.extreme = self.position;
+    }
+
+    /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back faster than the
+    /// loop itself would: slower swings are those of a load on a spring, which the loop damps.
+    pub(super) fn move_on(&mut self, way: N, hold_swing: u32) {
+        /// The part of the bandwidth that is left after a turn, and at least: of a servo that its load moves, and of one
+        /// that friction held until the ramp moved it.
+        const LEFT: f64 = 0.8;
+        const LEAST: [f64; 2] = [0.4, 0.1];
+        if way != self.way && self.stage == ProbingStage::Hold {
+            if self.samples.saturating_sub(self.turned_at) < hold_swing {
+                let least = LEAST[usize::from(self.broke_away.is_some())];
+                self.held_by =
+                    (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(least), N::ONE);
+            }
+            self.turned_at = self.samples;
+        }
+        self.way = way;
+    }
+
+    /// A push goes on with another model: what that has learnt of friction is no longer added to it.
+    pub(super) fn push_on_with(&mut self, servo: &RoughModel<N>) {
+        let way = self.direction;
+        let slides = |servo: &RoughModel<N>| way * servo.command(N::ZERO, way);
+        let learnt = slides(servo) - slides(&self.servo);
+        self.extra = (self.extra - learnt).limited(N::ZERO, self.extra);
+    }
+
+    /// True if a servo that is braked has come to its furthest place: it comes back, or stands.
+    pub(super) fn has_turned(&self) -> bool {
+        self.stands || self.direction * (self.position - self.extreme) < N::ZERO
+    }
+
+    /// True if it has not moved for long enough under all of the command.
+    pub(super) fn is_jammed(&self, plan: &Plan<N>) -> bool {
+        self.still.min(self.at_limit) > plan.jammed
+    }
+
+    pub(super) fn enter(&mut self, stage: ProbingStage) {
+        self.stage = stage;
+        self.stage_since = self.samples;
+    }
+
+    /// Remembers a command.
+    pub(super) fn give(&mut self, command: N) {
+        self.newest = (self.newest + 1) % self.commands.len();
+        self.commands[self.newest] = command;
+    }
+
+    /// The command that was given a number of samples before the last.
+    pub(super) fn given(&self, before: usize) -> N {
+        let length = self.commands.len();
+        self.commands[(self.newest + length - before) % length]
+    }
+}

@@ -1,0 +1,338 @@
+use super::super::CommissionSettings;
+use super::super::sliding::{LineRotations, LineSums, Lines, SlideBalance};
+use super::ResponseFit;
+use identifier_core::number::{Complex, Number};
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::MeasuredLine;
+
+/// A place without a line.
+const NO_LINE: MeasuredLine = MeasuredLine {
+    frequency: 0.0,
+    gain: Complex { re: 0.0, im: 0.0 },
+    deviation: 0.0,
+};
+
+/// The response that the slides of a survey measure: sums of every line, and from these lines with their deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct MeasuredResponse<N> {
+    sample_time: f64,
+    resolution: f64,
+    /// The lines of the slides under way or last, whether they replace those of earlier slides, and their sums.
+    survey: Lines,
+    replaces: bool,
+    sums: [SlideSums<N>; Lines::MAX],
+    lines: [MeasuredLine; MOST],
+    count: usize,
+    /// The motions beneath them, backwards and forwards.
+    balances: [BalanceSums<N>; 2],
+}
+
+/// The sum of what slides in a direction showed of their balance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BalanceSums<N> {
+    slides: u8,
+    velocity: N,
+    acceleration: N,
+    command: N,
+}
+
+/// The most lines: those of a survey and of three proofs.
+const MOST: usize = 4 * Lines::MAX;
+
+/// Lines on either side of one that its deviation is taken with: a deviation of four slides is itself uncertain.
+const NEIGHBOURS: usize = 2;
+
+/// The sums of a line over slides. Those of an inverted injection count with the opposite sign, which cancels the transient
+/// of a turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SlideSums<N> {
+    slides: u8,
+    /// ∑ ±Y and ∑ ±U.
+    position: [N; 2],
+    command: [N; 2],
+    /// ∑ |Y|², ∑ |U|², ∑ Y U*.
+    powers: [N; 2],
+    cross: [N; 2],
+}
+
+/// The measurement of the lines after the slides, a line in a slice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct LineMeasurement {
+    rotations: LineRotations,
+    /// Lines of earlier slides.
+    earlier: usize,
+    /// Lines whose sums were taken.
+    sums: usize,
+    /// The deviations that they have by themselves, and those that were smoothed.
+    deviations: [f64; Lines::MAX],
+    smoothed: usize,
+}
+
+impl<N: Number> MeasuredResponse<N> {
+    /// The part of its own deviation that a line has at least.
+    const OWN: f64 = 0.7;
+
+    /// Nothing measured yet.
+    pub(in crate::commission) fn new(settings: &CommissionSettings) -> Self {
+        Self {
+            sample_time: settings.sample_time,
+            resolution: settings.resolution,
+            survey: Lines::survey(settings.sample_time),
+            replaces: false,
+            sums: [SlideSums::EMPTY; Lines::MAX],
+            lines: [NO_LINE; MOST],
+            count: 0,
+            balances: [BalanceSums::EMPTY; 2],
+        }
+    }
+
+    /// Begins a measurement with these lines.
+    pub(in crate::commission) fn begin(&mut self, lines: &Lines) {
+        self.balances = [BalanceSums::EMPTY; 2];
+        self.count = 0;
+        self.begin_more(lines);
+    }
+
+    /// Begins to measure lines that take the place of those up to the highest of them, if slides show them.
+    pub(in crate::commission) fn begin_below(&mut self, lines: &Lines) {
+        self.balances = [BalanceSums::EMPTY; 2];
+        self.begin_more(lines);
+        self.replaces = true;
+    }
+
+    /// True if slides have shown the lines under way.
+    pub(in crate::commission) fn has_lines(&self) -> bool {
+        let [first, ..] = &self.sums;
+        first.slides > 1
+    }
+
+    /// Drops the lines of earlier slides that those of the last slides replace.
+    fn replace(&mut self) {
+        let highest = self.survey.frequencies().last().unwrap_or(0.0);
+        let mut kept = 0;
+        for place in 0..self.count {
+            let line = self.lines.get(place).copied();
+            let above = line.filter(|line| line.frequency > highest);
+            if let (Some(line), Some(to)) = (above, self.lines.get_mut(kept)) {
+                *to = line;
+                kept += 1;
+            }
+        }
+        self.count = kept;
+    }
+
+    /// Begins to measure further lines.
+    pub(in crate::commission) fn begin_more(&mut self, lines: &Lines) {
+        self.survey = *lines;
+        self.replaces = false;
+        self.sums = [SlideSums::EMPTY; Lines::MAX];
+    }
+
+    /// Takes the sums of a line over the window of a slide.
+    pub(in crate::commission) fn take(&mut self, sums: &LineSums<N>) {
+        if let Some(line) = self.sums.get_mut(usize::from(sums.line)) {
+            line.take(sums);
+        }
+    }
+
+    /// Takes the balance of a slide.
+    pub(in crate::commission) fn take_balance(&mut self, balance: &SlideBalance<N>) {
+        let [backwards, forwards] = &mut self.balances;
+        if balance.velocity > N::ZERO {
+            forwards.take(balance);
+        } else {
+            backwards.take(balance);
+        }
+    }
+
+    /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a: b u = v̇ + a v ± c − d.
+    /// None unless it has slid both ways.
+    pub(in crate::commission) fn friction(&self, servo: &ServoParameters) -> Option<[f64; 2]> {
+        let ServoParameters { a, b, .. } = *servo;
+        let per_time = self.resolution / self.sample_time;
+        let needed = |sums: &BalanceSums<N>| {
+            let [velocity, acceleration, command] = sums.mean()?;
+            let acceleration = acceleration * per_time / self.sample_time;
+            Some(b * command - acceleration - a * velocity * per_time)
+        };
+        let [backwards, forwards] = &self.balances;
+        let [backwards, forwards] = [needed(backwards)?, needed(forwards)?];
+        let coulomb = 0.5 * (forwards - backwards).max(0.0);
+        Some([coulomb, -0.5 * (forwards + backwards)])
+    }
+
+    /// Begins to fit masses to the measured lines; none if there are too few.
+    pub(in crate::commission) fn fit(
+        &self,
+        servo: &IdentifiedServo,
+        is_doubted: bool,
+    ) -> Option<ResponseFit> {
+        ResponseFit::begin(self.lines(), servo, is_doubted, self.sample_time)
+    }
+
+    /// The measured lines, by frequency: those that at least two slides have shown.
+    pub(in crate::commission) fn lines(&self) -> &[MeasuredLine] {
+        self.lines.get(..self.count).unwrap_or_default()
+    }
+
+    /// Begins to measure the lines, of which the sums of all slides were taken.
+    pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
+        if self.replaces && self.has_lines() {
+            self.replace();
+        }
+        self.count = self.count.min(MOST - Lines::MAX);
+        LineMeasurement {
+            rotations: self.survey.rotations(),
+            earlier: self.count,
+            sums: 0,
+            deviations: [0.0; Lines::MAX],
+            smoothed: 0,
+        }
+    }
+
+    /// Measures the next line, or smooths the deviation of the next; true once all are measured.
+    pub(in crate::commission) fn measure(&mut self, measuring: &mut LineMeasurement) -> bool {
+        let next = (self.survey.frequency(measuring.sums)).zip(measuring.rotations.next());
+        let measured = self.count - measuring.earlier;
+        if let (Some((frequency, turn)), Some(sums)) = (next, self.sums.get(measuring.sums)) {
+            measuring.sums += 1;
+            let line = sums.line(frequency, turn, self.resolution);
+            let places =
+                (self.lines.get_mut(self.count)).zip(measuring.deviations.get_mut(measured));
+            if let (Some(line), Some((place, deviation))) = (line, places) {
+                (*place, *deviation) = (line, line.deviation);
+                self.count += 1;
+            }
+            return false;
+        }
+        if measuring.smoothed < measured {
+            self.smooth(measuring);
+            measuring.smoothed += 1;
+            return false;
+        }
+        (measuring.earlier..self.count).for_each(|place| self.sort_in(place));
+        true
+    }
+
+    /// Puts a line among those before it, which stand by frequency.
+    fn sort_in(&mut self, place: usize) {
+        let Some(mut carried) = self.lines.get(place).copied() else {
+            return;
+        };
+        let before = self.lines.get(..place).unwrap_or_default();
+        let first = before.partition_point(|line| line.frequency <= carried.frequency);
+        for line in self.lines.iter_mut().take(place + 1).skip(first) {
+            core::mem::swap(line, &mut carried);
+        }
+    }
+
+    /// The deviation of a line by its own and those of its neighbours.
+    fn smooth(&mut self, measuring: &LineMeasurement) {
+        let i = measuring.smoothed;
+        let own = &measuring.deviations;
+        let measured = self.lines.get_mut(measuring.earlier..self.count);
+        let measured = measured.unwrap_or_default();
+        let first = i.saturating_sub(NEIGHBOURS);
+        let near = first..measured.len().min(i + 1 + NEIGHBOURS);
+        let Some(&MeasuredLine { frequency, .. }) = measured.get(i) else {
+            return;
+        };
+        // Noise of the increments that is white is one of 1/ω in the position.
+        let mut deviations = [0.0; 2 * NEIGHBOURS + 1];
+        let mut found = 0;
+        let lines = measured.get(near.clone()).unwrap_or_default();
+        let near = lines.iter().zip(own.get(near).unwrap_or_default());
+        for (place, (other, deviation)) in deviations.iter_mut().zip(near) {
+            *place = deviation * other.frequency / frequency;
+            found += 1;
+        }
+        let median = median(deviations.get_mut(..found).unwrap_or_default());
+        if let Some(line) = measured.get_mut(i) {
+            line.deviation = median.max(Self::OWN * line.deviation);
+        }
+    }
+}
+
+/// The middle one; zero of none.
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+impl<N: Number> BalanceSums<N> {
+    const EMPTY: Self = Self {
+        slides: 0,
+        velocity: N::ZERO,
+        acceleration: N::ZERO,
+        command: N::ZERO,
+    };
+
+    fn take(&mut self, balance: &SlideBalance<N>) {
+        self.slides = self.slides.saturating_add(1);
+        self.velocity += balance.velocity;
+        self.acceleration += balance.acceleration;
+        self.command += balance.command;
+    }
+
+    /// Mean velocity, acceleration and command; none of no slide.
+    fn mean(&self) -> Option<[f64; 3]> {
+        let sums = [self.velocity, self.acceleration, self.command];
+        let slides = f64::from(self.slides);
+        (self.slides > 0).then(|| sums.map(|sum| sum.to_f64() / slides))
+    }
+}
+
+impl<N: Number> SlideSums<N> {
+    const EMPTY: Self = Self {
+        slides: 0,
+        position: [N::ZERO; 2],
+        command: [N::ZERO; 2],
+        powers: [N::ZERO; 2],
+        cross: [N::ZERO; 2],
+    };
+
+    fn take(&mut self, sums: &LineSums<N>) {
+        let [y, v] = sums.position;
+        let [u, w] = sums.command;
+        let sign = if sums.inverted { -N::ONE } else { N::ONE };
+        self.slides = self.slides.saturating_add(1);
+        self.position[0] += sign * y;
+        self.position[1] += sign * v;
+        self.command[0] += sign * u;
+        self.command[1] += sign * w;
+        self.powers[0] += y * y + v * v;
+        self.powers[1] += u * u + w * w;
+        self.cross[0] += y * u + v * w;
+        self.cross[1] += v * u - y * w;
+    }
+
+    /// The response at a frequency, rad/s, that turns by so much in a sample: rad per command unit, with its deviation.
+    fn line(&self, frequency: f64, turn: Complex, resolution: f64) -> Option<MeasuredLine> {
+        let complex = |[re, im]: [N; 2]| Complex {
+            re: re.to_f64(),
+            im: im.to_f64(),
+        };
+        let command = complex(self.command);
+        if self.slides < 2 || command.power() == 0.0 {
+            return None;
+        }
+        let gain = complex(self.position) / command;
+        // ∑ |Y − G U|² over the slides: motion that the command does not explain.
+        let [positions, commands] = self.powers.map(N::to_f64);
+        let explained = 2.0 * (gain.conjugate() * complex(self.cross)).re - gain.power() * commands;
+        let left = (positions - explained).max(0.0);
+        let slides = f64::from(self.slides);
+        let variance = left / (slides - 1.0) * slides / command.power();
+        // Increments are (1 − z⁻¹) of positions.
+        let increments = Complex::ONE - turn.conjugate();
+        let gain = gain.scaled(resolution) / increments;
+        let deviation = resolution * libm::sqrt(variance / increments.power());
+        let known = gain.power().is_finite() && gain.power() > 0.0 && deviation.is_finite();
+        known.then_some(MeasuredLine {
+            frequency,
+            gain,
+            deviation,
+        })
+    }
+}

@@ -1,0 +1,330 @@
+use super::super::corrected::{know_alone, scale};
+use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
+use super::pass::ResponsePass;
+use super::scan::{Scan, Starts};
+use identifier_core::fit::{Descent, DescentSettings, Explanation};
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::tuning::{MeasuredLine, Resonance};
+
+/// A fit of one mass and of two to measured lines, in slices of one response of one model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct ResponseFit {
+    sample_time: f64,
+    /// Viscous friction with its deviation, 1/s, zero if it is known, and the delay (samples) that the motions before have shown.
+    friction: [f64; 2],
+    delay: f64,
+    stage: Stage,
+    one_mass: Option<Best>,
+    two_masses: Option<Best>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap here, and a program holds one fit"
+)]
+enum Stage {
+    OneMass(ResponseDescent),
+    Scan(Scan),
+    TwoMasses(ResponseDescent, Starts),
+}
+
+/// A descent from a start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ResponseDescent {
+    pass: ResponsePass,
+    two_masses: bool,
+    descent: Descent<f64, UNKNOWNS>,
+}
+
+/// The unknowns that explain the lines best.
+type Best = Explanation<f64, UNKNOWNS>;
+
+/// The masses that a measured response shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct ResponseEstimate {
+    /// Gain b, rad/s² per command unit, with the standard error of ln b.
+    pub(in crate::commission) gain: f64,
+    pub(in crate::commission) gain_error: f64,
+    /// Viscous friction a with its standard error, 1/s, zero if it was known before.
+    pub(in crate::commission) friction: [f64; 2],
+    /// Delay and lag together with their standard error, s.
+    pub(in crate::commission) delay: [f64; 2],
+    /// The resonance, if two masses explain the response and one does not.
+    pub(in crate::commission) resonance: Option<Resonance>,
+    /// Mean of the squared errors in deviations: about one where the model is right.
+    pub(in crate::commission) misfit: f64,
+    /// The part of the squared errors of one mass that it leaves.
+    pub(in crate::commission) left: f64,
+}
+
+impl ResponseEstimate {
+    /// The largest standard error of ln b of a response: where it is larger, the lines do not reach below the antiresonance,
+    /// where both masses move together.
+    const KNOWN_GAIN: f64 = 0.05;
+
+    /// True if the lines show the gain of both masses together, and with it the share of each.
+    pub(in crate::commission) fn is_known(&self) -> bool {
+        self.gain_error <= Self::KNOWN_GAIN
+    }
+
+    /// True if the masses explain the response: all of it, or nearly all that one mass leaves. Lines close to a resonance of
+    /// little damping are not explained in full, as the slightest change of speed shifts them.
+    pub(in crate::commission) fn is_explained(&self) -> bool {
+        self.misfit < ResponseFit::EXPLAINED || self.left < ResponseFit::NEARLY_ALL
+    }
+
+    /// Has a servo that was known as one mass what the response shows of it: gain, delay and, where it was doubted, viscous
+    /// friction. What it takes to balance friction and load is kept.
+    pub(in crate::commission) fn improve(&self, servo: &mut IdentifiedServo) {
+        scale(servo, self.gain / servo.parameters.b);
+        know_alone(servo, IdentifiedServo::B, self.gain_error * self.gain);
+        let [a, of_a] = self.friction;
+        if of_a > 0.0 {
+            servo.parameters.a = a;
+            know_alone(servo, IdentifiedServo::A, of_a);
+        }
+        let [delay, of_delay] = self.delay;
+        servo.delay = delay;
+        know_alone(servo, IdentifiedServo::DELAY, of_delay);
+    }
+
+    /// The largest standard error of ln b beyond which further slides are worth their time.
+    const WELL_KNOWN_GAIN: f64 = 0.02;
+
+    /// True if the lines show two masses, and each of them well.
+    pub(in crate::commission) fn are_known_well(&self) -> bool {
+        let is_known = self.gain_error < Self::WELL_KNOWN_GAIN;
+        is_known && self.resonance.is_some() && self.is_explained()
+    }
+
+    /// True if it shows two masses, and their gain better than another estimate.
+    pub(in crate::commission) fn shows_more_than(&self, other: &Self) -> bool {
+        let shows = self.resonance.is_some() && self.is_explained();
+        shows && self.gain_error < other.gain_error
+    }
+
+    /// True if one mass explains the response.
+    pub(in crate::commission) fn is_one_mass(&self) -> bool {
+        self.resonance.is_none() && self.is_explained()
+    }
+}
+
+impl ResponseFit {
+    /// Two masses are there if one does not explain the response and they leave less than this part of what it leaves. Of 90
+    /// rigid servos one mass left 0.56 per line and part at most, of as many of two masses 2 at least.
+    const TWO_MASSES: f64 = 0.75;
+
+    /// The mean of the squared errors above which a single mass may hide a narrow resonance.
+    const CLEAR: f64 = 0.6;
+
+    /// The mean of the squared errors of a fit that explains the response: no other would be better by much.
+    const EXPLAINED: f64 = 1.0;
+
+    /// The part of the errors of one mass that two may leave where they are the cause: a load that changes with the angle,
+    /// which looks like a second mass in part, leaves more.
+    const NEARLY_ALL: f64 = 0.1;
+
+    /// The deviation of viscous friction from zero that is expected where motions that one mass does not explain show none,
+    /// 1/s: a motor that rings against its load looks slowed.
+    const USUAL_FRICTION: f64 = 10.0;
+
+    /// The least standard errors of ln ω and ln ζ where two masses do not explain the response either, as a resonance
+    /// between two lines that nearly stopped the servo: what blurs its lines looks like damping.
+    const UNEXPLAINED: [f64; 2] = [0.02, 0.7];
+
+    /// The least standard error of ln ω of a resonance that no line shows: the antiresonance alone tells that there is one.
+    const UNSEEN: f64 = 0.1;
+
+    /// Begins for a servo that is known as one mass, which may not explain its motions; none without enough lines.
+    pub(in crate::commission) fn begin(
+        lines: &[MeasuredLine],
+        servo: &IdentifiedServo,
+        is_doubted: bool,
+        sample_time: f64,
+    ) -> Option<Self> {
+        /// The fewest lines that tell two masses from one.
+        const FEWEST: usize = 12;
+        let delay = servo.delay / sample_time;
+        let friction = if is_doubted {
+            [0.0, Self::USUAL_FRICTION]
+        } else {
+            [servo.parameters.a, 0.0]
+        };
+        let [a, _] = friction;
+        if lines.len() < FEWEST {
+            return None;
+        }
+        let [late, lag] = Self::parts(delay);
+        let start = [libm::log(servo.parameters.b), late, lag, a, 0.0, 0.0, 0.0];
+        Some(Self {
+            sample_time,
+            friction,
+            delay,
+            stage: Stage::OneMass(ResponseDescent::from(&start, friction, false, sample_time)),
+            one_mass: None,
+            two_masses: None,
+        })
+    }
+
+    /// A delay (samples) in parts from which a fit begins: delay and lag. Without lag it would stay so, as a small one changes the
+    /// response as a delay does.
+    pub(super) fn parts(delay: f64) -> [f64; 2] {
+        let lag = (0.5 * delay).clamp(0.1, 1.0);
+        [(delay - lag).max(0.0), lag]
+    }
+
+    /// A slice; at the end the masses that the response shows.
+    pub(in crate::commission) fn work(
+        &mut self,
+        lines: &[MeasuredLine],
+    ) -> Option<ResponseEstimate> {
+        match &mut self.stage {
+            Stage::OneMass(descent) => {
+                if descent.work(lines, self.friction, self.sample_time) {
+                    self.one_mass = descent.best();
+                    if Self::is_explained(&self.one_mass, lines, Self::CLEAR) {
+                        return self.estimate(lines);
+                    }
+                    let [a, _] = self.friction;
+                    self.stage = Stage::Scan(Scan::begin(lines, a, self.delay));
+                }
+                None
+            }
+            Stage::Scan(scan) => {
+                if let Some(starts) = scan.work(lines, self.sample_time) {
+                    return self.next_start(lines, starts);
+                }
+                None
+            }
+            Stage::TwoMasses(descent, starts) => {
+                if !descent.work(lines, self.friction, self.sample_time) {
+                    return None;
+                }
+                let (found, starts) = (descent.best(), *starts);
+                if let Some(found) = found
+                    && found.is_better_than(self.two_masses.as_ref())
+                {
+                    self.two_masses = Some(found);
+                }
+                if Self::is_explained(&self.two_masses, lines, Self::EXPLAINED) {
+                    return self.estimate(lines);
+                }
+                self.next_start(lines, starts)
+            }
+        }
+    }
+
+    fn is_explained(fit: &Option<Best>, lines: &[MeasuredLine], most: f64) -> bool {
+        let most = most * 2.0 * lines.len() as f64;
+        fit.is_some_and(|best| best.equations.cost() < most)
+    }
+
+    /// True if a line near a resonance stands clear of its own error.
+    fn is_seen(frequency: f64, lines: &[MeasuredLine]) -> bool {
+        /// The distance of such a line, a part of the frequency, and its standard errors.
+        const NEAR: f64 = 0.2;
+        const CLEAR: f64 = 5.0;
+        lines.iter().any(|line| {
+            let is_near = (line.frequency - frequency).abs() < NEAR * frequency;
+            is_near && line.gain.power() > CLEAR * CLEAR * line.deviation * line.deviation
+        })
+    }
+
+    fn next_start(
+        &mut self,
+        lines: &[MeasuredLine],
+        mut starts: Starts,
+    ) -> Option<ResponseEstimate> {
+        let Some(start) = starts.next() else {
+            return self.estimate(lines);
+        };
+        let descent = ResponseDescent::from(&start, self.friction, true, self.sample_time);
+        self.stage = Stage::TwoMasses(descent, starts);
+        None
+    }
+
+    fn estimate(&self, lines: &[MeasuredLine]) -> Option<ResponseEstimate> {
+        let one = self.one_mass?;
+        let better = self
+            .two_masses
+            .filter(|two| two.equations.cost() < Self::TWO_MASSES * one.equations.cost());
+        let best = better.unwrap_or(one);
+        let misfit = best.equations.cost() / (2.0 * lines.len() as f64);
+        let covariance = best.equations.covariance();
+        let error_of_sum = |places: &[usize]| {
+            let entry = |i: &usize, j: &usize| covariance.get(*i).and_then(|row| row.get(*j));
+            let row = |i| places.iter().filter_map(move |j| entry(i, j));
+            let variance: f64 = places.iter().flat_map(row).sum();
+            libm::sqrt((variance * misfit.max(1.0)).max(0.0))
+        };
+        let error = |place: usize| error_of_sum(&[place]);
+        let [least, least_of_damping] = if misfit < Self::EXPLAINED {
+            [0.0; 2]
+        } else {
+            Self::UNEXPLAINED
+        };
+        let unknowns = &best.unknowns;
+        let is_seen = Self::is_seen(mode(unknowns).frequency, lines);
+        let least = if is_seen { least } else { Self::UNSEEN };
+        Some(ResponseEstimate {
+            gain: libm::exp(unknowns[GAIN]),
+            gain_error: error(GAIN),
+            friction: [unknowns[FRICTION], error(FRICTION)],
+            delay: [unknowns[DELAY] + unknowns[LAG], error_of_sum(&[DELAY, LAG])]
+                .map(|samples| samples * self.sample_time),
+            resonance: better.map(|_| Resonance {
+                mode: mode(unknowns),
+                errors: [
+                    error(FREQUENCY).max(least),
+                    error(DAMPING).max(least_of_damping),
+                ],
+            }),
+            misfit,
+            left: best.equations.cost() / one.equations.cost(),
+        })
+    }
+}
+
+impl ResponseDescent {
+    const SETTINGS: DescentSettings = DescentSettings {
+        damping: 1e-2,
+        max_passes: 20,
+        min_change: 1e-4,
+    };
+
+    /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
+    const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
+    const HIGH: Unknowns = [30.0, 60.0, 30.0, 1e3, 13.0, -0.7, 3.4];
+
+    fn from(start: &Unknowns, friction: [f64; 2], two_masses: bool, sample_time: f64) -> Self {
+        Self {
+            pass: ResponsePass::at(start, friction, two_masses, sample_time),
+            two_masses,
+            descent: Descent::begin(&Self::SETTINGS),
+        }
+    }
+
+    fn best(&self) -> Option<Best> {
+        self.descent.best().copied()
+    }
+
+    /// A slice; true at the end.
+    fn work(&mut self, lines: &[MeasuredLine], friction: [f64; 2], sample_time: f64) -> bool {
+        if !self.pass.work(lines, sample_time) {
+            return false;
+        }
+        let pass = Best {
+            unknowns: self.pass.unknowns,
+            equations: self.pass.equations,
+            sums: (),
+        };
+        let (free, bounds) = (self.pass.free, [&Self::LOW, &Self::HIGH]);
+        let next = (self.descent).descend(&Self::SETTINGS, pass, free, bounds);
+        let Some(next) = next else {
+            return true;
+        };
+        self.pass = ResponsePass::at(&next, friction, self.two_masses, sample_time);
+        false
+    }
+}

@@ -1,0 +1,165 @@
+use super::ResponseFit;
+use super::model::{ResponseModel, Unknowns};
+use identifier_core::replay::NormalEquations;
+use identifier_core::tuning::MeasuredLine;
+
+/// A scan of the frequencies at which a second mass may resonate. With frequency, damping and delay given, the response is
+/// linear in b and β b: x of one mass and y of two with β = 1 are b = x + y, β b = y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scan {
+    a: f64,
+    delay: f64,
+    /// The lowest frequency, rad/s, and the ratio of successive ones.
+    lowest: f64,
+    ratio: f64,
+    place: u32,
+    line: usize,
+    models: Option<[ResponseModel; 2]>,
+    equations: NormalEquations<f64, 2>,
+    starts: Starts,
+}
+
+/// Unknowns from which two masses are fitted, the most promising first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Starts {
+    all: [Option<Start>; Self::MOST],
+    next: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Start {
+    place: u32,
+    cost: f64,
+    unknowns: Unknowns,
+}
+
+impl Scan {
+    /// The frequencies.
+    const FREQUENCIES: u32 = 48;
+
+    /// The range, over the lowest and the highest line: a resonance beyond the lines shows in their phase, or as an image
+    /// below half of the sampling frequency.
+    const RANGE: [f64; 2] = [0.9, 1.3];
+
+    /// The damping ratio of them all: a resonance as wide as the lines are apart.
+    const DAMPING: f64 = 0.03;
+
+    /// The relative error with which each line counts: the response of a scan is rough.
+    const ROUGH: f64 = 0.1;
+
+    pub(super) fn begin(lines: &[MeasuredLine], a: f64, delay: f64) -> Self {
+        let [below, beyond] = Self::RANGE;
+        let lowest = below * lines.first().map_or(1.0, |line| line.frequency);
+        let highest = beyond * lines.last().map_or(2.0, |line| line.frequency);
+        let ratio = libm::exp(libm::log(highest / lowest) / f64::from(Self::FREQUENCIES - 1));
+        Self {
+            a,
+            delay,
+            lowest,
+            ratio,
+            place: 0,
+            line: 0,
+            models: None,
+            equations: NormalEquations::EMPTY,
+            starts: Starts {
+                all: [None; Starts::MOST],
+                next: 0,
+            },
+        }
+    }
+
+    /// The unknowns of a frequency with gain and share.
+    fn unknowns(&self, gain: f64, ratio: f64) -> Unknowns {
+        let frequency = self.lowest * libm::pow(self.ratio, f64::from(self.place));
+        let [delay, lag] = ResponseFit::parts(self.delay);
+        [
+            libm::log(gain),
+            delay,
+            lag,
+            self.a,
+            libm::log(frequency),
+            libm::log(Self::DAMPING),
+            libm::log(ratio),
+        ]
+    }
+
+    /// The responses of one line; the starts once all frequencies are done.
+    pub(super) fn work(&mut self, lines: &[MeasuredLine], sample_time: f64) -> Option<Starts> {
+        if self.place >= Self::FREQUENCIES {
+            return Some(self.starts);
+        }
+        let Some([one, two]) = self.models else {
+            let unknowns = self.unknowns(1.0, 1.0);
+            let model = |two| ResponseModel::new(&unknowns, two, sample_time);
+            self.models = Some([model(false), model(true)]);
+            self.equations = NormalEquations::EMPTY;
+            self.line = 0;
+            return None;
+        };
+        if let Some(line) = lines.get(self.line) {
+            let angle = line.frequency * sample_time;
+            let [one, two] = [one.at(angle), two.at(angle)];
+            let rough = Self::ROUGH * Self::ROUGH * line.gain.power();
+            let weight = 1.0 / libm::sqrt(line.deviation * line.deviation + rough);
+            let row = |one: f64, two: f64| [weight * one, weight * two];
+            self.equations
+                .add(&row(one.re, two.re), weight * line.gain.re);
+            self.equations
+                .add(&row(one.im, two.im), weight * line.gain.im);
+            self.line += 1;
+            return None;
+        }
+        let free = [true; 2];
+        let [one, two] = self.equations.solve(0.0, &free);
+        let (gain, ratio) = (one + two, two / (one + two));
+        if gain > 0.0 && ratio > 0.0 {
+            let cost = self.equations.cost() - self.equations.explained_by(&free);
+            self.starts.take(Start {
+                place: self.place,
+                cost,
+                unknowns: self.unknowns(gain, ratio),
+            });
+        }
+        self.place += 1;
+        self.models = None;
+        None
+    }
+}
+
+impl Starts {
+    /// Starts that are kept.
+    const MOST: usize = 3;
+
+    /// Frequencies between two of them, at least.
+    const APART: u32 = 3;
+
+    /// Keeps a start if it is among the best, and of near ones the best alone.
+    fn take(&mut self, start: Start) {
+        let is_near = |other: &Start| other.place.abs_diff(start.place) < Self::APART;
+        let cost = |place: &Option<Start>| place.map_or(f64::INFINITY, |start| start.cost);
+        let near = self
+            .all
+            .iter_mut()
+            .find(|place| place.as_ref().is_some_and(is_near));
+        let worst = match near {
+            Some(near) => Some(near),
+            None => self
+                .all
+                .iter_mut()
+                .max_by(|one, other| cost(one).total_cmp(&cost(other))),
+        };
+        if let Some(worst) = worst.filter(|worst| start.cost < cost(worst)) {
+            *worst = Some(start);
+        }
+        let by_cost =
+            |one: &Option<Start>, other: &Option<Start>| cost(one).total_cmp(&cost(other));
+        self.all.sort_unstable_by(by_cost);
+    }
+
+    /// The next start.
+    pub(super) fn next(&mut self) -> Option<Unknowns> {
+        let start = self.all.get(self.next).copied().flatten();
+        self.next += 1;
+        start.map(|start| start.unknowns)
+    }
+}

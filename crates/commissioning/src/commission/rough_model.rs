@@ -1,0 +1,253 @@
+use super::sliding::SlideBalance;
+use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
+
+/// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RoughModel<N> {
+    /// b, counts per sample² and command unit; zero while nothing is known.
+    pub gain: N,
+    /// 1/b; zero while nothing is known.
+    pub per_gain: N,
+    /// d − c, the acceleration without a command in forward motion, counts per sample².
+    pub forward: N,
+    /// d + c, the same backwards.
+    pub backward: N,
+    /// a, 1/sample.
+    pub viscous: N,
+}
+
+/// The command at which a servo broke away, and the direction in which it did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Breakaway<N> {
+    pub command: N,
+    pub is_forward: bool,
+    /// The farthest command the other way under which it stood, if commands that grew were needed to move it there.
+    pub other: Option<N>,
+}
+
+impl<N: Number> Breakaway<N> {
+    /// It stands under a command that grows in a direction.
+    pub(crate) fn stand(&mut self, command: N, direction: N) {
+        let is_other = self.is_forward != (direction > N::ZERO);
+        let is_farther = |other| direction * (command - other) > N::ZERO;
+        if is_other && self.other.is_none_or(is_farther) {
+            self.other = Some(command);
+        }
+    }
+}
+
+impl<N: Number> RoughModel<N> {
+    pub(crate) const UNKNOWN: Self = Self {
+        gain: N::ZERO,
+        per_gain: N::ZERO,
+        forward: N::ZERO,
+        backward: N::ZERO,
+        viscous: N::ZERO,
+    };
+
+    /// From SI parameters, for a sample time (s) and a resolution (rad).
+    #[must_use]
+    pub(crate) fn from_si(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {
+        let acceleration = time * time / resolution;
+        let number = |value: f64| N::from_f64(value * acceleration);
+        let gain = number(parameters.b.max(f64::MIN_POSITIVE));
+        Self {
+            gain,
+            per_gain: N::from_f64(1.0 / gain.to_f64()),
+            forward: number(parameters.load - parameters.coulomb),
+            backward: number(parameters.load + parameters.coulomb),
+            viscous: N::from_f64(parameters.a * time),
+        }
+    }
+
+    /// The parameters in SI; none while nothing is known.
+    #[must_use]
+    pub(crate) fn to_si(self, time: f64, resolution: f64) -> Option<ServoParameters> {
+        let acceleration = resolution / (time * time);
+        let si = |value: N| value.to_f64() * acceleration;
+        self.is_known().then(|| ServoParameters {
+            a: self.viscous.to_f64() / time,
+            b: si(self.gain),
+            coulomb: si(self.coulomb()),
+            load: si(self.load()),
+        })
+    }
+
+    /// True if anything is known.
+    #[must_use]
+    pub(crate) fn is_known(&self) -> bool {
+        self.gain > N::ZERO
+    }
+
+    /// True if its gain is at most five times another, and at least a fifth.
+    pub(crate) fn is_like(&self, gain: N) -> bool {
+        let five = N::from_f64(5.0);
+        self.gain < five * gain && gain < five * self.gain
+    }
+
+    /// d − c sign, in a direction of motion.
+    pub(crate) fn without_command(&self, direction: N) -> N {
+        if direction > N::ZERO {
+            self.forward
+        } else {
+            self.backward
+        }
+    }
+
+    /// Confines friction and load to those that commands of up to `most` overcome, and where the servo broke away those commands:
+    /// a servo that moves hardly needs more. How much less it needs they leave open: they show friction at rest, and a motor in
+    /// its play stands by the encoder. Of a load that rings on a spring the motion itself says anything.
+    pub(crate) fn confine(&mut self, seen: &Breakaway<N>, most: N) {
+        /// The part of the command by which a motion may need more.
+        const SLACK: f64 = 0.1;
+        let slack = N::from_f64(SLACK) * most;
+        let own = Some(seen.command);
+        let (low, high) = if seen.is_forward {
+            (seen.other, own)
+        } else {
+            (own, seen.other)
+        };
+        let without = |command| -(self.gain * command);
+        let least = without(high.map_or(most, |high| high + slack));
+        let largest = without(low.map_or(-most, |low| low - slack));
+        self.forward = self.forward.limited(least, largest);
+        self.backward = self.backward.limited(least, largest);
+    }
+
+    /// d, counts per sample².
+    #[must_use]
+    pub(crate) fn load(&self) -> N {
+        N::from_f64(0.5) * (self.forward + self.backward)
+    }
+
+    /// c, counts per sample².
+    #[must_use]
+    pub(crate) fn coulomb(&self) -> N {
+        N::from_f64(0.5) * (self.backward - self.forward)
+    }
+
+    /// The command that balances the load.
+    #[must_use]
+    pub(crate) fn holding(&self) -> N {
+        -(self.load() * self.per_gain)
+    }
+
+    /// Bears a load that this command balances.
+    pub(crate) fn bear(&mut self, holding: N) {
+        let change = self.gain * (self.holding() - holding);
+        self.forward += change;
+        self.backward += change;
+    }
+
+    /// The acceleration under a command that acts.
+    #[inline]
+    pub(crate) fn acceleration(&self, command: N, velocity: N) -> N {
+        if velocity == N::ZERO {
+            let push = self.gain * command + self.load();
+            return if push.magnitude() > self.coulomb() {
+                self.gain * command + self.without_command(push)
+            } else {
+                N::ZERO
+            };
+        }
+        self.gain * command + self.without_command(velocity) - self.viscous * velocity
+    }
+
+    /// Takes over the friction and load that balance a slide; by how much the command that it takes has changed.
+    pub(crate) fn learn(&mut self, slide: &SlideBalance<N>) -> N {
+        let SlideBalance {
+            velocity,
+            acceleration,
+            command,
+        } = *slide;
+        let without = if velocity > N::ZERO {
+            &mut self.forward
+        } else {
+            &mut self.backward
+        };
+        let before = *without;
+        *without = acceleration + self.viscous * velocity - self.gain * command;
+        (before - *without) * self.per_gain
+    }
+
+    /// The command that gives an acceleration in a direction of motion.
+    #[inline]
+    pub(crate) fn command(&self, acceleration: N, direction: N) -> N {
+        (acceleration - self.without_command(direction)) * self.per_gain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A servo that broke away forwards at 2 of 10 command units does not need 8 to move on, nor 12 backwards.
+    #[test]
+    fn friction_is_confined_to_that_which_a_breakaway_shows() {
+        let with = |forward, backward| RoughModel {
+            gain: 3.0,
+            per_gain: 1.0 / 3.0,
+            forward,
+            backward,
+            viscous: 0.0,
+        };
+        for (way, found, confined) in [
+            (1.0, [-24.0, 36.0], [-9.0, 30.0]),
+            (-1.0, [-36.0, 24.0], [-30.0, 9.0]),
+            (1.0, [-6.0, 6.0], [-6.0, 6.0]),
+        ] {
+            let seen = Breakaway {
+                command: 2.0 * way,
+                is_forward: way > 0.0,
+                other: None,
+            };
+            let [forward, backward] = found;
+            let mut servo: RoughModel<f64> = with(forward, backward);
+            servo.confine(&seen, 10.0);
+            let [forward, backward] = confined;
+            assert_eq!(servo, with(forward, backward));
+        }
+    }
+
+    /// A servo that broke away at 2 one way and stood under up to 3 of 10 command units the other way.
+    #[test]
+    fn friction_both_ways_is_that_of_both_breakaways() {
+        for way in [1.0, -1.0] {
+            let mut seen = Breakaway {
+                command: 2.0 * way,
+                is_forward: way > 0.0,
+                other: None,
+            };
+            for command in [-1.0, -3.0, -2.0] {
+                seen.stand(command * way, -way);
+            }
+            seen.stand(5.0 * way, way);
+            // Commands that the motion seems to need that way and the other, and those that are adopted.
+            for (found, confined) in [
+                // Hardly more than at the break-away.
+                ([8.0, -9.0], [3.0, -4.0]),
+                // Much less.
+                ([0.5, -0.5], [0.5, -0.5]),
+            ] {
+                let needing = |[own, other]: [f64; 2]| {
+                    let [forward, backward] = if way > 0.0 {
+                        [own, other]
+                    } else {
+                        [-other, -own]
+                    };
+                    RoughModel {
+                        gain: 3.0,
+                        per_gain: 1.0 / 3.0,
+                        forward: -3.0 * forward,
+                        backward: -3.0 * backward,
+                        viscous: 0.0,
+                    }
+                };
+                let mut servo = needing(found);
+                servo.confine(&seen, 10.0);
+                assert_eq!(servo, needing(confined), "{way} {found:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,246 @@
+use super::{CommissionError, FitSettings, ProbingSettings, noise};
+use crate::watch::{Use, WatchSettings};
+use identifier_core::error::Allowed;
+use identifier_core::tuning::{Goal, Tuner, TuningSettings};
+
+/// Limits of a commissioning, SI. For a linear axis read m for rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Limits {
+    /// Lowest and highest position, rad from where the servo stands when it begins: the first at most
+    /// zero, the second at least zero.
+    pub travel: [f64; 2],
+    /// The largest speed, rad/s.
+    pub speed: f64,
+    /// Lowest and highest command, command units: the first below zero, the second above.
+    pub command: [f64; 2],
+    /// The longest time that a motion may take, s.
+    pub duration: f64,
+}
+
+/// Settings of a commissioning, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CommissionSettings {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Position of a count, rad.
+    pub resolution: f64,
+    /// Limits of the axis.
+    pub limits: Limits,
+    /// The known part of the delay from the reading of the encoder to the change of the output, s; the
+    /// rest is identified.
+    pub command_delay: f64,
+    /// The largest b that the servo may have, rad/s² per command unit, if that is known: the motion
+    /// before anything is known is then planned for it.
+    pub max_gain: Option<f64>,
+    /// Standard deviation of the encoder's noise beside the rounding of a count, rad; 0 for none. Motion is then judged
+    /// in units of the noise, as with a coarser encoder, and gains are as slow as that asks for.
+    pub noise: f64,
+    /// The goal of the gains.
+    pub goal: Goal,
+    /// The largest sensitivity Mₛ, above 1.
+    pub max_sensitivity: f64,
+    /// The step of the trial, rad; none: the largest within a quarter of the travel, the speed and half of the command.
+    pub trial_step: Option<f64>,
+    /// Rounds of slides, each of both ways and of both ways again with the excitation inverted, 0 to
+    /// [`CommissionSettings::MAX_SLIDE_ROUNDS`]. None where the axis is known to be stiff, unless its motions are not
+    /// explained: a resonance that friction hides is then not seen. Two and more know a compliant axis better, and prove its
+    /// gains by as many rounds under them: they are applied if no line certainly shows a larger sensitivity than
+    /// 1 + 4/3 (`max_sensitivity` − 1), or looked for anew with all lines, at most twice.
+    pub slide_rounds: u8,
+    /// True if the gains may have a notch filter, which a controller in fixed point has not.
+    pub notch: bool,
+    /// True to lead the servo along a reference model with feed-forward where that makes the step rise faster
+    /// ([`TuningSettings::feed_forward`]), which a controller in fixed point has not.
+    pub feed_forward: bool,
+}
+
+impl CommissionSettings {
+    /// For the stiffest gains, of a servo of which nothing but this is known.
+    #[must_use]
+    pub const fn new(sample_time: f64, resolution: f64, limits: Limits) -> Self {
+        Self {
+            sample_time,
+            resolution,
+            limits,
+            command_delay: 0.0,
+            max_gain: None,
+            noise: 0.0,
+            goal: Goal::Stiffest,
+            max_sensitivity: TuningSettings::MAX_SENSITIVITY,
+            trial_step: None,
+            slide_rounds: 1,
+            notch: true,
+            feed_forward: false,
+        }
+    }
+
+    /// The rounds of slides from which on gains for a compliant axis are proved.
+    pub const THOROUGH: u8 = 2;
+
+    /// The most rounds of slides.
+    pub const MAX_SLIDE_ROUNDS: u8 = 4;
+
+    /// The sensitivities that can be asked for: below the first no delay would do, above the second a loop
+    /// is hardly stable.
+    pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
+
+    /// The longest declared delay, s and samples: with a longer one the watch and the fit cannot tell a late servo from
+    /// a reversed, a dead or a compliant one.
+    const MAX_COMMAND_DELAY: (f64, f64) = (0.015, 16.0);
+
+    /// The same for positions in units of the noise, within a travel that keeps as far from its ends as the noise hides.
+    pub(super) fn in_units_of_noise(&self) -> Self {
+        let resolution = noise::unit(self.noise / self.resolution) * self.resolution;
+        let hidden = if resolution > self.resolution {
+            2.0 * resolution
+        } else {
+            0.0
+        };
+        let [low, high] = self.limits.travel;
+        let travel = [(low + hidden).min(0.0), (high - hidden).max(0.0)];
+        Self {
+            resolution,
+            limits: Limits {
+                travel,
+                ..self.limits
+            },
+            ..*self
+        }
+    }
+
+    /// Settings of the watch.
+    pub(super) fn watch(&self) -> WatchSettings {
+        WatchSettings {
+            used_for: Use::Commissioning,
+            sample_time: self.sample_time,
+            resolution: self.resolution,
+            travel: self.limits.travel,
+            speed: self.limits.speed,
+            command: self.limits.command,
+        }
+    }
+
+    /// Settings of the motions.
+    pub(super) fn probing(&self) -> ProbingSettings {
+        ProbingSettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution,
+            limits: self.limits,
+            max_gain: self.max_gain,
+            command_delay: self.command_delay,
+        }
+    }
+
+    /// Settings of the fits.
+    pub(super) fn fit(&self) -> FitSettings {
+        FitSettings {
+            sample_time: self.sample_time,
+            resolution: self.resolution,
+            command_delay: self.command_delay,
+        }
+    }
+
+    /// # Errors
+    /// The setting that is not allowed.
+    pub(super) fn check(&self) -> Result<(), CommissionError> {
+        self.limits.check()?;
+        let (least, most) = Self::SENSITIVITIES;
+        Allowed::Within(least, most).check("max_sensitivity", self.max_sensitivity)?;
+        let (longest, samples) = Self::MAX_COMMAND_DELAY;
+        let longest = longest.min(samples * self.sample_time);
+        Allowed::Within(0.0, longest).check("command_delay", self.command_delay)?;
+        Allowed::AtLeast(0.0).check("noise", self.noise)?;
+        let rounds = Allowed::Within(0.0, f64::from(Self::MAX_SLIDE_ROUNDS));
+        rounds.check("slide_rounds", f64::from(self.slide_rounds))?;
+        if let Some(gain) = self.max_gain {
+            Allowed::Above(0.0).check("max_gain", gain)?;
+        }
+        if let Some(step) = self.trial_step {
+            let [low, high] = self.limits.travel;
+            // It overshoots.
+            let room = 0.7 * high.max(-low);
+            Allowed::PositiveUpTo(room).check("trial_step", step)?;
+        }
+        let bandwidth = match self.goal {
+            Goal::ResponseTime(time) => {
+                Tuner::RISE / Allowed::Above(0.0).check("response_time", time)?
+            }
+            Goal::Bandwidth(omega) => Allowed::Above(0.0).check("bandwidth", omega)?,
+            Goal::Stiffest => return Ok(()),
+        };
+        self.can_be_sampled(bandwidth)
+    }
+
+    /// # Errors
+    /// [`CommissionError::TooFast`] for a bandwidth that no servo bears at this sample time and delay, with
+    /// one that a servo without a delay of its own does.
+    fn can_be_sampled(&self, bandwidth: f64) -> Result<(), CommissionError> {
+        /// The largest ω T that the tuner takes for a loop at all.
+        const FASTEST: f64 = 0.5;
+        /// ω times hold and delay that a servo without friction bears with Mₛ = 1.6, and the Mₛ that is
+        /// left with none.
+        const BORNE: f64 = 0.085;
+        const MIN_SENSITIVITY: f64 = 1.1;
+        if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {
+            return Ok(());
+        }
+        let asked = (self.max_sensitivity - MIN_SENSITIVITY)
+            / (TuningSettings::MAX_SENSITIVITY - MIN_SENSITIVITY);
+        let late = 0.5 * self.sample_time + self.command_delay;
+        Err(CommissionError::TooFast {
+            bandwidth,
+            most: BORNE * asked.clamp(0.02, 1.0) / late,
+        })
+    }
+}
+
+impl Limits {
+    /// The longest that a motion takes where nothing else is asked for, s.
+    pub const DURATION: f64 = 1.0;
+
+    /// Lowest and highest position, speed, lowest and highest command.
+    #[must_use]
+    pub const fn new(travel: [f64; 2], speed: f64, command: [f64; 2]) -> Self {
+        Self {
+            travel,
+            speed,
+            command,
+            duration: Self::DURATION,
+        }
+    }
+
+    /// # Errors
+    /// The limit that is not allowed, or that contradicts another.
+    pub fn check(&self) -> Result<(), CommissionError> {
+        let [low, high] = self.travel;
+        let [least, most] = self.command;
+        let refuse = |setting, value, needed| {
+            Err(CommissionError::OutOfRange {
+                setting,
+                value,
+                needed,
+            })
+        };
+        if !(low <= 0.0 && low.is_finite()) {
+            return refuse("travel", low, 0.0);
+        }
+        if !(high >= 0.0 && high.is_finite() && high > low) {
+            return refuse("travel", high, 0.0);
+        }
+        if !(self.speed > 0.0 && self.speed.is_finite()) {
+            return refuse("speed", self.speed, f64::MIN_POSITIVE);
+        }
+        if !(least < 0.0 && least.is_finite()) {
+            return refuse("command", least, -f64::MIN_POSITIVE);
+        }
+        if !(most > 0.0 && most.is_finite()) {
+            return refuse("command", most, f64::MIN_POSITIVE);
+        }
+        if !(self.duration > 0.0 && self.duration.is_finite()) {
+            return refuse("duration", self.duration, f64::MIN_POSITIVE);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,50 @@
+use super::plan::Motion;
+use identifier_core::number::Number;
+
+/// Whether a servo follows the reference of a slide, which waits for one that breaks away late.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Following {
+    /// Samples in which it has not followed.
+    left: u32,
+}
+
+impl Following {
+    /// The error of a servo that does not stand but leaves its reference, over the one up to which it follows, and the
+    /// samples that each with such an error counts for.
+    const LOST: f64 = 1.3;
+    const LOST_WEIGHT: u32 = 8;
+
+    /// The part of the speed beyond which a servo that leaves its reference was pushed.
+    const PUSHED_SPEED: f64 = 0.3;
+
+    pub(super) const START: Self = Self { left: 0 };
+
+    /// Takes the error of the loop in a sample; true if the servo follows.
+    #[inline]
+    pub(super) fn take<N: Number>(&mut self, error: N, motion: &Motion<N>) -> bool {
+        let error = error.magnitude();
+        if error <= motion.max_error {
+            self.left = 0;
+            return true;
+        }
+        // The integral of the loop finds the command at which one that stands breaks away.
+        let is_lost = error > N::from_f64(Self::LOST) * motion.max_error;
+        let weight = if is_lost { Self::LOST_WEIGHT } else { 1 };
+        self.left = self.left.saturating_add(weight);
+        false
+    }
+
+    /// True if it has not followed for too long.
+    pub(super) fn is_over<N: Number>(self, motion: &Motion<N>) -> bool {
+        self.left > motion.patience
+    }
+
+    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the slides is too slow
+    /// for.
+    pub(super) fn is_pushed<N: Number>(error: N, velocity: N, motion: &Motion<N>) -> bool {
+        let fast = N::from_f64(Self::PUSHED_SPEED) * motion.speed;
+        error.magnitude() > motion.max_error
+            && velocity.magnitude() > fast
+            && error * velocity < N::ZERO
+    }
+}

@@ -1,0 +1,306 @@
+use core::f64::consts::TAU;
+
+use identifier_core::number::Complex;
+use identifier_core::tuning::Mode;
+
+/// The frequencies of a multisine: bins of the window over which it is measured, two apart at least, so that with a Hann
+/// window no line leaks into another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lines {
+    sample_time: f64,
+    /// Samples of the window.
+    window: u32,
+    bins: [u16; Self::MAX],
+    count: usize,
+}
+
+impl Lines {
+    /// The most lines of a multisine: more would take too much of a sample.
+    pub(crate) const MAX: usize = 32;
+
+    /// The window, s.
+    const WINDOW: f64 = 0.5;
+
+    /// The lowest frequency of a survey, Hz: below it the loop that holds the servo leaves little of the injection.
+    const LOWEST: f64 = 6.0;
+
+    /// The window of low lines, s, and their lowest and highest frequency, Hz.
+    const LONG_WINDOW: f64 = 1.0;
+    const LOW: [f64; 2] = [3.0, 60.0];
+
+    /// The least ratio of their frequencies, beside two bins: many lines at even distances add up to pulses.
+    const RATIO: f64 = 1.12;
+
+    /// The highest frequency per sample: gains act up to half of the sampling frequency, and a resonance beyond it has its image
+    /// below.
+    const HIGHEST: f64 = 0.495;
+
+    /// Logarithmic, from the lowest frequency to the highest.
+    #[must_use]
+    pub(crate) fn survey(sample_time: f64) -> Self {
+        let mut lines = Self::none(sample_time, Self::WINDOW);
+        lines.fill([Self::LOWEST, f64::INFINITY]);
+        lines
+    }
+
+    /// Midway between the lines of a survey above a frequency, rad/s.
+    #[must_use]
+    pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
+        let mut lines = Self::none(sample_time, Self::WINDOW);
+        let survey = Self::survey(sample_time);
+        let bins = survey.bins.get(..survey.count).unwrap_or_default();
+        for pair in bins.windows(2) {
+            let bin = pair.iter().map(|&bin| 0.5 * f64::from(bin)).sum();
+            if bin * TAU > lowest * lines.window_time() {
+                let _ = lines.push(libm::floor(bin));
+            }
+        }
+        lines
+    }
+
+    /// For the antiresonance of a heavy load on a soft spring, below the lines of a survey or between two of them.
+    #[must_use]
+    pub(crate) fn low(sample_time: f64) -> Self {
+        let mut lines = Self::none(sample_time, Self::LONG_WINDOW);
+        lines.fill(Self::LOW);
+        lines
+    }
+
+    /// Logarithmic between two frequencies, Hz.
+    fn fill(&mut self, [lowest, highest]: [f64; 2]) {
+        let highest = libm::floor(highest * self.window_time()).min(self.highest());
+        let mut bin = libm::ceil(lowest * self.window_time()).max(1.0);
+        while bin <= highest && self.push(bin) {
+            let left = (Self::MAX - self.count) as f64;
+            let range = libm::log(highest / bin);
+            let steps = libm::floor(range / libm::log(Self::RATIO)).min(left);
+            let ratio = libm::exp(range / steps.max(1.0));
+            bin = libm::round(bin * ratio).max(bin + 2.0);
+        }
+    }
+
+    /// The highest bin.
+    fn highest(&self) -> f64 {
+        libm::floor(Self::HIGHEST * f64::from(self.window))
+    }
+
+    /// For the proof of gains: about their crossover (rad/s), where the loop gain is about 5 to 0.1, and close together about a
+    /// resonance.
+    pub(crate) fn proof(sample_time: f64, crossover: f64, mode: &Mode) -> Self {
+        /// Lines about the resonance, and the least distance between them, a part of its frequency.
+        const CLOSE: i32 = 9;
+        const APART: f64 = 0.01;
+        let mut lines = Self::none(sample_time, Self::WINDOW);
+        let per_bin = TAU / lines.window_time();
+        let lowest = (crossover / 4.0).max(TAU * Self::LOWEST);
+        // Above the resonance the motor is alone.
+        let highest = (8.0 * crossover * (1.0 + mode.ratio)).max(4.0 * lowest);
+        let ratio = libm::pow(
+            highest / lowest,
+            1.0 / f64::from(Self::MAX as i32 - CLOSE - 1),
+        );
+        let apart = (APART * mode.frequency / per_bin).max(2.0);
+        let close = |place: i32| mode.frequency / per_bin + f64::from(place) * apart;
+        let mut close = (-CLOSE / 2..=CLOSE / 2).map(close).peekable();
+        let (mut wide, mut next) = (lowest / per_bin, 1.0);
+        loop {
+            let bin = match close.next_if(|near| *near < wide) {
+                Some(near) => near,
+                None => {
+                    wide *= ratio;
+                    wide / ratio
+                }
+            };
+            let bin = libm::round(bin).max(next);
+            if !lines.push(bin) {
+                return lines;
+            }
+            next = bin + 2.0;
+        }
+    }
+
+    fn none(sample_time: f64, window: f64) -> Self {
+        Self {
+            sample_time,
+            // A cast saturates; a window of a few samples has no line.
+            window: libm::round(window / sample_time) as u32,
+            bins: [0; Self::MAX],
+            count: 0,
+        }
+    }
+
+    /// Adds a bin above the others; false if it is too high or there is no room.
+    fn push(&mut self, bin: f64) -> bool {
+        let highest = self.highest();
+        let place = self.bins.get_mut(self.count).filter(|_| bin <= highest);
+        if let Some(place) = place {
+            *place = bin as u16;
+            self.count += 1;
+            return true;
+        }
+        false
+    }
+
+    /// True if they reach below a survey.
+    #[must_use]
+    pub(crate) fn are_low(&self) -> bool {
+        self.window_time() > 0.5 * (Self::WINDOW + Self::LONG_WINDOW)
+    }
+
+    /// Their number.
+    #[must_use]
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Samples of the window.
+    #[must_use]
+    pub(crate) fn window(&self) -> u32 {
+        self.window
+    }
+
+    /// The time of the window, s.
+    #[must_use]
+    pub(crate) fn window_time(&self) -> f64 {
+        f64::from(self.window) * self.sample_time
+    }
+
+    /// The window's e^(j2π/n).
+    #[must_use]
+    pub(crate) fn window_rotation(&self) -> Complex {
+        let (im, re) = libm::sincos(TAU / f64::from(self.window));
+        Complex { re, im }
+    }
+
+    /// e^(jωT) of every line: powers of the window's, which take a chip less than a sine each.
+    pub(crate) fn rotations(&self) -> LineRotations {
+        LineRotations {
+            lines: *self,
+            place: 0,
+            bin: 0,
+            spacing: self.window_rotation(),
+            rotation: Complex::ONE,
+        }
+    }
+
+    /// The frequencies, rad/s, rising.
+    pub(crate) fn frequencies(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.count).filter_map(|place| self.frequency(place))
+    }
+
+    /// The frequency of a line, rad/s.
+    pub(crate) fn frequency(&self, place: usize) -> Option<f64> {
+        let bins = self.bins.get(..self.count)?;
+        let spacing = TAU / self.window_time();
+        bins.get(place).map(|&bin| spacing * f64::from(bin))
+    }
+}
+
+/// The rotations of lines, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LineRotations {
+    lines: Lines,
+    /// The next line, the bin of the last and its rotation.
+    place: usize,
+    bin: u16,
+    spacing: Complex,
+    rotation: Complex,
+}
+
+impl Iterator for LineRotations {
+    type Item = Complex;
+
+    fn next(&mut self) -> Option<Complex> {
+        let bins = self.lines.bins.get(..self.lines.count)?;
+        let bin = *bins.get(self.place)?;
+        self.rotation = self.rotation * self.spacing.raised(u32::from(bin - self.bin));
+        (self.place, self.bin) = (self.place + 1, bin);
+        Some(self.rotation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn lines_reach_from_6_hz_to_half_of_the_sampling_frequency_and_are_two_bins_apart() {
+        for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
+            let lines = Lines::survey(sample_time);
+            let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
+            let bin = 1.0 / lines.window_time();
+            assert!(
+                hertz.len() > 18 && hertz.len() <= Lines::MAX,
+                "{}",
+                hertz.len()
+            );
+            assert!(hertz.windows(2).all(|pair| pair[1] - pair[0] > 1.9 * bin));
+            assert!((5.9..7.0).contains(&hertz[0]), "{hertz:?}");
+            let last = sample_time * hertz[hertz.len() - 1];
+            assert!((0.48..0.4951).contains(&last), "{last}");
+            assert_eq!(hertz.len(), lines.count());
+        }
+        assert_eq!(Lines::survey(0.1).count(), 0);
+        assert_eq!(Lines::survey(10.0).count(), 0);
+    }
+
+    #[test]
+    fn further_lines_stand_between_those_of_a_survey_above_a_frequency() {
+        for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
+            let survey: Vec<f64> = Lines::survey(sample_time).frequencies().collect();
+            let lowest = survey[9] + 1.0;
+            let between: Vec<f64> = Lines::between(sample_time, lowest).frequencies().collect();
+            let gaps: Vec<_> = survey.windows(2).skip(9).collect();
+            assert_eq!(between.len(), gaps.len());
+            for (line, gap) in between.iter().zip(gaps) {
+                let part = (line - gap[0]) / (gap[1] - gap[0]);
+                assert!((0.3..0.501).contains(&part), "{sample_time}: {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_a_proof_stand_about_the_crossover_and_close_to_the_resonance() {
+        let mode = Mode {
+            frequency: TAU * 90.0,
+            damping: 0.01,
+            ratio: 1.0,
+        };
+        for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
+            let lines = Lines::proof(sample_time, TAU * 30.0, &mode);
+            let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
+            assert!(
+                hertz.windows(2).all(|pair| pair[1] - pair[0] > 3.9),
+                "{hertz:?}"
+            );
+            assert!((7.0..9.0).contains(&hertz[0]), "{hertz:?}");
+            let close = hertz
+                .iter()
+                .filter(|&&line| (line / 90.0 - 1.0).abs() < 0.2)
+                .count();
+            assert!(close >= 8, "{hertz:?}");
+            let last = hertz[hertz.len() - 1];
+            assert!(last > (0.35 / sample_time).min(300.0), "{last}");
+        }
+        assert_eq!(Lines::proof(0.1, 10.0, &mode).count(), 0);
+    }
+
+    #[test]
+    fn rotations_are_those_of_the_frequencies() {
+        for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
+            let lines = Lines::survey(sample_time);
+            let both = lines.rotations().zip(lines.frequencies());
+            let mut compared = 0;
+            for (rotation, omega) in both {
+                let (sine, cosine) = (omega * sample_time).sin_cos();
+                // A power of the window's turn, whose rounding it has as often.
+                let rounding = f64::EPSILON * omega * lines.window_time() / TAU + 1e-15;
+                assert!((rotation.re - cosine).abs() < rounding, "{omega}");
+                assert!((rotation.im - sine).abs() < rounding, "{omega}");
+                compared += 1;
+            }
+            assert_eq!(compared, lines.count());
+        }
+    }
+}

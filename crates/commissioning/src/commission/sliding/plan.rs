@@ -1,0 +1,284 @@
+use super::Lines;
+use crate::commission::{CommissionSettings, RoughModel};
+use identifier_core::number::{Complex, Number};
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::tuning::Mode;
+
+/// The plan of slides over a servo that is known as one mass, machine units: made by the solver, carried out by the
+/// interrupt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SlidePlan<N> {
+    pub(super) motion: Motion<N>,
+    pub(super) lines: [PlannedLine<N>; Lines::MAX],
+    pub(super) count: u8,
+}
+
+/// The motion beneath the multisine. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Motion<N> {
+    /// The servo as it is known.
+    pub(super) servo: RoughModel<N>,
+    /// Samples from a command to its acceleration.
+    pub(super) delay: N,
+    /// ω T of the loop that holds it.
+    pub(super) bandwidth: N,
+    /// The part of it that does once the servo has been learnt.
+    pub(super) learnt_bandwidth: N,
+    /// Speed and acceleration of the reference.
+    pub(super) speed: N,
+    pub(super) acceleration: N,
+    /// Where the first slide begins.
+    pub(super) start: N,
+    /// Slides before them that show friction, load and amplitudes alone, and slides that are measured.
+    pub(super) learning: u8,
+    pub(super) slides: u8,
+    /// Samples from constant speed to the window, and of the window.
+    pub(super) settling: u32,
+    pub(super) window: u32,
+    /// The window's e^(j2π/n).
+    pub(super) window_rotation: [N; 2],
+    /// Growth of the injection in a sample, until it is whole.
+    pub(super) fade: N,
+    /// The error of the loop up to which the servo follows, and samples without that after which the slides are given
+    /// up.
+    pub(super) max_error: N,
+    pub(super) patience: u32,
+    /// Amplitude of a line's velocity.
+    pub(super) line_speed: N,
+}
+
+/// A line of the multisine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PlannedLine<N> {
+    /// e^(jωT).
+    pub(super) rotation: [N; 2],
+    /// The largest amplitude of its injection, command units.
+    pub(super) amplitude: N,
+}
+
+impl<N: Number> Motion<N> {
+    pub(super) const NONE: Self = Self {
+        servo: RoughModel::UNKNOWN,
+        delay: N::ZERO,
+        bandwidth: N::ZERO,
+        learnt_bandwidth: N::ONE,
+        speed: N::ZERO,
+        acceleration: N::ZERO,
+        start: N::ZERO,
+        learning: 0,
+        slides: 0,
+        settling: 0,
+        window: 0,
+        window_rotation: [N::ONE, N::ZERO],
+        fade: N::ZERO,
+        max_error: N::ZERO,
+        patience: 0,
+        line_speed: N::ZERO,
+    };
+}
+
+impl<N: Number> PlannedLine<N> {
+    const NONE: Self = Self {
+        rotation: [N::ONE, N::ZERO],
+        amplitude: N::ZERO,
+    };
+}
+
+impl<N: Number> SlidePlan<N> {
+    /// Time from constant speed to the window, s, of a servo that is known and of one that is doubted: the transient of the turn
+    /// has died down to a part that the inverted slides cancel.
+    const SETTLING: f64 = 0.1;
+    const DOUBTED_SETTLING: f64 = 0.2;
+
+    /// Slides of a round: both ways, and both ways again with the injection inverted.
+    const ROUND: u8 = 4;
+
+    /// Slides, both ways, in which a servo that is doubted is learnt.
+    const LEARNING: u8 = 2;
+
+    /// Time in which the injection grows, s.
+    const FADE: f64 = 0.03;
+
+    /// The shortest turn, s: not much shorter than the loop follows.
+    const SHORTEST_TURN: f64 = 0.03;
+
+    /// The parts of the travel that turning points, those of a servo that is doubted, and the loop's error may take; what is
+    /// left brakes a servo that left its reference.
+    const TURNS: f64 = 0.8;
+    const DOUBTED_TURNS: f64 = 0.75;
+    const ERROR: f64 = 0.15;
+
+    /// Time for which a servo may break away late, s, and one that is doubted.
+    const PATIENCE: f64 = 0.15;
+    const DOUBTED_PATIENCE: f64 = 1.6;
+
+    /// The part of the largest speed: the injection adds to it.
+    const SPEED: f64 = 0.4;
+
+    /// The part of the command that friction and load leave with which the servo turns.
+    const TURN: f64 = 0.35;
+
+    /// The part of the speed to which the velocities of the lines may add up, so that the servo does not stop.
+    const LINES_SPEED: f64 = 0.7;
+
+    /// The parts of the command, and of that which friction and load leave, to which the injections may add up.
+    const INJECTION: [f64; 2] = [0.4, 0.8];
+
+    /// The largest value of the multisine over its root mean square, with the phases of its lines.
+    const CREST: f64 = 3.5;
+
+    /// The largest amplitude over that of one mass: at an antiresonance a larger one would have the load stick.
+    const MAX_GROWTH: f64 = 1.5;
+
+    /// The least speed, counts per second: with fewer the lines are lost in the rounding.
+    const MIN_SPEED_COUNTS: f64 = 150.0;
+
+    /// The part of the command that compensates friction and load of a servo that is doubted at most: a compensation that is
+    /// too large would drive it away.
+    const DOUBTED_FRICTION: f64 = 0.5;
+
+    /// The least command that friction and load must leave to turn and to excite with, as a part of all.
+    const MIN_FREE: f64 = 0.1;
+
+    /// An unknown part of the command that the loop must balance, of a servo that is known and of one that is doubted, and
+    /// the part of the travel that this may move the servo: the bandwidth follows from both. More bandwidth would drive
+    /// lightly damped resonances.
+    const UNKNOWN_LOAD: f64 = 0.02;
+    const DOUBTED_LOAD: f64 = 0.1;
+    const YIELD: f64 = 0.05;
+
+    /// The largest bandwidth over the lowest of low lines: a loop that is faster leaves nothing of their injection.
+    const BELOW_LINES: f64 = 3.0;
+
+    /// The least bandwidth, rad/s, of a settling that is over by the window.
+    const MIN_BANDWIDTH: f64 = 12.0;
+
+    /// With these lines, for a servo that may not be as it is known (`is_doubted`), of two masses where their mode is known; none if the axis has too little travel,
+    /// speed, resolution or command for slides.
+    #[must_use]
+    pub(crate) fn new(
+        settings: &CommissionSettings,
+        servo: &IdentifiedServo,
+        is_doubted: bool,
+        mode: Option<&Mode>,
+        lines: &Lines,
+    ) -> Option<Self> {
+        /// The part of the motion of one mass with which a line is excited at least: at the antiresonance the load would stick.
+        const LEAST: f64 = 0.67;
+        let limits = &settings.limits;
+        let (time, counts) = (settings.sample_time, 1.0 / settings.resolution);
+        let b = servo.parameters.b;
+        let [low, high] = limits.travel;
+        let [least, most] = limits.command;
+        let command = most.min(-least);
+        let mut parameters = servo.parameters;
+        if is_doubted {
+            let held = (libm::fabs(parameters.load) + parameters.coulomb) / b;
+            let part = (Self::DOUBTED_FRICTION * command / held).min(1.0);
+            (parameters.a, parameters.load) = (0.0, part * parameters.load);
+            parameters.coulomb *= part;
+        }
+        let free = command - (libm::fabs(parameters.load) + parameters.coulomb) / b;
+        let room = 0.5 * (high - low);
+        if lines.count() == 0 || free.is_nan() || free < Self::MIN_FREE * command {
+            return None;
+        }
+        // From turning point to turning point at ±(v T/2 + v²/2 a), no turn shorter than the shortest.
+        let acceleration = Self::TURN * free * b;
+        let (settling, turns) = if is_doubted {
+            (Self::DOUBTED_SETTLING, Self::DOUBTED_TURNS)
+        } else {
+            (Self::SETTLING, Self::TURNS)
+        };
+        let sliding = settling + lines.window_time();
+        let half = 0.5 * (sliding + 0.5 * Self::SHORTEST_TURN);
+        let turning = turns * room;
+        let root = libm::sqrt(half * half + 2.0 * turning / acceleration);
+        let speed = (acceleration * (root - half)).min(Self::SPEED * limits.speed);
+        let acceleration = acceleration.min(2.0 * speed / Self::SHORTEST_TURN);
+        if speed.is_nan() || speed * counts < Self::MIN_SPEED_COUNTS {
+            return None;
+        }
+        let slide = 0.5 * speed * sliding;
+        let turning = slide + 0.5 * speed * speed / acceleration;
+        // As near to where it stands as the travel permits.
+        let margin = (turning / turns).min(room);
+        let middle = 0.0_f64.min(high - margin).max(low + margin);
+        let (unknown, patience, learning) = if is_doubted {
+            (Self::DOUBTED_LOAD, Self::DOUBTED_PATIENCE, Self::LEARNING)
+        } else {
+            (Self::UNKNOWN_LOAD, Self::PATIENCE, 0)
+        };
+        let per_load = b * command / (Self::YIELD * room);
+        let lowest = lines.frequencies().next().unwrap_or(f64::INFINITY);
+        let mut bandwidth = libm::sqrt(unknown * per_load);
+        if lines.are_low() {
+            bandwidth = bandwidth.min(Self::BELOW_LINES * lowest);
+        }
+        let [of_command, of_free] = Self::INJECTION;
+        let part = libm::sqrt(2.0 / lines.count() as f64) / Self::CREST;
+        let line_speed = part * Self::LINES_SPEED * speed;
+        let max_injection = part * (of_command * command).min(of_free * free);
+        let number = N::from_f64;
+        let rotation = |of: Complex| [of.re, of.im].map(number);
+        let mut planned = [PlannedLine::NONE; Lines::MAX];
+        let survey = lines.frequencies().zip(lines.rotations());
+        let mean = lines.frequencies().sum::<f64>() / lines.count() as f64;
+        for (line, (omega, turn)) in planned.iter_mut().zip(survey) {
+            // One mass: its velocity is b/ω of the command.
+            let moved = mode.map_or(1.0, |mode| over_one_mass(mode, omega).max(LEAST));
+            // The encoder sees less of higher ones.
+            let most = max_injection * libm::sqrt(libm::sqrt(omega / mean));
+            let amplitude = Self::MAX_GROWTH * line_speed * omega / (b * moved);
+            *line = PlannedLine {
+                rotation: rotation(turn),
+                amplitude: number(amplitude.min(most)),
+            };
+        }
+        Some(Self {
+            motion: Motion {
+                servo: RoughModel::from_si(&parameters, time, settings.resolution),
+                delay: number(servo.delay / time),
+                learnt_bandwidth: number(libm::sqrt(Self::UNKNOWN_LOAD / unknown)),
+                bandwidth: number(bandwidth.max(Self::MIN_BANDWIDTH) * time),
+                speed: number(speed * time * counts),
+                acceleration: number(acceleration * time * time * counts),
+                start: number((middle - slide) * counts),
+                learning,
+                slides: Self::ROUND * settings.slide_rounds.max(1),
+                settling: libm::ceil(settling / time) as u32,
+                window: lines.window(),
+                window_rotation: rotation(lines.window_rotation()),
+                fade: number((time / Self::FADE).min(1.0)),
+                max_error: number(Self::ERROR * room * counts),
+                patience: libm::ceil(patience / time) as u32,
+                line_speed: number(line_speed * time * counts),
+            },
+            lines: planned,
+            count: lines.count() as u8,
+        })
+    }
+
+    /// The same with a part of the velocities of the lines.
+    #[must_use]
+    pub(crate) fn quieter(mut self, part: f64) -> Self {
+        let part = N::from_f64(part);
+        self.motion.line_speed = part * self.motion.line_speed;
+        for line in &mut self.lines {
+            line.amplitude = part * line.amplitude;
+        }
+        self
+    }
+}
+
+/// The motion of the motor of two masses at a frequency (rad/s) over that of both masses as one, without friction:
+/// |1 + β ω²/(ω² − ω₂² − 2jζω₂ω)|.
+fn over_one_mass(mode: &Mode, frequency: f64) -> f64 {
+    let square = frequency * frequency;
+    let denominator = Complex {
+        re: square - mode.frequency * mode.frequency,
+        im: -2.0 * mode.damping * mode.frequency * frequency,
+    };
+    let moved = Complex::ONE.scaled(mode.ratio * square) / denominator + 1.0;
+    libm::sqrt(moved.power())
+}

@@ -1,0 +1,366 @@
+use super::following::Following;
+use super::line::LineState;
+use super::plan::Motion;
+use super::window::Window;
+use super::{LineSums, Lines, SlideBalance, SlidePlan};
+use crate::commission::RoughModel;
+use crate::commission::holding::Holding;
+use identifier_core::number::Number;
+
+/// Slides under way: motion, oscillators and sums. Counts and samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct Slide<N> {
+    motion: Motion<N>,
+    lines: [LineState<N>; Lines::MAX],
+    count: u8,
+    stage: Stage,
+    /// Samples of the stage.
+    passed: u32,
+    /// Velocity of the reference, and where it goes.
+    velocity: N,
+    heading: N,
+    following: Following,
+    /// The part of the injection that acts, and whether it has the opposite sign.
+    fade: N,
+    inverted: bool,
+    window: Window<N>,
+    /// True if its balance is to be handed over after the lines.
+    is_balanced: bool,
+    /// Slides in which the servo is still to be learnt, that were measured, and those that were not as the servo stopped.
+    learning: u8,
+    measured: u8,
+    stopped: u8,
+    /// The slide whose sums are handed over, and the next line of it.
+    handed: Handed,
+    line: u8,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Approach,
+    Turn,
+    Settling,
+    Window,
+    Stopping,
+}
+
+/// The sums that are handed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Handed {
+    /// Those of a slide whose injection was inverted or not.
+    Sums { inverted: bool },
+    /// None: the amplitudes are adapted, and become smaller if the servo stopped.
+    Nothing { has_stopped: bool },
+}
+
+/// A sample of the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct Sliding<N> {
+    pub(in crate::commission) position: N,
+    pub(in crate::commission) increment: N,
+    /// A smoothed velocity.
+    pub(in crate::commission) velocity: N,
+    /// The command that acts from now on.
+    pub(in crate::commission) command: N,
+}
+
+/// The state of the slides after a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) enum SlideProgress<N> {
+    Going,
+    /// The sums of a line, of a slide that is over.
+    Line(LineSums<N>),
+    /// After them the motion beneath the lines.
+    Balance(SlideBalance<N>),
+    /// The servo is about to stand again and all sums were handed over, or a load pushes it.
+    Over,
+}
+
+impl<N: Number> Slide<N> {
+    /// Speeds of the first half of the slides and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
+    /// other lines.
+    const SPEEDS: [f64; 2] = [1.0, 0.8];
+
+    /// Slides in which the servo may stop: they are done again with a smaller injection.
+    const MAX_STOPPED: u8 = 4;
+
+    /// The part of the slide's speed at which it has stopped, but for a count of the smoothed velocity.
+    const STANDS: f64 = 0.2;
+    const ROUNDING: f64 = 0.3;
+
+    /// Without a plan.
+    pub(in crate::commission) const NONE: Self = Self {
+        motion: Motion::NONE,
+        lines: [LineState::NONE; Lines::MAX],
+        count: 0,
+        stage: Stage::Stopping,
+        passed: 0,
+        velocity: N::ZERO,
+        heading: N::ZERO,
+        following: Following::START,
+        fade: N::ZERO,
+        inverted: false,
+        window: Window::NONE,
+        is_balanced: false,
+        learning: 0,
+        measured: 0,
+        stopped: 0,
+        handed: Handed::Nothing { has_stopped: false },
+        line: 0,
+    };
+
+    /// Takes in a plan.
+    pub(in crate::commission) fn plan(&mut self, plan: &SlidePlan<N>) {
+        self.motion = plan.motion;
+        self.count = plan.count;
+        let lines = self.lines.iter_mut().zip(&plan.lines);
+        for (place, (line, planned)) in lines.enumerate() {
+            line.plan(planned, place);
+        }
+    }
+
+    /// Begins as planned, with a servo at rest under the loop that was planned.
+    pub(in crate::commission) fn begin(&mut self, holding: &mut Holding<N>) {
+        // The feed-forward has load and friction.
+        holding.balance(N::ZERO);
+        let speed = self.motion.speed;
+        let is_beyond = holding.reference() > self.motion.start;
+        self.heading = if is_beyond { -speed } else { speed };
+        self.enter(Stage::Approach);
+        (self.velocity, self.fade) = (N::ZERO, N::ZERO);
+        (self.measured, self.stopped, self.line) = (0, 0, self.count);
+        self.following = Following::START;
+        self.learning = self.motion.learning;
+    }
+
+    /// A sample: takes it into the sums, and leads the loop on. A servo that does not follow ends the slides.
+    pub(in crate::commission) fn process(
+        &mut self,
+        holding: &mut Holding<N>,
+        sample: &Sliding<N>,
+    ) -> SlideProgress<N> {
+        let error = holding.reference() - sample.position;
+        let follows = self.following.take(error, &self.motion);
+        if self.following.is_over(&self.motion) && self.stage != Stage::Stopping {
+            self.measured = self.motion.slides;
+            self.enter(Stage::Stopping);
+        }
+        if follows || self.stage == Stage::Window {
+            self.passed = self.passed.saturating_add(1);
+        }
+        if self.stage == Stage::Window {
+            self.gather(sample);
+        }
+        let learning = self.learning;
+        self.proceed(holding.reference());
+        if Following::is_pushed(error, sample.velocity, &self.motion) {
+            return SlideProgress::Over;
+        }
+        if self.learning < learning {
+            self.learn(holding);
+        }
+        let acceleration = self.accelerate();
+        let injection = self.inject();
+        let feed_forward = self.feed_forward(acceleration);
+        // The reference waits for a servo that breaks away late.
+        let velocity = if follows { self.velocity } else { N::ZERO };
+        holding.lead(velocity, feed_forward + injection);
+        if let Some(sums) = self.hand_over() {
+            return SlideProgress::Line(sums);
+        }
+        if core::mem::take(&mut self.is_balanced) {
+            return SlideProgress::Balance(self.window.balance(self.motion.window));
+        }
+        let stands = self.stage == Stage::Stopping && self.velocity == N::ZERO;
+        if stands && self.line >= self.count {
+            SlideProgress::Over
+        } else {
+            SlideProgress::Going
+        }
+    }
+
+    /// Of the loop that is planned to hold the servo meanwhile: model, delay and bandwidth.
+    pub(in crate::commission) fn loop_plan(&self) -> (&RoughModel<N>, N, N) {
+        let Motion {
+            servo,
+            delay,
+            bandwidth,
+            ..
+        } = &self.motion;
+        (servo, *delay, *bandwidth)
+    }
+
+    /// True while the multisine acts.
+    pub(in crate::commission) fn injects(&self) -> bool {
+        self.fade > N::ZERO
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.passed = 0;
+        if stage == Stage::Stopping {
+            self.heading = N::ZERO;
+        }
+    }
+
+    /// Goes on to the next stage where one is over.
+    fn proceed(&mut self, reference: N) {
+        match self.stage {
+            Stage::Approach => {
+                let passed_start = (reference - self.motion.start) * self.heading >= N::ZERO;
+                if passed_start {
+                    self.heading = self.motion.speed;
+                    self.enter(Stage::Turn);
+                }
+            }
+            Stage::Turn if self.velocity == self.heading => {
+                self.inverted = self.is_half_done();
+                self.enter(Stage::Settling);
+            }
+            Stage::Settling if self.passed >= self.motion.settling => {
+                self.window.begin(self.motion.speed);
+                self.enter(Stage::Window);
+            }
+            Stage::Window if self.passed >= self.motion.window => self.end_window(),
+            _ => {}
+        }
+    }
+
+    /// Has the sums handed over, unless the servo stopped, and turns it round.
+    fn end_window(&mut self) {
+        let least =
+            N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(Self::ROUNDING);
+        self.line = 0;
+        let has_stopped = self.window.slowest < least;
+        if self.learning > 0 {
+            self.learning -= 1;
+            self.handed = Handed::Nothing { has_stopped };
+        } else if has_stopped && self.stopped < Self::MAX_STOPPED {
+            self.stopped += 1;
+            self.handed = Handed::Nothing { has_stopped };
+        } else {
+            let inverted = self.inverted;
+            self.handed = Handed::Sums { inverted };
+            self.is_balanced = true;
+            self.measured += 1;
+        }
+        if self.measured >= self.motion.slides {
+            self.enter(Stage::Stopping);
+            return;
+        }
+        let [first, second] = Self::SPEEDS;
+        let part = if self.is_half_done() { second } else { first };
+        let speed = N::from_f64(part) * self.motion.speed;
+        self.heading = if self.heading > N::ZERO {
+            -speed
+        } else {
+            speed
+        };
+        self.enter(Stage::Turn);
+    }
+
+    /// Takes the command that the integral had to find in the slide that is over into the feed-forward.
+    fn learn(&mut self, holding: &mut Holding<N>) {
+        let balance = self.window.balance(self.motion.window);
+        let change = self.motion.servo.learn(&balance);
+        holding.relieve(change);
+        if self.learning == 0 {
+            holding.give_way(self.motion.learnt_bandwidth);
+        }
+    }
+
+    /// True if the next slide is one of the last half, whose injection is inverted.
+    fn is_half_done(&self) -> bool {
+        self.measured >= self.motion.slides / 2
+    }
+
+    /// Takes a sample into the sums of every line.
+    fn gather(&mut self, sample: &Sliding<N>) {
+        let forward = if self.heading > N::ZERO {
+            sample.velocity
+        } else {
+            -sample.velocity
+        };
+        let [increment, command] = self
+            .window
+            .take(sample, forward, self.motion.window_rotation);
+        for line in self.lines.iter_mut().take(usize::from(self.count)) {
+            line.gather(increment, command);
+        }
+    }
+
+    /// The acceleration of the reference in the next sample.
+    fn accelerate(&mut self) -> N {
+        let most = self.motion.acceleration;
+        let left = self.heading - self.velocity;
+        if left.magnitude() <= most {
+            self.velocity = self.heading;
+            return left;
+        }
+        let change = left.limited(-most, most);
+        self.velocity += change;
+        change
+    }
+
+    /// The command that the motion of the reference takes from a servo as it is known, load and friction included.
+    fn feed_forward(&self, acceleration: N) -> N {
+        let servo = &self.motion.servo;
+        if self.velocity == N::ZERO {
+            return servo.holding();
+        }
+        servo.command(acceleration + servo.viscous * self.velocity, self.velocity)
+    }
+
+    /// The multisine's next sample.
+    fn inject(&mut self) -> N {
+        let acts = matches!(self.stage, Stage::Settling | Stage::Window);
+        let growth = if acts {
+            self.motion.fade
+        } else {
+            -self.motion.fade
+        };
+        self.fade = (self.fade + growth).limited(N::ZERO, N::ONE);
+        if self.fade == N::ZERO {
+            return N::ZERO;
+        }
+        let mut sum = N::ZERO;
+        for line in self.lines.iter_mut().take(usize::from(self.count)) {
+            sum += line.inject();
+        }
+        let sum = self.fade * sum;
+        if self.inverted { -sum } else { sum }
+    }
+
+    /// The sums of the next line that is to be handed over; adapts its amplitude and begins it anew.
+    fn hand_over(&mut self) -> Option<LineSums<N>> {
+        if self.line >= self.count {
+            return None;
+        }
+        let number = self.line;
+        self.line += 1;
+        let wanted = self.motion.line_speed;
+        let window = N::from_count(self.motion.window as i32);
+        let line = self.lines.get_mut(usize::from(number))?;
+        let sums = match self.handed {
+            Handed::Nothing { has_stopped } => {
+                if has_stopped {
+                    line.shrink(wanted * window);
+                } else {
+                    line.adapt(wanted * window);
+                }
+                None
+            }
+            Handed::Sums { inverted } => {
+                line.adapt(wanted * window);
+                Some(LineSums {
+                    line: number,
+                    inverted,
+                    position: line.position,
+                    command: line.command,
+                })
+            }
+        };
+        line.begin_anew();
+        sums
+    }
+}

@@ -1,0 +1,94 @@
+use super::line::product;
+use super::{SlideBalance, Sliding};
+use identifier_core::number::Number;
+
+/// The window of a slide: Hann's weight h_k = 1 − cos(2πk/n), and the motion beneath the lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Window<N> {
+    /// e^(j2πk/n).
+    turned: [N; 2],
+    /// ∑ h_k Δq_k, ∑ sin(2πk/n) Δq_k and ∑ h_k u_k.
+    beneath: [N; 3],
+    /// The slowest that the servo was, in the direction of the slide.
+    pub(super) slowest: N,
+}
+
+impl<N: Number> Window<N> {
+    /// Before the first.
+    pub(super) const NONE: Self = Self {
+        turned: [N::ONE, N::ZERO],
+        beneath: [N::ZERO; 3],
+        slowest: N::ZERO,
+    };
+
+    /// Begins, in a slide at this speed.
+    pub(super) fn begin(&mut self, speed: N) {
+        *self = Self {
+            slowest: speed,
+            ..Self::NONE
+        };
+    }
+
+    /// Takes a sample of a servo that moves `forward` at this velocity; its increment and its command, weighted. `rotation`
+    /// is e^(j2π/n).
+    #[inline(always)]
+    pub(super) fn take(&mut self, sample: &Sliding<N>, forward: N, rotation: [N; 2]) -> [N; 2] {
+        if forward < self.slowest {
+            self.slowest = forward;
+        }
+        let [cosine, sine] = self.turned;
+        let weight = N::ONE - cosine;
+        self.turned = product(self.turned, rotation);
+        let (increment, command) = (weight * sample.increment, weight * sample.command);
+        self.beneath[0] += increment;
+        self.beneath[1] += sine * sample.increment;
+        self.beneath[2] += command;
+        [increment, command]
+    }
+
+    /// The balance of a window of n samples that is over: ∑ h_k = n, and the mean of h_k v̇_k is that of −ḣ_k v_k.
+    pub(super) fn balance(&self, samples: u32) -> SlideBalance<N> {
+        let [distance, change, command] = self.beneath;
+        let per_sample = N::from_count(samples as i32).reciprocal();
+        let angle = N::from_f64(-core::f64::consts::TAU) * per_sample;
+        SlideBalance {
+            velocity: distance * per_sample,
+            acceleration: angle * change * per_sample,
+            command: command * per_sample,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A servo of c and d that accelerates evenly needs u = (v̇ + a v + c − d)/b. The mean with Hann's weight is that in the
+    /// middle, and the command is linear in time.
+    #[test]
+    fn the_balance_of_an_even_acceleration_is_exact() {
+        const SAMPLES: u32 = 500;
+        let (first, acceleration) = (20.0, 0.004);
+        let command_at = |velocity: f64| 0.3 + 0.01 * velocity;
+        let angle = core::f64::consts::TAU / f64::from(SAMPLES);
+        let mut window = Window::<f64>::NONE;
+        window.begin(first);
+        for k in 0..SAMPLES {
+            let velocity = first + acceleration * f64::from(k);
+            let sample = Sliding {
+                position: 0.0,
+                increment: velocity,
+                velocity,
+                command: command_at(velocity),
+            };
+            window.take(&sample, velocity, [libm::cos(angle), libm::sin(angle)]);
+        }
+        let balance = window.balance(SAMPLES);
+        let middle = first + acceleration * 0.5 * f64::from(SAMPLES);
+        std::println!("{balance:?} {middle}");
+        assert!((balance.velocity / middle - 1.0).abs() < 1e-9);
+        assert!((balance.acceleration / acceleration - 1.0).abs() < 1e-4);
+        assert!((balance.command / command_at(middle) - 1.0).abs() < 1e-9);
+        assert!((window.slowest - first).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,352 @@
+use super::gains::Velocity;
+use super::holding::Holding;
+use super::message::{Candidate, EventKind, Identified};
+use super::noise::{Held, Hysteresis, RestNoise};
+use super::sliding::Slide;
+use super::swings::Swings;
+use super::trial::{Trial, TrialResult};
+use super::{Phase, ProbingState, RecordEvent};
+use crate::watch::{Observation, ServoWatchState};
+use identifier_core::control::ControlSample;
+use identifier_core::fit::{Blocking, Recorder};
+use identifier_core::number::Number;
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
+use identifier_core::tuning::{Tuning, TuningError};
+
+/// A commissioning under way. Positions in counts from where it began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommissionState<N: Number> {
+    pub(super) phase: Phase,
+    pub(super) activity: Activity<N>,
+    /// Samples since the activity began.
+    pub(super) passed: u32,
+    hysteresis: Hysteresis<N>,
+    count: Held,
+    pub(super) rest_noise: RestNoise<N>,
+    pub(super) position: N,
+    pub(super) velocity: Velocity<N>,
+    pub(super) velocity_now: N,
+    /// The command that acts, and the one that held the servo before anything was done.
+    pub(super) command: N,
+    pub(super) held: N,
+    /// The largest ω T of the loops that hold the servo while it is studied.
+    pub(super) bandwidth: N,
+    /// The swings under the loop that acts, and how many of them it drove.
+    pub(super) swings: Swings<N>,
+    pub(super) driven: u32,
+    /// The same as the caller gets it: none where the stage is disabled.
+    pub(super) acting: Option<N>,
+    /// The sample, for the watch, whether it is watched, and whether all was over before it.
+    pub(super) observation: Observation<N>,
+    pub(super) is_watched: bool,
+    pub(super) was_end: bool,
+    pub(super) watch: ServoWatchState<N>,
+    recorder: Recorder<N>,
+    recording: Recording<N>,
+    /// The event of a slide, for the solver.
+    pub(super) slid: Option<EventKind<N>>,
+    /// In place, as it is too large to be moved in a sample.
+    pub(super) slide: Slide<N>,
+    pub(super) next: Next<N>,
+    pub(super) identified: Option<Identified<N>>,
+    pub(super) candidate: Option<Candidate<N>>,
+    pub(super) tuning_error: Option<TuningError>,
+    pub(super) trial: Option<TrialResult>,
+    /// A trial that has ended, before it is a result.
+    pub(super) measured: Option<Trial<N>>,
+    pub(super) reason: Option<Reason>,
+    /// The effect that the servo may have.
+    pub(super) suspect: Option<Reason>,
+}
+
+/// The activity that moves or holds the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Activity<N: Number> {
+    Free,
+    Probing(ProbingState<N>),
+    Holding(Holding<N>),
+    /// By the plan in [`CommissionState::slide`].
+    Sliding(Holding<N>),
+    OnTrial(Holding<N>, Trial<N>),
+}
+
+impl<N: Number> Activity<N> {
+    /// Where a controller wants the servo; none where none acts.
+    pub(super) fn setpoint(&self) -> Option<N> {
+        match self {
+            Self::Free | Self::Probing(_) => None,
+            Self::Holding(holding) | Self::Sliding(holding) | Self::OnTrial(holding, _) => {
+                Some(holding.reference())
+            }
+        }
+    }
+}
+
+impl<N: Number> Activity<N> {
+    /// True if the command that acts must move the servo.
+    pub(super) fn must_move(&self) -> bool {
+        matches!(self, Self::Probing(probing) if probing.is_swinging())
+    }
+}
+
+/// The next step while the servo is held, by the solver's decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Next<N> {
+    /// Nothing before the solver answers.
+    Decision,
+    /// Gains for what is known now hold it; then the next motion, the second `again` or not.
+    Hold { again: bool },
+    /// The next motion once it is at rest.
+    MotionRecord { again: bool },
+    /// The next motion once it is at rest where it came to rest, under the command that balances the load.
+    Stay { again: bool },
+    /// The next motion after this many samples of its record.
+    Lead(u32),
+    /// The slides once it is at rest.
+    Slide,
+    /// Gains are looked for.
+    Tune,
+    /// The trial once it is at rest.
+    Trial,
+    /// The gains that were tried, for good, once it is at rest.
+    Apply,
+    /// Whether this fault of a servo of this speed is one: once it is at rest a push up or down shows it, so many samples
+    /// long by now.
+    Prove {
+        fault: Reason,
+        speed: N,
+        up: bool,
+        pushed: u32,
+    },
+    /// The end.
+    End(Reason),
+}
+
+/// Progress of a record on its way to the solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Recording<N> {
+    None,
+    /// It begins in this sample.
+    Begins,
+    Going,
+    /// In its place sums of lines.
+    Lines,
+    /// Its end is to be reported by this event.
+    Ends(EventKind<N>),
+}
+
+impl<N: Number> CommissionState<N> {
+    pub(super) fn begun(
+        count: i32,
+        command: N,
+        activity: Activity<N>,
+        watch: ServoWatchState<N>,
+        hysteresis: Hysteresis<N>,
+        bandwidth: N,
+    ) -> Self {
+        Self {
+            phase: Phase::ReleasedCheck,
+            activity,
+            passed: 0,
+            hysteresis,
+            count: Held::at(count),
+            rest_noise: RestNoise::NONE,
+            position: N::ZERO,
+            velocity: Velocity::<N>::default(),
+            velocity_now: N::ZERO,
+            command,
+            held: command,
+            bandwidth,
+            swings: Swings::from(N::ZERO),
+            driven: 0,
+            acting: None,
+            observation: Observation {
+                increment: None,
+                command,
+                position: N::ZERO,
+                setpoint: None,
+                late: false,
+                must_move: false,
+                excited: false,
+            },
+            is_watched: false,
+            was_end: false,
+            watch,
+            recorder: Recorder::EMPTY,
+            recording: match activity {
+                Activity::Free => Recording::Begins,
+                _ => Recording::None,
+            },
+            slid: None,
+            slide: Slide::NONE,
+            next: Next::Decision,
+            identified: None,
+            candidate: None,
+            tuning_error: None,
+            trial: None,
+            measured: None,
+            reason: None,
+            suspect: None,
+        }
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Standard deviation of the encoder's noise while the servo rested in the beginning, counts; that of rounding is not
+    /// in it.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.rest_noise.deviation().to_f64()
+    }
+
+    /// Position from where it began, counts.
+    pub(super) fn moved(&self) -> f64 {
+        f64::from(self.count.moved())
+    }
+
+    /// Why it ended without new gains, if it did.
+    #[must_use]
+    pub fn reason(&self) -> Option<Reason> {
+        self.reason
+    }
+
+    /// The servo as identified so far.
+    #[must_use]
+    pub fn servo(&self) -> Option<&IdentifiedServo> {
+        self.identified.as_ref().map(|known| &known.servo)
+    }
+
+    /// The gains that were found, on trial or applied, and their promise.
+    #[must_use]
+    pub fn tuning(&self) -> Option<&Tuning> {
+        self.candidate.as_ref().map(|candidate| &candidate.tuning)
+    }
+
+    /// Where a controller wants the servo, counts from where it began; none where none acts.
+    #[must_use]
+    pub fn setpoint(&self) -> Option<N> {
+        let setpoint = self.activity.setpoint()?;
+        Some(self.hysteresis.in_counts(setpoint))
+    }
+
+    /// Why there are no gains, where that is why it ended, and which would do.
+    #[must_use]
+    pub fn tuning_error(&self) -> Option<&TuningError> {
+        self.tuning_error.as_ref()
+    }
+
+    /// The measurements of the trial up to where it ended.
+    #[must_use]
+    pub fn trial(&self) -> Option<&TrialResult> {
+        self.trial.as_ref()
+    }
+
+    /// Puts a commissioning that has run no sample yet at another count.
+    pub fn begin_at(&mut self, count: i32) {
+        self.count = Held::at(count);
+    }
+
+    /// The last sample of the controller that holds the servo, for one that takes over from there; none where
+    /// none acts.
+    #[must_use]
+    pub fn last_sample(&self) -> Option<ControlSample<N>> {
+        let setpoint = self.activity.setpoint()?;
+        let last = ControlSample {
+            error: setpoint - self.position,
+            increment: self.velocity_now,
+            velocity: self.velocity_now,
+            command: self.command,
+        };
+        Some(last.scaled(|units| self.hysteresis.in_counts(units)))
+    }
+
+    /// Takes in a count, and returns the increment since the last.
+    pub(super) fn follow(&mut self, count: Option<i32>) -> Option<N> {
+        let count = count?;
+        if self.phase == Phase::ReleasedCheck {
+            self.rest_noise.take(count);
+        }
+        // A tight loop turns at every edge by itself.
+        let is_open = matches!(self.phase, Phase::ReleasedCheck | Phase::Probing);
+        let [position, increment] = self.hysteresis.follow(&mut self.count, count, is_open);
+        self.position = position;
+        Some(increment)
+    }
+
+    /// Begins an activity, whose first command is that of the next sample.
+    pub(super) fn begin(&mut self, activity: Activity<N>) {
+        self.activity = activity;
+        self.passed = 0;
+        (self.swings, self.driven) = (Swings::from(self.position), 0);
+    }
+
+    /// The fault that is suspected, while the gains before show whether it is one.
+    pub(super) fn suspected(&self) -> Option<Reason> {
+        match self.next {
+            Next::Prove { fault, .. } if !self.phase.is_end() => Some(fault),
+            _ => None,
+        }
+    }
+
+    /// True if the gains on trial are to be proved by slides.
+    pub(super) fn is_to_be_proved(&self) -> bool {
+        (self.candidate.as_ref()).is_some_and(|candidate| candidate.is_to_be_proved)
+    }
+
+    /// Has the servo stay where it is, under the command that balances its load.
+    pub(super) fn stay(&mut self) -> Result<(), Reason> {
+        let (Some(known), Activity::Holding(holding)) = (&self.identified, &mut self.activity)
+        else {
+            return Err(Reason::TooLittleEvidence);
+        };
+        holding.stay(self.position, known.rough.holding());
+        Ok(())
+    }
+
+    pub(super) fn begin_record(&mut self) {
+        self.recorder.begin_anew();
+        self.recording = Recording::Begins;
+    }
+
+    pub(super) fn begin_lines(&mut self) {
+        self.recording = Recording::Lines;
+    }
+
+    pub(super) fn end_record(&mut self, event: EventKind<N>) {
+        self.recording = Recording::Ends(event);
+    }
+
+    pub(super) fn drop_record(&mut self) {
+        self.recording = Recording::None;
+    }
+
+    /// Takes a sample into the record, with the command that acts from now on.
+    pub(super) fn record(&mut self, blocking: &Blocking<N>, increment: N) {
+        if matches!(self.recording, Recording::Begins | Recording::Going) {
+            self.recorder.push(blocking, increment, self.command);
+        }
+    }
+
+    /// The event for the solver in this sample.
+    pub(super) fn finding(&mut self) -> Option<RecordEvent<N>> {
+        let event = match self.recording {
+            Recording::None => return None,
+            Recording::Begins => {
+                self.recording = Recording::Going;
+                EventKind::Begins(self.phase)
+            }
+            Recording::Going => EventKind::Block(self.recorder.take()?),
+            Recording::Lines => self.slid.take()?,
+            Recording::Ends(event) => {
+                self.recording = Recording::None;
+                event
+            }
+        };
+        Some(RecordEvent(event))
+    }
+}

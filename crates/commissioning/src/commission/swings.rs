@@ -1,0 +1,142 @@
+//! The swings of a servo, from one turning point to the next.
+
+use identifier_core::number::Number;
+
+/// The swing under way. Positions in counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Swings<N> {
+    way: N,
+    /// Where it began, and the samples since then.
+    turned_at: N,
+    since: u32,
+    /// The farthest place of it, and the samples since then.
+    farthest: N,
+    ago: u32,
+}
+
+/// A swing that has ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Swing<N> {
+    /// Counts, without a sign, and samples.
+    pub(super) length: N,
+    pub(super) samples: u32,
+}
+
+impl<N: Number> Swings<N> {
+    /// The longest way that is no swing, counts: an edge of the encoder to either side, and what rounding adds.
+    const TURNED: f64 = 2.5;
+
+    /// From a place.
+    pub(super) fn from(position: N) -> Self {
+        Self {
+            way: N::ONE,
+            turned_at: position,
+            since: 0,
+            farthest: position,
+            ago: 0,
+        }
+    }
+
+    /// Takes a sample: the swing that shows to have ended.
+    pub(super) fn take(&mut self, position: N) -> Option<Swing<N>> {
+        self.since = self.since.saturating_add(1);
+        self.ago = self.ago.saturating_add(1);
+        let on = self.way * (position - self.farthest);
+        if on > N::ZERO {
+            (self.farthest, self.ago) = (position, 0);
+        }
+        let swing = Swing {
+            length: (self.farthest - self.turned_at).magnitude(),
+            samples: self.since - self.ago,
+        };
+        let least = N::from_f64(Self::TURNED);
+        let is_swing = swing.length > least;
+        if on >= N::ZERO || !is_swing && on >= -least {
+            return None;
+        }
+        *self = Self {
+            way: -self.way,
+            turned_at: self.farthest,
+            since: self.ago,
+            farthest: position,
+            ago: 0,
+        };
+        is_swing.then_some(swing)
+    }
+}
+
+impl<N: Number> Swing<N> {
+    /// True if it was faster than a speed in the mean, counts a sample, and shorter than the half period of a bandwidth, ω T.
+    pub(super) fn is_faster(&self, speed: N, bandwidth: N) -> bool {
+        let samples = N::from_count(self.samples.min(1 << 20) as i32);
+        self.length > speed * samples && bandwidth * samples < N::from_f64(core::f64::consts::PI)
+    }
+
+    /// True if it took more than an acceleration, counts a sample², for half of it and as much against it for the other:
+    /// L > ẍ t²/4.
+    pub(super) fn is_harder(&self, acceleration: N) -> bool {
+        let samples = N::from_count(self.samples.min(1 << 12) as i32);
+        self.length > N::from_f64(0.25) * acceleration * samples * samples
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// The ends of the swings of a sine of an amplitude in counts, a period in samples, and a drift in counts a sample.
+    fn swings(amplitude: f64, period: f64, drift: f64) -> Vec<Swing<f32>> {
+        let mut swings = Swings::from(0.0_f32);
+        let position = |sample: u32| {
+            let time = f64::from(sample);
+            let angle = core::f64::consts::TAU * time / period;
+            (amplitude * libm::sin(angle) + drift * time).floor() as f32
+        };
+        let samples = (10.0 * period) as u32;
+        (0..samples)
+            .filter_map(|sample| swings.take(position(sample)))
+            .collect()
+    }
+
+    #[test]
+    fn a_swing_lasts_from_one_turning_point_to_the_next_at_every_rate() {
+        for (period, bandwidth) in [(20.0, 0.1), (80.0, 0.02), (400.0, 5e-3)] {
+            let ended = swings(100.0, period, 0.0);
+            // The first begins in the middle, and the last has not ended.
+            assert!((17..=20).contains(&ended.len()), "{}", ended.len());
+            for swing in &ended[1..] {
+                assert!((f64::from(swing.samples) / (0.5 * period) - 1.0).abs() < 0.15);
+                assert!((swing.length - 200.0).abs() < 6.0);
+                let speed = 400.0 / period as f32;
+                assert!(swing.is_faster(0.8 * speed, bandwidth));
+                assert!(!swing.is_faster(1.2 * speed, bandwidth));
+                // As long as the half period of the bandwidth, or longer.
+                assert!(!swing.is_faster(0.8 * speed, 5.0 * bandwidth));
+                // As if by a constant acceleration: 4 L/t².
+                let acceleration = 3200.0 / (period * period) as f32;
+                assert!(swing.is_harder(0.7 * acceleration));
+                assert!(!swing.is_harder(1.4 * acceleration));
+            }
+        }
+    }
+
+    #[test]
+    fn an_edge_to_either_side_is_no_swing() {
+        assert!(swings(1.0, 20.0, 0.0).is_empty());
+        // Nor on a motion one way.
+        assert!(swings(1.0, 20.0, 0.5).is_empty());
+    }
+
+    #[test]
+    fn a_swing_ends_by_coming_back_whichever_way_it_begins() {
+        let mut swings = Swings::from(0.0_f32);
+        assert_eq!(swings.take(-10.0), None);
+        assert_eq!(swings.take(-20.0), None);
+        let swing = swings.take(-5.0).expect("it came back");
+        assert!((swing.length - 20.0).abs() < 1e-6);
+        assert_eq!(swing.samples, 2);
+    }
+}

@@ -1,0 +1,331 @@
+use std::vec::Vec;
+
+use super::unknown_servos::{Probed, Unknown, unknown_servos};
+use crate::commission::{
+    CommissionError, Limits, Probing, ProbingProgress, ProbingSettings, RoughModel,
+};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
+use virtual_servo::Effects;
+
+#[test]
+fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {
+    let (mut servos, mut at_rest) = (0, 0);
+    let motions = unknown_servos()
+        .flat_map(|unknown| [unknown.probe(), unknown.probe_released()].map(|it| (unknown, it)));
+    for (unknown, moved) in motions {
+        let Probed {
+            progress,
+            travel,
+            speed,
+            evidence,
+            ..
+        } = moved;
+        assert!(travel < 1.0, "travel {travel:.3}: {unknown:?}");
+        assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
+        servos += 1;
+        match progress {
+            ProbingProgress::AtRest => {
+                at_rest += 1;
+                assert!(evidence.is_some_and(|time| time <= 1.0));
+            }
+            // Refused; only a coarse encoder may need more than a second.
+            ProbingProgress::Failed(Reason::TooLittleEvidence) => {
+                assert!(unknown.counts < 4096.0, "{unknown:?}");
+            }
+            // It is at rest, and slides.
+            ProbingProgress::Failed(Reason::Oscillating) => {}
+            _ => panic!("{progress:?}: {unknown:?}"),
+        }
+    }
+    println!("{at_rest} of {servos} at rest with evidence");
+    assert!(100 * at_rest >= 99 * servos, "{at_rest} of {servos}");
+}
+
+#[test]
+fn a_fine_encoder_gives_evidence_in_a_fifth_of_a_second() {
+    for (sample_time, allowed) in [(1e-3, 0.16), (2.5e-4, 0.15), (1e-4, 0.15)] {
+        let mut times: Vec<f64> = unknown_servos()
+            .filter(|unknown| unknown.counts >= 4096.0 && unknown.is_sampled_every(sample_time))
+            .map(|unknown| unknown.probe().evidence.unwrap_or(f64::INFINITY))
+            .collect();
+        times.sort_by(f64::total_cmp);
+        let [median, most] = [0.5, 0.9].map(|part| times[(part * times.len() as f64) as usize]);
+        println!("{sample_time} s: median {median:.3} s, 90 % {most:.3} s");
+        assert!(median < 0.13 && most < allowed, "{median} {most}");
+    }
+}
+
+#[test]
+fn a_speed_limit_far_below_the_servo_s_own_is_kept() {
+    let mut fastest = 0.0_f64;
+    // In a millisecond the strongest pass half of the limit.
+    let ordinary = |unknown: &Unknown| unknown.counts >= 10_000.0 && unknown.sample_time < 5e-4;
+    for mut unknown in unknown_servos().filter(ordinary) {
+        // A load that is held does not gain speed before it is known.
+        unknown.held = Some(-unknown.parameters.load / unknown.parameters.b);
+        unknown.limits.speed *= 0.4;
+        let Probed {
+            progress, speed, ..
+        } = unknown.probe();
+        assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
+        assert_eq!(progress, ProbingProgress::AtRest, "{unknown:?}");
+        fastest = fastest.max(speed);
+    }
+    assert!(fastest > 0.5, "it is made use of: {fastest}");
+}
+
+#[test]
+fn a_coarse_encoder_extends_the_experiment_until_the_evidence_suffices() {
+    let longer = unknown_servos()
+        .filter(|unknown| unknown.counts < 1500.0 && unknown.is_sampled_every(1e-4))
+        .map(|coarse| {
+            let fine = Unknown {
+                counts: 65_536.0,
+                ..coarse
+            };
+            let [coarse, fine] =
+                [coarse, fine].map(|unknown| unknown.probe().evidence.unwrap_or(1.0));
+            coarse / fine
+        })
+        .fold(0.0, f64::max);
+    assert!(longer > 2.0, "{longer}");
+}
+
+#[test]
+fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
+    for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
+        let Unknown { parameters, .. } = unknown;
+        let resolution = std::f64::consts::TAU / unknown.counts;
+        let known = RoughModel::from_si(&parameters, unknown.sample_time, resolution);
+        let held = Unknown {
+            held: Some(-parameters.load / parameters.b),
+            ..unknown
+        };
+        let probing = Probing::new(&held.settings()).expect("allowed");
+        let sizes = [1.0, 0.6].map(|part| {
+            let moved = held.moved_by(&probing, Some(probing.start_from_known(&known, 0.0, part)));
+            assert_eq!(moved.progress, ProbingProgress::AtRest, "{unknown:?}");
+            assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
+            moved.travel
+        });
+        assert!(sizes[1] < 0.9 * sizes[0], "{sizes:?}");
+    }
+}
+
+/// A servo that coasts, under limits of its own.
+fn coasting(parameters: ServoParameters, counts: f64, sample_time: f64, limits: Limits) -> Unknown {
+    Unknown {
+        parameters,
+        effects: Effects::NONE,
+        delay: 0.0,
+        counts,
+        sample_time,
+        limits,
+        held: None,
+        between_edges: 0.0,
+    }
+}
+
+/// The first count comes when the ramp has long been at the command limit.
+#[test]
+fn a_coarse_encoder_under_all_of_the_command_neither_leaves_the_travel_nor_is_jammed() {
+    let parameters = ServoParameters {
+        a: 0.436,
+        b: 2.0916,
+        coulomb: 30.63,
+        load: -16.88,
+    };
+    let limits = Limits {
+        travel: [-0.5, 0.5],
+        speed: 30.0,
+        command: [-48.0, 48.0],
+        duration: 1.0,
+    };
+    for part in 0..10 {
+        let coarse = Unknown {
+            between_edges: f64::from(part) / 10.0,
+            ..coasting(parameters, 844.0, 1e-3, limits)
+        };
+        let moved = coarse.probe_released();
+        assert!(moved.travel < 0.8, "{}: {coarse:?}", moved.travel);
+        let reason = ProbingProgress::Failed(Reason::TooLittleEvidence);
+        assert_eq!(moved.progress, reason, "{coarse:?}");
+    }
+}
+
+#[test]
+fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
+    let parameters = ServoParameters {
+        a: 5.5014,
+        b: 283.98,
+        coulomb: 2.68,
+        load: -26.25,
+    };
+    let limits = Limits {
+        travel: [-0.3, 0.3],
+        speed: 6.46,
+        command: [-1.0, 1.0],
+        duration: 1.0,
+    };
+    let compliant = Unknown {
+        effects: Effects {
+            current_loop: 3.915e-4,
+            resonance: 2000.58,
+            resonance_damping: Some(0.0053),
+            inertia_ratio: 0.813,
+            ..Effects::NONE
+        },
+        delay: 2.0,
+        ..coasting(parameters, 44_478.0, 1e-4, limits)
+    };
+    let moved = compliant.probe_released();
+    let reason = ProbingProgress::Failed(Reason::NeverAtRest);
+    assert_eq!(moved.progress, reason);
+    assert!(moved.travel < 1.0, "{}", moved.travel);
+}
+
+/// The relay and the loop that holds it where it stops are too fast for the motor alone, four times as strong as both masses.
+#[test]
+fn a_relay_that_drives_a_resonance_ends_and_the_loop_after_it_gives_way() {
+    let parameters = ServoParameters {
+        a: 0.16,
+        b: 118.9,
+        coulomb: 250.0,
+        load: 95.0,
+    };
+    let limits = Limits::new([-1.47, 1.47], 29.7, [-10.0, 10.0]);
+    let oscillating = ProbingProgress::Failed(Reason::Oscillating);
+    for (hertz, progress) in [
+        (80.0, oscillating),
+        (95.0, oscillating),
+        (112.8, oscillating),
+    ] {
+        let compliant = Unknown {
+            effects: Effects {
+                current_loop: 5.1e-5,
+                resonance: core::f64::consts::TAU * hertz,
+                resonance_damping: Some(0.0155),
+                inertia_ratio: 0.72,
+                ..Effects::NONE
+            },
+            delay: 1.08,
+            ..coasting(parameters, 123_678.0, 1e-3, limits)
+        };
+        let moved = compliant.probe_released();
+        assert_eq!(moved.progress, progress, "{hertz} Hz");
+        assert!(moved.travel < 1.0 && moved.speed < 1.0, "{hertz} Hz");
+    }
+}
+
+#[test]
+fn a_servo_that_does_not_move_is_reported() {
+    let mut jammed = Unknown::from_seed(1);
+    jammed.held = None;
+    jammed.parameters.load = 0.0;
+    jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
+    let moved = jammed.probe();
+    assert_eq!(moved.progress, ProbingProgress::Failed(Reason::DoesNotMove));
+}
+
+/// Outcome of the first motion of a servo with plain friction whose velocity a ratchet holds.
+fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
+    let unknown = Unknown {
+        sample_time: 1e-3,
+        held: None,
+        ..Unknown::from_seed(2)
+    };
+    let probing = Probing::<f32>::new(&unknown.settings()).expect("allowed");
+    let (b, time) = (unknown.parameters.b, unknown.sample_time);
+    let coulomb = 0.1 * b * Unknown::COMMAND;
+    let mut state = probing.start(None);
+    let (mut position, mut velocity, mut last) = (0.0_f64, 0.0_f64, 0.0);
+    (0..3000).find_map(|_| {
+        let count = (position / unknown.resolution()).floor();
+        let command = probing.control(&mut state, (count - last) as f32);
+        let progress = probing.learn(&mut state, (count - last) as f32);
+        last = count;
+        let push = b * f64::from(command);
+        let way = if velocity == 0.0 { push } else { velocity }.signum();
+        let slides = velocity != 0.0 || push.abs() > coulomb;
+        let pushed = velocity
+            + if slides {
+                (push - coulomb * way) * time
+            } else {
+                0.0
+            };
+        // It stops where it would turn.
+        velocity = if pushed * way < 0.0 {
+            0.0
+        } else {
+            ratchet(pushed)
+        };
+        position += velocity * time;
+        (progress != ProbingProgress::Going).then_some(progress)
+    })
+}
+
+#[test]
+fn a_servo_that_moves_in_one_direction_only_is_reported() {
+    let failed = |reason| Some(ProbingProgress::Failed(reason));
+    assert_eq!(
+        moved_with(|velocity| velocity),
+        Some(ProbingProgress::AtRest)
+    );
+    let forwards = moved_with(|velocity| velocity.max(0.0));
+    assert_eq!(forwards, failed(Reason::OneDirectionOnly));
+    // It sticks for good once it has come to rest.
+    let moved = std::cell::Cell::new(false);
+    let stuck = std::cell::Cell::new(false);
+    let sticks = moved_with(|velocity| {
+        stuck.set(stuck.get() || moved.get() && velocity <= 0.0);
+        moved.set(moved.get() || velocity > 0.0);
+        if stuck.get() { 0.0 } else { velocity }
+    });
+    assert_eq!(sticks, failed(Reason::DoesNotMove));
+}
+
+#[test]
+fn limits_that_are_too_small_are_refused_with_the_figure_that_would_do() {
+    let coarse = Unknown {
+        counts: 1000.0,
+        ..Unknown::from_seed(2)
+    };
+    let mut narrow = coarse.settings();
+    narrow.limits.travel = [-0.001, 10.0];
+    let Err(CommissionError::TravelTooSmall { needed, .. }) = Probing::<f32>::new(&narrow) else {
+        panic!("too little travel")
+    };
+    narrow.limits.travel[0] = -1.001 * needed;
+    assert!(Probing::<f32>::new(&narrow).is_ok());
+    let mut slow = coarse.settings();
+    slow.limits.speed = 1e-6;
+    let Err(CommissionError::SpeedTooSmall { needed, .. }) = Probing::<f32>::new(&slow) else {
+        panic!("too little speed")
+    };
+    slow.limits.speed = 1.001 * needed;
+    assert!(Probing::<f32>::new(&slow).is_ok());
+}
+
+#[test]
+fn a_servo_that_may_pass_the_speed_limit_in_few_samples_is_refused_with_what_would_do() {
+    let settings = Unknown::from_seed(2).settings();
+    let strong = |time_factor: f64, command_factor: f64| {
+        // A sixth of the speed limit in a sample.
+        let gain = settings.limits.speed / (6.0 * Unknown::COMMAND * settings.sample_time);
+        let mut strong = ProbingSettings {
+            sample_time: time_factor * settings.sample_time,
+            max_gain: Some(gain),
+            ..settings
+        };
+        strong.limits.command = strong.limits.command.map(|limit| command_factor * limit);
+        Probing::<f32>::new(&strong).map(|_| ())
+    };
+    let Err(CommissionError::TooStrong { most, command, .. }) = strong(1.0, 1.0) else {
+        panic!("too strong")
+    };
+    let [by_time, by_command] = [most / settings.sample_time, command / Unknown::COMMAND];
+    assert!((by_time - 0.9).abs() < 1e-9 && (by_command - 0.9).abs() < 1e-9);
+    assert_eq!(strong(0.999 * by_time, 1.0), Ok(()));
+    assert_eq!(strong(1.0, 0.999 * by_command), Ok(()));
+}

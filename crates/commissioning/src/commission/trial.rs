@@ -1,0 +1,595 @@
+use super::RoughModel;
+use super::acting_share::ActingShare;
+use super::holding::Holding;
+use identifier_core::number::Number;
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
+use identifier_core::tuning::{StepMeasure, Tuning};
+use identifier_core::units::Units;
+
+/// A step, a disturbance and the step back under new gains, measured against their prediction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Trial<N> {
+    /// The step, counts, with its sign.
+    step: N,
+    /// True if the axis may go back.
+    returns: bool,
+    disturbance: N,
+    /// The command that balances the load, how far from it friction may hold the servo, and how far friction that is higher
+    /// at rest may.
+    balance: N,
+    friction: [N; 2],
+    promised: Promised<N>,
+    stage: TrialStage,
+    /// Samples since the stage began.
+    passed: u32,
+    /// Where the step or the change of the disturbance began, and the step's direction.
+    from: N,
+    direction: N,
+    /// The step, and the one back.
+    steps: [TriedStep<N>; 2],
+    /// The farthest that the disturbance moved the servo, and its change alone since that, counts.
+    excursion: N,
+    moved: N,
+}
+
+/// A step under way or over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct TriedStep<N> {
+    measure: StepMeasure<N>,
+    share: ActingShare<N>,
+}
+
+/// The promise, in samples and counts, tolerances included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Promised<N> {
+    rise: [N; 2],
+    /// The farthest from where the step began, counts.
+    highest: N,
+    excursion: N,
+    /// The least that a disturbance must move it, whatever friction is; zero where friction may hold it.
+    least_excursion: N,
+    /// Samples after which a transient is over, after which one is of a servo that friction has held so far, and by which it
+    /// must be at rest.
+    over: u32,
+    departed: u32,
+    most: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TrialStage {
+    Settling,
+    Stepping,
+    Disturbed,
+    Recovering,
+    /// The step back: an axis that rests shows no fault, and this one shows those that came since the step.
+    Returning,
+    /// All was kept. What it measured is converted in a sample that judges nothing.
+    Kept,
+}
+
+/// Measurements of a trial, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TrialResult {
+    /// The step of the reference, rad.
+    pub step: f64,
+    /// From 10 to 90 % of the step, s; none if it did not get there.
+    pub rise_time: Option<f64>,
+    /// Beyond the step or the one back, the larger, a part of it.
+    pub overshoot: f64,
+    /// The command that disturbed the servo, command units.
+    pub disturbance: f64,
+    /// The farthest that it moved the servo, rad.
+    pub excursion: f64,
+}
+
+impl<N: Number> Trial<N> {
+    /// The part by which the rise time may differ from the promise.
+    pub(super) const RISE: f64 = 0.15;
+
+    /// Tolerance of the overshoot, as a part of the step.
+    pub(super) const OVERSHOOT: f64 = 0.03;
+
+    /// The factor by which a disturbance may move the servo further than promised.
+    const EXCURSION: f64 = 1.5;
+
+    /// The part of the promise, of what friction leaves of the disturbance, by which it must move the servo at least. A stuck
+    /// encoder shows none.
+    const LEAST_EXCURSION: f64 = 0.25;
+
+    /// Friction at low speed over Coulomb friction, which may act to either side at first.
+    pub(super) const LOW_SPEED: f64 = 1.5;
+
+    /// Friction at rest over Coulomb friction that no axis has: a command that is larger moves it, or nothing does.
+    const STICTION: f64 = 5.0;
+
+    /// Counts by which a measured position is uncertain.
+    const ROUNDING: f64 = 1.5;
+
+    /// Settling times after which a transient is over, and by which the servo must be at rest.
+    const TRANSIENT_SETTLING_TIMES: f64 = 1.5;
+    const MAX_SETTLING_TIMES: f64 = 6.0;
+
+    /// The time after which a transient has died down at the latest, 1/ω: that of the filter of the reference, to a
+    /// fiftieth.
+    const DIES_DOWN: f64 = 12.0;
+
+    /// The same of the loop alone, 1/ω: its slowest poles decay with ω/2. A step along a reference model settles sooner than the
+    /// loop does after a disturbance.
+    const LOOP_DIES_DOWN: f64 = 8.0;
+
+    /// Time for which the slowest of promises is waited for besides, s.
+    const BESIDES: f64 = 0.5;
+
+    /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo, and of the step back on an axis
+    /// that `returns`.
+    pub(super) fn new(
+        tuning: &Tuning,
+        units: &Units,
+        step: f64,
+        disturbance: f64,
+        servo: &IdentifiedServo,
+        returns: bool,
+    ) -> Self {
+        // As large as it may be: it is not the actuator that holds the servo then.
+        let coulomb = servo.most_coulomb();
+        let servo = &servo.parameters;
+        let b = servo.b;
+        let promise = &tuning.promise;
+        let counts = step * units.position();
+        let samples = |time: f64| time / units.sample_time();
+        let rise = samples(promise.rise_time);
+        let quickest = samples(promise.quickest_rise_time);
+        // Each of the two crossings is uncertain by a count at the speed of the rise, and by a sample's
+        // part.
+        let per_count = 2.0 * rise / (0.8 * libm::fabs(counts)) + 1.0;
+        // A floor is half a count low on the average, at both ends.
+        let rounding = 0.5 / libm::fabs(counts).max(1.0);
+        let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
+        let moved = promise.compliance * b * libm::fabs(disturbance) * units.position();
+        let left = b * libm::fabs(disturbance) - 2.0 * Self::LOW_SPEED * coulomb;
+        let least = Self::LEAST_EXCURSION * promise.compliance * left * units.position();
+        let rough = RoughModel::from_si(servo, units.sample_time(), units.position_unit());
+        let settling = samples(Self::settling(tuning));
+        let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
+        Self {
+            step: N::from_f64(counts),
+            returns,
+            disturbance: N::from_f64(disturbance),
+            balance: N::from_f64(-servo.load / b),
+            friction: [Self::LOW_SPEED, Self::STICTION].map(|of| N::from_f64(of * coulomb / b)),
+            promised: Promised {
+                rise: [
+                    (1.0 - Self::RISE) * quickest - per_count,
+                    (1.0 + Self::RISE) * rise + per_count,
+                ]
+                .map(N::from_f64),
+                highest: N::from_f64(highest * libm::fabs(counts)),
+                excursion: N::from_f64(Self::EXCURSION * moved + 2.0 * Self::ROUNDING),
+                least_excursion: N::from_f64((least - 2.0 * Self::ROUNDING).max(0.0)),
+                // Casts saturate.
+                over: (Self::TRANSIENT_SETTLING_TIMES * settling) as u32,
+                departed: (Self::TRANSIENT_SETTLING_TIMES * samples(promise.settling_time)) as u32,
+                most: most as u32,
+            },
+            stage: TrialStage::Settling,
+            passed: 0,
+            from: N::ZERO,
+            direction: if counts < 0.0 { -N::ONE } else { N::ONE },
+            steps: [TriedStep {
+                measure: StepMeasure::new(libm::fabs(counts), 1.0),
+                share: ActingShare::new(&rough, N::from_f64(libm::fabs(counts))),
+            }; 2],
+            excursion: N::ZERO,
+            moved: N::ZERO,
+        }
+    }
+
+    /// The time after which a transient of the servo is over, s.
+    pub(super) fn settling(tuning: &Tuning) -> f64 {
+        // Friction may hold a servo outside of the band for long.
+        let dies_down = Self::DIES_DOWN / tuning.bandwidth;
+        let settling = tuning.promise.settling_time.min(dies_down);
+        match tuning.feed_forward {
+            Some(_) => settling.max(Self::LOOP_DIES_DOWN / tuning.bandwidth),
+            None => settling,
+        }
+    }
+
+    /// Takes in the position of a sample (counts) and the command that acts from then on, and starts the next part when one
+    /// is over. True once all was done and kept.
+    ///
+    /// # Errors
+    /// The promise that was not kept, or the fault that shows in how it was not.
+    pub(super) fn process(
+        &mut self,
+        holding: &mut Holding<N>,
+        position: N,
+        command: N,
+    ) -> Result<bool, Reason> {
+        self.proceed(holding, position, command).map_err(|missed| {
+            let is_weak = self.steps.iter().any(|step| step.share.is_weak());
+            if is_weak {
+                Reason::ActuatorWeak
+            } else {
+                missed
+            }
+        })
+    }
+
+    fn proceed(
+        &mut self,
+        holding: &mut Holding<N>,
+        position: N,
+        command: N,
+    ) -> Result<bool, Reason> {
+        self.passed = self.passed.saturating_add(1);
+        let settled = self.passed >= self.promised.over && holding.is_at_rest();
+        if !settled && self.passed > self.promised.most {
+            return Err(Reason::NeverAtRest);
+        }
+        match self.stage {
+            TrialStage::Kept => return Ok(true),
+            TrialStage::Settling => {
+                if settled {
+                    self.begin_step(TrialStage::Stepping, holding, position);
+                }
+            }
+            TrialStage::Stepping | TrialStage::Returning => {
+                let (way, highest) = (self.way(), self.promised.highest);
+                let gone = way * (position - self.from);
+                let beyond_load = way * (command - self.balance);
+                let step = self.step_under_way();
+                step.measure.take(gone);
+                step.share.take(gone, beyond_load);
+                if step.measure.is_beyond(highest) {
+                    return Err(Reason::OvershootExceeded);
+                }
+                // Its integral finds the command at which one that stands breaks away.
+                let [departed, _] = step.measure.since();
+                let waits = departed.is_none() && self.passed < self.promised.departed;
+                if settled && !waits {
+                    self.judge_rise(holding.resting().command)?;
+                    if self.stage == TrialStage::Returning {
+                        self.begin(TrialStage::Kept);
+                        return Ok(false);
+                    }
+                    holding.disturb(self.disturbance);
+                    self.begin_change(TrialStage::Disturbed, position);
+                }
+            }
+            TrialStage::Disturbed | TrialStage::Recovering => {
+                let away = (position - holding.reference()).magnitude();
+                if away > self.excursion {
+                    self.excursion = away;
+                }
+                if self.excursion > self.promised.excursion {
+                    return Err(Reason::DisturbanceExceeded);
+                }
+                let moved = (position - self.from).magnitude();
+                if moved > self.moved {
+                    self.moved = moved;
+                }
+                if settled {
+                    if self.moved < self.promised.least_excursion {
+                        return Err(Reason::ActuatorDead);
+                    }
+                    if self.stage == TrialStage::Disturbed {
+                        holding.disturb(N::ZERO);
+                        self.begin_change(TrialStage::Recovering, position);
+                    } else if self.returns {
+                        self.begin_step(TrialStage::Returning, holding, position);
+                    } else {
+                        return Ok(true);
+                    }
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    fn begin(&mut self, stage: TrialStage) {
+        self.stage = stage;
+        self.passed = 0;
+    }
+
+    /// Begins a stage with a step. Its promise is for a servo that stands: the error and the integral that friction has left
+    /// are chance.
+    fn begin_step(&mut self, stage: TrialStage, holding: &mut Holding<N>, position: N) {
+        self.from = position;
+        self.begin(stage);
+        self.step_under_way().measure.take(N::ZERO);
+        // A load that came since the servo was studied.
+        let ([friction, _], resting) = (self.friction, holding.resting().command);
+        self.balance = (self.balance).limited(resting - friction, resting + friction);
+        holding.stay(position, self.balance);
+        holding.step_to(position + self.way() * self.step.magnitude());
+    }
+
+    fn step_under_way(&mut self) -> &mut TriedStep<N> {
+        let [out, back] = &mut self.steps;
+        match self.stage {
+            TrialStage::Returning => back,
+            _ => out,
+        }
+    }
+
+    /// The direction of the step under way.
+    fn way(&self) -> N {
+        if self.stage == TrialStage::Returning {
+            -self.direction
+        } else {
+            self.direction
+        }
+    }
+
+    /// Begins a stage with a change of the disturbance, of a servo that stands here.
+    fn begin_change(&mut self, stage: TrialStage, position: N) {
+        (self.from, self.moved) = (position, N::ZERO);
+        self.begin(stage);
+    }
+
+    /// True if friction that is higher at rest may hold the servo under this command.
+    pub(super) fn may_rest_under(&self, command: N) -> bool {
+        let [_, friction] = self.friction;
+        (command - self.balance).magnitude() <= friction
+    }
+
+    /// Judges the rise of a servo that rests under this command, on the average.
+    fn judge_rise(&mut self, command: N) -> Result<(), Reason> {
+        let [least, most] = self.promised.rise;
+        let measure = self.step_under_way().measure;
+        let [departed, _] = measure.since();
+        match measure.rise() {
+            Some(rise) if rise >= least && rise <= most => Ok(()),
+            None if departed.is_none() && self.may_rest_under(command) => Err(Reason::DoesNotMove),
+            None if departed.is_none() => Err(Reason::ActuatorDead),
+            _ => Err(Reason::ResponseTimeMissed),
+        }
+    }
+
+    /// The measurements so far.
+    pub(super) fn result(&self, units: &Units) -> TrialResult {
+        let [out, back] = self.steps.map(|step| step.measure);
+        TrialResult {
+            step: self.step.to_f64() * units.position_unit(),
+            rise_time: out.rise().map(|rise| rise.to_f64() * units.sample_time()),
+            overshoot: out.overshoot().max(back.overshoot()),
+            disturbance: self.disturbance.to_f64(),
+            excursion: self.excursion.to_f64() * units.position_unit(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commission::HoldingGains;
+    use identifier_core::control::ControlSample;
+    use identifier_core::parameters::ServoParameters;
+    use identifier_core::settings::ControllerSettings;
+    use identifier_core::tuning::Promise;
+
+    const STEP: f64 = 0.05;
+    const TIME_CONSTANT: f64 = 0.02;
+    const B: f64 = 200.0;
+    /// Rad per rad/s².
+    const COMPLIANCE: f64 = 1e-4;
+
+    /// The promise of a first-order system: a rise of τ ln 9, no overshoot.
+    fn promised() -> Tuning {
+        Tuning {
+            kp: 1.0,
+            kd: 0.01,
+            ki: 1.0,
+            cutoff: 500.0,
+            reference_filter: 0.0,
+            notch: 0.0,
+            feed_forward: None,
+            bandwidth: 1.0 / TIME_CONSTANT,
+            cap: None,
+            promise: Promise {
+                step: STEP,
+                rise_time: TIME_CONSTANT * libm::log(9.0),
+                quickest_rise_time: TIME_CONSTANT * libm::log(9.0),
+                slowest_rise_time: TIME_CONSTANT * libm::log(9.0),
+                overshoot: 0.0,
+                settling_time: TIME_CONSTANT * libm::log(50.0),
+                sensitivity: 1.2,
+                gain_margins: [0.1, 8.0],
+                command_share: 0.3,
+                noise: 0.0,
+                compliance: COMPLIANCE,
+            },
+        }
+    }
+
+    /// A moment of a trial.
+    #[derive(Clone, Copy)]
+    struct Moment {
+        stage: TrialStage,
+        /// Since the stage began, s.
+        time: f64,
+        /// Where the last step began and ends, rad.
+        from: f64,
+        to: f64,
+    }
+
+    impl Moment {
+        /// A step of first order.
+        fn step(&self, time_constant: f64) -> f64 {
+            let time = match self.stage {
+                TrialStage::Settling => return 0.0,
+                TrialStage::Stepping | TrialStage::Returning => self.time,
+                TrialStage::Disturbed | TrialStage::Recovering | TrialStage::Kept => 1.0,
+            };
+            self.from - (self.to - self.from) * libm::expm1(-time / time_constant)
+        }
+
+        /// An excursion by a factor on the promise.
+        fn excursion(&self, factor: f64) -> f64 {
+            let change = match self.stage {
+                TrialStage::Disturbed => 1.0,
+                TrialStage::Recovering => -1.0,
+                _ => 0.0,
+            };
+            let since = self.time / 0.02;
+            factor * change * COMPLIANCE * B * 0.5 * since * libm::exp(1.0 - since)
+        }
+    }
+
+    /// A trial of a servo that is where `position` says, rad.
+    fn tried(step: f64, position: impl Fn(Moment) -> f64) -> (Result<bool, Reason>, TrialResult) {
+        tried_with(step, [0.0; 2], position)
+    }
+
+    /// The same of one with friction and its standard error, rad/s².
+    fn tried_with(
+        step: f64,
+        coulomb: [f64; 2],
+        position: impl Fn(Moment) -> f64,
+    ) -> (Result<bool, Reason>, TrialResult) {
+        tried_by(&promised(), step, coulomb, position)
+    }
+
+    /// The same by another promise.
+    fn tried_by(
+        tuning: &Tuning,
+        step: f64,
+        [coulomb, error]: [f64; 2],
+        position: impl Fn(Moment) -> f64,
+    ) -> (Result<bool, Reason>, TrialResult) {
+        let units = Units::new(1e-3, core::f64::consts::TAU / 20_000.0).expect("valid");
+        let gains = HoldingGains {
+            controller: ControllerSettings::pid(1.0, 0.01, 1.0).limited(10.0),
+            cutoff: 500.0,
+        };
+        let controller = gains.build::<f64>(&units).expect("valid");
+        let limit = [-10.0, 10.0];
+        let at_rest = ControlSample {
+            error: 0.0,
+            increment: 0.0,
+            velocity: 0.0,
+            command: 0.0,
+        };
+        let mut holding = Holding::take_over(controller, limit, 0.0, &at_rest, 1.0, 60);
+        let mut servo = IdentifiedServo {
+            parameters: ServoParameters {
+                a: 0.0,
+                b: B,
+                coulomb,
+                load: 0.0,
+            },
+            delay: 1e-3,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        super::super::corrected::know_alone(&mut servo, IdentifiedServo::COULOMB, error);
+        let mut trial = Trial::<f64>::new(tuning, &units, step, 0.5, &servo, true);
+        let [mut from, mut to] = [0.0; 2];
+        for _ in 0..100_000 {
+            let reference = holding.reference() * units.position_unit();
+            if (reference - to).abs() > 0.5 * STEP {
+                (from, to) = (to, reference);
+            }
+            let at = position(Moment {
+                stage: trial.stage,
+                time: f64::from(trial.passed) * 1e-3,
+                from,
+                to,
+            });
+            let count = libm::floor(at * units.position());
+            let command = holding.process(count, 0.0).expect("no reach");
+            let done = trial.process(&mut holding, count, command);
+            if done != Ok(false) {
+                return (done, trial.result(&units));
+            }
+        }
+        panic!("it neither ends nor fails");
+    }
+
+    /// A step of first order, and an excursion as promised.
+    fn first_order(time_constant: f64) -> impl Fn(Moment) -> f64 {
+        move |at| at.step(time_constant) + at.excursion(1.0)
+    }
+
+    #[test]
+    fn a_step_of_first_order_rises_in_ln_nine_time_constants_either_way() {
+        for step in [STEP, -STEP] {
+            let (done, measured) = tried(step, first_order(TIME_CONSTANT));
+            assert_eq!(done, Ok(true));
+            let rise = measured.rise_time.expect("it got there");
+            let exact = TIME_CONSTANT * libm::log(9.0);
+            // A count at the speed at which nine tenths are passed.
+            let uncertain = core::f64::consts::TAU / 20_000.0 / (0.1 * STEP / TIME_CONSTANT);
+            assert!((rise - exact).abs() < uncertain, "{rise} {exact}");
+            assert!(measured.overshoot < 0.01);
+        }
+    }
+
+    #[test]
+    fn a_slower_or_faster_rise_than_promised_is_refused_out_and_back() {
+        for factor in [1.3, 0.75] {
+            for only in [TrialStage::Stepping, TrialStage::Returning] {
+                let (done, _) = tried(STEP, |at| {
+                    let factor = if at.stage == only { factor } else { 1.0 };
+                    at.step(factor * TIME_CONSTANT) + at.excursion(1.0)
+                });
+                assert_eq!(done, Err(Reason::ResponseTimeMissed), "{factor} {only:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn overshoot_compliance_and_unrest_are_refused() {
+        let plain = first_order(TIME_CONSTANT);
+        let (overshoots, _) = tried(STEP, |at| {
+            plain(at) * (1.0 + 6.0 * at.time * libm::exp(-at.time / 0.05))
+        });
+        assert_eq!(overshoots, Err(Reason::OvershootExceeded));
+        let (gives_way, _) = tried(STEP, |at| plain(at) + at.excursion(1.5));
+        assert_eq!(gives_way, Err(Reason::DisturbanceExceeded));
+        let (never_rests, _) = tried(STEP, |at| plain(at) + 0.001 * libm::sin(at.time / 0.01));
+        assert_eq!(never_rests, Err(Reason::NeverAtRest));
+    }
+
+    #[test]
+    fn a_step_that_friction_holds_for_as_long_as_promised_is_waited_for() {
+        let mut tuning = promised();
+        tuning.promise.settling_time = 0.5;
+        for (departs, expected) in [(0.7, Ok(true)), (1.0, Err(Reason::DoesNotMove))] {
+            let (done, _) = tried_by(&tuning, STEP, [90.0, 0.0], |at| match at.stage {
+                TrialStage::Stepping | TrialStage::Returning => {
+                    let time = (at.time - departs).max(0.0);
+                    Moment { time, ..at }.step(TIME_CONSTANT)
+                }
+                _ => at.step(TIME_CONSTANT) + at.excursion(1.0),
+            });
+            assert_eq!(done, expected, "{departs}");
+        }
+    }
+
+    #[test]
+    fn an_encoder_that_sticks_after_the_step_is_found() {
+        // The disturbance gives 100 rad/s², which a third of friction may hold.
+        for (coulomb, expected) in [
+            ([0.0, 0.0], Reason::ActuatorDead),
+            ([10.0, 1.0], Reason::ActuatorDead),
+            ([34.0, 0.0], Reason::DoesNotMove),
+            ([10.0, 8.0], Reason::DoesNotMove),
+        ] {
+            for sticks_in in [TrialStage::Disturbed, TrialStage::Recovering] {
+                let (done, _) = tried_with(STEP, coulomb, |at| match at.stage {
+                    TrialStage::Settling | TrialStage::Stepping => at.step(TIME_CONSTANT),
+                    TrialStage::Disturbed if sticks_in == TrialStage::Recovering => {
+                        at.step(TIME_CONSTANT) + at.excursion(1.0)
+                    }
+                    TrialStage::Returning => at.from,
+                    _ => at.step(TIME_CONSTANT),
+                });
+                assert_eq!(done, Err(expected), "{sticks_in:?} {coulomb:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,18 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+#[cfg(test)]
+#[macro_use]
+extern crate std;
+
+mod commission;
+pub mod servo_change;
+pub mod watch;
+
+pub use commission::{
+    CommissionError, CommissionInputs, CommissionIsr, CommissionReading, CommissionSettings,
+    CommissionSolver, CommissionState, CommissionStep, Decision, HoldingGains, LargestMotion,
+    Limits, Phase, RecordEvent, SynchronousCommission, TrialResult,
+};

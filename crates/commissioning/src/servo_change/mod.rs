@@ -1,0 +1,301 @@
+//! Changes of a servo after its gains were found: whether it is still one of those that the gains promise for.
+
+use core::fmt;
+
+mod state;
+
+pub use state::ServoChangeState;
+
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::reason::Reason;
+use identifier_core::tuning::Tuning;
+
+/// A servo with the gains that promise for it.
+///
+/// Its inertia and its loads are compared as the command has them, inertia as 1/b, viscous and Coulomb friction and load as
+/// a/b, c/b and d/b: a mass that is added changes the first alone.
+///
+/// A servo counts as another where one of the four lies so far from the promised one
+///
+/// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
+/// - in size that the promise suffers: inertia by [`PromisedServo::MAX_INERTIA_RATIO`]; viscous friction by a quarter of the
+///   loop's damping k_d + a/b; Coulomb friction by half, and by a twenty-fifth of the promised step's largest command, while the
+///   load changes by less than half of that; the load by a tenth of the largest command, and where it leaves less of it than
+///   the promised step takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PromisedServo {
+    servo: [Known; 4],
+    /// The least change of each that counts.
+    least: [f64; 4],
+}
+
+/// A servo that is no longer the one that gains promise for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ServoChange {
+    /// The quantity that changed.
+    pub reason: Reason,
+    /// The promised value: 1/b, a/b, c/b or d/b in command units per rad/s², command units per rad/s, command units.
+    pub promised: f64,
+    /// The value that was found.
+    pub found: f64,
+    /// Their distance, standard errors of both together.
+    pub standard_errors: f64,
+}
+
+impl fmt::Display for ServoChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            reason,
+            promised,
+            found,
+            standard_errors,
+        } = self;
+        let unit = match reason {
+            Reason::InertiaChanged => "u/(rad/s²)",
+            Reason::ViscousFrictionChanged => "u/(rad/s)",
+            _ => "u",
+        };
+        write!(
+            f,
+            "{reason} ({found:.3e} {unit}, promised for {promised:.3e}, {standard_errors:.0} standard errors apart)"
+        )
+    }
+}
+
+/// A value and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Known {
+    value: f64,
+    error: f64,
+}
+
+/// Places of the quantities.
+const COULOMB: usize = 2;
+const LOAD: usize = 3;
+
+/// The reasons, in the order of the quantities.
+const REASONS: [Reason; 4] = [
+    Reason::InertiaChanged,
+    Reason::ViscousFrictionChanged,
+    Reason::CoulombFrictionChanged,
+    Reason::LoadChanged,
+];
+
+impl PromisedServo {
+    /// The standard errors, of the promised and the found value together, from which a change is certain.
+    pub const CERTAIN: f64 = 6.0;
+
+    /// The ratio to either side from which another inertia counts: the gain margins of a loop with the largest sensitivity
+    /// that gains have, 1.6, are 0.62 and 2.7, and most of that is left to it.
+    pub const MAX_INERTIA_RATIO: f64 = 1.25;
+
+    /// For the servo that was identified, its gains, and the largest command either way, command units; infinite for none.
+    /// None where b is not known.
+    #[must_use]
+    pub fn new(servo: &IdentifiedServo, tuning: &Tuning, limit: f64) -> Option<Self> {
+        /// The change of viscous friction, as a part of the loop's damping.
+        const DAMPING: f64 = 0.25;
+        /// The change of Coulomb friction, as a part of itself and of the step's largest command.
+        const FRICTION: (f64, f64) = (0.5, 0.04);
+        /// The change of the load, as a part of the largest command.
+        const LOAD_SHARE: f64 = 0.1;
+        let errors = ServoParameters {
+            a: servo.standard_error(IdentifiedServo::A),
+            b: servo.standard_error(IdentifiedServo::B),
+            coulomb: servo.standard_error(IdentifiedServo::COULOMB),
+            load: servo.standard_error(IdentifiedServo::LOAD),
+        };
+        let servo = per_gain(&servo.parameters, &errors)?;
+        let [inertia, viscous, coulomb, load] = servo.map(|known| known.value);
+        let largest_command = tuning.command_of_step() * tuning.promise.step;
+        let step = tuning.promise.command_share * (limit - load.abs());
+        Some(Self {
+            servo,
+            least: [
+                inertia * (1.0 - 1.0 / Self::MAX_INERTIA_RATIO),
+                DAMPING * (tuning.kd + viscous),
+                (FRICTION.0 * coulomb).max(FRICTION.1 * largest_command),
+                // Of the load's size: it may change its sign.
+                (limit - step - load.abs()).max(LOAD_SHARE * limit),
+            ],
+        })
+    }
+
+    /// How a servo that was identified with these standard errors differs from the promised one, by the first quantity that
+    /// does; none if it is one of those that the gains promise for, or not known well enough for another judgement.
+    #[must_use]
+    pub fn change(&self, found: &ServoParameters, errors: &ServoParameters) -> Option<ServoChange> {
+        /// The largest change of the load beside one of friction, as a part of it.
+        const MAX_LOAD_SHARE: f64 = 0.5;
+        let found = per_gain(found, errors)?;
+        // A motion that goes mostly one way shows c ± d alone.
+        let moved = |i: usize| (found[i].value - self.servo[i].value).abs();
+        let is_ambiguous = moved(LOAD) > MAX_LOAD_SHARE * moved(COULOMB);
+        let compared = self.servo.iter().zip(&found).zip(&self.least).zip(REASONS);
+        compared
+            .filter(|(_, reason)| *reason != Reason::CoulombFrictionChanged || !is_ambiguous)
+            .filter_map(|(((promised, found), &least), reason)| {
+                change(promised, found, least, reason)
+            })
+            .next()
+    }
+}
+
+fn change(promised: &Known, found: &Known, least: f64, reason: Reason) -> Option<ServoChange> {
+    let size = match reason {
+        Reason::LoadChanged => found.value.abs() - promised.value.abs(),
+        // The other way it is larger by the same ratio.
+        Reason::InertiaChanged if found.value > promised.value => {
+            (found.value - promised.value) * promised.value / found.value
+        }
+        _ => (found.value - promised.value).abs(),
+    };
+    let error = libm::hypot(promised.error, found.error);
+    let distance = (found.value - promised.value).abs() / error;
+    // NaN fails both.
+    (size > least && distance > PromisedServo::CERTAIN).then_some(ServoChange {
+        reason,
+        promised: promised.value,
+        found: found.value,
+        standard_errors: distance.min(f64::MAX),
+    })
+}
+
+/// 1/b, a/b, c/b and d/b with their standard errors, the errors of both taken as independent, which makes that of a ratio
+/// too large rather than too small where both grow together. None where b is not known.
+fn per_gain(servo: &ServoParameters, errors: &ServoParameters) -> Option<[Known; 4]> {
+    /// The largest relative error of b with which a ratio still has a standard error.
+    const MAX_RELATIVE_ERROR: f64 = 0.2;
+    let part = errors.b / servo.b;
+    let is_known = servo.b > 0.0 && part < MAX_RELATIVE_ERROR;
+    let ratio = |value: f64, error: f64| Known {
+        value: value / servo.b,
+        error: libm::hypot(error, value * part) / servo.b,
+    };
+    is_known.then(|| {
+        [
+            ratio(1.0, 0.0),
+            ratio(servo.a, errors.a),
+            ratio(servo.coulomb, errors.coulomb),
+            ratio(servo.load, errors.load),
+        ]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use identifier_core::tuning::{Goal, TuningSettings};
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 0.5,
+        b: 250.0,
+        coulomb: 50.0,
+        load: 25.0,
+    };
+
+    const ERRORS: ServoParameters = ServoParameters {
+        a: 0.1,
+        b: 0.5,
+        coulomb: 1.0,
+        load: 1.0,
+    };
+
+    const LIMIT: f64 = 10.0;
+
+    fn promised() -> PromisedServo {
+        let mut covariance = [[0.0; 5]; 5];
+        for (i, error) in [ERRORS.a, ERRORS.b, ERRORS.coulomb, 0.0, ERRORS.load]
+            .into_iter()
+            .enumerate()
+        {
+            covariance[i][i] = error * error;
+        }
+        let servo = IdentifiedServo {
+            parameters: SERVO,
+            delay: 0.0,
+            covariance,
+            unexplained: 1e-4,
+        };
+        let mut settings = TuningSettings::new(1e-3, 1e-4, LIMIT, 0.1);
+        settings.goal = Goal::Bandwidth(40.0);
+        let tuning = settings.tune(&servo).expect("gains");
+        PromisedServo::new(&servo, &tuning, LIMIT).expect("known")
+    }
+
+    /// A change of the servo whose standard errors are those of the promised one times a factor.
+    fn change_to(servo: ServoParameters, errors: f64) -> Option<Reason> {
+        let errors = ServoParameters {
+            a: errors * ERRORS.a,
+            b: errors * ERRORS.b,
+            coulomb: errors * ERRORS.coulomb,
+            load: errors * ERRORS.load,
+        };
+        promised()
+            .change(&servo, &errors)
+            .map(|change| change.reason)
+    }
+
+    /// All accelerations of a servo with another inertia.
+    fn with_inertia(factor: f64) -> ServoParameters {
+        ServoParameters {
+            a: SERVO.a / factor,
+            b: SERVO.b / factor,
+            coulomb: SERVO.coulomb / factor,
+            load: SERVO.load / factor,
+        }
+    }
+
+    #[test]
+    fn a_mass_changes_the_inertia_alone_and_a_small_one_nothing() {
+        for factor in [0.2, 0.5, 0.75, 1.3, 2.0, 5.0] {
+            let change = change_to(with_inertia(factor), 1.0);
+            assert_eq!(change, Some(Reason::InertiaChanged), "{factor}");
+        }
+        for factor in [0.85, 1.0, 1.2] {
+            assert_eq!(change_to(with_inertia(factor), 1.0), None, "{factor}");
+        }
+    }
+
+    #[test]
+    fn a_change_within_the_errors_is_none() {
+        assert_eq!(change_to(with_inertia(2.0), 60.0), None);
+        // b that is not known has no ratios.
+        assert_eq!(change_to(with_inertia(2.0), 1e9), None);
+        assert_eq!(change_to(with_inertia(2.0), f64::NAN), None);
+        assert_eq!(change_to(with_inertia(f64::NAN), 1.0), None);
+        // Six standard errors decide where the estimate is poor.
+        assert!(change_to(with_inertia(1.4), 10.0).is_some());
+        assert_eq!(change_to(with_inertia(1.4), 20.0), None);
+    }
+
+    #[test]
+    fn frictions_and_load_are_told_apart() {
+        let doubled = ServoParameters {
+            coulomb: 2.0 * SERVO.coulomb,
+            ..SERVO
+        };
+        let changed = change_to(doubled, 1.0);
+        assert_eq!(changed, Some(Reason::CoulombFrictionChanged));
+        // Motion one way shows c + d alone.
+        let ambiguous = ServoParameters {
+            load: SERVO.load - SERVO.coulomb,
+            ..doubled
+        };
+        assert_eq!(change_to(ambiguous, 1.0), None);
+        let viscous = ServoParameters { a: 40.0, ..SERVO };
+        let changed = change_to(viscous, 1.0);
+        assert_eq!(changed, Some(Reason::ViscousFrictionChanged));
+        // Less of the command is left than a step takes.
+        for load in [0.99, -0.99] {
+            let loaded = ServoParameters {
+                load: load * LIMIT * SERVO.b,
+                ..SERVO
+            };
+            assert_eq!(change_to(loaded, 1.0), Some(Reason::LoadChanged));
+        }
+        let relieved = ServoParameters { load: 0.0, ..SERVO };
+        assert_eq!(change_to(relieved, 1.0), None);
+    }
+}

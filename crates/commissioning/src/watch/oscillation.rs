@@ -1,0 +1,153 @@
+//! Detection of an oscillating loop.
+//!
+//! The error of a loop that settles swings about zero and decays, and the command with it. Six swings
+//! running that do not decay, each with a good part of the command behind it, are an oscillation (after
+//! T. Hägglund, "A control-loop performance monitor", Control Engineering Practice 3, 1995). Swings that
+//! the setpoint makes are its own.
+
+use super::{Use, WatchSettings};
+use identifier_core::number::Number;
+use identifier_core::reason::Reason;
+use identifier_core::units::Units;
+
+/// Limits of a swing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Oscillation<N> {
+    /// The command's range in it, at least, command units.
+    command: N,
+    /// Its length, at most, samples.
+    pub(super) longest: i32,
+    /// Minimum ratio of a swing to the one before.
+    min_ratio: N,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct OscillationState<N> {
+    /// True if the error is positive in this swing.
+    positive: bool,
+    /// Samples that it lasts.
+    age: i32,
+    /// Its largest error, counts.
+    peak: N,
+    /// That of the swing before.
+    before: N,
+    /// Lowest and highest command.
+    command: [N; 2],
+    /// Where the setpoint was when the swings began.
+    setpoint: N,
+    swings: u32,
+}
+
+impl<N: Number> OscillationState<N> {
+    /// Swings running that have not decayed.
+    pub(super) fn swings(&self) -> u32 {
+        self.swings
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.swings = 0;
+    }
+}
+
+impl<N: Number> Oscillation<N> {
+    /// Swings running that are an oscillation.
+    pub(super) const SWINGS: u32 = 6;
+    /// The smallest, counts.
+    pub(super) const MIN_PEAK: i32 = 8;
+    /// Half of it: the error must pass this on the other side to begin a new swing.
+    const TURN_COUNTS: i32 = 4;
+    /// Minimum ratio of a swing to the one before,
+    const MIN_DECAY_RATIO: f64 = 0.7;
+    /// and in operation, where a load that swings makes the loop swing evenly: there a loop must grow by itself.
+    const MIN_GROWTH_RATIO: f64 = 1.1;
+    /// The share of the command's limit that it moves through at least.
+    const MIN_COMMAND_SHARE: f64 = 0.2;
+    /// The longest, s.
+    const MAX_SWING_TIME: f64 = 0.5;
+
+    pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
+        let longest = (Self::MAX_SWING_TIME / units.sample_time()).max(f64::from(Self::MIN_PEAK));
+        Self {
+            command: N::from_f64(Self::MIN_COMMAND_SHARE * settings.limit()),
+            longest: longest as i32,
+            min_ratio: N::from_f64(match settings.used_for {
+                Use::Commissioning => Self::MIN_DECAY_RATIO,
+                Use::Operation => Self::MIN_GROWTH_RATIO,
+            }),
+        }
+    }
+
+    pub(super) fn start(&self) -> OscillationState<N> {
+        OscillationState {
+            positive: true,
+            age: 0,
+            peak: N::ZERO,
+            before: N::ZERO,
+            command: [N::ZERO; 2],
+            setpoint: N::ZERO,
+            swings: 0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn process(
+        &self,
+        state: &mut OscillationState<N>,
+        setpoint: Option<N>,
+        position: N,
+        command: N,
+    ) -> Result<(), Reason> {
+        let Some(setpoint) = setpoint else {
+            state.swings = 0;
+            state.age = 0;
+            return Ok(());
+        };
+        let error = setpoint - position;
+        let size = error.magnitude();
+        let positive = error > N::ZERO;
+        let moved = (setpoint - state.setpoint).magnitude();
+        if moved > N::from_count(Self::MIN_PEAK) && moved + moved > state.peak {
+            state.setpoint = setpoint;
+            state.swings = 0;
+        }
+        if state.age <= self.longest {
+            state.age += 1;
+        }
+        if positive != state.positive && size >= N::from_count(Self::TURN_COUNTS) {
+            state.swings = if self.is_oscillation(state) {
+                state.swings + 1
+            } else {
+                0
+            };
+            state.before = state.peak;
+            state.positive = positive;
+            state.age = 0;
+            state.peak = size;
+            state.command = [command; 2];
+            if state.swings >= Self::SWINGS {
+                return Err(Reason::Oscillating);
+            }
+            return Ok(());
+        }
+        if positive == state.positive && size > state.peak {
+            state.peak = size;
+        }
+        let [low, high] = &mut state.command;
+        if command < *low {
+            *low = command;
+        }
+        if command > *high {
+            *high = command;
+        }
+        Ok(())
+    }
+
+    /// True if the swing that has ended is one of an oscillation.
+    fn is_oscillation(&self, state: &OscillationState<N>) -> bool {
+        let [low, high] = state.command;
+        state.age <= self.longest
+            && state.peak >= N::from_count(Self::MIN_PEAK)
+            && state.peak >= self.min_ratio * state.before
+            && high - low >= self.command
+    }
+}

@@ -1,0 +1,139 @@
+//! No false alarm.
+
+use std::vec::Vec;
+
+use crate::watch::{Use, WatchSettings};
+use identifier_core::parameters::ServoParameters;
+use virtual_servo::SplitMix64;
+use virtual_servo::faults::{FaultKind, InjectedFault};
+
+use super::support::{Axis, Drive, Knowledge, Run, STEP};
+
+fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
+    low * (high / low).powf(random.next_uniform())
+}
+
+fn axis(random: &mut SplitMix64) -> Axis {
+    let sample_time = 1.0 / random.one_of(&[250.0, 1e3, 4e3, 10e3, 20e3]);
+    let b = log_uniform(random, 50.0, 2000.0);
+    let limit = 10.0 / log_uniform(random, 1.0, 10.0);
+    let delay = random.uniform(0.0, 2.0);
+    let bandwidth = log_uniform(random, 10.0, 60.0).min(0.06 / sample_time);
+    Axis {
+        servo: ServoParameters {
+            a: random.uniform(0.0, 5.0),
+            b,
+            coulomb: b * limit * random.uniform(0.0, 0.2),
+            load: b * limit * random.uniform(-0.3, 0.3),
+        },
+        counts_per_rev: random.one_of(&[1000.0, 4096.0, 10_000.0, 65_536.0, 131_072.0]),
+        sample_time,
+        limit,
+        delay,
+        bandwidth,
+    }
+}
+
+/// Runs of a second.
+const RUNS: usize = 2000;
+
+#[test]
+fn a_sound_servo_raises_no_alarm() {
+    let mut random = SplitMix64::new(3);
+    let (mut samples, mut alarms) = (0, Vec::new());
+    for _ in 0..RUNS {
+        let mut axis = axis(&mut random);
+        let drive = random.one_of(&[Drive::Probing, Drive::Steps, Drive::Shake, Drive::Hold]);
+        // Until the first command acts a load would move the servo, and no ramp has.
+        if drive == Drive::Probing && random.uniform(0.0, 1.0) < 0.5 {
+            axis.delay = 0.0;
+        } else if drive == Drive::Probing {
+            axis.servo.load = 0.0;
+        }
+        let error = |random: &mut SplitMix64| random.uniform(0.9, 1.1);
+        let factors = [error(&mut random), error(&mut random), error(&mut random)];
+        let known = random.uniform(0.0, 1.0) < 0.7;
+        let step = 0.3 * axis.servo.b * axis.limit;
+        let faults = [InjectedFault {
+            kind: FaultKind::LoadStep,
+            // Not with a step of the setpoint: a load that holds the servo in that very moment cannot be
+            // distinguished from an actuator that fails then.
+            time: STEP * random.one_of(&[0.0, 1.0, 2.0, 3.0]) + random.uniform(0.05, 0.2),
+            duration: f64::INFINITY,
+            size: random.uniform(-step, step),
+        }];
+        // A relay has no answer to a load: it is not stepped there.
+        let faults = if drive == Drive::Probing {
+            &[][..]
+        } else {
+            &faults
+        };
+        let run = Run {
+            amplitude: log_uniform(&mut random, 0.02, 0.4).max(30.0 * axis.units()),
+            ..Run::new(
+                axis,
+                drive,
+                if known {
+                    Knowledge::Model(factors)
+                } else {
+                    Knowledge::Nothing
+                },
+                faults,
+            )
+        };
+        samples += (run.duration / axis.sample_time) as u64;
+        if let Some(found) = run.run() {
+            alarms.push(format!("{found:?} {run:?}"));
+        }
+    }
+    assert!(samples > 1_000_000, "{samples}");
+    assert!(
+        alarms.is_empty(),
+        "{} of {RUNS}: {:#?}",
+        alarms.len(),
+        alarms
+    );
+}
+
+#[test]
+fn a_sound_servo_in_rough_operation_raises_no_alarm() {
+    let mut random = SplitMix64::new(5);
+    let mut alarms = Vec::new();
+    for _ in 0..RUNS {
+        let mut axis = axis(&mut random);
+        // The rates of a drive.
+        axis.sample_time = axis.sample_time.min(1e-3);
+        // Its payload weighs up to twice the rest, or was there when it was identified.
+        let range = log_uniform(&mut random, 0.45, 2.2);
+        let drive = random.one_of(&[Drive::Steps, Drive::Shake, Drive::Hold]);
+        axis.servo.load *= 0.5;
+        let authority = axis.servo.b * axis.limit;
+        let swing = [
+            authority * random.uniform(0.0, 0.3),
+            log_uniform(&mut random, 0.3, 8.0),
+        ];
+        let knowledge = if random.uniform(0.0, 1.0) < 0.8 {
+            Knowledge::Model([1.0, range, range])
+        } else {
+            Knowledge::Nothing
+        };
+        let run = Run {
+            amplitude: log_uniform(&mut random, 0.02, 0.4).max(30.0 * axis.units()),
+            settings: WatchSettings {
+                used_for: Use::Operation,
+                ..axis.settings()
+            },
+            swing,
+            ..Run::new(axis, drive, knowledge, &[])
+        };
+        if let Some(found) = run.run() {
+            alarms.push(format!("{found:?} {run:?}"));
+        }
+    }
+    assert!(
+        alarms.is_empty(),
+        "{} of {RUNS}: {:#?}",
+        alarms.len(),
+        alarms
+    );
+}

@@ -1,0 +1,203 @@
+//! Every fault in every phase: it ends the commissioning, the number identifies it, and the gains before
+//! are in force again.
+
+use commissioning::Phase;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
+use virtual_servo::faults::FaultKind;
+
+use crate::machine::before;
+use crate::rig::{Bench, Course, Strike, ordinary};
+
+/// A servo as the paper's, a stiff one at 10 kHz with a fine encoder and delay, and a slow one with much
+/// friction and load, held by gains.
+fn servos() -> [(&'static str, Bench); 3] {
+    let mut stiff = ordinary();
+    stiff.servo = ServoParameters {
+        a: 1.5,
+        b: 1200.0,
+        coulomb: 150.0,
+        load: -300.0,
+    };
+    stiff.counts = 65_536.0;
+    stiff.settings.sample_time = 1e-4;
+    stiff.settings.resolution = std::f64::consts::TAU / stiff.counts;
+    stiff.effects.delay = 1.5e-4;
+    stiff.settings.limits.travel = [-0.5, 0.5];
+    stiff.settings.limits.speed = 40.0;
+    let mut held = ordinary();
+    held.servo.coulomb = 60.0;
+    held.servo.load = 40.0;
+    held.before = Some(before());
+    [("ordinary", ordinary()), ("stiff", stiff), ("held", held)]
+}
+
+/// The reasons by which a fault may be reported in a phase, and the longest time to it, s, or samples. An axis
+/// at rest looks dead whether encoder or actuator is. Of a servo that is not known yet, an axis that coasts or rests shows
+/// little.
+fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
+    use Reason::{
+        ActuatorDead, ActuatorWeak, AmplifierFault, DoesNotMove, EncoderJumped, EncoderLost,
+        LimitSwitch, Overrun, OvershootExceeded, Reversed, TravelLeft,
+    };
+    let is_unknown = matches!(phase, Phase::ReleasedCheck | Phase::Probing | Phase::Fit);
+    match kind {
+        FaultKind::EncoderStuck if is_unknown => (&[ActuatorDead, DoesNotMove], 1.5, 0),
+        FaultKind::ActuatorDead if is_unknown => {
+            (&[ActuatorDead, DoesNotMove, Reversed, TravelLeft], 0.25, 0)
+        }
+        // Until the gains are found nothing has to move; under a step that friction might hold it does not move.
+        FaultKind::EncoderStuck | FaultKind::ActuatorDead if phase == Phase::Tune => {
+            (&[ActuatorDead, DoesNotMove], 0.8, 0)
+        }
+        FaultKind::EncoderStuck | FaultKind::ActuatorDead => (&[ActuatorDead], 0.25, 0),
+        FaultKind::EncoderLost => (&[EncoderLost], 1e-3, 2),
+        FaultKind::EncoderJump => (&[EncoderJumped], 0.0, 1),
+        FaultKind::EncoderReversed | FaultKind::ActuatorReversed => {
+            let time = match phase {
+                _ if is_unknown => 0.05,
+                // As of one that is stuck.
+                Phase::Tune => 0.75,
+                _ => 0.25,
+            };
+            (&[Reversed], time, 0)
+        }
+        // In slides resonances explain much: it shows in the trial.
+        FaultKind::ActuatorWeak if phase == Phase::Slide => {
+            (&[ActuatorWeak, OvershootExceeded], 5.0, 0)
+        }
+        FaultKind::ActuatorWeak => (&[ActuatorWeak, OvershootExceeded], 1.6, 0),
+        FaultKind::Overrun => (&[Overrun], 0.0, 3),
+        FaultKind::LimitSwitch => (&[LimitSwitch], 0.0, 1),
+        FaultKind::AmplifierFault => (&[AmplifierFault], 0.0, 1),
+        // A sound servo may do this at any time: it is no fault, and is not injected here.
+        FaultKind::LoadStep | FaultKind::FrictionRise => (&[], 0.0, 0),
+    }
+}
+
+/// Injected faults and their sizes: a jump in counts, the share left of a weak actuator's gain.
+const FAULTS: [(FaultKind, f64); 10] = [
+    (FaultKind::EncoderStuck, 0.0),
+    (FaultKind::EncoderLost, 0.0),
+    (FaultKind::EncoderJump, 3000.0),
+    (FaultKind::EncoderReversed, 0.0),
+    (FaultKind::ActuatorDead, 0.0),
+    (FaultKind::ActuatorWeak, 0.3),
+    (FaultKind::ActuatorReversed, 0.0),
+    (FaultKind::Overrun, 0.0),
+    (FaultKind::LimitSwitch, 0.0),
+    (FaultKind::AmplifierFault, 0.0),
+];
+
+/// The number of the reason, and the samples until it ended.
+fn reported(course: &Course, samples: Option<u64>) -> String {
+    let number = course.state.reason().map(Reason::number);
+    let number = number.map_or("-".to_owned(), |number| number.to_string());
+    let samples = samples.map_or("never".to_owned(), |samples| samples.to_string());
+    format!("{number} after {samples}")
+}
+
+#[test]
+fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
+    let mut wrong = Vec::new();
+    for (name, bench) in servos() {
+        for (kind, size) in FAULTS {
+            let mut row = format!("{name:>9} {kind:<17?}");
+            for phase in Phase::ALL[1..9].iter().copied() {
+                let (course, struck) = bench.commission_with(&Strike {
+                    kind,
+                    size,
+                    phase,
+                    after: 12,
+                });
+                let sample_time = bench.settings.sample_time;
+                let taken = course
+                    .ended()
+                    .map(|ended| ((ended - struck) / sample_time).round() as u64);
+                let reported = reported(&course, taken);
+                row += &format!(" {reported:>16}");
+                let Some(reason) = course.state.reason() else {
+                    // An actuator that is weak from the start is a property of the servo.
+                    let unseen = matches!(phase, Phase::ReleasedCheck | Phase::Probing);
+                    if kind != FaultKind::ActuatorWeak || !unseen {
+                        wrong.push(format!("{name} {kind:?} in {phase:?}: no reason"));
+                    }
+                    continue;
+                };
+                let runs_away = matches!(
+                    kind,
+                    FaultKind::EncoderReversed | FaultKind::ActuatorReversed
+                );
+                let safe = if bench.before.is_some() && !reason.disables_stage() {
+                    // A limit was exceeded before the cause was certain: then the gains before run away too, and the
+                    // stage is disabled for good.
+                    let held = course.after.iter().take_while(|command| command.is_some());
+                    let held = held.count();
+                    let disabled = course.after[held..].iter().all(Option::is_none);
+                    held > 0 && disabled && runs_away == (held < course.after.len())
+                } else {
+                    course.after.iter().all(Option::is_none)
+                };
+                let (reasons, time, samples) = allowed(kind, phase);
+                let most = samples.max((time / sample_time) as u64);
+                let in_time = taken.is_some_and(|taken| taken <= most);
+                if course.after.is_empty() || !safe || !in_time || !reasons.contains(&reason) {
+                    wrong.push(format!(
+                        "{name} {kind:?} in {phase:?}: {reported}, safe {safe}"
+                    ));
+                }
+            }
+            println!("{row}");
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A load of half of the command that comes and stays is held, and the commissioning goes on: while the axis rests, and in
+/// slides where its travel is large enough for the loop to hold it in.
+#[test]
+fn a_load_that_steps_by_half_of_the_command_is_no_fault() {
+    for (name, bench) in servos() {
+        let [_, command] = bench.settings.limits.command;
+        let phases: &[Phase] = match name {
+            "stiff" => &[Phase::Slide, Phase::Tune],
+            _ => &[Phase::Tune],
+        };
+        for &phase in phases {
+            for (after, part) in [(12, 0.5), (12, -0.5), (400, 0.5), (400, -0.5)] {
+                let (course, _) = bench.commission_with(&Strike {
+                    kind: FaultKind::LoadStep,
+                    size: part * command * bench.servo.b,
+                    phase,
+                    after,
+                });
+                let case = format!("{name} {phase:?} {after} {part}");
+                assert_eq!(course.state.reason(), None, "{case}");
+                let [low, high] = bench.settings.limits.travel;
+                assert!(
+                    course.travel[0] >= low && course.travel[1] <= high,
+                    "{case}"
+                );
+            }
+        }
+    }
+}
+
+/// A motion is not predicted where there is more friction than before, and is fitted with that.
+#[test]
+fn friction_that_rises_before_a_motion_is_found_by_it() {
+    for (name, bench) in servos() {
+        let [_, command] = bench.settings.limits.command;
+        for phase in [Phase::Refine, Phase::Verify] {
+            for part in [0.03, 0.08] {
+                let (course, _) = bench.commission_with(&Strike {
+                    kind: FaultKind::FrictionRise,
+                    size: part * command * bench.servo.b,
+                    phase,
+                    after: 0,
+                });
+                assert_eq!(course.state.reason(), None, "{name} {phase:?} {part}");
+            }
+        }
+    }
+}

@@ -1,0 +1,549 @@
+//! Unknown servos of two masses, commissioned, and the applied gains judged by the frequency response of the true loop:
+//! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a
+//! feed-forward, `CAMPAIGN_PLAY=0.003` for couplings with so much play, rad, `CAMPAIGN_NARROW=1` for narrow resonances about half of
+//! the sampling frequency, `CAMPAIGN_DETAIL=1` for a line each.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::tuning::{Promise, TuningError};
+use virtual_servo::{Effects, SplitMix64};
+
+use super::rig::{Bench, ordinary};
+use super::two_mass_loop::TwoMassLoop;
+
+/// Servos of a campaign with a factor of one.
+const SERVOS: f64 = 60.0;
+
+/// Largest true sensitivity of applied gains: 1.6 is promised for every servo that the identified one may be.
+const MAX_SENSITIVITY: f64 = 1.8;
+
+/// Part of the applied servos that may exceed it.
+const EXCEEDING: f64 = 0.02;
+
+/// The largest command, and the gain of the weakest, rad/s² per command unit.
+const LIMIT: f64 = 10.0;
+const WEAKEST: f64 = 50.0;
+
+/// The change of the speed in a sample by all of the command, over the largest speed, and that beyond which a servo of a
+/// declared gain is refused.
+fn speed_step(bench: &Bench) -> f64 {
+    let settings = &bench.settings;
+    bench.servo.b * LIMIT * settings.sample_time / settings.limits.speed
+}
+const MAX_SPEED_STEP: f64 = 0.15;
+
+/// Logarithmic between two bounds.
+fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
+    low * (high / low).powf(random.next_uniform())
+}
+
+/// A servo of two masses: 10 to 600 Hz, a load share of 0.1 to 0.9, damping of 0.005 to 0.1, friction of 3 to 30 % of the
+/// limit, which acts on the motor and holds it at rest, so that it hides the resonance from a motor that stands.
+fn two_masses(seed: u64) -> Bench {
+    let mut random = SplitMix64::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x2545_f491);
+    let random = &mut random;
+    let sample_time = random.one_of(&[1e-3, 2.5e-4, 1e-4]);
+    let b = log_uniform(random, WEAKEST, 100.0 * WEAKEST);
+    let authority = b * LIMIT;
+    let coulomb = authority * random.uniform(0.03, 0.3);
+    let counts = log_uniform(random, 4096.0, 262_144.0).round();
+    let travel = log_uniform(random, 0.3, 3.0);
+    Bench {
+        servo: ServoParameters {
+            a: log_uniform(random, 0.02, 5.0),
+            b,
+            coulomb,
+            load: coulomb * random.uniform(-0.6, 0.6),
+        },
+        effects: Effects {
+            delay: sample_time * random.uniform(0.0, 2.0),
+            current_loop: log_uniform(random, 5e-5, 3e-4),
+            resonance: TAU * log_uniform(random, 10.0, 600.0),
+            resonance_damping: Some(log_uniform(random, 0.005, 0.1)),
+            inertia_ratio: random.uniform(0.1, 0.9),
+            ..Effects::NONE
+        },
+        counts,
+        offset: random.next_uniform(),
+        settings: CommissionSettings {
+            sample_time,
+            resolution: TAU / counts,
+            limits: Limits {
+                travel: [-travel, travel],
+                // Half of the command stops it in a fifth to a half of the travel.
+                speed: (authority * travel * random.uniform(0.2, 0.5)).sqrt(),
+                command: [-LIMIT, LIMIT],
+                duration: 3.0,
+            },
+            ..ordinary().settings
+        },
+        background: Some(seed),
+        ..ordinary()
+    }
+}
+
+/// The same at 1 kHz with a narrow resonance of 0.3 to 0.6 of the sampling frequency: between two lines, beyond them, or an image.
+fn narrow(seed: u64) -> Bench {
+    let mut bench = two_masses(seed);
+    let mut random = SplitMix64::new(seed ^ 0x6e61_7272);
+    let ratio = log_uniform(&mut random, 0.1, 1.0);
+    bench.settings.sample_time = 1e-3;
+    bench.effects.delay = bench.settings.sample_time * random.uniform(0.0, 2.0);
+    bench.effects.resonance = TAU * random.uniform(300.0, 600.0);
+    bench.effects.resonance_damping = Some(log_uniform(&mut random, 0.005, 0.015));
+    bench.effects.inertia_ratio = ratio / (1.0 + ratio);
+    bench
+}
+
+/// The end of a commissioning.
+struct Judged {
+    phase: Phase,
+    reason: &'static str,
+    time: f64,
+    /// True Mₛ of applied gains, infinite where they are unstable.
+    sensitivity: Option<f64>,
+    bandwidth: f64,
+    /// Gains that were applied have a feed-forward.
+    is_led: bool,
+    /// The farthest, as a part of the travel, and the fastest, as a part of the speed.
+    travel: f64,
+    speed: f64,
+    farthest_in: Phase,
+    fastest_in: Phase,
+    /// The last phase before the end, and why there were no gains.
+    ended_in: Phase,
+    no_gains: Option<TuningError>,
+    resonance: Option<f64>,
+    /// The measurements of a trial that missed its promise, and that.
+    missed: Option<(TrialResult, Promise)>,
+}
+
+fn judge(bench: &Bench) -> Judged {
+    let course = bench.commission(&mut |_| None);
+    let state = &course.state;
+    let applied = state.phase() == Phase::Applied;
+    let tuning = state.tuning().filter(|_| applied);
+    let limits = &bench.settings.limits;
+    let farthest = course.travel.map(f64::abs).into_iter().fold(0.0, f64::max);
+    Judged {
+        phase: state.phase(),
+        reason: state.reason().map_or("", |reason| reason.name()),
+        time: course.ended().unwrap_or(f64::INFINITY),
+        sensitivity: tuning.map(|tuning| {
+            let sensitivity = TwoMassLoop::new(bench, tuning).sensitivity();
+            sensitivity.unwrap_or(f64::INFINITY)
+        }),
+        bandwidth: tuning.map_or(0.0, |tuning| tuning.bandwidth),
+        is_led: tuning.is_some_and(|tuning| tuning.feed_forward.is_some()),
+        travel: farthest / limits.travel[1],
+        speed: course.speed / limits.speed,
+        farthest_in: course.farthest_in,
+        fastest_in: course.fastest_in,
+        ended_in: (course.phases.iter().rev())
+            .map(|&(phase, _)| phase)
+            .find(|phase| !phase.is_end())
+            .unwrap_or(Phase::Idle),
+        no_gains: state.tuning_error().copied(),
+        resonance: course.resonance,
+        missed: (state.trial().copied().zip(state.tuning()))
+            .filter(|_| state.phase() == Phase::RolledBack)
+            .map(|(trial, tuning)| (trial, tuning.promise)),
+    }
+}
+
+/// An axis on which friction hides a resonance of 224 Hz.
+pub(crate) fn hidden() -> Bench {
+    let counts = 35_645.0;
+    let mut bench = ordinary();
+    bench.servo = ServoParameters {
+        a: 0.0653,
+        b: 491.35,
+        coulomb: 600.94,
+        load: 91.88,
+    };
+    bench.effects = Effects {
+        current_loop: 5.668e-5,
+        resonance: 1406.87,
+        resonance_damping: Some(0.01436),
+        inertia_ratio: 0.438,
+        ..Effects::NONE
+    };
+    bench.counts = counts;
+    bench.settings.resolution = TAU / counts;
+    bench.settings.limits = Limits {
+        travel: [-PI, PI],
+        speed: 190.5,
+        command: [-48.0, 48.0],
+        duration: 3.0,
+    };
+    bench
+}
+
+#[test]
+fn a_resonance_that_friction_hides_is_found_and_borne() {
+    let judged = judge(&hidden());
+    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    let sensitivity = judged.sensitivity.expect("applied");
+    assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+    let shown = judged.resonance.expect("two masses") / hidden().effects.resonance;
+    assert!((shown - 1.0).abs() < 0.01, "{shown}");
+    assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
+}
+
+#[test]
+fn a_notch_lets_gains_for_two_masses_be_faster() {
+    let without = |bench: Bench| {
+        let mut bench = bench;
+        bench.settings.notch = false;
+        bench
+    };
+    let [with, without] = [hidden(), without(hidden())].map(|bench| judge(&bench));
+    for judged in [&with, &without] {
+        assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+        assert!(
+            judged
+                .sensitivity
+                .is_some_and(|seen| seen < MAX_SENSITIVITY)
+        );
+    }
+    let faster = with.bandwidth / without.bandwidth;
+    assert!(faster > 1.5, "{} {}", with.bandwidth, without.bandwidth);
+}
+
+/// An axis with a load on a spring.
+fn heavy(hertz: f64, share: f64) -> Bench {
+    let mut bench = ordinary();
+    bench.servo = ServoParameters {
+        a: 0.5,
+        b: 400.0,
+        coulomb: 500.0,
+        load: -300.0,
+    };
+    bench.effects = Effects {
+        current_loop: 1e-4,
+        resonance: TAU * hertz,
+        resonance_damping: Some(0.02),
+        inertia_ratio: share,
+        ..Effects::NONE
+    };
+    bench.counts = 20_000.0;
+    bench.settings.resolution = TAU / bench.counts;
+    bench.settings.sample_time = 2.5e-4;
+    bench.settings.limits = Limits {
+        duration: 3.0,
+        ..Limits::new([-1.0, 1.0], 40.0, [-LIMIT, LIMIT])
+    };
+    bench
+}
+
+fn assert_borne(bench: &Bench) {
+    let judged = judge(bench);
+    let shown = judged
+        .resonance
+        .map_or(0.0, |shown| shown / bench.effects.resonance);
+    println!(
+        "{} {} {:?} Ms {:?} f {shown:.3} travel {:.2} speed {:.2} {:.1} s",
+        judged.phase.name(),
+        judged.reason,
+        judged.no_gains,
+        judged.sensitivity,
+        judged.travel,
+        judged.speed,
+        judged.time
+    );
+    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    assert!((shown - 1.0).abs() < 0.02, "{shown}");
+    assert!(
+        judged
+            .sensitivity
+            .is_some_and(|seen| seen < MAX_SENSITIVITY)
+    );
+}
+
+/// Axes at 1 kHz with an encoder in whose rounding single lines of high frequency are lost.
+fn hard_to_see(hertz: f64, share: f64) -> Bench {
+    let mut bench = ordinary();
+    bench.effects = Effects {
+        current_loop: 1e-4,
+        resonance: TAU * hertz,
+        resonance_damping: Some(0.0133),
+        inertia_ratio: share,
+        ..Effects::NONE
+    };
+    bench
+}
+
+/// Gains for one mass would have an Ms above 2 here. The start between two counts decides what the lines show.
+fn assert_borne_from_any_count(bench: &Bench) {
+    for part in 0..3 {
+        let mut bench = *bench;
+        bench.offset = f64::from(part) / 3.0;
+        let judged = judge(&bench);
+        println!(
+            "{} {} Ms {:?} {:.1} rad/s {:?} {:.1} s",
+            judged.phase.name(),
+            judged.reason,
+            judged.sensitivity,
+            judged.bandwidth,
+            judged.resonance.map(|shown| shown / TAU),
+            judged.time
+        );
+        assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+        let sensitivity = judged.sensitivity.expect("applied");
+        assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+    }
+}
+
+#[test]
+fn a_resonance_beyond_half_of_the_sampling_frequency_is_borne() {
+    let mut bench = hard_to_see(510.0, 0.53);
+    bench.servo = ServoParameters {
+        a: 2.7,
+        b: 1000.0,
+        coulomb: 173.0,
+        load: -11.0,
+    };
+    bench.counts = 16_340.0;
+    bench.settings.resolution = TAU / bench.counts;
+    bench.settings.limits = Limits {
+        duration: 5.0,
+        ..Limits::new([-PI, PI], 28.0, [-1.0, 1.0])
+    };
+    assert_borne_from_any_count(&bench);
+}
+
+#[test]
+fn a_narrow_resonance_between_two_lines_is_borne() {
+    let mut bench = hard_to_see(307.5, 0.134);
+    bench.servo = ServoParameters {
+        a: 2.7,
+        b: 121.0,
+        coulomb: 165.0,
+        load: -12.5,
+    };
+    bench.counts = 60_848.0;
+    bench.settings.resolution = TAU / bench.counts;
+    bench.settings.limits = Limits {
+        duration: 5.0,
+        ..Limits::new([-0.5, 0.5], 8.7, [-5.0, 5.0])
+    };
+    assert_borne_from_any_count(&bench);
+}
+
+/// The antiresonance, 7 to 8 Hz, is at the lowest lines of a survey: low lines show both masses together.
+#[test]
+fn a_heavy_load_on_a_soft_spring_is_found_by_low_lines() {
+    for (hertz, share) in [(12.0, 0.6), (16.0, 0.8)] {
+        assert_borne(&heavy(hertz, share));
+    }
+}
+
+/// The motor alone is four to six times as strong as both masses: a relay that goes on while it rings drives it to twice its speed.
+#[test]
+fn a_relay_that_drives_a_resonance_keeps_its_speed() {
+    for (hertz, share, damping) in [(125.0, 0.78, 0.011), (225.0, 0.83, 0.006)] {
+        let mut bench = heavy(hertz, share);
+        (bench.servo.b, bench.servo.coulomb, bench.servo.load) = (127.0, 80.0, -30.0);
+        bench.effects.resonance_damping = Some(damping);
+        bench.settings.sample_time = 1e-3;
+        bench.settings.limits.travel = [-0.6, 0.6];
+        bench.settings.limits.speed = 15.0;
+        let judged = judge(&bench);
+        assert!(judged.travel <= 1.0, "{hertz}: {}", judged.travel);
+        assert!(judged.speed <= 1.0, "{hertz}: {}", judged.speed);
+    }
+}
+
+/// The motor alone is five times as strong, and the loop that is to hold the axis after its first motion drives the resonance
+/// within milliseconds, while its reference moves.
+#[test]
+fn a_loop_that_drives_a_resonance_gives_way_while_its_reference_moves() {
+    for hertz in [360.0, 440.0] {
+        let mut bench = heavy(hertz, 0.8);
+        (bench.servo.b, bench.servo.coulomb, bench.servo.load) = (110.0, 60.0, 10.0);
+        bench.effects.resonance_damping = Some(0.007);
+        bench.settings.limits.travel = [-0.75, 0.75];
+        bench.settings.limits.speed = 12.0;
+        assert_borne(&bench);
+    }
+}
+
+/// The loop that holds an axis whose command is late by ten samples, which nothing declares, swings at first, as one of a
+/// second mass does that nothing has shown yet.
+#[test]
+fn a_servo_that_swings_while_it_is_studied_is_held_more_slowly() {
+    let mut bench = ordinary();
+    bench.settings.sample_time = 5e-4;
+    bench.settings.limits.travel = [-0.5, 0.5];
+    bench.settings.limits.speed = 30.0;
+    bench.effects.delay = 5e-3;
+    let judged = judge(&bench);
+    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
+}
+
+/// With two rounds of slides the gains are proved by slides under them.
+#[test]
+fn gains_for_two_masses_are_proved_on_request() {
+    let mut bench = hidden();
+    bench.settings.slide_rounds = 2;
+    let course = bench.commission(&mut |_| None);
+    assert_eq!(course.state.phase(), Phase::Applied);
+    let tried = course
+        .phases
+        .iter()
+        .position(|&(phase, _)| phase == Phase::Trial);
+    let tuned = course.state.tuning().expect("applied");
+    let sensitivity = TwoMassLoop::new(&bench, tuned).sensitivity();
+    assert!(sensitivity.is_some_and(|seen| seen < MAX_SENSITIVITY));
+    // Two rounds of four slides, of 0.7 s and more each.
+    let began = tried.map(|tried| course.phases[tried].1).expect("tried");
+    let taken = course.ended().expect("it ends") - began;
+    assert!(taken > 5.6, "{taken}");
+}
+
+/// Axes that are refused have a second mass and nothing else: ripple and gravity leave much of their motions that one mass does
+/// not explain, and lines of smaller motions that it does not explain show no play.
+#[test]
+fn a_refused_axis_of_two_masses_is_told_of_no_other_effect() {
+    for (seed, reason) in [
+        (270_520_010, "lacks-resonance"),
+        (270_520_092, "lacks-resonance"),
+        (982_690_088, "lacks-resonance"),
+        (982_690_144, "too-little-evidence"),
+        (982_690_209, "too-little-evidence"),
+    ] {
+        let judged = judge(&two_masses(seed));
+        assert_eq!(judged.reason, reason, "{seed}");
+    }
+}
+
+/// Gravity bends the slow lines of an axis of little travel, as a second mass would whose antiresonance is below them.
+#[test]
+fn gravity_within_little_travel_is_shown_as_no_resonance() {
+    for angle in [0.0, 0.8, 1.57, 3.1] {
+        let mut bench = ordinary();
+        bench.counts = 65_536.0;
+        bench.settings.resolution = TAU / bench.counts;
+        bench.settings.limits.travel = [-0.1, 0.1];
+        bench.servo.load = 0.0;
+        let most = 0.19 * LIMIT * bench.servo.b;
+        bench.effects.gravity = [most * f64::sin(angle), most * f64::cos(angle)];
+        let judged = judge(&bench);
+        println!(
+            "{angle}: {} {} {:?}",
+            judged.phase.name(),
+            judged.reason,
+            judged.resonance
+        );
+        assert_eq!(judged.resonance, None, "{angle}");
+    }
+}
+
+fn environment(variable: &str) -> Option<f64> {
+    std::env::var(variable).ok()?.parse().ok()
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
+    let first = 10_000 * environment("CAMPAIGN_SEED").unwrap_or(1.0) as u64;
+    let servos = (SERVOS * environment("CAMPAIGN").unwrap_or(1.0)).ceil() as u64;
+    let is_narrow = environment("CAMPAIGN_NARROW").is_some_and(|on| on > 0.0);
+    let axis = if is_narrow { narrow } else { two_masses };
+    let mut benches: Vec<Bench> = (first..first + servos).map(axis).collect();
+    for bench in &mut benches {
+        bench.settings.feed_forward =
+            environment("CAMPAIGN_FEED_FORWARD").is_some_and(|on| on > 0.0);
+        bench.effects.backlash = environment("CAMPAIGN_PLAY").unwrap_or(0.0);
+    }
+    let half = benches.len().div_ceil(2);
+    let judged: Vec<Judged> = std::thread::scope(|scope| {
+        let workers: Vec<_> = benches
+            .chunks(half)
+            .map(|part| scope.spawn(|| part.iter().map(judge).collect::<Vec<_>>()))
+            .collect();
+        let ended = workers.into_iter().map(|worker| worker.join());
+        ended.flat_map(|judged| judged.expect("no panic")).collect()
+    });
+    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    for judged in &judged {
+        *reasons.entry(judged.reason).or_default() += 1;
+    }
+    if environment("CAMPAIGN_DETAIL").is_some() {
+        for (bench, judged) in benches.iter().zip(&judged) {
+            let Effects {
+                resonance,
+                resonance_damping,
+                inertia_ratio,
+                delay,
+                current_loop,
+                ..
+            } = bench.effects;
+            println!(
+                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} step {:.2} | {} after {} {} {:?} Ms {:.2} at {:.1} | reach {:.2} ({}) speed {:.2} ({}) {:.1} s",
+                bench.counts,
+                resonance / TAU,
+                resonance_damping.unwrap_or(0.0),
+                inertia_ratio,
+                bench.servo.b,
+                bench.servo.a,
+                bench.servo.coulomb / bench.servo.b / LIMIT,
+                bench.servo.load / bench.servo.b / LIMIT,
+                delay,
+                current_loop,
+                bench.settings.sample_time,
+                bench.settings.limits.travel[1],
+                speed_step(bench),
+                judged.phase.name(),
+                judged.ended_in.name(),
+                judged.reason,
+                judged.no_gains,
+                judged.sensitivity.unwrap_or(f64::NAN),
+                judged.bandwidth,
+                judged.travel,
+                judged.farthest_in.name(),
+                judged.speed,
+                judged.fastest_in.name(),
+                judged.time
+            );
+            if let Some((trial, promise)) = &judged.missed {
+                println!("{trial:?} missed {promise:?}");
+            }
+        }
+    }
+    let count = |is: &dyn Fn(&Judged) -> bool| judged.iter().filter(|judged| is(judged)).count();
+    let applied = count(&|judged| judged.sensitivity.is_some());
+    let beyond = |limit| count(&|judged| judged.sensitivity.is_some_and(|seen| seen > limit));
+    let (unstable, exceeding) = (beyond(1e6), beyond(MAX_SENSITIVITY));
+    let left = count(&|judged| judged.travel > 1.0 + 1e-3);
+    let too_fast = count(&|judged| judged.speed > 1.0);
+    let mut times: Vec<f64> = judged.iter().map(|judged| judged.time).collect();
+    times.sort_by(f64::total_cmp);
+    println!(
+        "{servos} servos of two masses: {applied} applied, {} of them with a feed-forward, {unstable} unstable, {exceeding} with Ms > {MAX_SENSITIVITY}, {} > 2.4; \
+         {left} left the travel, {too_fast} the speed; {:.1} s median, {:.1} s at 90 %",
+        count(&|judged| judged.is_led),
+        beyond(2.4),
+        times[times.len() / 2],
+        times[times.len() * 9 / 10],
+    );
+    println!("{reasons:?}");
+    let slow = benches.iter().zip(&judged);
+    let slow = slow.filter(|(bench, _)| speed_step(bench) <= MAX_SPEED_STEP);
+    let (slow, others): (Vec<_>, Vec<_>) =
+        slow.partition(|(_, judged)| judged.sensitivity.is_some());
+    println!(
+        "{} applied of {} whose speed all of the command changes by at most {MAX_SPEED_STEP} of its limit in a sample",
+        slow.len(),
+        slow.len() + others.len()
+    );
+    assert_eq!(unstable, 0);
+    assert!(
+        exceeding as f64 <= EXCEEDING * applied as f64,
+        "{exceeding} of {applied}"
+    );
+}
