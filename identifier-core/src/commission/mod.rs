@@ -64,6 +64,7 @@ mod rough_model;
 mod settings;
 mod sliding;
 mod solver;
+mod standing;
 mod state;
 mod swings;
 mod synchronous;
