@@ -51,7 +51,7 @@ impl<N: Number> StandingTest<N> {
     const LEAST_PUSH: f64 = 0.05;
 
     /// The times for which it may stand under such a command, and behind a reference that leads it, s.
-    const LEAST: f64 = 0.016;
+    const LEAST: f64 = 0.015;
     const BEHIND: f64 = 0.1;
 
     /// The times for which the push is as large as what should move the servo, and in which it then grows to twice the
