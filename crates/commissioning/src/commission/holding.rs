@@ -18,6 +18,8 @@ pub(super) struct Holding<N: Number> {
     disturbance: N,
     limit: [N; 2],
     rest: RestWatch<N>,
+    /// True while it is brought to a place.
+    is_led: bool,
 }
 
 /// True if a servo stays within a few counts of a place.
@@ -35,6 +37,9 @@ struct RestWatch<N> {
 impl<N: Number> Holding<N> {
     /// Counts within which a servo is at rest: an edge of the encoder to either side.
     const AT_REST: f64 = 2.0;
+
+    /// Counts within which it has arrived: friction holds it short of its place.
+    const ARRIVED: f64 = 20.0;
 
     /// Takes over where the servo is after the last sample of its predecessor, without a bump of
     /// the command. `rest` is the number of samples for which it must be still to be at rest.
@@ -63,6 +68,7 @@ impl<N: Number> Holding<N> {
                 commands: N::ZERO,
                 commanded: 0,
             },
+            is_led: false,
         }
     }
 
@@ -89,6 +95,7 @@ impl<N: Number> Holding<N> {
     /// Brings the servo to a place.
     pub(super) fn send(&mut self, target: N) {
         self.target = target;
+        self.is_led = true;
         self.rest.begin();
     }
 
@@ -138,6 +145,11 @@ impl<N: Number> Holding<N> {
         self.reference
     }
 
+    /// True until it has arrived where it is brought to.
+    pub(super) fn is_led(&self) -> bool {
+        self.is_led
+    }
+
     /// The velocity of the reference on its way to the target, counts a sample.
     fn velocity(&self) -> N {
         (self.target - self.reference).limited(-self.pace, self.pace)
@@ -146,6 +158,8 @@ impl<N: Number> Holding<N> {
     /// A sample: the command. None if the position is beyond the loop's counter.
     pub(super) fn process(&mut self, position: N, increment: N) -> Option<N> {
         self.reference += self.velocity();
+        let is_there = (self.target - position).magnitude() <= N::from_f64(Self::ARRIVED);
+        self.is_led &= !is_there;
         self.rest.observe(position);
         let error = self.reference - position;
         let sample = self.controller.process(&mut self.state, error, increment);

@@ -18,6 +18,7 @@ mod rough_model;
 mod settings;
 mod sliding;
 mod solver;
+mod standing;
 mod state;
 mod swings;
 mod synchronous;

@@ -3,9 +3,10 @@ use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
 use super::noise::{Held, Hysteresis, RestNoise};
 use super::sliding::Slide;
+use super::standing::Standing;
 use super::swings::Swings;
 use super::trial::{Trial, TrialResult};
-use super::{Phase, ProbingState, RecordEvent};
+use super::{Phase, ProbingState, RecordEvent, RoughModel};
 use crate::watch::{Observation, ServoWatchState};
 use identifier_core::control::ControlSample;
 use identifier_core::fit::{Blocking, Recorder};
@@ -48,6 +49,9 @@ pub struct CommissionState<N: Number> {
     pub(super) slid: Option<EventKind<N>>,
     /// In place, as it is too large to be moved in a sample.
     pub(super) slide: Slide<N>,
+    /// The servo as the loop knows it that holds it, and whether it stands where it must move.
+    pub(super) rough: RoughModel<N>,
+    pub(super) standing: Standing<N>,
     pub(super) next: Next<N>,
     pub(super) identified: Option<Identified<N>>,
     pub(super) candidate: Option<Candidate<N>>,
@@ -180,6 +184,8 @@ impl<N: Number> CommissionState<N> {
             },
             slid: None,
             slide: Slide::NONE,
+            rough: RoughModel::UNKNOWN,
+            standing: Standing::at(N::ZERO),
             next: Next::Decision,
             identified: None,
             candidate: None,
@@ -283,6 +289,7 @@ impl<N: Number> CommissionState<N> {
         self.activity = activity;
         self.passed = 0;
         (self.swings, self.driven) = (Swings::from(self.position), 0);
+        self.standing = Standing::at(self.position);
     }
 
     /// The fault that is suspected, while the gains before show whether it is one.

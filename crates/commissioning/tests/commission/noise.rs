@@ -1,6 +1,6 @@
 //! Encoders whose noise exceeds a count.
 //!
-//! `SERVOS=100 SEED=7 cargo test -p identifier-core --test commission noise -- --ignored --nocapture` draws other servos.
+//! `SERVOS=100 SEED=7 cargo test -p commissioning --test commission noise -- --ignored --nocapture` draws other servos.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

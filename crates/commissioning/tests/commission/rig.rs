@@ -70,7 +70,8 @@ pub(crate) struct Course {
     /// The largest true speed in the recorded rest before the second and the third motion, rad/s.
     pub(crate) speed_at_rest: f64,
     pub(crate) command: [f64; 2],
-    /// When the stage was disabled, s.
+    /// The times in which the command or the reference moves the servo, s, and when the stage was disabled.
+    pub(crate) ordered: Vec<f64>,
     pub(crate) disabled: Option<f64>,
     /// The commands after the end; `None` while it coasts.
     pub(crate) after: Vec<Option<f64>>,
@@ -79,6 +80,11 @@ pub(crate) struct Course {
 }
 
 impl Course {
+    /// When the servo was first ordered to move from a time on, s.
+    pub(crate) fn ordered_since(&self, time: f64) -> Option<f64> {
+        self.ordered.iter().copied().find(|&at| at >= time)
+    }
+
     /// When a phase began, s.
     pub(crate) fn began(&self, phase: Phase) -> Option<f64> {
         let of = |&&(own, _): &&(Phase, f64)| own == phase;
@@ -161,7 +167,7 @@ impl Bench {
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
         let (mut farthest, mut farthest_in, mut fastest_in) = (0.0_f64, Phase::Idle, Phase::Idle);
-        let (mut after, mut disabled) = (vec![], None);
+        let (mut after, mut ordered, mut disabled, mut reference) = (vec![], vec![], None, None);
         for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
             let seen = faults.seen(servo.position());
@@ -190,6 +196,11 @@ impl Bench {
             if done.command.is_none() && self.before.is_some() {
                 disabled = disabled.or(Some(time));
             }
+            let is_probed = done.command.is_some() && done.setpoint.is_none();
+            if is_probed || reference.is_some() && done.setpoint != reference {
+                ordered.push(time);
+            }
+            reference = done.setpoint;
             let given = done.command.unwrap_or(0.0);
             command = [command[0].min(given), command[1].max(given)];
             servo.advance(faults.acting(given));
@@ -225,6 +236,7 @@ impl Bench {
             fastest_in,
             speed_at_rest,
             command,
+            ordered,
             disabled,
             after,
             last: servo.position(),

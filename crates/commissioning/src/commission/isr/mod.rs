@@ -5,6 +5,7 @@ use super::conservative_pid::ConservativePid;
 use super::gains::{HoldingGains, Loop, Velocity};
 use super::message::DecisionKind;
 use super::noise::Hysteresis;
+use super::standing::StandingTest;
 use super::state::{Activity, CommissionState, Next};
 use super::{
     CommissionError, CommissionSettings, Decision, LargestMotion, Phase, Probing, RecordEvent,
@@ -34,6 +35,7 @@ pub struct CommissionIsr<N: Number> {
     units: Units,
     pub(in crate::commission) probing: Probing<N>,
     pub(in crate::commission) watch: ServoWatch<N>,
+    standing: StandingTest<N>,
     /// The velocity estimate for gains that take over.
     velocity: LowPass<N>,
     before: Option<Loop<N>>,
@@ -123,6 +125,7 @@ impl<N: Number> CommissionIsr<N> {
         let [low, high] = limits.command;
         let (rest, fewest) = Self::REST;
         let (lead, fewest_of_lead) = Self::LEAD;
+        let delay = samples(settings.command_delay) + Self::UNKNOWN_DELAY;
         Ok(Self {
             settings: *settings,
             hysteresis,
@@ -130,6 +133,7 @@ impl<N: Number> CommissionIsr<N> {
             tolerated_noise,
             probing: Probing::new(&settings.probing())?,
             watch: ServoWatch::new(&settings.watch())?,
+            standing: StandingTest::new(high.max(-low), settings.sample_time, delay),
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
             conservative: ConservativePid::new(&units, limits),
@@ -139,7 +143,7 @@ impl<N: Number> CommissionIsr<N> {
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
             lead: samples(lead).max(fewest_of_lead) as u32,
-            delay: N::from_f64(samples(settings.command_delay) + Self::UNKNOWN_DELAY),
+            delay: N::from_f64(delay),
             spare: N::from_f64(Self::SPARE * high.min(-low)),
             units,
         })

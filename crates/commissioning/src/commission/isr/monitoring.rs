@@ -4,6 +4,7 @@ use super::super::Phase;
 use super::super::conservative_pid::ConservativePid;
 use super::super::holding::Holding;
 use super::super::noise::Rest;
+use super::super::standing::Standing;
 use super::super::state::{Activity, CommissionState, Next};
 use super::CommissionIsr;
 use identifier_core::number::Number;
@@ -31,9 +32,10 @@ impl<N: Number> CommissionIsr<N> {
             Activity::Holding(holding)
             | Activity::Sliding(holding)
             | Activity::OnTrial(holding, _) => {
-                let command = holding.process(position, increment);
-                if command.is_some() {
-                    return command;
+                if let Some(command) = holding.process(position, increment) {
+                    let [low, high] = self.limit;
+                    let command = state.standing.push().unwrap_or(command);
+                    return Some(command.limited(low, high));
                 }
             }
         }
@@ -72,6 +74,27 @@ impl<N: Number> CommissionIsr<N> {
             limit if self.is_back(state) && !limit.disables_stage() => Ok(()),
             fault => Err(fault),
         })
+    }
+
+    /// Has a servo that stands show whether it can move, where it is led or brought to a place; false while a push shows it, and until it is braked
+    /// again.
+    pub(super) fn moves(&self, state: &mut CommissionState<N>) -> Result<bool, Reason> {
+        let (position, command) = (state.position, state.command);
+        let (servo, error) = match &state.activity {
+            Activity::Sliding(holding) => {
+                let error = holding.reference() - position;
+                let error = if state.slide.learns() { N::ZERO } else { error };
+                (state.slide.loop_plan().0, error)
+            }
+            Activity::Holding(holding) if holding.is_led() && !state.phase.is_end() => {
+                (&state.rough, N::ZERO)
+            }
+            _ => return Ok(true),
+        };
+        if servo.is_known() {
+            (self.standing).take(&mut state.standing, servo, position, command, error)?;
+        }
+        Ok(!state.standing.is_at_work())
     }
 
     /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
@@ -135,6 +158,7 @@ impl<N: Number> CommissionIsr<N> {
         let effect = suspect.filter(|effect| effect.may_appear_as(reason));
         state.reason = Some(effect.unwrap_or(reason));
         state.drop_record();
+        state.standing = Standing::at(state.position);
         state.activity = match self.held_as_before(state) {
             Some(mut holding) if !reason.disables_stage() => {
                 holding.send(N::ZERO);
@@ -158,7 +182,9 @@ impl<N: Number> CommissionIsr<N> {
     /// Has the gains before hold a servo with a fault that a load or friction may feign, until a command shows which it is;
     /// false for any other reason.
     pub(super) fn suspect(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
-        let is_doubtful = may_be_feigned(fault) && state.suspected().is_none();
+        let is_doubtful = may_be_feigned(fault)
+            && state.suspected().is_none()
+            && !self.standing.is_final(&state.standing);
         if !is_doubtful || state.phase.is_end() {
             return false;
         }

@@ -27,6 +27,10 @@ impl<N: Number> CommissionIsr<N> {
             Some(Rest::Noisy) => return Err(Reason::EncoderNoise),
             Some(Rest::Quiet) => {}
         }
+        // What it is led through waits meanwhile.
+        if !self.moves(state)? {
+            return Ok(());
+        }
         let position = state.position;
         match &mut state.activity {
             Activity::Free => {
@@ -286,6 +290,7 @@ impl<N: Number> CommissionIsr<N> {
         let controller = self.conservative.around(servo, delay, state.bandwidth);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         let (velocity, command) = (state.velocity_now, state.command);
+        state.rough = *servo;
         let mut holding = self.held_by(controller, state.position, velocity, command);
         holding.send(N::ZERO);
         state.begin(Activity::Holding(holding));

@@ -190,6 +190,11 @@ impl<N: Number> Slide<N> {
         (servo, *delay, *bandwidth)
     }
 
+    /// True while friction and load are still to be learnt.
+    pub(in crate::commission) fn learns(&self) -> bool {
+        self.learning > 0
+    }
+
     /// True while the multisine acts.
     pub(in crate::commission) fn injects(&self) -> bool {
         self.fade > N::ZERO

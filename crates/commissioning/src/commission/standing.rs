@@ -1,0 +1,262 @@
+//! Whether a servo stands although its command must move it: a push the other way shows whether it moves at all.
+//!
+//! A sound servo may stand under such a command: held by a spring, by a load that has come, by friction that has risen. The
+//! other way it moves, and goes on. With a stuck encoder or a dead actuator it moves neither way.
+
+use super::RoughModel;
+use identifier_core::number::Number;
+use identifier_core::reason::Reason;
+
+/// When a servo that is known roughly must have moved, and the push the other way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct StandingTest<N> {
+    /// The command beyond friction that moves a servo, command units.
+    least_push: N,
+    /// Samples that it may stand under it at least, and behind a reference that leads it.
+    least: u32,
+    behind: u32,
+    /// Samples of the push, those before it grows, and the growth of its growth in each, command units.
+    push: u32,
+    steady: u32,
+    growth: N,
+}
+
+/// The test under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Standing<N> {
+    /// Where it came to stand, counts.
+    at: N,
+    /// Since then: how fast and how far the command beyond friction moves the servo as it is known, and samples of it.
+    velocity: N,
+    displacement: N,
+    pushed: u32,
+    /// Samples behind a reference that leads it.
+    behind: u32,
+    /// Samples of the push the other way, its command and the growth of that,
+    tried: u32,
+    push: N,
+    growth: N,
+    /// and samples that are left until it is braked again.
+    braking: u32,
+}
+
+impl<N: Number> StandingTest<N> {
+    /// Counts of a motion, and those that must have become one.
+    const MOVED: f64 = 3.0;
+    const MISSED: f64 = 20.0;
+
+    /// Friction's range that Stribeck's may add to Coulomb's.
+    const LOW_SPEED: f64 = 1.5;
+
+    /// The part of the command's limit beyond friction that moves a servo.
+    const LEAST_PUSH: f64 = 0.05;
+
+    /// The times for which it may stand under such a command, and behind a reference that leads it, s.
+    const LEAST: f64 = 0.015;
+    const BEHIND: f64 = 0.1;
+
+    /// The times for which the push is as large as what should move the servo, and in which it then grows to twice the
+    /// command's limit, slowly at first, as friction may have risen, s.
+    const STEADY: f64 = 4e-3;
+    const GROWS: f64 = 0.014;
+
+    /// For a command up to a limit, at a sample time (s); a command may act this late (samples).
+    pub(super) fn new(limit: f64, sample_time: f64, delay: f64) -> Self {
+        /// The fewest samples of each.
+        const FEWEST: f64 = 3.0;
+        let samples = |time: f64| libm::ceil((time / sample_time).max(FEWEST));
+        let [steady, grows] = [Self::STEADY, Self::GROWS].map(samples);
+        Self {
+            least_push: N::from_f64(Self::LEAST_PUSH * limit),
+            least: (samples(Self::LEAST) + delay) as u32,
+            behind: (samples(Self::BEHIND) + delay) as u32,
+            push: (steady + grows + delay) as u32,
+            steady: steady as u32,
+            growth: N::from_f64(4.0 * limit / (grows * grows)),
+        }
+    }
+
+    /// Takes a sample of a servo: where it is, the command that acts, and how far it is behind a reference that leads it.
+    ///
+    /// # Errors
+    /// It moves neither way.
+    pub(super) fn take(
+        &self,
+        state: &mut Standing<N>,
+        servo: &RoughModel<N>,
+        position: N,
+        command: N,
+        error: N,
+    ) -> Result<(), Reason> {
+        if (position - state.at).magnitude() > N::from_f64(Self::MOVED) {
+            let braking = if state.tried > 0 {
+                self.push
+            } else {
+                state.braking
+            };
+            *state = Standing {
+                braking,
+                ..Standing::at(position)
+            };
+        }
+        if state.braking > 0 {
+            state.braking -= 1;
+            return Ok(());
+        }
+        if state.tried == 0 {
+            let force = servo.gain * command + servo.load();
+            let friction = N::from_f64(Self::LOW_SPEED) * servo.coulomb();
+            let least = friction + self.least_push * servo.gain;
+            let beyond = force.magnitude() - least;
+            if beyond > N::ZERO {
+                state.velocity += beyond;
+                state.displacement += state.velocity;
+                state.pushed = state.pushed.saturating_add(1);
+            }
+            let missed = N::from_f64(Self::MISSED);
+            if error.magnitude() > missed {
+                state.behind = state.behind.saturating_add(1);
+            }
+            let is_pushed = state.displacement > missed && state.pushed > self.least;
+            if !is_pushed && state.behind < self.behind {
+                return Ok(());
+            }
+            let least = least * servo.per_gain;
+            state.push = servo.holding() + if force > N::ZERO { -least } else { least };
+        }
+        if state.tried >= self.steady {
+            let is_up = state.push > servo.holding();
+            state.growth += if is_up { self.growth } else { -self.growth };
+            state.push += state.growth;
+        }
+        state.tried += 1;
+        if state.tried > self.push {
+            return Err(Reason::ActuatorDead);
+        }
+        Ok(())
+    }
+
+    /// True if it moves neither way.
+    pub(super) fn is_final(&self, state: &Standing<N>) -> bool {
+        state.tried > self.push
+    }
+}
+
+impl<N: Number> Standing<N> {
+    /// Nothing moved it yet.
+    pub(super) fn at(position: N) -> Self {
+        Self {
+            at: position,
+            velocity: N::ZERO,
+            displacement: N::ZERO,
+            pushed: 0,
+            behind: 0,
+            tried: 0,
+            push: N::ZERO,
+            growth: N::ZERO,
+            braking: 0,
+        }
+    }
+
+    /// True while a push acts, and until the servo is braked again.
+    pub(super) fn is_at_work(&self) -> bool {
+        self.tried > 0 || self.braking > 0
+    }
+
+    /// The command of the push, instead of the loop's; none while there is no push.
+    pub(super) fn push(&self) -> Option<N> {
+        (self.tried > 0).then_some(self.push)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use identifier_core::parameters::ServoParameters;
+
+    const RATES: [f64; 4] = [250.0, 1e3, 4e3, 20e3];
+    const LIMIT: f64 = 2.0;
+    const RESOLUTION: f64 = 1e-3;
+    const B: f64 = 500.0;
+
+    /// Of a friction of 20 % of the limit and a load of 10 %.
+    fn servo(time: f64) -> RoughModel<f64> {
+        let truth = ServoParameters {
+            a: 1.0,
+            b: B,
+            coulomb: 0.2 * LIMIT * B,
+            load: 0.1 * LIMIT * B,
+        };
+        RoughModel::from_si(&truth, time, RESOLUTION)
+    }
+
+    /// The time, s, at which a servo is said to move neither way, if it is within 2 s; its position is by the time and the push
+    /// that acts, and it is this far behind its reference, counts.
+    fn found(
+        rate: f64,
+        command: f64,
+        error: f64,
+        mut position: impl FnMut(f64, f64) -> f64,
+    ) -> Option<f64> {
+        let time = 1.0 / rate;
+        let test = StandingTest::new(LIMIT, time, 2.0);
+        let mut state = Standing::at(0.0);
+        (0..(2.0 * rate) as u32).find_map(|sample| {
+            let now = f64::from(sample) * time;
+            let acting = state.push().unwrap_or(command).clamp(-LIMIT, LIMIT);
+            let position = position(now, acting);
+            let taken = test.take(&mut state, &servo(time), position, acting, error);
+            (taken == Err(Reason::ActuatorDead)).then(|| {
+                assert!(test.is_final(&state));
+                now
+            })
+        })
+    }
+
+    #[test]
+    fn a_servo_that_moves_neither_way_is_found_in_time() {
+        for (rate, command) in RATES
+            .iter()
+            .flat_map(|&rate| [0.5, -0.7].map(|part| (rate, part)))
+        {
+            let command = command * LIMIT;
+            // Eight samples and a command that is late at the lowest rate.
+            let most = 0.05_f64.max(24.0 / rate);
+            let pushed = found(rate, command, 0.0, |_, _| 0.0);
+            assert!(pushed.is_some_and(|time| time < most), "{rate} {pushed:?}");
+            // By a command within friction the reference alone tells.
+            let led = found(rate, 0.1 * command, 50.0, |_, _| 0.0);
+            let [least, most] = [0.1, 0.1 + most];
+            assert!(
+                led.is_some_and(|time| (least..most).contains(&time)),
+                "{rate} {led:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_servo_that_moves_the_other_way_or_need_not_move_goes_on() {
+        for rate in RATES {
+            for command in [0.5 * LIMIT, -0.7 * LIMIT] {
+                // Held in the direction of the command, it moves once it is pushed the other way.
+                let mut away = 0.0;
+                let held = found(rate, command, 50.0, |_, acting| {
+                    if acting * command < 0.0 {
+                        away -= 1.0_f64.copysign(command) * 2000.0 / rate;
+                    }
+                    away
+                });
+                assert_eq!(held, None, "{rate} {command}");
+                assert!(away.abs() > 4.0, "{rate}: it was not pushed");
+            }
+            // Friction and a tenth more, with the load.
+            for command in [0.25 * LIMIT, -0.44 * LIMIT] {
+                assert_eq!(
+                    found(rate, command, 10.0, |_, _| 0.0),
+                    None,
+                    "{rate} {command}"
+                );
+            }
+        }
+    }
+}
