@@ -24,8 +24,10 @@ pub(super) struct StandingTest<N> {
 /// The test under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Standing<N> {
-    /// Where it came to stand, counts.
+    /// Where it came to stand, counts, for how many samples it has, and under which command it did.
     at: N,
+    still: u32,
+    under: N,
     /// Since then: how fast and how far the command beyond friction moves the servo as it is known, and samples of it.
     velocity: N,
     displacement: N,
@@ -38,6 +40,15 @@ pub(super) struct Standing<N> {
     growth: N,
     /// and samples that are left until it is braked again.
     braking: u32,
+}
+
+/// Whether a servo is led.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Led<N> {
+    /// By a reference that it is this far behind, counts.
+    Behind(N),
+    /// It is held at a place.
+    Not,
 }
 
 impl<N: Number> StandingTest<N> {
@@ -57,7 +68,7 @@ impl<N: Number> StandingTest<N> {
 
     /// The times for which the push is as large as what should move the servo, and in which it then grows to twice the
     /// command's limit, slowly at first, as friction may have risen, s.
-    const STEADY: f64 = 4e-3;
+    const STEADY: f64 = 3.5e-3;
     const GROWS: f64 = 0.014;
 
     /// For a command up to a limit, at a sample time (s); a command may act this late (samples).
@@ -76,7 +87,8 @@ impl<N: Number> StandingTest<N> {
         }
     }
 
-    /// Takes a sample of a servo: where it is, the command that acts, and how far it is behind a reference that leads it.
+    /// Takes a sample of a servo: where it is, the command that acts, and how far it is behind a reference that leads it. One that is
+    /// held at a place bears a load that is not known: it counts from the command under which it came to stand.
     ///
     /// # Errors
     /// It moves neither way.
@@ -86,7 +98,7 @@ impl<N: Number> StandingTest<N> {
         servo: &RoughModel<N>,
         position: N,
         command: N,
-        error: N,
+        led: Led<N>,
     ) -> Result<(), Reason> {
         if (position - state.at).magnitude() > N::from_f64(Self::MOVED) {
             let braking = if state.tried > 0 {
@@ -103,9 +115,17 @@ impl<N: Number> StandingTest<N> {
             state.braking -= 1;
             return Ok(());
         }
+        if state.still < self.least {
+            (state.still, state.under) = (state.still + 1, command);
+        }
+        let range = N::from_f64(Self::LOW_SPEED) * servo.coulomb();
+        let (origin, friction, error) = match led {
+            Led::Behind(error) => (servo.holding(), range, error),
+            // From the one edge of its friction to the other.
+            Led::Not => (state.under, range + range, N::ZERO),
+        };
         if state.tried == 0 {
-            let force = servo.gain * command + servo.load();
-            let friction = N::from_f64(Self::LOW_SPEED) * servo.coulomb();
+            let force = servo.gain * (command - origin);
             let least = friction + self.least_push * servo.gain;
             let beyond = force.magnitude() - least;
             if beyond > N::ZERO {
@@ -122,10 +142,10 @@ impl<N: Number> StandingTest<N> {
                 return Ok(());
             }
             let least = least * servo.per_gain;
-            state.push = servo.holding() + if force > N::ZERO { -least } else { least };
+            state.push = origin + if force > N::ZERO { -least } else { least };
         }
         if state.tried >= self.steady {
-            let is_up = state.push > servo.holding();
+            let is_up = state.push > origin;
             state.growth += if is_up { self.growth } else { -self.growth };
             state.push += state.growth;
         }
@@ -147,6 +167,8 @@ impl<N: Number> Standing<N> {
     pub(super) fn at(position: N) -> Self {
         Self {
             at: position,
+            still: 0,
+            under: N::ZERO,
             velocity: N::ZERO,
             displacement: N::ZERO,
             pushed: 0,
@@ -195,7 +217,7 @@ mod tests {
     fn found(
         rate: f64,
         command: f64,
-        error: f64,
+        led: Led<f64>,
         mut position: impl FnMut(f64, f64) -> f64,
     ) -> Option<f64> {
         let time = 1.0 / rate;
@@ -205,7 +227,7 @@ mod tests {
             let now = f64::from(sample) * time;
             let acting = state.push().unwrap_or(command).clamp(-LIMIT, LIMIT);
             let position = position(now, acting);
-            let taken = test.take(&mut state, &servo(time), position, acting, error);
+            let taken = test.take(&mut state, &servo(time), position, acting, led);
             (taken == Err(Reason::ActuatorDead)).then(|| {
                 assert!(test.is_final(&state));
                 now
@@ -222,10 +244,10 @@ mod tests {
             let command = command * LIMIT;
             // Eight samples and a command that is late at the lowest rate.
             let most = 0.05_f64.max(24.0 / rate);
-            let pushed = found(rate, command, 0.0, |_, _| 0.0);
+            let pushed = found(rate, command, Led::Behind(0.0), |_, _| 0.0);
             assert!(pushed.is_some_and(|time| time < most), "{rate} {pushed:?}");
             // By a command within friction the reference alone tells.
-            let led = found(rate, 0.1 * command, 50.0, |_, _| 0.0);
+            let led = found(rate, 0.1 * command, Led::Behind(50.0), |_, _| 0.0);
             let [least, most] = [0.1, 0.1 + most];
             assert!(
                 led.is_some_and(|time| (least..most).contains(&time)),
@@ -240,7 +262,7 @@ mod tests {
             for command in [0.5 * LIMIT, -0.7 * LIMIT] {
                 // Held in the direction of the command, it moves once it is pushed the other way.
                 let mut away = 0.0;
-                let held = found(rate, command, 50.0, |_, acting| {
+                let held = found(rate, command, Led::Behind(50.0), |_, acting| {
                     if acting * command < 0.0 {
                         away -= 1.0_f64.copysign(command) * 2000.0 / rate;
                     }
@@ -252,7 +274,7 @@ mod tests {
             // Friction and a tenth more, with the load.
             for command in [0.25 * LIMIT, -0.44 * LIMIT] {
                 assert_eq!(
-                    found(rate, command, 10.0, |_, _| 0.0),
+                    found(rate, command, Led::Behind(10.0), |_, _| 0.0),
                     None,
                     "{rate} {command}"
                 );

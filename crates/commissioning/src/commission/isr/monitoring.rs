@@ -4,7 +4,7 @@ use super::super::Phase;
 use super::super::conservative_pid::ConservativePid;
 use super::super::holding::Holding;
 use super::super::noise::Rest;
-use super::super::standing::Standing;
+use super::super::standing::{Led, Standing};
 use super::super::state::{Activity, CommissionState, Next};
 use super::CommissionIsr;
 use identifier_core::number::Number;
@@ -80,19 +80,21 @@ impl<N: Number> CommissionIsr<N> {
     /// again.
     pub(super) fn moves(&self, state: &mut CommissionState<N>) -> Result<bool, Reason> {
         let (position, command) = (state.position, state.command);
-        let (servo, error) = match &state.activity {
+        let (servo, led) = match &state.activity {
             Activity::Sliding(holding) => {
                 let error = holding.reference() - position;
                 let error = if state.slide.learns() { N::ZERO } else { error };
-                (state.slide.loop_plan().0, error)
+                (state.slide.loop_plan().0, Led::Behind(error))
             }
-            Activity::Holding(holding) if holding.is_led() && !state.phase.is_end() => {
-                (&state.rough, N::ZERO)
+            Activity::Holding(_) if state.phase.is_end() || state.suspected().is_some() => {
+                return Ok(true);
             }
+            Activity::Holding(holding) if holding.is_led() => (&state.rough, Led::Behind(N::ZERO)),
+            Activity::Holding(_) => (&state.rough, Led::Not),
             _ => return Ok(true),
         };
         if servo.is_known() {
-            (self.standing).take(&mut state.standing, servo, position, command, error)?;
+            (self.standing).take(&mut state.standing, servo, position, command, led)?;
         }
         Ok(!state.standing.is_at_work())
     }
