@@ -68,7 +68,7 @@ impl<N: Number> StandingTest<N> {
 
     /// The times for which the push is as large as what should move the servo, and in which it then grows to twice the
     /// command's limit, slowly at first, as friction may have risen, s.
-    const STEADY: f64 = 3.5e-3;
+    const STEADY: f64 = 4e-3;
     const GROWS: f64 = 0.014;
 
     /// For a command up to a limit, at a sample time (s); a command may act this late (samples).

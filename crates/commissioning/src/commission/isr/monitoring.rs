@@ -265,7 +265,7 @@ impl<N: Number> CommissionIsr<N> {
         let moved = if *up { moved } else { -moved };
         if moved > N::from_f64(MOVED) {
             Err(Reason::TooLittleEvidence)
-        } else if moved < N::from_f64(-MOVED) || *pushed > PUSH * self.rest {
+        } else if moved < N::from_f64(-MOVED) || *pushed >= PUSH * self.rest {
             Err(*fault)
         } else {
             let rests = N::from_count(*pushed as i32) * rest.reciprocal();
