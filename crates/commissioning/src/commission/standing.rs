@@ -53,7 +53,7 @@ pub(super) enum Led<N> {
 
 impl<N: Number> StandingTest<N> {
     /// Counts of a motion, and those that must have become one.
-    const MOVED: f64 = 3.0;
+    const MOVED: f64 = 1.5;
     const MISSED: f64 = 20.0;
 
     /// Friction's range that Stribeck's may add to Coulomb's.
@@ -66,8 +66,9 @@ impl<N: Number> StandingTest<N> {
     const LEAST: f64 = 0.015;
     const BEHIND: f64 = 0.1;
 
-    /// The times for which the push is as large as what should move the servo, and in which it then grows to twice the
-    /// command's limit, slowly at first, as friction may have risen, s.
+    /// The times for which the push is as large as what should move the servo, at least and until it should have moved it by twice
+    /// the counts of a motion, and in which it then grows to twice the command's limit, slowly at first, as friction may have
+    /// risen, s.
     const STEADY: f64 = 4e-3;
     const GROWS: f64 = 0.014;
 
@@ -143,8 +144,14 @@ impl<N: Number> StandingTest<N> {
             }
             let least = least * servo.per_gain;
             state.push = origin + if force > N::ZERO { -least } else { least };
+            (state.velocity, state.displacement) = (N::ZERO, N::ZERO);
         }
+        state.velocity += self.least_push * servo.gain;
+        state.displacement += state.velocity;
         if state.tried >= self.steady {
+            if state.displacement < N::from_f64(2.0 * Self::MOVED) {
+                return Ok(());
+            }
             let is_up = state.push > origin;
             state.growth += if is_up { self.growth } else { -self.growth };
             state.push += state.growth;
