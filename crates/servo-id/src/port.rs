@@ -121,7 +121,7 @@ impl Port {
             .write_all(&[0])
             .and_then(|()| self.line.write_all(&framed))
             .and_then(|()| self.line.flush())
-            .map_err(|error| self.fault(error))
+            .map_err(|error| self.broken(&error))
     }
 
     /// Writes raw bytes.
@@ -131,7 +131,7 @@ impl Port {
     pub fn write_raw(&mut self, bytes: &[u8]) -> Result<(), PortError> {
         self.line
             .write_all(bytes)
-            .map_err(|error| self.fault(error))
+            .map_err(|error| self.broken(&error))
     }
 
     /// The first message that fits, if it comes before patience ends.
@@ -148,10 +148,10 @@ impl Port {
         // One byte at a time: what follows the message belongs to the next.
         while Instant::now() < until {
             match self.line.read(&mut byte) {
-                Ok(0) => return Err(self.fault("the other end has gone: it was switched off, or speaks with another program now")),
+                Ok(0) => return Err(self.broken(&ErrorKind::BrokenPipe.into())),
                 Ok(_) => {}
                 Err(error) if is_silence(&error) => continue,
-                Err(error) => return Err(self.fault(error)),
+                Err(error) => return Err(self.broken(&error)),
             }
             let [byte] = byte;
             // A corrupted answer is requested again.
@@ -162,6 +162,16 @@ impl Port {
             }
         }
         Ok(None)
+    }
+
+    /// The same sentence whether reading or writing notices first that nobody is there.
+    fn broken(&self, error: &io::Error) -> PortError {
+        match error.kind() {
+            ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => self.fault(
+                "the other end has gone: it was switched off, or speaks with another program now",
+            ),
+            _ => self.fault(error),
+        }
     }
 
     fn fault(&self, fault: impl fmt::Display) -> PortError {
