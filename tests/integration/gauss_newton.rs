@@ -111,17 +111,6 @@ fn standard_errors_cover_the_truth() {
 }
 
 #[test]
-fn single_and_double_precision_agree() {
-    let text =
-        "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[identifier]\nlaw = \"gauss-newton\"\n";
-    let single = run(&parse(&format!("{text}arithmetic = \"f32\"\n")));
-    let double = run(&parse(&format!("{text}arithmetic = \"f64\"\n")));
-    assert!((single.estimates.a.tail_mean - double.estimates.a.tail_mean).abs() < 2e-3);
-    assert!((single.estimates.b.tail_mean / double.estimates.b.tail_mean - 1.0).abs() < 2e-4);
-    assert!((single.estimates.load.tail_mean / double.estimates.load.tail_mean - 1.0).abs() < 2e-3);
-}
-
-#[test]
 fn a_loop_without_derivative_action_is_identified_too() {
     let summary = run(&parse(
         "[plant]\na = 20.0\nb = 257.7\nload = 20.0\n[controller]\nkp = 2.0\nkd = 0.0\nki = 1.0\n\
