@@ -147,3 +147,48 @@ fn is_value(cell: &[u8]) -> bool {
 fn as_text(cell: &[u8]) -> String {
     String::from_utf8_lossy(cell.trim_ascii()).into_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Table;
+
+    fn table(text: &str) -> Table {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("log.csv");
+        std::fs::write(&file, text).expect("written");
+        Table::read(&file).expect("a table")
+    }
+
+    #[test]
+    fn every_column_is_read_with_name_unit_and_numbers() {
+        let found = table("t;q;mode\ns;deg;\n06:00:00,5;1,5;on\n06:00:01,5;x;off\n");
+        assert_eq!(
+            (found.separator, found.rows, found.has_heading),
+            ("semicolon", 2, true)
+        );
+        let [time, position, mode] = &found.columns[..] else {
+            panic!("{found:?}");
+        };
+        assert_eq!(
+            (time.name.as_str(), time.unit.as_str(), time.stamps),
+            ("t", "s", 2)
+        );
+        assert_eq!(time.values, [21_600.5, 21_601.5]);
+        assert_eq!((position.unit.as_str(), position.numbers), ("deg", 1));
+        assert_eq!(position.values[..1], [1.5]);
+        assert!(position.values[1].is_nan());
+        assert_eq!((mode.numbers, mode.stamps), (0, 0));
+    }
+
+    #[test]
+    fn a_table_may_begin_with_its_numbers() {
+        let found = table("0 1.5  -2\n1 2.5   3\n");
+        assert!(!found.has_heading);
+        let values: Vec<_> = found
+            .columns
+            .iter()
+            .map(|column| column.values.clone())
+            .collect();
+        assert_eq!(values, [vec![0.0, 1.0], vec![1.5, 2.5], vec![-2.0, 3.0]]);
+    }
+}

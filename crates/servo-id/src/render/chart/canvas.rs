@@ -419,3 +419,45 @@ fn escaped(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     text.replace('"', "&quot;")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drawing_states_its_size_its_font_and_where_it_is_cut() {
+        let mut canvas = Canvas::new(252.0, 100.5);
+        canvas.text((4.0, 12.0), "q̇ [rad/s] <&", 8, Align::Left, Colour::Ink);
+        let frame = Frame {
+            left: 10.0,
+            top: 20.0,
+            width: 200.0,
+            height: 60.0,
+        };
+        for _ in 0..2 {
+            let points = [(0.0, 0.0), (250.0, 100.0)];
+            canvas.inside(frame, |canvas| {
+                canvas.curve(points, Stroke::solid(Colour::Trace(0), 1.0));
+            });
+        }
+        let drawing = canvas.svg();
+        assert!(drawing.contains(r#"width="252pt" height="100.5pt" viewBox="0 0 252 100.5""#));
+        assert!(
+            drawing.contains(r#"font-family="DejaVu Sans, "#),
+            "{drawing}"
+        );
+        assert!(drawing.contains("q̇ [rad/s] &lt;&amp;"), "{drawing}");
+        let embedded = canvas.embedded_svg("figure3-", "a title");
+        assert!(embedded.contains("var(--trace-0)"), "{embedded}");
+        for drawing in [&drawing, &embedded] {
+            let cuts: Vec<_> = drawing.split("url(#").skip(1).collect();
+            assert_eq!(cuts.len(), 2, "{drawing}");
+            for cut in cuts {
+                let (name, _) = cut.split_once(')').expect("a reference");
+                let defined = format!(r#"<clipPath id="{name}"><rect x="10.00" y="20.00""#);
+                assert_eq!(drawing.matches(&defined).count(), 1, "{drawing}");
+            }
+            assert!(drawing.len() < 2000, "{} bytes", drawing.len());
+        }
+    }
+}
