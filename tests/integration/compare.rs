@@ -40,11 +40,6 @@ fn at_its_best(law: Law) -> Scenario {
     with_law(&scenario, law)
 }
 
-fn that_find(parameter: Parameter) -> Vec<Law> {
-    let finding = |law: &Law| law.finds().contains(&parameter);
-    Law::ALL.iter().copied().filter(finding).collect()
-}
-
 fn assert_found(summary: &Summary, parameters: &[Parameter]) {
     let truth = summary.truth.expect("a simulated servo");
     for &parameter in parameters {
@@ -72,29 +67,22 @@ fn each_method_keeps_its_own_claim() {
 }
 
 #[test]
-fn the_methods_that_model_friction_identify_it() {
-    let knowing = that_find(Parameter::Coulomb);
-    assert_eq!(knowing.len(), 3);
-    let found = in_parallel(&knowing, |law| {
-        let mut scenario = at_its_best(*law);
-        servo(&mut scenario).coulomb = 10.0;
-        run(&scenario)
-    });
-    for summary in found {
-        assert_found(&summary, &[Parameter::A, Parameter::B, Parameter::Coulomb]);
-    }
-}
-
-#[test]
-fn the_methods_that_model_a_load_identify_it() {
-    let knowing = that_find(Parameter::Load);
-    let found = in_parallel(&knowing, |law| {
-        let mut scenario = at_its_best(*law);
-        servo(&mut scenario).load = 20.0;
-        run(&scenario)
-    });
-    for summary in found {
-        assert_found(&summary, &[Parameter::A, Parameter::B, Parameter::Load]);
+fn the_methods_that_model_friction_or_a_load_identify_it() {
+    for (parameter, [coulomb, load]) in [
+        (Parameter::Coulomb, [10.0, 0.0]),
+        (Parameter::Load, [0.0, 20.0]),
+    ] {
+        let finding = |law: &&Law| law.finds().contains(&parameter);
+        let knowing: Vec<Law> = Law::ALL.iter().filter(finding).copied().collect();
+        assert!(knowing.len() >= 3);
+        let found = in_parallel(&knowing, |law| {
+            let mut scenario = at_its_best(*law);
+            (servo(&mut scenario).coulomb, servo(&mut scenario).load) = (coulomb, load);
+            run(&scenario)
+        });
+        for summary in found {
+            assert_found(&summary, &[Parameter::A, Parameter::B, parameter]);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
-use integration_tests::{Random, in_parallel, parse, run, servo};
+use integration_tests::{Random, environment, in_parallel, parse, run, servo};
 
 /// The paper's servo and loop under noise of its own for each run, from an initial b̂.
 fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
@@ -30,6 +30,11 @@ fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
         .collect()
 }
 
+/// Factor of a campaign on the usual number of runs: `CAMPAIGN=5`.
+fn factor() -> usize {
+    environment("CAMPAIGN").unwrap_or(1)
+}
+
 fn without_friction(mut scenarios: Vec<Scenario>) -> Vec<Scenario> {
     for scenario in &mut scenarios {
         scenario
@@ -43,7 +48,7 @@ fn without_friction(mut scenarios: Vec<Scenario>) -> Vec<Scenario> {
 #[test]
 fn it_settles_within_a_second_and_a_half_from_far_below_and_far_above() {
     for initial_b in [50.0, 2000.0] {
-        let scenarios = without_friction(scenarios(60, initial_b, ""));
+        let scenarios = without_friction(scenarios(15 * factor(), initial_b, ""));
         for (scenario, summary) in scenarios.iter().zip(in_parallel(&scenarios, run)) {
             let settled = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
             assert!(
@@ -75,8 +80,8 @@ fn covered(summaries: &[Summary], parameter: Parameter) -> usize {
 
 #[test]
 fn standard_errors_cover_the_truth() {
-    const RUNS: usize = 200;
-    let scenarios = scenarios(RUNS, 50.0, "coulomb = 10.0");
+    let runs = 40 * factor();
+    let scenarios = scenarios(runs, 50.0, "coulomb = 10.0");
     let summaries = in_parallel(&scenarios, run);
     let found = [
         Parameter::A,
@@ -85,10 +90,10 @@ fn standard_errors_cover_the_truth() {
         Parameter::Load,
     ]
     .map(|parameter| (parameter.name(), covered(&summaries, parameter)));
-    println!("of {RUNS}: {found:?}");
+    println!("of {runs}: {found:?}");
     // They are on the safe side: up to four times as large as the errors turn out to be.
     for (name, covered) in found {
-        assert!(covered >= 180, "{name}: {covered} of {RUNS}");
+        assert!(10 * covered >= 9 * runs, "{name}: {covered} of {runs}");
     }
     for parameter in [
         Parameter::A,
@@ -101,24 +106,13 @@ fn standard_errors_cover_the_truth() {
             let error = estimate.last - parameter.value_in(&summary.truth.expect("known"));
             (error / estimate.std_error.expect("the law has one")).powi(2)
         });
-        let size = (square.sum::<f64>() / RUNS as f64).sqrt();
+        let size = (square.sum::<f64>() / runs as f64).sqrt();
         println!(
             "{}: errors are {size:.2} of the standard errors",
             parameter.name()
         );
         assert!((0.2..1.0).contains(&size), "{}: {size}", parameter.name());
     }
-}
-
-#[test]
-fn single_and_double_precision_agree() {
-    let text =
-        "[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[identifier]\nlaw = \"gauss-newton\"\n";
-    let single = run(&parse(&format!("{text}arithmetic = \"f32\"\n")));
-    let double = run(&parse(&format!("{text}arithmetic = \"f64\"\n")));
-    assert!((single.estimates.a.tail_mean - double.estimates.a.tail_mean).abs() < 2e-3);
-    assert!((single.estimates.b.tail_mean / double.estimates.b.tail_mean - 1.0).abs() < 2e-4);
-    assert!((single.estimates.load.tail_mean / double.estimates.load.tail_mean - 1.0).abs() < 2e-3);
 }
 
 #[test]

@@ -1,25 +1,14 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
 use host_sim::drift::{self, Compared, Differences};
-use host_sim::result::{Difference, DriftResult, Summary};
+use host_sim::result::{Difference, DriftResult};
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
 use identifier_core::parameters::ServoParameters;
-use integration_tests::{in_parallel, parse, run, servo};
+use integration_tests::{in_parallel, parse, servo};
 
 const PAPER: &str = include_str!("../../host-sim/scenarios/paper.toml");
 const RUBBING: &str = include_str!("../../host-sim/scenarios/drift.toml");
-
-/// Each format in a loop of its own.
-fn in_own_loops(text: &str) -> [Summary; 3] {
-    let formats = [Arithmetic::F64, Arithmetic::F32, Arithmetic::Fixed];
-    let found = in_parallel(&formats, |&arithmetic| {
-        let mut scenario = parse(text);
-        scenario.identifier.arithmetic = arithmetic;
-        run(&scenario)
-    });
-    found.try_into().expect("three formats")
-}
 
 /// Largest distance of a format's tail means from those of f64: â (1/s), b̂, ĉ, d̂ (relative).
 struct Tolerance {
@@ -41,80 +30,6 @@ const F32: Tolerance = Tolerance {
     coulomb: 0.005,
     load: 0.002,
 };
-
-fn assert_alike(found: &Summary, exact: &Summary, tolerance: &Tolerance) {
-    let truth = exact.truth.expect("a simulated servo");
-    let name = found.arithmetic;
-    let off = found.estimates.a.tail_mean - exact.estimates.a.tail_mean;
-    assert!(off.abs() < tolerance.a, "{name}: a {off}");
-    for (parameter, found, exact, size, tolerance) in [
-        (
-            "b",
-            &found.estimates.b,
-            &exact.estimates.b,
-            truth.b,
-            tolerance.b,
-        ),
-        (
-            "c",
-            &found.estimates.coulomb,
-            &exact.estimates.coulomb,
-            truth.coulomb,
-            tolerance.coulomb,
-        ),
-        (
-            "d",
-            &found.estimates.load,
-            &exact.estimates.load,
-            truth.load,
-            tolerance.load,
-        ),
-    ] {
-        let off = found.tail_mean - exact.tail_mean;
-        // Nothing to be relative to: an acceleration of 0.02 rad/s² then.
-        let allowed = (tolerance * size.abs()).max(0.02);
-        assert!(off.abs() < allowed, "{name}: {parameter} {off}");
-    }
-}
-
-#[test]
-fn every_format_finds_the_same_in_a_loop_of_its_own() {
-    for text in [
-        PAPER.to_owned(),
-        drop_second(
-            &PAPER.replace("b = 257.7", "b = 257.7\nload = 20.0\n#"),
-            "load = ",
-        ),
-    ] {
-        let [exact, single, words] = in_own_loops(&text);
-        assert_alike(&single, &exact, &F32);
-        assert_alike(&words, &exact, &FIXED);
-    }
-    // With friction every rounding makes another motion, and the estimates' own unrest is larger
-    // than what single precision is allowed on the same measurements (below).
-    let [exact, single, words] = in_own_loops(RUBBING);
-    assert_alike(&single, &exact, &FIXED);
-    assert_alike(&words, &exact, &FIXED);
-}
-
-#[test]
-fn every_format_finds_the_same_on_the_same_measurements() {
-    assert_no_drift(&parse(PAPER), &["b"]);
-    assert_no_drift(&parse(RUBBING), &["b", "coulomb", "load"]);
-}
-
-/// The text without the second line that begins so.
-fn drop_second(text: &str, begins: &str) -> String {
-    let mut seen = false;
-    text.lines()
-        .filter(|line| {
-            let again = line.starts_with(begins) && seen;
-            seen |= line.starts_with(begins);
-            !again
-        })
-        .map(|line| format!("{line}\n"))
-        .collect()
-}
 
 /// The differences on the same measurements.
 fn side_by_side(scenario: &Scenario, turns: u32) -> DriftResult {

@@ -1,10 +1,10 @@
 //! Many random servos: the paper's claim as numbers, and a sweep that any number of threads does
 //! alike.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use host_sim::compare::with_law;
-use host_sim::result::{Distribution, SweepRun};
+use host_sim::result::SweepRun;
 use host_sim::scenario::{Law, Scenario};
 use host_sim::sweep::sweep;
 use identifier_core::parameters::Parameter;
@@ -112,45 +112,4 @@ fn a_constant_load_moves_the_least_squares_and_not_the_proposed_method() {
     }
     assert!(at(&proposed[0], 0.5) < 0.02 && at(&proposed[0], 0.95) < 0.5);
     assert!(at(&rival[0], 0.5) > 20.0 * at(&proposed[0], 0.5));
-}
-
-#[test]
-fn any_number_of_threads_gives_the_same() {
-    let mut scenario = parse(BOX);
-    scenario.duration = 2.0;
-    servo(&mut scenario).load = 40.0;
-    let in_pool = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads");
-        pool.install(|| swept(&scenario, 64))
-    };
-    let one = in_pool(1);
-    assert_eq!(one.len(), 64);
-    assert_eq!(
-        Distribution::new(&one).spreads,
-        Distribution::new(&in_pool(3)).spreads
-    );
-    let bits =
-        |runs: &[SweepRun]| -> Vec<u64> { runs.iter().map(|run| run.found.b.to_bits()).collect() };
-    assert_eq!(bits(&one), bits(&in_pool(2)));
-    assert!(one.iter().zip(0..).all(|(run, index)| run.index == index));
-}
-
-#[test]
-fn a_stopped_sweep_keeps_its_finished_runs() {
-    let mut scenario = parse(BOX);
-    scenario.duration = 1.0;
-    let stop = AtomicBool::new(false);
-    let done = AtomicU32::new(0);
-    let runs = sweep(&scenario, 0..1000, 7, &stop, &|| {
-        if done.fetch_add(1, Ordering::Relaxed) == 20 {
-            stop.store(true, Ordering::Relaxed);
-        }
-    })
-    .expect("it can be built");
-    let finished = done.load(Ordering::Relaxed) as usize;
-    assert_eq!(runs.len(), finished);
-    assert!((21..1000).contains(&finished), "{finished}");
 }

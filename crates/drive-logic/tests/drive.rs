@@ -16,7 +16,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{BoxSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, COUNTS, Flash, HEALTHY, STAGE, diagonal, settings};
+use support::{Bench, COUNTS, Flash, HEALTHY, STAGE, settings};
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
@@ -86,28 +86,6 @@ fn a_dither_acts_behind_the_filter_of_the_reference() {
     assert!(direct > 1.01 * filtered, "{direct} {filtered}");
 }
 
-#[test]
-fn friction_is_identified_where_the_settings_include_it() {
-    let servo = ServoParameters {
-        coulomb: 10.0,
-        ..SERVO
-    };
-    let (bench, flash) = (Bench::new(&servo), Flash::blank());
-    boot!(drive, &bench, &flash);
-    let mut wanted = settings();
-    wanted.closed_loop.law = Law::Gradient { friction: true };
-    wanted.closed_loop.core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
-    drive.done(Command::Configure(wanted));
-    assert_eq!(drive.shown(), wanted);
-    drive.done(Command::Start);
-    drive.pass(30_000);
-    drive.done(Command::Stop);
-    drive.pass(1);
-    let found = drive.supervisor.estimates().expect("learnt");
-    assert!((found.servo.coulomb - 10.0).abs() < 0.5, "{found:?}");
-    assert!((found.servo.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
-}
-
 /// Settings without knowledge of the servo, for the law that needs none.
 fn first_contact() -> Settings {
     let mut wanted = settings();
@@ -167,26 +145,6 @@ fn identified(wanted: Settings, bench: &Bench, samples: u32) -> Estimates {
     drive.supervisor.estimates().expect("learnt")
 }
 
-#[test]
-fn behind_a_declared_amplifier_every_law_finds_the_servo_and_undeclared_it_is_missed() {
-    let delayed = |mut wanted: Settings, declared: f64| {
-        wanted.closed_loop.core.identifier.terms.delay = declared;
-        let bench = Bench::new(&SERVO);
-        bench.delay_commands(2);
-        let found = identified(wanted, &bench, 10_000).servo;
-        [found.b / SERVO.b - 1.0, found.a - SERVO.a].map(f64::abs)
-    };
-    for wanted in [first_contact(), settings()] {
-        let law = wanted.closed_loop.law;
-        let [declared, undeclared] = [0.002, 0.0].map(|delay| delayed(wanted, delay));
-        assert!(
-            declared[0] < 0.001 && declared[1] < 0.02,
-            "{law}: {declared:?}"
-        );
-        assert!(undeclared[1] > 0.1, "{law}: {undeclared:?}");
-    }
-}
-
 /// First contact with a servo that has friction, with a term.
 fn demanding(term: Term) -> (Settings, ServoParameters) {
     let mut wanted = first_contact();
@@ -196,27 +154,6 @@ fn demanding(term: Term) -> (Settings, ServoParameters) {
         ..SERVO
     };
     (wanted, servo)
-}
-
-#[test]
-fn a_term_that_is_demanded_is_estimated_beside_the_servo() {
-    let (wanted, servo) = demanding(Term::Delay);
-    let bench = Bench::new(&servo);
-    bench.delay_commands(2);
-    let found = identified(wanted, &bench, 20_000);
-    assert!((found.servo.b / servo.b - 1.0).abs() < 0.002, "{found:?}");
-    assert!((found.servo.a - servo.a).abs() < 0.02, "{found:?}");
-    assert!((found.servo.coulomb - 10.0).abs() < 0.2, "{found:?}");
-    let terms = found.terms.expect("a model with terms");
-    let entered: Vec<_> = terms.entered().collect();
-    let [(Unknown::Delay, delay, Some(error))] = entered[..] else {
-        panic!("{entered:?}");
-    };
-    assert!((delay - 0.002).abs() < 2e-5, "{delay} ± {error}");
-    assert!(
-        (delay - 0.002).abs() < 4.0 * error && error < 1e-4,
-        "{delay} ± {error}"
-    );
 }
 
 #[test]

@@ -80,35 +80,3 @@ impl Positions {
             .any(|x| (leading / x - 1.0).abs() < TOLERANCE)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Positions;
-
-    fn positions(step: f64, of: impl Fn(f64) -> f64) -> Positions {
-        let motion = (0..5000).map(|k| 1.0 + 0.7 * (f64::from(k) * 1e-2).sin());
-        Positions::of(motion.map(|q| of((q / step).round() * step))).expect("enough")
-    }
-
-    #[test]
-    fn the_step_is_that_of_the_encoder_to_the_rounding_of_the_log() {
-        for step in [std::f64::consts::TAU / 500.0, 0.036, 1.0 / 4096.0, 1e-3] {
-            let found = positions(step, |x| x).step().expect("a grid");
-            assert!((found / step - 1.0).abs() < 1e-9, "{step}: {found}");
-        }
-        let decimals = |x: f64| (x * 1e5).round() / 1e5;
-        let found = positions(std::f64::consts::TAU / 500.0, decimals);
-        assert!(found.lie_on(std::f64::consts::TAU / 500.0));
-        assert!(!found.lie_on(std::f64::consts::TAU / 250.0));
-        assert!(!found.lie_on(std::f64::consts::TAU / 2000.0 * 1.1));
-        assert!(Positions::is_decimal(5e-4) && !Positions::is_decimal(0.036));
-    }
-
-    #[test]
-    fn positions_without_steps_have_no_grid() {
-        let smooth = (0..5000).map(|k| (f64::from(k) * 1e-2).sin());
-        let smooth = Positions::of(smooth).expect("enough");
-        assert_eq!(smooth.step(), None);
-        assert!(!smooth.lie_on(1e-3));
-    }
-}

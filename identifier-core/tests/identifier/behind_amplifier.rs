@@ -22,45 +22,17 @@ type GaussNewton = Behind<GaussNewtonIdentifier<f64, AbCoulombLoad, 4>>;
 
 /// Effects of the amplifier, the settings that declare them, and a name.
 fn effects() -> [(&'static str, Effects, TermSettings); 3] {
-    let delay = 1.6e-3;
-    let current_loop = 1e-3;
-    let dead_band = 0.1;
+    let of = |name, delay, current_loop, dead_band| {
+        let (mut effects, mut declared) = (Effects::NONE, TermSettings::NONE);
+        (effects.delay, declared.delay) = (delay, delay);
+        (effects.current_loop, declared.current_loop) = (current_loop, current_loop);
+        (effects.dead_band, declared.dead_band) = (dead_band, dead_band);
+        (name, effects, declared)
+    };
     [
-        (
-            "delay",
-            Effects {
-                delay,
-                ..Effects::NONE
-            },
-            TermSettings {
-                delay,
-                ..TermSettings::NONE
-            },
-        ),
-        (
-            "current loop behind a delay",
-            Effects {
-                delay,
-                current_loop,
-                ..Effects::NONE
-            },
-            TermSettings {
-                delay,
-                current_loop,
-                ..TermSettings::NONE
-            },
-        ),
-        (
-            "dead band",
-            Effects {
-                dead_band,
-                ..Effects::NONE
-            },
-            TermSettings {
-                dead_band,
-                ..TermSettings::NONE
-            },
-        ),
+        of("delay", 1.6e-3, 0.0, 0.0),
+        of("current loop behind a delay", 1.6e-3, 1e-3, 0.0),
+        of("dead band", 0.0, 0.0, 0.1),
     ]
 }
 
@@ -200,15 +172,13 @@ fn declarations_without_effect_are_refused_by_name() {
         let built = settings(&declared).build::<I>();
         built.err().expect("refused").to_string()
     }
-    let none = TermSettings::NONE;
-    let delay = TermSettings {
-        delay: 1.6e-3,
-        ..none
+    let with = |change: fn(&mut TermSettings)| {
+        let mut terms = TermSettings::NONE;
+        change(&mut terms);
+        terms
     };
-    let current_loop = TermSettings {
-        current_loop: 1e-3,
-        ..none
-    };
+    let delay = with(|terms| terms.delay = 1.6e-3);
+    let current_loop = with(|terms| terms.current_loop = 1e-3);
     for answer in [
         refusal::<BareGradient>(delay),
         refusal::<WithoutDelay>(delay),
@@ -223,34 +193,10 @@ fn declarations_without_effect_are_refused_by_name() {
         assert!(answer.starts_with("current_loop is declared"), "{answer}");
     }
     for (declared, name) in [
-        (
-            TermSettings {
-                delay: 6.1e-3,
-                ..none
-            },
-            "delay",
-        ),
-        (
-            TermSettings {
-                delay: -1e-3,
-                ..none
-            },
-            "delay",
-        ),
-        (
-            TermSettings {
-                current_loop: 1.0,
-                ..none
-            },
-            "current_loop",
-        ),
-        (
-            TermSettings {
-                dead_band: f64::NAN,
-                ..none
-            },
-            "dead_band",
-        ),
+        (with(|terms| terms.delay = 6.1e-3), "delay"),
+        (with(|terms| terms.delay = -1e-3), "delay"),
+        (with(|terms| terms.current_loop = 1.0), "current_loop"),
+        (with(|terms| terms.dead_band = f64::NAN), "dead_band"),
     ] {
         let answer = refusal::<GaussNewton>(declared);
         assert!(answer.starts_with(name), "{answer}");

@@ -71,63 +71,47 @@ fn effects(servo: &Servo) -> Vec<Effect> {
     let asymmetry = 0.2 * servo.parameters.a.max(0.5);
     let waves = |part: f64| [part * authority, 0.3 * part * authority];
     let ([gravity_sine, gravity_cosine], [ripple_sine, ripple_cosine]) = (waves(0.1), waves(0.02));
-    let none = Effects::NONE;
-    let effect = |effects, term, sizes: &[(Unknown, f64)]| Effect {
-        effects,
-        term,
-        sizes: sizes.to_vec(),
+    let effect = |term, sizes: &[(Unknown, f64)], change: &dyn Fn(&mut Effects)| {
+        let mut effects = Effects::NONE;
+        change(&mut effects);
+        Effect {
+            effects,
+            term,
+            sizes: sizes.to_vec(),
+        }
     };
+    let gravity = [
+        (Unknown::GravitySine, gravity_sine),
+        (Unknown::GravityCosine, gravity_cosine),
+    ];
+    let ripple = [
+        (Unknown::RippleSine, ripple_sine),
+        (Unknown::RippleCosine, ripple_cosine),
+    ];
+    let dead_band = 0.01 * servo.limit;
     vec![
+        effect(Term::Delay, &[(Unknown::Delay, delay)], &|of| {
+            of.delay = delay
+        }),
+        effect(Term::Asymmetry, &[(Unknown::Asymmetry, asymmetry)], &|of| {
+            of.asymmetry = asymmetry
+        }),
         effect(
-            Effects { delay, ..none },
-            Term::Delay,
-            &[(Unknown::Delay, delay)],
-        ),
-        effect(
-            Effects { asymmetry, ..none },
-            Term::Asymmetry,
-            &[(Unknown::Asymmetry, asymmetry)],
-        ),
-        effect(
-            Effects {
-                low_speed_friction: 0.5 * friction,
-                low_speed_velocity: low_speed(servo),
-                ..none
-            },
             Term::LowSpeed,
             &[(Unknown::LowSpeed, 0.5 * friction)],
-        ),
-        effect(
-            Effects {
-                gravity: [gravity_sine, gravity_cosine],
-                ..none
+            &|of| {
+                (of.low_speed_friction, of.low_speed_velocity) = (0.5 * friction, low_speed(servo));
             },
-            Term::Gravity,
-            &[
-                (Unknown::GravitySine, gravity_sine),
-                (Unknown::GravityCosine, gravity_cosine),
-            ],
         ),
-        effect(
-            Effects {
-                ripple: [ripple_sine, ripple_cosine],
-                ripple_order: RIPPLE,
-                ..none
-            },
-            Term::Ripple,
-            &[
-                (Unknown::RippleSine, ripple_sine),
-                (Unknown::RippleCosine, ripple_cosine),
-            ],
-        ),
-        effect(
-            Effects {
-                dead_band: 0.01 * servo.limit,
-                ..none
-            },
-            Term::DeadBand,
-            &[(Unknown::DeadBand, 0.01 * servo.limit)],
-        ),
+        effect(Term::Gravity, &gravity, &|of| {
+            of.gravity = [gravity_sine, gravity_cosine]
+        }),
+        effect(Term::Ripple, &ripple, &|of| {
+            (of.ripple, of.ripple_order) = ([ripple_sine, ripple_cosine], RIPPLE);
+        }),
+        effect(Term::DeadBand, &[(Unknown::DeadBand, dead_band)], &|of| {
+            of.dead_band = dead_band
+        }),
     ]
 }
 

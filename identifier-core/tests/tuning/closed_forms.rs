@@ -332,92 +332,24 @@ fn settings_out_of_range_are_refused_by_name() {
         ..settings(Goal::Stiffest)
     };
     assert!(Tuner::new(&good, &servo).is_ok());
-    for (bad, name) in [
-        (
-            TuningSettings {
-                sample_time: 0.0,
-                ..good
-            },
-            "sample_time",
-        ),
-        (
-            TuningSettings {
-                resolution: -1.0,
-                ..good
-            },
-            "resolution",
-        ),
-        (
-            TuningSettings {
-                cutoff: Some(4000.0),
-                ..good
-            },
-            "cutoff",
-        ),
-        (
-            TuningSettings {
-                command: 0.0,
-                ..good
-            },
-            "command",
-        ),
-        (
-            TuningSettings {
-                command: f64::NAN,
-                ..good
-            },
-            "command",
-        ),
-        (
-            TuningSettings {
-                command_delay: -1e-3,
-                ..good
-            },
-            "command_delay",
-        ),
-        (
-            TuningSettings {
-                goal: Goal::ResponseTime(0.0),
-                ..good
-            },
-            "response_time",
-        ),
-        (
-            TuningSettings {
-                goal: Goal::Bandwidth(f64::INFINITY),
-                ..good
-            },
-            "bandwidth",
-        ),
-        (
-            TuningSettings {
-                max_sensitivity: 1.0,
-                ..good
-            },
-            "max_sensitivity",
-        ),
-        (
-            TuningSettings {
-                max_noise: 0.0,
-                ..good
-            },
-            "max_noise",
-        ),
-        (
-            TuningSettings {
-                step: 0.009,
-                ..good
-            },
-            "step",
-        ),
-        (
-            TuningSettings {
-                resonance: Some(0.0),
-                ..good
-            },
-            "resonance",
-        ),
-    ] {
+    type Change = fn(&mut TuningSettings);
+    let changes: [(&str, Change); 12] = [
+        ("sample_time", |s| s.sample_time = 0.0),
+        ("resolution", |s| s.resolution = -1.0),
+        ("cutoff", |s| s.cutoff = Some(4000.0)),
+        ("command", |s| s.command = 0.0),
+        ("command", |s| s.command = f64::NAN),
+        ("command_delay", |s| s.command_delay = -1e-3),
+        ("response_time", |s| s.goal = Goal::ResponseTime(0.0)),
+        ("bandwidth", |s| s.goal = Goal::Bandwidth(f64::INFINITY)),
+        ("max_sensitivity", |s| s.max_sensitivity = 1.0),
+        ("max_noise", |s| s.max_noise = 0.0),
+        ("step", |s| s.step = 0.009),
+        ("resonance", |s| s.resonance = Some(0.0)),
+    ];
+    for (name, change) in changes {
+        let mut bad = good;
+        change(&mut bad);
         match Tuner::new(&bad, &servo) {
             Err(TuningError::OutOfRange(OutOfRange { parameter, .. })) => {
                 assert_eq!(parameter, name);

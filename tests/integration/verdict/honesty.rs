@@ -98,23 +98,10 @@ fn a_result_called_converged_is_right() {
     let runs: Vec<(Kind, Scenario)> = (0..14 * factor()).map(|_| amiss(&mut random)).collect();
     let found = in_parallel(&runs, |(kind, scenario)| (*kind, run(scenario)));
     let mut statuses = std::collections::BTreeMap::<&str, [u32; 2]>::new();
-    for ((kind, summary), (_, scenario)) in found.iter().zip(&runs) {
+    for (kind, summary) in &found {
         let wrong = wrongness(summary, kind);
         let right = wrong <= 1.0;
         statuses.entry(summary.status().name()).or_default()[usize::from(right)] += 1;
-        if summary.status() == Status::Converged && !right {
-            println!(
-                "{} {wrong:.2} {:?} b{:?} c{:?} d{:?} {:?} {:?} {:?}",
-                summary.law,
-                summary.truth,
-                summary.estimates.b,
-                summary.estimates.coulomb,
-                summary.estimates.load,
-                scenario.effects,
-                scenario.sensor,
-                (summary.residual, &summary.cause)
-            );
-        }
     }
     println!("[wrong, right]: {statuses:?}");
     let [wrong, right] = statuses.get("converged").copied().unwrap_or_default();

@@ -93,21 +93,6 @@ fn check(kind: &Kind) {
             .or_default()
             .entry(format!("{label}/{}", status.name()))
             .or_default() += 1;
-        if std::env::var("CAMPAIGN_DETAIL").is_ok() {
-            let truth = summary.truth.expect("known");
-            println!(
-                "{} b{:+.2}% c{:+.1}% {:.1}x {:.2} {} | {:?}",
-                cause.name(),
-                100.0 * (summary.estimates.b.last / truth.b - 1.0),
-                100.0 * (summary.estimates.coulomb.last / truth.coulomb - 1.0),
-                summary
-                    .residual
-                    .map_or(0.0, |left| left.rms / left.resolution_rms),
-                summary.residual.map_or(0.0, |left| left.correlation),
-                summary.verdict.reason.code(),
-                summary.cause
-            );
-        }
         assert_ne!(status, Status::Aborted);
     }
     for (cause, names) in &table {

@@ -64,9 +64,6 @@ pub(crate) struct Course {
     /// Extremes of the true motion, rad and rad/s, and of the command.
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
-    /// The phases in which it was farthest and fastest.
-    pub(crate) farthest_in: Phase,
-    pub(crate) fastest_in: Phase,
     /// The largest true speed in the recorded rest before the second and the third motion, rad/s.
     pub(crate) speed_at_rest: f64,
     pub(crate) command: [f64; 2],
@@ -166,7 +163,6 @@ impl Bench {
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
-        let (mut farthest, mut farthest_in, mut fastest_in) = (0.0_f64, Phase::Idle, Phase::Idle);
         let (mut after, mut ordered, mut disabled, mut reference) = (vec![], vec![], None, None);
         for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
@@ -206,12 +202,7 @@ impl Bench {
             servo.advance(faults.acting(given));
             let position = servo.position();
             travel = [travel[0].min(position), travel[1].max(position)];
-            if position.abs() > farthest {
-                (farthest, farthest_in) = (position.abs(), done.phase);
-            }
-            if servo.velocity().abs() > speed {
-                (speed, fastest_in) = (servo.velocity().abs(), done.phase);
-            }
+            speed = speed.max(servo.velocity().abs());
             if matches!(done.phase, Phase::Refine | Phase::Verify) {
                 let &(_, began) = phases.last().expect("it began");
                 let recorded = (k as f64 * sample_time - began) / sample_time;
@@ -232,8 +223,6 @@ impl Bench {
             phases,
             travel,
             speed,
-            farthest_in,
-            fastest_in,
             speed_at_rest,
             command,
             ordered,

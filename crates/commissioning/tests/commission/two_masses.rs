@@ -1,14 +1,14 @@
 //! Unknown servos of two masses, commissioned, and the applied gains judged by the frequency response of the true loop:
 //! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a
 //! feed-forward, `CAMPAIGN_PLAY=0.003` for couplings with so much play, rad, `CAMPAIGN_NARROW=1` for narrow resonances about half of
-//! the sampling frequency, `CAMPAIGN_DETAIL=1` for a line each.
+//! the sampling frequency.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
+use commissioning::{CommissionSettings, Limits, Phase};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::{Promise, TuningError};
+use identifier_core::tuning::TuningError;
 use virtual_servo::{Effects, SplitMix64};
 
 use super::rig::{Bench, ordinary};
@@ -111,14 +111,8 @@ struct Judged {
     /// The farthest, as a part of the travel, and the fastest, as a part of the speed.
     travel: f64,
     speed: f64,
-    farthest_in: Phase,
-    fastest_in: Phase,
-    /// The last phase before the end, and why there were no gains.
-    ended_in: Phase,
     no_gains: Option<TuningError>,
     resonance: Option<f64>,
-    /// The measurements of a trial that missed its promise, and that.
-    missed: Option<(TrialResult, Promise)>,
 }
 
 fn judge(bench: &Bench) -> Judged {
@@ -140,17 +134,8 @@ fn judge(bench: &Bench) -> Judged {
         is_led: tuning.is_some_and(|tuning| tuning.feed_forward.is_some()),
         travel: farthest / limits.travel[1],
         speed: course.speed / limits.speed,
-        farthest_in: course.farthest_in,
-        fastest_in: course.fastest_in,
-        ended_in: (course.phases.iter().rev())
-            .map(|&(phase, _)| phase)
-            .find(|phase| !phase.is_end())
-            .unwrap_or(Phase::Idle),
         no_gains: state.tuning_error().copied(),
         resonance: course.resonance,
-        missed: (state.trial().copied().zip(state.tuning()))
-            .filter(|_| state.phase() == Phase::RolledBack)
-            .map(|(trial, tuning)| (trial, tuning.promise)),
     }
 }
 
@@ -183,34 +168,20 @@ pub(crate) fn hidden() -> Bench {
 }
 
 #[test]
-fn a_resonance_that_friction_hides_is_found_and_borne() {
-    let judged = judge(&hidden());
-    assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
-    let sensitivity = judged.sensitivity.expect("applied");
-    assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
-    let shown = judged.resonance.expect("two masses") / hidden().effects.resonance;
-    assert!((shown - 1.0).abs() < 0.01, "{shown}");
-    assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
-}
-
-#[test]
-fn a_notch_lets_gains_for_two_masses_be_faster() {
-    let without = |bench: Bench| {
-        let mut bench = bench;
-        bench.settings.notch = false;
-        bench
-    };
-    let [with, without] = [hidden(), without(hidden())].map(|bench| judge(&bench));
-    for judged in [&with, &without] {
+fn a_resonance_that_friction_hides_is_found_and_a_notch_lets_gains_be_faster() {
+    let [with, without] = [true, false].map(|notch| {
+        let mut bench = hidden();
+        bench.settings.notch = notch;
+        let judged = judge(&bench);
         assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
-        assert!(
-            judged
-                .sensitivity
-                .is_some_and(|seen| seen < MAX_SENSITIVITY)
-        );
-    }
-    let faster = with.bandwidth / without.bandwidth;
-    assert!(faster > 1.5, "{} {}", with.bandwidth, without.bandwidth);
+        let sensitivity = judged.sensitivity.expect("applied");
+        assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+        let shown = judged.resonance.expect("two masses") / bench.effects.resonance;
+        assert!((shown - 1.0).abs() < 0.01, "{shown}");
+        assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
+        judged.bandwidth
+    });
+    assert!(with / without > 1.5, "{with} {without}");
 }
 
 /// An axis with a load on a spring.
@@ -472,48 +443,6 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
     let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
     for judged in &judged {
         *reasons.entry(judged.reason).or_default() += 1;
-    }
-    if environment("CAMPAIGN_DETAIL").is_some() {
-        for (bench, judged) in benches.iter().zip(&judged) {
-            let Effects {
-                resonance,
-                resonance_damping,
-                inertia_ratio,
-                delay,
-                current_loop,
-                ..
-            } = bench.effects;
-            println!(
-                "{:8} Hz {:6.1} damping {:.4} share {:.2} b {:7.1} a {:.2} c {:.2} d {:5.2} tau {:.2e} Tc {:.1e} T {:.1e} travel {:.2} step {:.2} | {} after {} {} {:?} Ms {:.2} at {:.1} | reach {:.2} ({}) speed {:.2} ({}) {:.1} s",
-                bench.counts,
-                resonance / TAU,
-                resonance_damping.unwrap_or(0.0),
-                inertia_ratio,
-                bench.servo.b,
-                bench.servo.a,
-                bench.servo.coulomb / bench.servo.b / LIMIT,
-                bench.servo.load / bench.servo.b / LIMIT,
-                delay,
-                current_loop,
-                bench.settings.sample_time,
-                bench.settings.limits.travel[1],
-                speed_step(bench),
-                judged.phase.name(),
-                judged.ended_in.name(),
-                judged.reason,
-                judged.no_gains,
-                judged.sensitivity.unwrap_or(f64::NAN),
-                judged.bandwidth,
-                judged.travel,
-                judged.farthest_in.name(),
-                judged.speed,
-                judged.fastest_in.name(),
-                judged.time
-            );
-            if let Some((trial, promise)) = &judged.missed {
-                println!("{trial:?} missed {promise:?}");
-            }
-        }
     }
     let count = |is: &dyn Fn(&Judged) -> bool| judged.iter().filter(|judged| is(judged)).count();
     let applied = count(&|judged| judged.sensitivity.is_some());

@@ -372,17 +372,6 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_is_not_known_is_none_and_not_zero() {
-        let without = RESULT.replace(", \"std_error\": 0.4", "");
-        let identified = Identified::read(&without, None).expect("a result");
-        let joint = identified.joint("elbow", Scale::TorqueConstant(0.4), 0.0);
-        let joint = joint.expect("allowed");
-        assert_eq!(joint.friction.std_error, None);
-        assert_eq!(joint.torque_constant.std_error, None);
-        assert!(joint.damping.std_error.is_some());
-    }
-
-    #[test]
     fn without_either_the_inertia_is_one() {
         let joint = joint(Scale::Ratios, 0.0).expect("allowed");
         assert_close(joint.torque_constant, 200.0, 2.0);
@@ -393,20 +382,5 @@ mod tests {
                 .iter()
                 .any(|line| line.contains("is not known"))
         );
-    }
-
-    #[test]
-    fn the_inertia_of_the_links_is_not_counted_twice() {
-        let whole = joint(Scale::TorqueConstant(0.4), 0.0005).expect("allowed");
-        assert_close(whole.armature, 0.0015, 0.000_02);
-        let error = joint(Scale::TorqueConstant(0.4), 0.003).expect_err("more than all");
-        assert!(error.to_string().contains("2.0000e-3"), "{error}");
-        for links in [-1.0, f64::NAN] {
-            joint(Scale::TorqueConstant(0.4), links).expect_err("no inertia");
-        }
-        for constant in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            joint(Scale::TorqueConstant(constant), 0.0).expect_err("no constant");
-            joint(Scale::Inertia(constant), 0.0).expect_err("no inertia");
-        }
     }
 }

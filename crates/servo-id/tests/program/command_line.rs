@@ -29,17 +29,19 @@ fn refusal(test: &str, text: &str) -> String {
     refusal_message(&output)
 }
 
-/// The paper's scenario with one text changed is refused, with the line of the change, the key and
-/// a part of the message.
-fn assert_refused(test: &str, (from, to): (&str, &str), key: &str, message: &str) {
-    let text = PROPOSED.replace(from, to);
-    assert_ne!(text, PROPOSED, "{test}");
-    let changed = text.lines().position(|line| line.contains(to));
-    let line = 1 + changed.expect("the change is there");
-    let answer = refusal(test, &text);
-    let place = format!("scenario.toml:{line}: {key}");
-    assert!(answer.contains(&place), "{test}: {answer}");
-    assert!(answer.contains(message), "{test}: {answer}");
+/// Asserts that a text is refused with the line of its change and the key, and a part of the message, if there is one.
+fn assert_refused(text: &str, change: &str, key: &str, part: &str) {
+    let change = change.lines().last().expect("a change");
+    let line = 1 + text
+        .lines()
+        .position(|line| line.contains(change))
+        .expect("the change is there");
+    let answer = refusal("refused", text);
+    assert!(
+        answer.contains(&format!("scenario.toml:{line}: {key}")),
+        "{change}: {answer}"
+    );
+    assert!(answer.contains(part), "{change}: {answer}");
 }
 
 #[test]
@@ -72,7 +74,6 @@ fn an_unknown_value_is_a_dash() {
     .expect("it is written");
     let output = servo_id(&["run", &file.display().to_string()]);
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.contains("\nno-information: "), "{text}");
     assert!(!text.contains('±'), "{text}");
     for quantity in [" a  ", " b  "] {
         let row = text.lines().find(|line| line.starts_with(quantity));
@@ -146,231 +147,91 @@ fn json_on_standard_output_is_alone_and_has_the_promised_keys() {
 }
 
 #[test]
-fn without_a_verb_the_papers_table_is_printed_and_paper_writes_to_the_given_folder() {
+fn without_a_verb_the_papers_table_is_printed_and_nothing_is_written() {
     let folder = folder("paper");
     let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .current_dir(&folder)
         .output()
         .expect("the program starts");
-    assert_done(&output);
-    let text = String::from_utf8(output.stdout).expect("text");
-    for row in [
-        "proposed, d = 0",
-        "proposed, d ≠ 0",
-        "least squares, d = 0",
-        "least squares, d ≠ 0",
-    ] {
-        assert!(text.contains(row), "{text}");
-    }
-    assert!(text.contains("`servo-id paper` draws Fig. 03"), "{text}");
-    let left = std::fs::read_dir(&folder).expect("a folder").count();
-    assert_eq!(left, 0, "nothing was asked for, and nothing is written");
-
-    let elsewhere = folder.join("elsewhere");
-    let output = servo_id(&["paper", "--out", &elsewhere.display().to_string()]);
-    assert_eq!(output.status.code(), Some(0));
-    for file in [
-        "figure-03.png",
-        "proposed-balanced.csv",
-        "least-squares-unbalanced.json",
-    ] {
-        assert!(elsewhere.join(file).exists(), "{file}");
-    }
+    assert!(printed(&output).matches("proposed, d").count() >= 2);
+    assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 0);
 }
 
-#[test]
-fn unknown_key_is_answered_with_file_line_key_and_the_known_keys() {
-    let text = PROPOSED.replace("load = 0.0", "laod = 0.0");
-    let line = 1 + text
-        .lines()
-        .position(|line| line.starts_with("laod"))
-        .expect("there");
-    let answer = refusal("unknown-key", &text);
-    assert!(
-        answer.contains(&format!("scenario.toml:{line}: plant.laod")),
-        "{answer}"
-    );
-    assert!(answer.contains("a, b, load"), "{answer}");
+/// What is changed in the paper's scenario, to what, the key that the answer names, and a figure of it.
+const CHANGES: &str = r#"
+load = 0.0 | laod = 0.0 | plant.laod |
+kp = 9.0 | kp = "nine" | controller.kp |
+cutoff = 500.0 | cutoff = true | controller.velocity_filter.cutoff |
+gamma = [0.2, 110.0] | gamma = "large" | identifier.gamma |
+seed = 1212121 | seed = -1 | excitation.seed | 4294967295
+law = "gradient" | law = "magic" | identifier.law |
+parameters = ["a", "b"] | parameters = ["a", "z"] | identifier.parameters |
+sample_time = 0.001 | sample_time = 0.0 | controller.sample_time |
+kd = 0.19 | kd = nan | controller.kd |
+cutoff = 500.0 | cutoff = 4000.0 | controller.velocity_filter.cutoff | 3141.59
+b = [5.0, 5000.0] | b = [0.0, 5000.0] | identifier.bounds.b |
+a = [0.0, 100.0] | a = [3.0, 1.0] | identifier.bounds.a |
+gamma = [0.2, 110.0] | gamma = [[1.0, 2.0], [2.0, 1.0]] | identifier.gamma |
+gamma = [0.2, 110.0] | gamma = [[1.0, 0.2], [0.1, 1.0]] | identifier.gamma |
+mu = 10.0 | mu = 12.0 | identifier.mu |
+kp = 9.0 | kp = 2.0 | controller.kp |
+sample_time = 0.1 | sample_time = 0.1005 | excitation.sample_time | 0.101
+limit = 10.0 | limit = [1.0, 2.0] | amplifier.limit |
+power = 0.005 | period = 1.0 | excitation.period |
+duration = 60.0 | duration = -1.0 | run.duration |
+counts_per_rev = 10000 | counts_per_rev = -5 | encoder.counts_per_rev | 1e9
+mu = 10.0 | mu = 10.0; max_speed = -1.0 | identifier.max_speed |
+mu = 10.0 | mu = 10.0; bandwidth = 0.0 | identifier.bandwidth |
+mu = 10.0 | mu = 10.0; noise = 1e-3 | identifier.noise |
+"#;
 
-    let answer = refusal("unknown-table", &format!("{PROPOSED}\n[motor]\nx = 1\n"));
-    assert!(answer.contains(": motor: "), "{answer}");
-    assert!(answer.contains("plant, encoder, amplifier"), "{answer}");
-}
+/// What is changed, and the key that the answer names, on a line of any place.
+const ELSEWHERE: &str = r#"
+b = 257.7 | # | plant.b
+mu = 10.0 | correction = { kp = 0.0, kd = 0.1, ki = 1.0 } | identifier.correction.kp
+mu = 10.0 | correction = { kp = 9.0, kd = 0.1 } | identifier.correction.ki
+arithmetic = "f32" | arithmetic = "fixed"; ranges = { error = 1.0, velocity = 100.0, command = 2.0 } | identifier.ranges.command
+arithmetic = "f32" | arithmetic = "f32"; ranges = { error = 1.0, velocity = 100.0, command = 2.0 } | identifier.ranges
+"#;
+
+/// A law that fits instead of the paper's, with a line, and the key that the answer names.
+const FITS: &str = r#"
+gauss-newton | start_time = 1e-5 | identifier.start_time
+gauss-newton | start_time = 2e4 | identifier.start_time
+gauss-newton | memory = 0.5 | identifier.memory
+fit | parameters = ["a", "b", "coulomb", "load"]; memory = 5.0 | identifier.memory
+gauss-newton | parameters = ["a"] | identifier.initial.b
+gauss-newton | arithmetic = "fixed" | identifier.arithmetic
+window | # | identifier.law
+gauss-newton | terms = ["delay"] | identifier.terms
+gauss-newton | required_terms = ["wandering-load"] | identifier.required_terms
+relay-least-squares | parameters = ["a", "b", "load"] | identifier.parameters
+"#;
 
 #[test]
-fn wrong_type_is_answered_with_file_line_key_and_what_is_allowed() {
-    for (test, from, to, key, allowed) in [
-        (
-            "type-number",
-            "kp = 9.0",
-            "kp = \"nine\"",
-            "controller.kp",
-            "a number above 0",
-        ),
-        (
-            "type-inline",
-            "cutoff = 500.0",
-            "cutoff = true",
-            "controller.velocity_filter.cutoff",
-            "pi/sample_time",
-        ),
-        (
-            "type-row",
-            "gamma = [0.2, 110.0]",
-            "gamma = \"large\"",
-            "identifier.gamma",
-            "[g_a, g_b, ..]",
-        ),
-        (
-            "type-seed",
-            "seed = 1212121",
-            "seed = -1",
-            "excitation.seed",
-            "from 0 to 4294967295",
-        ),
-        (
-            "type-name",
-            "law = \"gradient\"",
-            "law = \"magic\"",
-            "identifier.law",
-            "\"relay-least-squares\"",
-        ),
-        (
-            "type-list",
-            "parameters = [\"a\", \"b\"]",
-            "parameters = [\"a\", \"z\"]",
-            "identifier.parameters",
-            "[\"a\", \"b\"]",
-        ),
-    ] {
-        assert_refused(test, (from, to), key, allowed);
+fn a_wrong_value_is_answered_with_line_and_key() {
+    let cells = |row: &'static str| row.split('|').map(|cell| cell.trim().replace("; ", "\n"));
+    for row in CHANGES.trim().lines() {
+        let [from, to, key, part] =
+            <[String; 4]>::try_from(cells(row).collect::<Vec<_>>()).expect("four cells");
+        let text = PROPOSED.replacen(&from, &to, 1);
+        assert_ne!(text, PROPOSED, "{row}");
+        assert_refused(&text, &to, &key, &part);
     }
-}
-
-#[test]
-fn missing_value_is_answered_with_its_key_and_what_is_allowed() {
-    let answer = refusal("missing-key", &PROPOSED.replace("b = 257.7", "# none"));
-    assert!(
-        answer.contains("plant.b") && answer.contains("a number above 0"),
-        "{answer}"
-    );
-    let answer = refusal("missing-table", "[run]\nduration = 1.0\n");
-    assert!(
-        answer.contains("plant") && answer.contains("allowed"),
-        "{answer}"
-    );
-    let prbs = "[plant]\na = 1.0\nb = 100.0\n[excitation]\nkind = \"prbs\"\nhold = 0.1\n";
-    let answer = refusal("missing-amplitude", prbs);
-    assert!(
-        answer.contains("scenario.toml:4: excitation.amplitude"),
-        "{answer}"
-    );
-}
-
-#[test]
-fn value_out_of_range_is_answered_with_line_key_value_and_range() {
-    for (test, from, to, key, message) in [
-        (
-            "range-sample-time",
-            "sample_time = 0.001 ",
-            "sample_time = 0.0 ",
-            "controller.sample_time",
-            "sample_time = 0",
-        ),
-        (
-            "range-nan",
-            "kd = 0.19",
-            "kd = nan",
-            "controller.kd",
-            "kd = NaN",
-        ),
-        (
-            "range-cutoff",
-            "cutoff = 500.0",
-            "cutoff = 4000.0",
-            "controller.velocity_filter.cutoff",
-            "below 3141.59",
-        ),
-        (
-            "range-b",
-            "b = [5.0, 5000.0]",
-            "b = [0.0, 5000.0]",
-            "identifier.bounds.b",
-            "above 0",
-        ),
-        (
-            "range-order",
-            "a = [0.0, 100.0]",
-            "a = [3.0, 1.0]",
-            "identifier.bounds.a",
-            "at least 3",
-        ),
-        (
-            "range-gamma",
-            "gamma = [0.2, 110.0]",
-            "gamma = [[1.0, 2.0], [2.0, 1.0]]",
-            "identifier.gamma",
-            "not positive definite",
-        ),
-        (
-            "range-symmetry",
-            "gamma = [0.2, 110.0]",
-            "gamma = [[1.0, 0.2], [0.1, 1.0]]",
-            "identifier.gamma",
-            "not symmetric",
-        ),
-        (
-            "range-mu",
-            "mu = 10.0",
-            "mu = 12.0",
-            "identifier.mu",
-            "mu < (a_min + b_min kd)/2 fails",
-        ),
-        (
-            "range-kp",
-            "kp = 9.0",
-            "kp = 2.0",
-            "controller.kp",
-            "kp > ki/mu + mu (kd + a_max/b_min)/2 fails",
-        ),
-        (
-            "range-hold",
-            "sample_time = 0.1",
-            "sample_time = 0.1005",
-            "excitation.sample_time",
-            "a whole multiple of 0.001, such as 0.1 or 0.101",
-        ),
-        (
-            "range-limit",
-            "limit = 10.0",
-            "limit = [1.0, 2.0]",
-            "amplifier.limit",
-            "limit_low = 1",
-        ),
-        (
-            "range-stranger",
-            "power = 0.005",
-            "period = 1.0",
-            "excitation.period",
-            "does not take this key",
-        ),
-        (
-            "range-duration",
-            "duration = 60.0",
-            "duration = -1.0",
-            "run.duration",
-            "duration = -1",
-        ),
-        (
-            "range-counts",
-            "counts_per_rev = 10000",
-            "counts_per_rev = -5",
-            "encoder.counts_per_rev",
-            "from 0 to 1e9",
-        ),
-    ] {
-        assert_refused(test, (from, to), key, message);
+    for row in ELSEWHERE.trim().lines() {
+        let [from, to, key] =
+            <[String; 3]>::try_from(cells(row).collect::<Vec<_>>()).expect("three cells");
+        let answer = refusal("refused", &PROPOSED.replace(&from, &to));
+        assert!(answer.contains(&format!(": {key}: ")), "{row}: {answer}");
     }
+    for row in FITS.trim().lines() {
+        let [law, line, key] =
+            <[String; 3]>::try_from(cells(row).collect::<Vec<_>>()).expect("three cells");
+        let answer = refusal("refused", &with_fit(&law, &line));
+        assert!(answer.contains(&format!(": {key}: ")), "{row}: {answer}");
+    }
+    let answer = refusal("refused", "[run]\nduration = 1.0\n");
+    assert!(answer.contains(": plant: "), "{answer}");
 }
 
 /// An estimate at its bound is not identified, even if it is constant.
@@ -384,123 +245,33 @@ fn an_estimate_at_a_bound_is_no_result() {
     assert_eq!(result["estimates"]["b"]["at_bound"], true, "{result}");
     assert_eq!(result["status"], "no-information");
     assert_eq!(result["code"], 24);
-    let reason = result["reason"].as_str().expect("text");
-    assert!(
-        reason.starts_with("b = ") && reason.contains("stands at a bound"),
-        "{reason}"
-    );
 }
 
-/// Numbers in a table of their own are found by key and judged as everything else.
+/// A servo that is declared slower than it is: the run ends where the speed exceeds the declaration.
 #[test]
-fn correction_and_largest_speed_are_judged_by_key() {
-    let mu = "mu = 10.0";
-    for (test, to, key, message) in [
-        (
-            "correction-kp",
-            "correction = { kp = 0.0, kd = 0.1, ki = 1.0 }",
-            "identifier.correction.kp",
-            "kp = 0",
-        ),
-        (
-            "correction-part",
-            "correction = { kp = 9.0, kd = 0.1 }",
-            "identifier.correction.ki",
-            "missing",
-        ),
-        (
-            "max-speed",
-            "max_speed = -1.0",
-            "identifier.max_speed",
-            "above 0",
-        ),
-        (
-            "bandwidth",
-            "bandwidth = 0.0",
-            "identifier.bandwidth",
-            "above 0",
-        ),
-        (
-            "noise",
-            "noise = 1e-3",
-            "identifier.noise",
-            "does not take this key",
-        ),
-    ] {
-        let text = PROPOSED.replace(mu, &format!("{mu}\n{to}"));
-        let answer = refusal(test, &text);
-        assert!(
-            answer.contains(key) && answer.contains(message),
-            "{test}: {answer}"
-        );
-    }
-    // A servo that is declared slower than it is: the run ends where the speed exceeds the declaration.
+fn a_run_ends_where_the_largest_speed_is_exceeded() {
     let folder = folder("max-speed-run");
-    let text = short(PROPOSED).replace(mu, &format!("{mu}\nmax_speed = 1.0"));
+    let text = short(PROPOSED).replace("mu = 10.0", "mu = 10.0\nmax_speed = 1.0");
     let scenario = scenario(&folder, &text);
     let output = servo_id(&["run", &scenario, "--json", "-"]);
     assert_eq!(output.status.code(), Some(1));
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(result["status"], "aborted");
-    let reason = result["reason"].as_str().expect("text");
-    assert!(
-        reason.contains("jumped further than the servo can move"),
-        "{reason}"
-    );
 }
 
-/// The paper's scenario with a law that fits and one more line for it.
-fn with_fit(law: &str, line: &str) -> String {
+/// The paper's scenario with a law that fits, and lines of it.
+fn with_fit(law: &str, lines: &str) -> String {
     let gradient = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
-    let text = PROPOSED.replace(gradient, &format!("law = \"{law}\"\n{line}"));
-    let assumed = |line: &&str| !line.starts_with("plant_box") && !line.starts_with("initial");
-    text.lines()
-        .filter(assumed)
+    let mut left_out = vec!["plant_box", "initial", "bounds"];
+    left_out.extend(lines.lines().filter_map(|line| line.split(" =").next()));
+    let is_kept = |line: &&str| !left_out.iter().any(|begin| line.starts_with(begin));
+    let text = PROPOSED.replace(gradient, "LAW");
+    let text: String = text
+        .lines()
+        .filter(is_kept)
         .map(|line| format!("{line}\n"))
-        .collect()
-}
-
-#[test]
-fn a_first_fit_has_a_shortest_and_a_longest_time() {
-    for length in ["1e-5", "2e4"] {
-        let text = with_fit("gauss-newton", &format!("start_time = {length}"));
-        let answer = refusal(&format!("first-fit-{length}"), &text);
-        assert!(answer.contains("identifier.start_time"), "{answer}");
-        assert!(answer.contains("from 0.0001 to 10000"), "{answer}");
-    }
-}
-
-#[test]
-fn what_is_gone_is_refused_with_what_replaces_it() {
-    for (law, line, remedy) in [
-        ("window", "", "law = \"gauss-newton\""),
-        ("gauss-newton", "terms = [\"delay\"]", "required_terms"),
-        (
-            "gauss-newton",
-            "required_terms = [\"wandering-load\"]",
-            "law = \"fit\"",
-        ),
-    ] {
-        let answer = refusal("gone", &with_fit(law, line));
-        assert!(answer.contains(remedy), "{answer}");
-    }
-}
-
-#[test]
-fn a_memory_is_for_gauss_newton_alone_and_not_too_short() {
-    let answer = refusal("memory-short", &with_fit("gauss-newton", "memory = 0.5"));
-    assert!(answer.contains("identifier.memory"), "{answer}");
-    let text = with_fit("fit", "memory = 5.0");
-    let text = text.replace("[\"a\", \"b\"]", "[\"a\", \"b\", \"coulomb\", \"load\"]");
-    let answer = refusal("memory-fit", &text);
-    assert!(answer.contains("does not take this key"), "{answer}");
-}
-
-#[test]
-fn a_gain_that_is_not_identified_must_be_given() {
-    let text = with_fit("gauss-newton", "").replace("[\"a\", \"b\"]", "[\"a\"]");
-    let answer = refusal("unknown-gain", &text);
-    assert!(answer.contains("identifier.initial.b"), "{answer}");
+        .collect();
+    text.replace("LAW", &format!("law = \"{law}\"\n{lines}"))
 }
 
 #[test]
@@ -513,7 +284,6 @@ fn files_that_are_not_scenarios_are_refused() {
     let scenario = scenario(&folder, PROPOSED);
     let output = servo_id(&["run", &scenario, "--plot", "picture.gif"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(standard_error(&output).contains(".png or .svg"));
     assert_eq!(servo_id(&["no-such-verb"]).status.code(), Some(2));
 }
 
@@ -567,9 +337,7 @@ fn compare_gives_every_method_the_box_that_it_has_to_know() {
     std::fs::write(&file, text).expect("the scenario is written");
     let json = folder.join("compare.json");
     let [file, json] = [&file, &json].map(|path| path.display().to_string());
-    let text = printed(&servo_id(&["compare", &file, "--json", &json]));
-    assert!(!text.contains("refused"), "{text}");
-    assert!(text.contains("states no plant_box"), "{text}");
+    printed(&servo_id(&["compare", &file, "--json", &json]));
     let result = std::fs::read_to_string(&json).expect("a result");
     let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
     let b = &result["assumed_box"]["b"];
@@ -581,42 +349,16 @@ fn compare_gives_every_method_the_box_that_it_has_to_know() {
 }
 
 #[test]
-fn compare_shows_every_method_in_every_case() {
+fn compare_has_every_method_in_every_case() {
     let folder = folder("compare");
     let text = include_str!("../../../../host-sim/scenarios/compare.toml").replace("60.0", "2.0");
     let scenario = scenario(&folder, &text);
-    let (picture, json) = (folder.join("compare.png"), folder.join("compare.json"));
-    let [picture_name, json_name] = [&picture, &json].map(|path| path.display().to_string());
-    let output = servo_id(&[
-        "compare",
-        &scenario,
-        "--plot",
-        &picture_name,
-        "--json",
-        &json_name,
-    ]);
-    assert!(output.status.success(), "{}", standard_error(&output));
-    let shown = String::from_utf8_lossy(&output.stdout);
-    for case in [
-        "as it should be",
-        "load",
-        "friction",
-        "coarse encoder",
-        "all together",
-    ] {
-        assert!(shown.contains(case), "{shown}");
-    }
-    let png = std::fs::read(&picture).expect("the picture is there");
-    assert!(png.starts_with(b"\x89PNG"));
-    let text = std::fs::read_to_string(&json).expect("the result is there");
-    let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let document = printed_json(&servo_id(&["compare", &scenario, "--json", "-"]));
     let cases = document["cases"].as_array().expect("cases");
     assert_eq!(cases.len(), 6);
-    assert!(
-        cases
-            .iter()
-            .all(|case| case["methods"].as_array().is_some_and(|m| m.len() == 4))
-    );
+    let has_all =
+        |case: &serde_json::Value| case["methods"].as_array().is_some_and(|m| m.len() == 4);
+    assert!(cases.iter().all(has_all));
 }
 
 #[test]
@@ -654,71 +396,26 @@ fn sweep_gives_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_method_refuses_parameters_it_cannot_identify_and_names_those_it_can() {
-    let text = PROPOSED
-        .replace(
-            "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0\n",
-            "law = \"relay-least-squares\"\n",
-        )
-        .replace(
-            "parameters = [\"a\", \"b\"]",
-            "parameters = [\"a\", \"b\", \"load\"]",
-        );
-    let text: String = text
-        .lines()
-        .filter(|line| !line.starts_with("bounds") && !line.starts_with("plant_box"))
-        .map(|line| format!("{line}\n"))
-        .collect();
-    let answer = refusal("relay-load", &text);
-    assert!(answer.contains("identifier.parameters"), "{answer}");
-    assert!(
-        answer.contains(
-            "\"relay-least-squares\" cannot estimate \"load\": it estimates [\"a\", \"b\"]"
-        ),
-        "{answer}"
-    );
-}
-
-#[test]
-fn what_is_gone_is_answered_at_once_with_what_replaces_it() {
-    const OWN_LOG: &str = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../host-sim/scenarios/own_controller_log.toml"
-    );
-    let folder = folder("gone-words");
-    let recording = folder.join("run.mcap");
+fn what_is_gone_is_answered_in_one_line() {
+    let recording = folder("gone-words").join("run.mcap");
     std::fs::write(&recording, b"\x89MCAP0\r\n\x01\0\0").expect("it is written");
     let recording = recording.display().to_string();
     for (words, instead) in [
-        (
-            &["check", "s.toml", "--json", "-"][..],
-            "run prints margins",
-        ),
-        (&["drift", "s.toml"], "run SCENARIO --formats"),
-        (
-            &["replay", "log.csv", "--scenario", "s.toml"],
-            "identify LOG --scenario",
-        ),
-        (&["manual", "run"], "--help"),
-        (&["rerun", "result.json"], "reproduce"),
-        (&["run", "s.toml", "--live=8080"], "--report"),
-        (&["run", "s.toml", "--mcap", "trace.mcap"], "--csv"),
-        (&["identify", &recording], "convert the recording to .csv"),
-        (
-            &["identify", &recording, "--scenario", OWN_LOG],
-            "convert the recording to .csv",
-        ),
-        (&["reproduce", &recording], "convert the recording to .csv"),
+        ("check s.toml --json -", "run"),
+        ("drift s.toml", "--formats"),
+        ("replay log.csv --scenario s.toml", "identify"),
+        ("manual run", "--help"),
+        ("rerun result.json", "reproduce"),
+        ("run s.toml --live=8080", "--report"),
+        ("run s.toml --mcap trace.mcap", "--csv"),
+        (&format!("identify {recording}"), ".csv"),
+        (&format!("reproduce {recording}"), ".csv"),
     ] {
-        let answer = refusal_message(&servo_id(words));
+        let words: Vec<_> = words.split(' ').collect();
+        let answer = refusal_message(&servo_id(&words));
         assert!(answer.contains(instead), "{words:?}: {answer}");
         assert_eq!(answer.trim_end().lines().count(), 1, "{answer}");
     }
-    let answer = refusal("gone-law", &with_fit("closed-loop-arx", ""));
-    assert!(
-        answer.contains("identifier.law") && answer.contains("\"relay-least-squares\" is"),
-        "{answer}"
-    );
 }
 
 #[test]
@@ -732,40 +429,6 @@ fn a_run_in_every_format_is_one_table() {
     for format in ["f32", "fixed"] {
         assert_eq!(shown.matches(&format!(" {format} ")).count(), 7, "{shown}");
     }
-    assert!(shown.contains("the same 2000 measurements"), "{shown}");
     let both = servo_id(&["run", &scenario, "--formats", "--json", "-"]);
     assert_eq!(both.status.code(), Some(2));
-}
-
-#[test]
-fn what_fixed_point_cannot_do_is_answered_with_key_and_remedy() {
-    let fixed = "arithmetic = \"fixed\"";
-    let words = |more: &str| PROPOSED.replace("arithmetic = \"f32\"", &format!("{fixed}\n{more}"));
-    let narrow = "ranges = { error = 1.0, velocity = 100.0, command = 2.0 }";
-    let answer = refusal("fixed-command", &words(narrow));
-    assert!(answer.contains("identifier.ranges.command"), "{answer}");
-    assert!(answer.contains("at least 10"), "{answer}");
-    let answer = refusal(
-        "fixed-gamma",
-        &words("").replace("[0.2, 110.0]", "[0.2, 1e14]"),
-    );
-    assert!(
-        answer.contains("identifier.gamma") && answer.contains("at most"),
-        "{answer}"
-    );
-    let answer = refusal(
-        "fixed-law",
-        &with_fit("gauss-newton", "").replace("arithmetic = \"f32\"", fixed),
-    );
-    assert!(answer.contains("identifier.arithmetic"), "{answer}");
-    assert!(
-        answer.contains("\"gradient\" and \"pd-gradient\" alone"),
-        "{answer}"
-    );
-    let stray = PROPOSED.replace(
-        "arithmetic = \"f32\"",
-        &format!("arithmetic = \"f32\"\n{narrow}"),
-    );
-    let answer = refusal("fixed-stray", &stray);
-    assert!(answer.contains("identifier.ranges"), "{answer}");
 }

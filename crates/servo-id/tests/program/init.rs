@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::support::{argument, folder, printed, printed_json, servo_id, standard_error};
+use crate::support::{argument, folder, printed, printed_json, refusal_message, servo_id};
 use serde_json::Value;
 
 fn done(arguments: &[&str]) -> String {
@@ -18,78 +18,26 @@ fn number(value: &Value) -> f64 {
 }
 
 /// A small DC motor at 24 V, a servo motor behind its current loop, and a large geared axis.
-const SHEETS: [(&str, &[&str]); 3] = [
-    (
-        "voltage",
-        &[
-            "--voltage",
-            "24",
-            "--resistance",
-            "0.6",
-            "--torque-constant",
-            "0.05",
-            "--rotor-inertia",
-            "3e-5",
-            "--counts",
-            "4096",
-            "--viscous",
-            "1e-5",
-            "--coulomb",
-            "5e-3",
-        ],
-    ),
-    (
-        "current",
-        &[
-            "--peak-current",
-            "10",
-            "--torque-constant",
-            "0.07",
-            "--rotor-inertia",
-            "6e-5",
-            "--load-inertia",
-            "1e-4",
-            "--counts",
-            "10000",
-            "--coulomb",
-            "0.01",
-        ],
-    ),
-    (
-        "geared",
-        &[
-            "--drive",
-            "current",
-            "--peak-current",
-            "30",
-            "--torque-constant",
-            "0.3",
-            "--rotor-inertia",
-            "5e-4",
-            "--load-inertia",
-            "2",
-            "--gear",
-            "50",
-            "--counts",
-            "65536",
-            "--viscous",
-            "1e-3",
-            "--coulomb",
-            "0.1",
-        ],
-    ),
+const SHEETS: [&str; 3] = [
+    "--voltage 24 --resistance 0.6 --torque-constant 0.05 --rotor-inertia 3e-5 --counts 4096 \
+     --viscous 1e-5 --coulomb 5e-3",
+    "--peak-current 10 --torque-constant 0.07 --rotor-inertia 6e-5 --load-inertia 1e-4 --counts 10000 \
+     --coulomb 0.01",
+    "--drive current --peak-current 30 --torque-constant 0.3 --rotor-inertia 5e-4 --load-inertia 2 \
+     --gear 50 --counts 65536 --viscous 1e-3 --coulomb 0.1",
 ];
 
-fn written(name: &str, sheet: &[&str]) -> PathBuf {
+fn written(name: &str, sheet: &str) -> PathBuf {
     let file = folder(&format!("init-{name}")).join("servo.toml");
-    done(&[&["init", &argument(&file)][..], sheet].concat());
+    let sheet: Vec<_> = sheet.split(' ').collect();
+    done(&[&["init", &argument(&file)][..], &sheet].concat());
     file
 }
 
 #[test]
 fn a_written_scenario_is_run_and_commissioned() {
-    for (name, sheet) in SHEETS {
-        let file = argument(&written(name, sheet));
+    for name in SHEETS {
+        let file = argument(&written("run", name));
         let run = json(&["run", &file, "--json", "-"]);
         assert_eq!(run["status"], "converged", "{name}: {}", run["reason"]);
         let error = number(&run["estimates"]["b"]["value"]) / number(&run["truth"]["b"]) - 1.0;
@@ -105,7 +53,7 @@ fn a_written_scenario_is_run_and_commissioned() {
 
 #[test]
 fn the_numbers_are_those_of_the_data_sheet() {
-    let file = written("numbers", SHEETS[0].1);
+    let file = written("numbers", SHEETS[0]);
     let servo = &json(&["run", &argument(&file), "--json", "-"])["truth"];
     let near = |value: &Value, expected: f64| {
         assert!(
@@ -115,15 +63,6 @@ fn the_numbers_are_those_of_the_data_sheet() {
     };
     near(&servo["b"], 0.05 / (0.6 * 3e-5));
     near(&servo["a"], (1e-5 + 0.05 * 0.05 / 0.6) / 3e-5);
-    let text = std::fs::read_to_string(&file).expect("a scenario");
-    for derivation in [
-        "(B + k_t k_e/R)/J",
-        "k_t/(R J)",
-        "Coulomb friction/J",
-        "3 omega^2/b",
-    ] {
-        assert!(text.contains(derivation), "{text}");
-    }
 }
 
 #[test]
@@ -146,27 +85,18 @@ fn the_examples_are_what_their_first_lines_say() {
 #[test]
 fn missing_or_wrong_figures_are_named_and_nothing_is_written() {
     let file = folder("init-wrong").join("servo.toml");
-    for (sheet, expected) in [
-        (&[][..], "--drive is missing"),
-        (&["--drive", "voltage"], "--voltage is missing"),
-        (&["--peak-current", "3"], "--torque-constant is missing"),
+    for (sheet, named) in [
+        ("", "--drive"),
+        (" --drive voltage", "--voltage"),
+        (" --peak-current 3", "--torque-constant"),
         (
-            &[
-                "--peak-current",
-                "3",
-                "--torque-constant",
-                "0",
-                "--rotor-inertia",
-                "1e-5",
-                "--counts",
-                "4096",
-            ],
-            "--torque-constant 0 is not allowed",
+            " --peak-current 3 --torque-constant 0 --rotor-inertia 1e-5 --counts 4096",
+            "--torque-constant 0",
         ),
     ] {
-        let answer = servo_id(&[&["init", &argument(&file)][..], sheet].concat());
-        assert_eq!(answer.status.code(), Some(2), "{sheet:?}");
-        assert!(standard_error(&answer).contains(expected), "{answer:?}");
+        let call = format!("init {}{sheet}", argument(&file));
+        let answer = refusal_message(&servo_id(&call.split(' ').collect::<Vec<_>>()));
+        assert!(answer.contains(named), "{answer}");
         assert!(!file.exists());
     }
 }

@@ -2,8 +2,6 @@
 //! and its longest tests share the cores.
 
 mod advice;
-mod amplifier;
-mod bad_logs;
 mod command_line;
 mod commission;
 mod drive;
@@ -34,7 +32,6 @@ mod report;
 mod report_in_browser;
 mod reproduce;
 mod scenario_reader;
-mod sensor_noise;
 mod support;
 #[cfg(target_os = "linux")]
 mod terminal;

@@ -13,7 +13,7 @@ use identifier_core::ControllerSettings;
 use identifier_core::parameters::ServoParameters;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use servo_id::monitor::{Dialogue, MIN_SIZE, Motion, Note, Shown, State, draw};
+use servo_id::monitor::{Dialogue, MIN_SIZE, Note, Shown, State, draw};
 use virtual_servo::{Encoder, Plant};
 
 const SAMPLE_TIME: f64 = 1e-3;
@@ -152,22 +152,12 @@ fn a_running_drive_on_the_smallest_screen() {
 }
 
 #[test]
-fn a_running_drive_on_a_larger_screen_while_frames_are_lost() {
-    let state = running(3000, |sample| (1500..1507).contains(&sample));
-    let shown = Shown {
-        recording: Some(("axis.csv", 2993)),
-        ..shown(&state, &Dialogue::Idle)
-    };
-    let screen = screen(120, 40, &shown);
-    assert!(screen.contains("7 LOST"), "{screen}");
-    insta::assert_snapshot!(screen);
-}
-
-#[test]
 fn the_hosts_own_estimates_are_those_of_the_servo_in_spite_of_lost_frames() {
-    for is_lost in [|_| false, |sample| (1500..1507).contains(&sample)] {
+    let some: fn(u32) -> bool = |sample| (1500..1507).contains(&sample);
+    for is_lost in [|_| false, some] {
         let state = running(3000, is_lost);
         let text = least(&shown(&state, &Dialogue::Idle));
+        assert_eq!(text.contains("7 LOST"), is_lost(1500), "{text}");
         let row = text
             .lines()
             .skip_while(|row| !row.contains("estimates from the frames"))
@@ -230,56 +220,4 @@ fn a_fault_with_its_remedy() {
     stands(&mut state, status);
     state.set_note(Note::Failed("the drive refuses: it is a fault".to_owned()));
     insta::assert_snapshot!(least(&shown(&state, &Dialogue::Idle)));
-}
-
-#[test]
-fn every_action_that_moves_the_servo_is_announced() {
-    let state = released();
-    let of = |dialogue: &Dialogue, commission, leaves| {
-        let screen = least(&Shown {
-            commission,
-            leaves,
-            ..shown(&state, dialogue)
-        });
-        screen
-            .lines()
-            .skip(21)
-            .take(2)
-            .map(|row| row.trim_matches(['"', ' ']).to_owned())
-            .collect::<Vec<_>>()
-            .join(" ")
-    };
-    let start = of(&Dialogue::Confirm(Motion::Start), None, false);
-    assert!(start.contains("Close the loop"), "{start}");
-    let most = Some("It moves at most from -1 to +1 rad.");
-    let commission = of(&Dialogue::Confirm(Motion::Commission), most, false);
-    assert!(
-        commission.contains("from -1 to +1 rad. y commissions"),
-        "{commission}"
-    );
-    let none = of(&Dialogue::Confirm(Motion::Commission), None, false);
-    assert!(none.contains("--scenario"), "{none}");
-    let target = of(&Dialogue::Target("0.5x".to_owned()), None, false);
-    assert!(target.contains("0.5x_ (not a number)"), "{target}");
-    let quit = of(&Dialogue::Quit, None, false);
-    assert!(quit.contains("Leaving releases it"), "{quit}");
-    let leave = of(&Dialogue::Quit, None, true);
-    assert!(
-        leave.contains("stays driven without the monitor"),
-        "{leave}"
-    );
-}
-
-#[test]
-fn a_window_that_is_too_small_shows_the_smallest_size() {
-    let state = running(10, |_| false);
-    for (width, height) in [(60, 20), (79, 24), (80, 23), (20, 4), (1, 1)] {
-        let screen = screen(width, height, &shown(&state, &Dialogue::Idle));
-        if width >= 60 {
-            assert!(screen.contains("80 x 24"), "{screen}");
-            assert!(screen.contains("Space stops it"), "{screen}");
-        }
-    }
-    let large = screen(400, 120, &shown(&state, &Dialogue::Idle));
-    assert!(large.contains("output error"));
 }

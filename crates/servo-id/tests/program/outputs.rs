@@ -7,9 +7,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::{
-    assert_done, folder, folder_with_paper, refusal_message, servo_id, standard_error,
-};
+use crate::support::{assert_done, folder, folder_with_paper, refusal_message, standard_error};
 
 /// A folder with a scenario of this duration, s.
 fn with_scenario(test: &str, duration: &str) -> PathBuf {
@@ -408,15 +406,6 @@ fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
     assert_refused(&folder, "paper --out figure-03.png", "is there");
     assert_done(&call(&folder, "paper --out . --force"));
     assert_eq!(names(&folder).len(), 10);
-}
-
-#[test]
-fn force_is_explained() {
-    for verb in ["run", "identify", "compare", "sweep", "paper"] {
-        let output = servo_id(&[verb, "--help"]);
-        let text = String::from_utf8(output.stdout).expect("text");
-        assert!(text.contains("--force"), "{verb}");
-    }
 }
 
 #[test]

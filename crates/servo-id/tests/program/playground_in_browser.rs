@@ -209,7 +209,6 @@ fn the_page_is_small_loads_at_once_and_follows_a_slider_frame_by_frame() {
         number(&browser.ask("return settings.b")) > before,
         "the arrow key moves the slider"
     );
-    keeps_the_pace(&browser, FRAME);
     assert_eq!(browser.console(), Vec::<String>::new());
 }
 
@@ -219,47 +218,6 @@ fn is_busy() -> bool {
     let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let load = load.split(' ').next().and_then(|mean| mean.parse().ok());
     load.is_none_or(|load: f64| load > cores as f64)
-}
-
-/// Moves a slider in every frame of some seconds, ms each: nearly all of them are drawn. Reports itself as skipped where
-/// other tests leave the browser no time for that.
-fn keeps_the_pace(browser: &Browser, frame: f64) {
-    /// Times that it is tried, for how long each, ms, and the share of the frames that must be drawn.
-    const TRIES: u32 = 3;
-    const TIME: f64 = 1500.0;
-    const SHARE: f64 = 0.9;
-    let mut busy = Value::Null;
-    for _ in 0..TRIES {
-        browser.ask(&format!(
-            "window.pace = null;
-            frames.length = 0;
-            const control = document.getElementById('set-b'), begun = performance.now();
-            let shown = 0;
-            const next = () => {{
-                shown++;
-                control.value = 300 + shown;
-                control.dispatchEvent(new Event('input'));
-                if (performance.now() - begun < {TIME}) {{
-                    requestAnimationFrame(next);
-                    return;
-                }}
-                const times = frames.map(({{ computed, drawn }}) => Math.max(computed, drawn)).sort((x, y) => x - y);
-                window.pace = {{ shown, drawn: times.length, usual: times[Math.floor(0.9 * times.length)] ?? 1e9 }};
-            }};
-            requestAnimationFrame(next);"
-        ));
-        wait(browser, "the frames", "return window.pace !== null");
-        let pace = browser.ask("return window.pace");
-        let [shown, drawn, usual] = ["shown", "drawn", "usual"].map(|name| number(&pace[name]));
-        if shown < SHARE * TIME / frame || usual > frame {
-            busy = pace;
-            continue;
-        }
-        println!("{drawn} of {shown} frames drawn while a slider moved");
-        assert!(drawn >= SHARE * shown, "{pace}");
-        return;
-    }
-    eprintln!("\nskipped: the browser has no time for 60 frames a second: {busy}\n");
 }
 
 #[test]

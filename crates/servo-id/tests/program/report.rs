@@ -42,57 +42,22 @@ fn every_verb_reports() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
     let log = log.display().to_string();
     let (result, csv) = (path("result.json"), path("rows.csv"));
-    for (words, says) in [
-        (
-            vec![
-                "run",
-                &scenario("friction.toml"),
-                "--json",
-                &result,
-                "--csv",
-                &csv,
-            ],
-            vec![
-                "Run of friction.toml",
-                "The servo is known",
-                "kp = ",
-                "Feed-forward",
-            ],
-        ),
-        (
-            vec!["identify", &log, "--scenario", &scenario("replay.toml")],
-            vec![
-                "Replay of simulated-servo.csv.gz",
-                "reproduces the recorded command",
-            ],
-        ),
-        (
-            vec!["commission", &scenario("commission.toml")],
-            vec![
-                "Commissioning of commission.toml",
-                "as measured",
-                "stretch-1",
-                "kp = ",
-            ],
-        ),
-        (
-            vec!["tune", &result, "--scenario", &scenario("friction.toml")],
-            vec![
-                "Tuning for result.json",
-                "A step will rise in",
-                "Sensitivity",
-            ],
-        ),
-        (
-            vec!["sweep", &scenario("sweep.toml"), "--runs", "3"],
-            vec!["Sweep around sweep.toml", "Of 3 random servos"],
-        ),
+    let [friction, sweep, commission, logged] = [
+        "friction.toml",
+        "sweep.toml",
+        "commission.toml",
+        "replay.toml",
+    ]
+    .map(scenario);
+    for words in [
+        &["run", &friction, "--json", &result, "--csv", &csv][..],
+        &["identify", &log, "--scenario", &logged],
+        &["commission", &commission],
+        &["tune", &result, "--scenario", &friction],
+        &["sweep", &sweep, "--runs", "3"],
     ] {
-        let page = reported(&folder, &words);
+        let page = reported(&folder, words);
         assert_self_contained(&page);
-        for part in says {
-            assert!(page.contains(part), "{words:?}: {part}");
-        }
         assert!(page.contains("<svg class=\"drawing\""), "{words:?}");
         assert!(page.contains("<noscript>"), "{words:?}");
     }
@@ -107,13 +72,7 @@ fn a_comparison_is_reported() {
     fs::write(&short, text).expect("the scenario is written");
     let page = reported(&folder, &["compare", &short.display().to_string()]);
     assert_self_contained(&page);
-    for part in [
-        "Comparison on short.toml",
-        "4 methods, 6 cases",
-        "data-level=\"5\"",
-    ] {
-        assert!(page.contains(part), "{part}");
-    }
+    assert!(page.contains("data-level=\"5\""));
 }
 
 #[test]
@@ -135,8 +94,7 @@ fn a_failed_result_shows_its_remedy_and_no_gains() {
     let short = folder.join("short.toml");
     fs::write(&short, text.replace("duration = 8.0", "duration = 0.3")).expect("it is written");
     let page = reported(&folder, &["run", &short.display().to_string()]);
-    assert!(page.contains("no-information"));
-    assert!(page.contains("so none are given") && !page.contains("kp = "));
+    assert!(page.contains("no-information") && !page.contains("kp = "));
 }
 
 #[test]

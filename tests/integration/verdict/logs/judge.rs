@@ -30,8 +30,6 @@ pub(super) struct Judgement {
     pub(super) wrongness: Option<f64>,
     /// Relative error of b.
     pub(super) off_b: Option<f64>,
-    /// Error of the Coulomb friction, relative to it or to what makes its tolerance the same share.
-    pub(super) off_coulomb: Option<f64>,
     /// Errors over standard errors, of parameters whose truth is one value.
     pub(super) deviations: Vec<f64>,
     /// The effects that the result names, the first of them first, and whether the log has them: the cause that the
@@ -90,7 +88,6 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
         is_converged: false,
         wrongness: None,
         off_b: None,
-        off_coulomb: None,
         deviations: Vec::new(),
         names: Vec::new(),
         off_shift: None,
@@ -128,7 +125,6 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
             all.fold(0.0, f64::max)
         }),
         off_b: errors.as_ref().map(|errors| errors[1].size / setup.servo.b),
-        off_coulomb: errors.as_ref().map(|errors| errors[2].share()),
         deviations: errors
             .iter()
             .flatten()
@@ -146,9 +142,7 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
 struct Error {
     /// Distance from the truth, or from the range of it.
     size: f64,
-    /// The least error that matters.
-    matters: f64,
-    /// The same where the result says that it is less sure.
+    /// The least error that matters, or more where the result says that it is less sure.
     tolerance: f64,
     std_error: Option<f64>,
     /// True if the truth is one value.
@@ -187,16 +181,10 @@ impl Error {
         let three = 3.0 * std_error.unwrap_or(0.0);
         Some(Self {
             size,
-            matters: tolerance,
             tolerance: three.clamp(tolerance, Self::WIDEST * tolerance),
             std_error,
             is_constant: truth[0] >= truth[1],
         })
-    }
-
-    /// The error in shares of the parameter, as its tolerance has them.
-    fn share(&self) -> f64 {
-        Self::OF_OTHERS * self.size / self.matters
     }
 
     /// The error over the standard error.

@@ -4,18 +4,16 @@
 //! LOGS=1000 SEED=7 cargo test -p integration-tests --test integration verdict::logs:: -- --ignored --nocapture
 //! ```
 //!
-//! `DETAIL=1` prints a line per log, and `LOGS_DIR=directory` with `verdict::logs::dump` writes the logs as files.
+//! `DETAIL=1` prints a line per log.
 
-mod dump;
 mod identify;
 mod judge;
 mod ridge;
-mod single;
 mod table;
 mod truth;
 
 use integration_tests::environment;
-use integration_tests::logs::drawn;
+use integration_tests::logs::{Effect, drawn, exact};
 
 use identify::{FIT, FOUR, Settings};
 use judge::{Judgement, judge};
@@ -92,5 +90,23 @@ fn a_log_that_the_fit_knows_is_not_refused() {
         for judgement in &judged[0] {
             assert!(judgement.is_converged, "{}", judgement.reason);
         }
+    }
+}
+
+/// A log of so many rows is fitted in blocks: the delay is reported in rows all the same.
+#[test]
+fn a_late_command_of_a_long_log_is_known_in_rows() {
+    const ROWS: usize = 1 << 15;
+    const COUNTS: f64 = 2000.0;
+    let judged = judge(&[FIT], &[0, 1], |&number| {
+        let mut setup = exact(7, number, 20_000.0, COUNTS).setup;
+        assert!(setup.samples > ROWS, "{} rows", setup.samples);
+        setup.shift = -2.0;
+        setup.present.push(Effect::Shift);
+        setup.record()
+    });
+    for judgement in &judged[0] {
+        let off = judgement.off_shift.expect("the delay is known");
+        assert!(off.abs() < 0.05, "{off} rows");
     }
 }

@@ -196,10 +196,8 @@ fn mistakes_are_named_or_taken_right_and_never_converge() {
     let count = |answer: Answer| identified.values().filter(|(of, _)| *of == answer).count();
     let mut table = String::new();
     for (case, (answer, sentence)) in all.iter().zip(identified.values()) {
-        let answer = format!("{answer:?}").to_lowercase();
-        let sentence: String = sentence.lines().collect::<Vec<_>>().join(" | ");
-        let shown: String = sentence.chars().take(150).collect();
-        let _ = writeln!(table, "{:33} {answer:8} {shown}", case.name);
+        println!("{}: {sentence}", case.name);
+        let _ = writeln!(table, "{:33} {answer:?}", case.name);
     }
     let counts = [Answer::Right, Answer::Named, Answer::Unclear, Answer::Wrong].map(count);
     let [right, named, unclear, wrong] = counts;
