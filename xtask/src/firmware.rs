@@ -23,7 +23,7 @@ pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> 
     let features = format!("--features={}", features.join(","));
     let binaries = binaries.iter().flat_map(|binary| ["--bin", binary]);
     let what: Vec<&str> = binaries.chain([features.as_str()]).collect();
-    // The settings beside the firmware name its target and make its release fit the chip.
+    // The settings beside the firmware name its target.
     release(&root().join("firmware-stm32"), &what)?;
     if has_drive {
         seal(&path("drive"))?;
