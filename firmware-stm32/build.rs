@@ -8,16 +8,13 @@ use toml::{Table, Value};
 
 fn main() {
     let here = env::var("CARGO_MANIFEST_DIR").expect("set by cargo");
-    let root = Path::new(&here).parent().expect("the workspace");
+    let root = Path::new(&here).parent().expect("the project");
     println!("cargo:rustc-link-search={}", root.display());
     println!("cargo:rerun-if-changed={}", root.join("memory.x").display());
-    // For the binaries of the chip only: a host has no memory map.
-    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        println!("cargo:rustc-link-arg-bins=-Tlink.x");
-        println!("cargo:rustc-link-arg-bins=--nmagic");
-        if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
-            println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
-        }
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    println!("cargo:rustc-link-arg-bins=--nmagic");
+    if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
 
     let path = root.join("host-sim/scenarios/paper.toml");

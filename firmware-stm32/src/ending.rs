@@ -5,7 +5,7 @@ use crate::board;
 /// Disables the servo after a fault of the program.
 pub fn give_up() -> ! {
     board::disable_outputs();
-    #[cfg(all(feature = "emulator", target_os = "none"))]
+    #[cfg(feature = "emulator")]
     emulated::report();
     loop {
         cortex_m::asm::nop();
@@ -47,7 +47,7 @@ macro_rules! give_up_at_every_end {
 }
 
 /// A report to the emulator's host, for a test of the ends.
-#[cfg(all(feature = "emulator", target_os = "none"))]
+#[cfg(feature = "emulator")]
 pub mod emulated {
     use core::sync::atomic::{AtomicBool, Ordering};
 

@@ -11,12 +11,11 @@
 )]
 
 pub mod board;
-#[cfg(all(feature = "emulator", target_os = "none"))]
+#[cfg(feature = "emulator")]
 pub mod emulated_servo;
 pub mod ending;
 pub mod hand_off;
 pub mod host;
-#[cfg(target_os = "none")]
 pub mod image;
 pub mod instructions;
 pub mod measured;

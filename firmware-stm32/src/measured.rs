@@ -3,15 +3,19 @@
 
 use core::hint::black_box;
 
+use fixed::types::I16F16;
 use identifier_core::Settings;
+use identifier_core::control::Setpoint;
 use identifier_core::excitation::Excitation;
+use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
 use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
-    FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, Identify, NumberedBlock, RecordBlocks,
-    ServoLoop, ServoLoopState,
+    FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, GradientIdentifier, Identify,
+    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::measurement::{Counter, VelocityEstimate};
+use identifier_core::parameters::Ab;
 use identifier_core::settings::{FromSettings, SettingsError};
 use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
 use virtual_servo::{Encoder, Plant};
@@ -22,6 +26,10 @@ use crate::paper;
 type Filter = LowPass<f32>;
 /// The PID with an identifier.
 pub type Loop<I> = ServoLoop<f32, Filter, I>;
+/// The paper's law.
+pub type Gradient = GradientIdentifier<f32, Filter, Ab, 2>;
+/// The loop with it in fixed point.
+pub type Fixed = FixedServoLoop<LowPass<Word>, Ab, 2>;
 /// Gauss–Newton's half in the interrupt.
 pub type GaussNewton<S, const P: usize> = GaussNewtonRecursion<f32, S, P, 64>;
 /// Its half in the background.
@@ -170,6 +178,56 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
         let (whole, offset, register) = black_box(split(given));
         let (command, taken) = counted(instructions, || sample(self, whole, offset, register));
         (f64::from(command), taken)
+    }
+}
+
+/// The loop in fixed point with its counter and its state.
+pub struct Words {
+    counter: Counter<u16>,
+    /// The loop.
+    pub servo_loop: Fixed,
+    /// Its state.
+    pub state: FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>,
+}
+
+impl Words {
+    /// Builds it from settings.
+    ///
+    /// # Errors
+    /// Settings that are not allowed.
+    // Compiled where it is called, which builds the loop by itself too: once.
+    #[inline]
+    pub fn build(settings: &Settings) -> Result<Self, SettingsError> {
+        let servo_loop: Fixed = settings.build()?;
+        Ok(Self {
+            counter: Counter::new(0),
+            state: servo_loop.start(0),
+            servo_loop,
+        })
+    }
+
+    #[inline(never)]
+    fn sample(&mut self, setpoint: i32, offset: I16F16, register: u16) -> Word {
+        let count = self.counter.read(register);
+        let control = self
+            .servo_loop
+            .control(&mut self.state, setpoint, offset, count);
+        control.map_or(Word::ZERO, |sample| {
+            self.servo_loop.learn(&mut self.state, &sample);
+            sample.command
+        })
+    }
+
+    /// Runs a sample and counts its instructions.
+    pub fn counted(
+        &mut self,
+        instructions: &Instructions,
+        (reference, register): (f64, u16),
+    ) -> (f64, u32) {
+        let Setpoint { count, offset } = Setpoint::from_counts(reference);
+        let (count, offset, register) = black_box((count, offset, register));
+        let (command, taken) = counted(instructions, || self.sample(count, offset, register));
+        (self.servo_loop.controller().command(command), taken)
     }
 }
 

@@ -64,8 +64,14 @@ const PAGES: [&str; 3] = [
     "firmware-stm32/README.md",
 ];
 
-/// Binaries without static memory, of what a user's firmware has: it is compiled for speed here, and the drive for size.
-const WITHOUT_MEMORY: [&str; 4] = ["virtual-servo", "bench", "terms", "commission"];
+/// Parts of the bench without static memory, of what a user's firmware has: it is compiled for speed here, and the drive for
+/// size. And with what the names of the figures of each begin, the last of which counts none.
+const WITHOUT_MEMORY: [(&str, &str); 4] = [
+    ("samples", ""),
+    ("terms", ""),
+    ("commission", "commission-"),
+    ("same", ""),
+];
 
 /// Names and figures.
 type Figures = BTreeMap<String, u64>;
@@ -238,27 +244,45 @@ fn accepted() -> Result<Figures, String> {
 /// Instructions per sample and interrupt, bytes of state, flash, static memory and
 /// stack, by name.
 fn count() -> Result<Figures, String> {
-    // A build at 3 takes its place.
-    let at_s = firmware::build_for_size("bench")?;
-    let kept = at_s.with_extension("at-s");
-    std::fs::copy(&at_s, &kept).map_err(|error| format!("{}: {error}", kept.display()))?;
-    firmware::build_for_speed(&WITHOUT_MEMORY)?;
-    firmware::build(&["background", "drive"], &[])?;
-    let benches = ["bench", "terms", "commission", "background"].map(firmware::path);
-    let [at_s, at_3 @ ..] = &printed(&[&[kept], &benches[..]].concat())?[..] else {
+    let mut counted = Figures::new();
+    let mut benches = vec![
+        firmware::bench("samples", firmware::FOR_SIZE)?,
+        firmware::bench("turns", None)?,
+    ];
+    for (part, _) in WITHOUT_MEMORY {
+        let bench = firmware::bench(part, firmware::FOR_SPEED)?;
+        let elf = Elf::read(&bench)?;
+        counted.insert(format!("{part}-flash-bytes"), elf.flash);
+        if elf.memory > 0 {
+            counted.insert(format!("{part}-memory-bytes"), elf.memory);
+        }
+        benches.push(bench);
+    }
+    benches.pop();
+    let elf = Elf::read(&firmware::drive(&[])?)?;
+    counted.insert("drive-flash-bytes".to_owned(), elf.flash);
+    counted.insert("drive-memory-bytes".to_owned(), elf.memory);
+    for (name, bound) in listing::bounds(&elf)? {
+        counted.insert(format!("drive-{name}"), bound.into());
+    }
+    let [at_s, others @ ..] = &printed(&benches)?[..] else {
         return Err("nothing was printed".to_owned());
     };
-    let mut counted = Figures::new();
-    for line in at_3.iter().flat_map(|printed| printed.lines()) {
-        let Counted {
-            name,
-            mean,
-            most,
-            bytes,
-        } = Counted::parse(line)?;
-        counted.insert(format!("{name}-mean"), mean);
-        counted.insert(format!("{name}-most"), most);
-        counted.insert(format!("{name}-state-bytes"), bytes);
+    let begins = ["turn-"]
+        .into_iter()
+        .chain(WITHOUT_MEMORY.map(|(_, begin)| begin));
+    for (begin, printed) in begins.zip(others) {
+        for line in printed.lines() {
+            let Counted {
+                name,
+                mean,
+                most,
+                bytes,
+            } = Counted::parse(line)?;
+            counted.insert(format!("{begin}{name}-mean"), mean);
+            counted.insert(format!("{begin}{name}-most"), most);
+            counted.insert(format!("{begin}{name}-state-bytes"), bytes);
+        }
     }
     for line in at_s.lines() {
         let Counted {
@@ -267,18 +291,6 @@ fn count() -> Result<Figures, String> {
         if SAMPLES.iter().any(|(own, _)| *own == name) {
             counted.insert(format!("{name}-at-s-mean"), mean);
             counted.insert(format!("{name}-at-s-most"), most);
-        }
-    }
-    for binary in ["virtual-servo", "bench", "terms", "commission", "drive"] {
-        let elf = Elf::read(&firmware::path(binary))?;
-        counted.insert(format!("{binary}-flash-bytes"), elf.flash);
-        if !(elf.memory == 0 && WITHOUT_MEMORY.contains(&binary)) {
-            counted.insert(format!("{binary}-memory-bytes"), elf.memory);
-        }
-        if binary == "drive" {
-            for (name, bound) in listing::bounds(&elf)? {
-                counted.insert(format!("drive-{name}"), bound.into());
-            }
         }
     }
     // The last, as they build the drive again, for the emulator.

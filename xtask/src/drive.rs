@@ -3,6 +3,7 @@
 
 use std::error::Error;
 use std::fmt::Debug;
+use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -21,15 +22,15 @@ const TIME_LIMIT: Duration = Duration::from_secs(300);
 
 /// Operates the drive as a host does, and as a broken line does.
 pub(crate) fn check() -> Result<(), String> {
-    firmware::build(&["drive"], &["emulator"])?;
-    let (_running, port) = emulator::Running::start(&firmware::path("drive"), &[])?;
+    let program = firmware::emulated_drive()?;
+    let (_running, port) = emulator::Running::start(&program, &[])?;
     operate(&mut Client::new(port)).map_err(|error| error.to_string())?;
-    refuse_damage().map_err(|error| error.to_string())
+    refuse_damage(&program).map_err(|error| error.to_string())
 }
 
 /// Boots a drive whose program does not fit its seal.
-fn refuse_damage() -> Result<(), Box<dyn Error>> {
-    let damaged = seal::damaged(&firmware::path("drive"))?;
+fn refuse_damage(program: &Path) -> Result<(), Box<dyn Error>> {
+    let damaged = seal::damaged(program)?;
     let (_running, port) = emulator::Running::start(&damaged, &[])?;
     let status = Client::new(port).status()?;
     let fault = Fault::ImageDamaged;

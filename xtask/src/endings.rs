@@ -15,15 +15,11 @@ const CHOICE: &str = "0x2001fffc";
 
 /// Ends a program that drives its output in every way.
 pub(crate) fn check() -> Result<(), String> {
-    firmware::build(&["endings"], &["emulator"])?;
+    let bench = firmware::bench("endings", None)?;
     for (number, name) in ENDS {
         let device = format!("loader,addr={CHOICE},data={number},data-len=4");
-        let printed = emulator::run_with(
-            emulator::BOARD,
-            &firmware::path("endings"),
-            &["-device", &device],
-        )
-        .map_err(|error| format!("{name} leaves the output driven: {error}"))?;
+        let printed = emulator::run_with(emulator::BOARD, &bench, &["-device", &device])
+            .map_err(|error| format!("{name} leaves the output driven: {error}"))?;
         if printed.trim() != "disabled" {
             return Err(format!("{name} ends in {printed:?}"));
         }

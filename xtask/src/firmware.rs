@@ -16,63 +16,58 @@ pub(crate) fn root() -> &'static Path {
         .unwrap_or_else(|| Path::new("."))
 }
 
-/// Builds the release of some binaries, all if none is named, with some features. It links only without
-/// a panic. The drive is sealed.
-pub(crate) fn build(binaries: &[&str], features: &[&str]) -> Result<(), String> {
-    let has_drive = binaries.is_empty() || binaries.contains(&"drive");
-    let features = format!("--features={}", features.join(","));
-    let binaries = binaries.iter().flat_map(|binary| ["--bin", binary]);
-    let what: Vec<&str> = binaries.chain([features.as_str()]).collect();
-    // The settings beside the firmware name its target and make its release fit the chip.
-    release(&root().join("firmware-stm32"), &what)?;
-    if has_drive {
-        seal(&path("drive"))?;
-    }
+/// Builds and seals the drive with some features, and returns its file. It links only without a panic.
+pub(crate) fn drive(features: &[&str]) -> Result<PathBuf, String> {
+    release(&folder(), &[&["--bin", "drive"], features].concat())?;
+    let drive = built().join(TARGET).join("release/drive");
+    seal(&drive)?;
+    Ok(drive)
+}
+
+/// The same for the emulator.
+pub(crate) fn emulated_drive() -> Result<PathBuf, String> {
+    drive(&["--features=emulator"])
+}
+
+/// Builds and seals the drive for a board.
+pub(crate) fn image(board: &str) -> Result<(), String> {
+    let drive = drive(&["--no-default-features", &format!("--features={board}")])?;
+    println!("sealed: {}", drive.display());
     Ok(())
 }
 
 /// The crates whose code is generic or the firmware's own, which a bench is of.
 const OF_A_BENCH: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-servo"];
 
-/// Arguments that compile them at an optimiser level in place of the drive's, and what they depend on at 3.
-fn at(level: &str) -> impl Iterator<Item = String> {
-    let setting = move |name| format!("profile.release.package.{name}.opt-level={level}");
-    let settings = OF_A_BENCH.map(setting).into_iter();
-    let settings = settings.chain(["profile.release.opt-level=3".to_owned()]);
-    settings.flat_map(|setting| ["--config".to_owned(), setting])
+/// An optimiser level of theirs, with 3 for what they depend on, in place of those of the drive.
+pub(crate) const FOR_SPEED: Option<&str> = Some("3");
+pub(crate) const FOR_SIZE: Option<&str> = Some("\"s\"");
+
+/// Builds a part of the bench and returns its file. It links only without a panic, but for size.
+pub(crate) fn bench(part: &str, level: Option<&str>) -> Result<PathBuf, String> {
+    let mut what = vec!["--bin=bench".to_owned(), format!("--features={part}")];
+    if let Some(level) = level {
+        let own = OF_A_BENCH.map(|name| format!("package.{name}.opt-level={level}"));
+        let levels = own.into_iter().chain(["opt-level=3".to_owned()]);
+        what.extend(levels.map(|level| format!("--config=profile.release.{level}")));
+    }
+    if level == FOR_SIZE {
+        let survives = "-Clink-arg=--defsym=a_panic_survived_in_this_release=0";
+        what.extend(["--", survives].map(str::to_owned));
+    }
+    let what: Vec<&str> = what.iter().map(String::as_str).collect();
+    cargo(&folder(), "rustc", &what)?;
+    // Another part takes its place.
+    let bench = built().join(TARGET).join("release/bench");
+    let level = level.unwrap_or("drive").trim_matches('"');
+    let kept = bench.with_extension(format!("{part}-{level}"));
+    std::fs::copy(&bench, &kept).map_err(|error| format!("{}: {error}", kept.display()))?;
+    Ok(kept)
 }
 
-/// Builds the releases of benches at the optimiser level 3.
-pub(crate) fn build_for_speed(benches: &[&str]) -> Result<(), String> {
-    let levels: Vec<String> = at("3").collect();
-    let benches = benches.iter().flat_map(|bench| ["--bin", bench]);
-    let what: Vec<&str> = benches.chain(levels.iter().map(String::as_str)).collect();
-    release(&root().join("firmware-stm32"), &what)
-}
-
-/// Builds the release of a bench at the optimiser level "s", in place of that at 3. It may panic.
-pub(crate) fn build_for_size(bench: &str) -> Result<PathBuf, String> {
-    let levels: Vec<String> = at("\"s\"").collect();
-    let mut what = vec!["--bin", bench];
-    what.extend(levels.iter().map(String::as_str));
-    what.extend([
-        "--",
-        "-C",
-        "link-arg=--defsym=a_panic_survived_in_this_release=0",
-    ]);
-    cargo(&root().join("firmware-stm32"), "rustc", &what)?;
-    Ok(path(bench))
-}
-
-/// Builds and seals the drive for a board.
-pub(crate) fn image(board: &str) -> Result<(), String> {
-    let features = format!("--features={board}");
-    let what = ["--bin", "drive", "--no-default-features", &features];
-    release(&root().join("firmware-stm32"), &what)?;
-    let drive = path("drive");
-    seal(&drive)?;
-    println!("sealed: {}", drive.display());
-    Ok(())
+/// Where the firmware is built: the settings there name its target.
+fn folder() -> PathBuf {
+    root().join("firmware-stm32")
 }
 
 /// Builds the emulator's plugin for this machine and returns its file.
@@ -122,9 +117,4 @@ fn cargo(folder: &Path, verb: &str, what: &[&str]) -> Result<(), String> {
 pub(crate) fn built() -> PathBuf {
     // Joining leaves a path alone that is absolute.
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
-}
-
-/// The file of a binary.
-pub(crate) fn path(binary: &str) -> PathBuf {
-    built().join(TARGET).join("release").join(binary)
 }

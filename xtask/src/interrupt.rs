@@ -110,8 +110,7 @@ pub(crate) fn print() -> Result<(), String> {
 /// Also where one takes more than half of the shortest sample that the drive allows its law.
 pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_trace()?;
-    firmware::build(&["drive"], &["emulator"])?;
-    let drive = firmware::path("drive");
+    let drive = firmware::emulated_drive()?;
     let metered = Metered {
         drive: &drive,
         plugin: &plugin,

@@ -42,9 +42,9 @@ struct Driven {
 
 /// Commissions at every rate, Hz.
 fn count() -> Result<Vec<(f64, Driven)>, String> {
-    firmware::build(&["drive"], &["emulator"])?;
+    let drive = firmware::emulated_drive()?;
     let plugin = firmware::build_trace()?;
-    let measured = RATES.map(|rate| Ok((rate, measure(rate, &plugin)?)));
+    let measured = RATES.map(|rate| Ok((rate, measure(rate, &drive, &plugin)?)));
     let measured = measured.into_iter();
     measured.collect()
 }
@@ -157,7 +157,7 @@ impl Driven {
 }
 
 /// Commissions at a rate, Hz.
-fn measure(rate: f64, plugin: &Path) -> Result<Driven, String> {
+fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
     let mut driven = Driven::default();
     let mut at_rest = 0;
     let take = |cost: Cost| {
@@ -176,10 +176,9 @@ fn measure(rate: f64, plugin: &Path) -> Result<Driven, String> {
         driven.whole.push(cost.instructions);
         Ok(Next::Interrupt)
     };
-    let drive = firmware::path("drive");
     let commissioned = |client: &mut Client| commission(client, 1.0 / rate);
     let metered = Metered {
-        drive: &drive,
+        drive,
         plugin,
         marks: &[],
     };

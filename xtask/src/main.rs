@@ -72,10 +72,10 @@ enum Verb {
     },
     /// Build the Python package's wheel, install it in an environment of its own, and run its tests.
     Python,
-    /// Run a binary of the firmware in the emulator.
-    Qemu {
-        /// The binary: virtual-servo, bench, terms, commission or background.
-        binary: String,
+    /// Run a part of the firmware's bench in the emulator.
+    Bench {
+        /// The part: same, samples, terms, commission or turns.
+        part: String,
     },
 }
 
@@ -93,8 +93,8 @@ fn main() -> ExitCode {
             playground::build(&out.unwrap_or_else(playground::usual_folder))
         }
         Verb::Python => python::check(),
-        Verb::Qemu { binary } => firmware::build(&[&binary], &[])
-            .and_then(|()| emulator::run(emulator::BOARD, &firmware::path(&binary)))
+        Verb::Bench { part } => firmware::bench(&part, None)
+            .and_then(|bench| emulator::run(emulator::BOARD, &bench))
             .map(|printed| print!("{printed}")),
     };
     match done {

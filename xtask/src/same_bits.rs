@@ -10,8 +10,7 @@ const SCENARIO: &str = "host-sim/scenarios/paper.toml";
 
 /// Runs the experiment on both.
 pub(crate) fn check() -> Result<(), String> {
-    firmware::build(&["virtual-servo"], &[])?;
-    let on_chip = emulator::run(emulator::BOARD, &firmware::path("virtual-servo"))?;
+    let on_chip = emulator::run(emulator::BOARD, &firmware::bench("same", None)?)?;
     for arithmetic in [Arithmetic::F32, Arithmetic::Fixed] {
         let expected = on_pc(arithmetic)?;
         let name = arithmetic.name();

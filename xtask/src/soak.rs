@@ -14,8 +14,7 @@ const KEEP_ALIVE: f64 = 5.0;
 /// Runs the drive for some hours at 1 kHz: no sample may be late, lost on the way, or missing in the
 /// sequence.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
-    firmware::build(&["drive"], &["emulator"])?;
-    let (_running, port) = emulator::Running::start(&firmware::path("drive"), &[])?;
+    let (_running, port) = emulator::Running::start(&firmware::emulated_drive()?, &[])?;
     run(&mut Client::new(port), hours).map_err(|error| error.to_string())
 }
 

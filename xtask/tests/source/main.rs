@@ -1,6 +1,7 @@
 //! Rules for the source itself.
 
 mod lines;
+mod locks;
 mod modules;
 mod public_items;
 mod rust;

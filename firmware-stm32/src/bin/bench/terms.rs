@@ -1,9 +1,5 @@
 //! Instructions of a whole sample of Gauss–Newton with one optional term that has entered.
-#![no_std]
-#![no_main]
 
-use cortex_m_rt::entry;
-use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{COULOMB, COUNTED, Experiment, GaussNewton, Halves};
 use firmware_stm32::paper;
@@ -18,13 +14,8 @@ use identifier_core::settings::{IdentifierSettings, SettingsError};
 /// Samples after which a term that is demanded has entered, and the law has settled.
 const UNTIL_IT_ENTERED: u32 = 5000;
 
-#[entry]
-fn main() -> ! {
-    let done = terms(&Instructions::start());
-    if done.is_err() {
-        print(&["a term did not enter"]);
-    }
-    exit(done.is_ok())
+pub(crate) fn run() -> Result<(), &'static str> {
+    terms(&Instructions::start()).map_err(|_| "a term did not enter")
 }
 
 /// Every term for itself.

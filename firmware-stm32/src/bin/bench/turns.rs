@@ -1,24 +1,17 @@
 //! Instructions of the turns of the drive's background: a stop may have to wait for one.
-#![no_std]
-#![no_main]
 
 use core::convert::Infallible;
 
-use cortex_m_rt::entry;
 use drive_link::{Command, Line, Request, frame};
 use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor};
-use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use firmware_stm32::board::STAGE;
-use firmware_stm32::host::exit;
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::settings;
 use identifier_core::drive::{Actuator, PositionSensor};
 
-#[entry]
-fn main() -> ! {
-    exit(count(&Instructions::start()).is_some())
+pub(crate) fn run() -> Result<(), &'static str> {
+    count(&Instructions::start()).ok_or("a second run")
 }
 
 /// Counts turns with nothing to do, with garbage, with the longest answer, with the longest request and
@@ -35,14 +28,11 @@ fn count(instructions: &Instructions) -> Option<()> {
         conversation: Conversation::new(),
     };
     let mut sampler = Sampler::new(interrupt, Ok(()));
-    let mut servo = Servo {
-        sensor: Still,
-        output: Loose,
-    };
+    let mut servo = Servo([Loose, Loose]);
 
-    background.count("turn-idle", &[]);
-    background.count("turn-garbage", &[0x55; 500]);
-    background.count("turn-show", &request(Command::Show));
+    background.count("idle", &[]);
+    background.count("garbage", &[0x55; 500]);
+    background.count("show", &request(Command::Show));
     for command in [
         Command::Configure(built_in),
         Command::Watch(1),
@@ -53,12 +43,9 @@ fn count(instructions: &Instructions) -> Option<()> {
     for _ in 0..4 {
         sampler.interrupt(&mut servo);
     }
-    background.count(
-        "turn-refused-configure",
-        &request(Command::Configure(built_in)),
-    );
+    background.count("refused-configure", &request(Command::Configure(built_in)));
     sampler.interrupt(&mut servo);
-    background.count("turn-news", &[]);
+    background.count("news", &[]);
     Some(())
 }
 
@@ -123,16 +110,12 @@ impl Line for Wire<'_> {
     }
 }
 
-struct Servo {
-    sensor: Still,
-    output: Loose,
-}
-
-struct Still;
+/// A sensor that stands still, and an output that nothing is at.
+struct Servo([Loose; 2]);
 
 struct Loose;
 
-impl PositionSensor for Still {
+impl PositionSensor for Loose {
     type Error = Infallible;
 
     fn count(&mut self) -> Result<i32, Infallible> {
@@ -153,7 +136,7 @@ impl Actuator<f32> for Loose {
 }
 
 impl Chip for Servo {
-    type Sensor = Still;
+    type Sensor = Loose;
     type Output = Loose;
 
     fn lines(&self) -> Lines {
@@ -165,8 +148,9 @@ impl Chip for Servo {
         }
     }
 
-    fn servo(&mut self) -> (&mut Still, &mut Loose) {
-        (&mut self.sensor, &mut self.output)
+    fn servo(&mut self) -> (&mut Loose, &mut Loose) {
+        let [sensor, output] = &mut self.0;
+        (sensor, output)
     }
 
     fn home_switch_is_closed(&self) -> bool {
@@ -191,24 +175,18 @@ impl Chip for Servo {
 /// A flash that does nothing.
 struct NoFlash;
 
-#[derive(Debug)]
-struct Refused;
-
-impl NorFlashError for Refused {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
+/// What it answers.
+const REFUSED: NorFlashErrorKind = NorFlashErrorKind::Other;
 
 impl ErrorType for NoFlash {
-    type Error = Refused;
+    type Error = NorFlashErrorKind;
 }
 
 impl ReadNorFlash for NoFlash {
     const READ_SIZE: usize = 1;
 
-    fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), Refused> {
-        Err(Refused)
+    fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        Err(REFUSED)
     }
 
     fn capacity(&self) -> usize {
@@ -220,11 +198,11 @@ impl NorFlash for NoFlash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = 2048;
 
-    fn erase(&mut self, _: u32, _: u32) -> Result<(), Refused> {
-        Err(Refused)
+    fn erase(&mut self, _: u32, _: u32) -> Result<(), NorFlashErrorKind> {
+        Err(REFUSED)
     }
 
-    fn write(&mut self, _: u32, _: &[u8]) -> Result<(), Refused> {
-        Err(Refused)
+    fn write(&mut self, _: u32, _: &[u8]) -> Result<(), NorFlashErrorKind> {
+        Err(REFUSED)
     }
 }

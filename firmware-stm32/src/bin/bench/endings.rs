@@ -1,15 +1,11 @@
 //! Ends of a program that drives its output, each of which must disable it: the emulator's host chooses one by the last
 //! word of the memory.
-#![no_std]
-#![no_main]
 
 use core::hint::black_box;
 
 use cortex_m::peripheral::{NVIC, SCB};
-use cortex_m_rt::entry;
 use firmware_stm32::board::{self, Interrupt};
 use firmware_stm32::ending::emulated;
-use firmware_stm32::host::exit;
 use identifier_core::drive::Actuator;
 
 firmware_stm32::give_up_at_every_end!();
@@ -17,13 +13,10 @@ firmware_stm32::give_up_at_every_end!();
 /// The last word of the memory, which no static takes.
 const CHOICE: *const u32 = 0x2001_fffc as *const u32;
 
-#[entry]
-fn main() -> ! {
-    let Some((_, mut output)) = board::wire() else {
-        exit(false)
-    };
+pub(crate) fn run() -> Result<(), &'static str> {
+    let (_, mut output) = board::wire().ok_or("it was wired before")?;
     if output.hold(5.0).is_err() || !emulated::drives() {
-        exit(false);
+        return Err("the output is not driven");
     }
     emulated::report_end();
     // SAFETY: it is memory.
@@ -41,8 +34,7 @@ fn main() -> ! {
         _ => {}
     }
     cortex_m::asm::isb();
-    // Nothing has ended it.
-    exit(false)
+    Err("nothing has ended it")
 }
 
 /// Takes more stack than there is.

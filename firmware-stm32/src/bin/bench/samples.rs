@@ -1,43 +1,28 @@
 //! Instructions per whole sample (on the chip: cycles), per law and number format: from the register
 //! of the encoder's counter, with a setpoint and an offset, to the command and the estimates. And
 //! instructions of building the loops of a box, whose stability is proved before the first sample.
-#![no_std]
-#![no_main]
 
 use core::hint::black_box;
 
-use cortex_m_rt::entry;
-use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{
-    COULOMB, COUNTED, Experiment, Fitter, GaussNewton, Halves, Loop, STARTING, Single, counted,
-    measure, on_both,
+    COULOMB, COUNTED, Experiment, Fitter, Fixed, GaussNewton, Gradient, Halves, Loop, STARTING,
+    Single, Words, counted, measure, on_both,
 };
 use firmware_stm32::paper;
-use fixed::types::I16F16;
 use identifier_core::Settings;
-use identifier_core::control::Setpoint;
-use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
 use identifier_core::identifier::{FitBlocks, GradientIdentifier, Identify, RecordBlocks};
-use identifier_core::measurement::{Counter, LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, ServoParameters};
+use identifier_core::measurement::LowPass;
+use identifier_core::parameters::{AbCoulomb, AbCoulombLoad, ServoParameters};
 use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
 
-type Gradient = GradientIdentifier<f32, LowPass<f32>, Ab, 2>;
 type GradientWithFriction = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
-type Fixed = FixedServoLoop<LowPass<Word>, Ab, 2>;
 
-#[entry]
-fn main() -> ! {
-    let instructions = Instructions::start();
-    let done = run(&instructions);
-    if done.is_err() {
-        print(&["a law could not be built"]);
-    }
-    exit(done.is_ok())
+pub(crate) fn run() -> Result<(), &'static str> {
+    laws(&Instructions::start()).map_err(|_| "a law could not be built")
 }
 
-fn run(instructions: &Instructions) -> Result<(), SettingsError> {
+fn laws(instructions: &Instructions) -> Result<(), SettingsError> {
     single::<Gradient>(instructions, "gradient-f32-2")?;
     single::<GradientWithFriction>(instructions, "gradient-f32-friction")?;
     gauss_newton(instructions)?;
@@ -151,42 +136,13 @@ fn once(name: &str, taken: u32, bytes: usize) {
     tally.print(name, bytes);
 }
 
-/// The loop in fixed point with its counter and its state.
-struct Words {
-    counter: Counter<u16>,
-    servo_loop: Fixed,
-    state: FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>,
-}
-
-impl Words {
-    #[inline(never)]
-    fn sample(&mut self, setpoint: i32, offset: I16F16, register: u16) -> Word {
-        let count = self.counter.read(register);
-        let control = self
-            .servo_loop
-            .control(&mut self.state, setpoint, offset, count);
-        control.map_or(Word::ZERO, |sample| {
-            self.servo_loop.learn(&mut self.state, &sample);
-            sample.command
-        })
-    }
-}
-
 fn words(instructions: &Instructions) -> Result<(), SettingsError> {
     let mut bytes = 0;
     let tally = on_both([0.0, COULOMB], |coulomb| {
-        let servo_loop: Fixed = paper::settings().build()?;
-        let mut parts = Words {
-            counter: Counter::new(0),
-            state: servo_loop.start(0),
-            servo_loop,
-        };
+        let mut parts = Words::build(&paper::settings())?;
         bytes = size_of_val(parts.state.identification());
         measure(coulomb, |reference, register| {
-            let Setpoint { count, offset } = Setpoint::from_counts(reference);
-            let (count, offset, register) = black_box((count, offset, register));
-            let (command, taken) = counted(instructions, || parts.sample(count, offset, register));
-            (parts.servo_loop.controller().command(command), taken)
+            parts.counted(instructions, (reference, register))
         })
     })?;
     tally.print("gradient-fixed-2", bytes);

@@ -1,7 +1,5 @@
 //! Instructions of a commissioning on a simulated servo: of a sample by its phase, and of a slice of the
 //! solver.
-#![no_std]
-#![no_main]
 
 use core::hint::black_box;
 
@@ -9,8 +7,6 @@ use commissioning::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
     CommissionState, Limits, Phase,
 };
-use cortex_m_rt::entry;
-use firmware_stm32::host::{exit, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::counted;
 use firmware_stm32::paper;
@@ -25,15 +21,12 @@ const COULOMB: f64 = 5.0;
 /// Samples within which it is over.
 const PATIENCE: u32 = 200_000;
 
-#[entry]
-fn main() -> ! {
-    let done = commission(&Instructions::start());
-    match done {
-        Ok(Phase::Applied) => exit(true),
-        Ok(phase) => print(&["it ended", phase.name()]),
-        Err(_) => print(&["it was refused"]),
+pub(crate) fn run() -> Result<(), &'static str> {
+    match commission(&Instructions::start()) {
+        Ok(Phase::Applied) => Ok(()),
+        Ok(phase) => Err(phase.name()),
+        Err(_) => Err("it was refused"),
     }
-    exit(false)
 }
 
 fn settings() -> CommissionSettings {
@@ -90,27 +83,9 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let bytes = size_of::<CommissionState<f32>>();
     for (phase, tally) in samples {
         if tally.rounds() > 0 {
-            tally.print(name(phase), bytes);
+            tally.print(phase.name(), bytes);
         }
     }
-    slices.print("commission-slice", size_of::<CommissionSolver<f32>>());
+    slices.print("slice", size_of::<CommissionSolver<f32>>());
     Ok(phase)
-}
-
-/// Its name among the figures.
-fn name(phase: Phase) -> &'static str {
-    match phase {
-        Phase::Idle => "commission-idle",
-        Phase::ReleasedCheck => "commission-released-check",
-        Phase::Probing => "commission-wiggle",
-        Phase::Fit => "commission-fit",
-        Phase::Refine => "commission-refine",
-        Phase::Verify => "commission-verify",
-        Phase::Slide => "commission-slide",
-        Phase::Tune => "commission-tune",
-        Phase::Trial => "commission-trial",
-        Phase::Applied => "commission-applied",
-        Phase::RolledBack => "commission-rolled-back",
-        Phase::Aborted => "commission-aborted",
-    }
 }
