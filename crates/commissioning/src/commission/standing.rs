@@ -12,6 +12,8 @@ use identifier_core::reason::Reason;
 pub(super) struct StandingTest<N> {
     /// The command beyond friction that moves a servo, command units.
     least_push: N,
+    /// The travel beyond whose ends none is pushed outwards, counts.
+    inner: [N; 2],
     /// Samples that it may stand under it at least, and behind a reference that leads it.
     least: u32,
     behind: u32,
@@ -62,6 +64,9 @@ impl<N: Number> StandingTest<N> {
     /// The part of the command's limit beyond friction that moves a servo.
     const LEAST_PUSH: f64 = 0.05;
 
+    /// The part of the travel beyond which a servo is not pushed outwards.
+    const INNER: f64 = 0.85;
+
     /// The times for which it may stand under such a command, and behind a reference that leads it, s.
     const LEAST: f64 = 0.015;
     const BEHIND: f64 = 0.1;
@@ -72,14 +77,15 @@ impl<N: Number> StandingTest<N> {
     const STEADY: f64 = 4e-3;
     const GROWS: f64 = 0.014;
 
-    /// For a command up to a limit, at a sample time (s); a command may act this late (samples).
-    pub(super) fn new(limit: f64, sample_time: f64, delay: f64) -> Self {
+    /// For a command up to a limit and a travel (counts), at a sample time (s); a command may act this late (samples).
+    pub(super) fn new(limit: f64, travel: [f64; 2], sample_time: f64, delay: f64) -> Self {
         /// The fewest samples of each.
         const FEWEST: f64 = 3.0;
         let samples = |time: f64| libm::ceil((time / sample_time).max(FEWEST));
         let [steady, grows] = [Self::STEADY, Self::GROWS].map(samples);
         Self {
             least_push: N::from_f64(Self::LEAST_PUSH * limit),
+            inner: travel.map(|end| N::from_f64(Self::INNER * end)),
             least: (samples(Self::LEAST) + delay) as u32,
             behind: (samples(Self::BEHIND) + delay) as u32,
             push: (steady + grows + delay) as u32,
@@ -140,6 +146,15 @@ impl<N: Number> StandingTest<N> {
             }
             let is_pushed = state.displacement > missed && state.pushed > self.least;
             if !is_pushed && state.behind < self.behind {
+                return Ok(());
+            }
+            let [low, high] = self.inner;
+            let is_outer = if force > N::ZERO {
+                position < low
+            } else {
+                position > high
+            };
+            if is_outer {
                 return Ok(());
             }
             let least = least * servo.per_gain;
@@ -228,7 +243,7 @@ mod tests {
         mut position: impl FnMut(f64, f64) -> f64,
     ) -> Option<f64> {
         let time = 1.0 / rate;
-        let test = StandingTest::new(LIMIT, time, 2.0);
+        let test = StandingTest::new(LIMIT, [-1e3, 1e3], time, 2.0);
         let mut state = Standing::at(0.0);
         (0..(2.0 * rate) as u32).find_map(|sample| {
             let now = f64::from(sample) * time;
@@ -277,6 +292,11 @@ mod tests {
                 });
                 assert_eq!(held, None, "{rate} {command}");
                 assert!(away.abs() > 4.0, "{rate}: it was not pushed");
+            }
+            // Near an end of its travel it is pushed inwards alone.
+            for (command, is_pushed) in [(0.5 * LIMIT, true), (-0.7 * LIMIT, false)] {
+                let near_end = found(rate, command, Led::Behind(50.0), |_, _| 900.0);
+                assert_eq!(near_end.is_some(), is_pushed, "{rate} {command}");
             }
             // Friction and a tenth more, with the load.
             for command in [0.25 * LIMIT, -0.44 * LIMIT] {

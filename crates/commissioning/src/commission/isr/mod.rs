@@ -133,7 +133,12 @@ impl<N: Number> CommissionIsr<N> {
             tolerated_noise,
             probing: Probing::new(&settings.probing())?,
             watch: ServoWatch::new(&settings.watch())?,
-            standing: StandingTest::new(high.max(-low), settings.sample_time, delay),
+            standing: StandingTest::new(
+                high.max(-low),
+                limits.travel.map(|end| end / settings.resolution),
+                settings.sample_time,
+                delay,
+            ),
             velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
             conservative: ConservativePid::new(&units, limits),
