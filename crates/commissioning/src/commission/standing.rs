@@ -298,6 +298,12 @@ mod tests {
                 let near_end = found(rate, command, Led::Behind(50.0), |_, _| 900.0);
                 assert_eq!(near_end.is_some(), is_pushed, "{rate} {command}");
             }
+            // Held at a place it bears any load: the command counts from where it came to stand.
+            assert_eq!(
+                found(rate, 0.9 * LIMIT, Led::Not, |_, _| 0.0),
+                None,
+                "{rate}"
+            );
             // Friction and a tenth more, with the load.
             for command in [0.25 * LIMIT, -0.44 * LIMIT] {
                 assert_eq!(

@@ -76,8 +76,8 @@ impl<N: Number> CommissionIsr<N> {
         })
     }
 
-    /// Has a servo that stands show whether it can move, where it is led or brought to a place; false while a push shows it, and until it is braked
-    /// again.
+    /// Has a servo that stands show whether it can move, where it is led, brought to a place or held there. False while a push
+    /// shows it, and until the servo is braked again.
     pub(super) fn moves(&self, state: &mut CommissionState<N>) -> Result<bool, Reason> {
         let (position, command) = (state.position, state.command);
         let (servo, led) = match &state.activity {
