@@ -353,12 +353,9 @@ fn questions_are_asked_at_a_terminal() {
         "converged",
     ];
     let mut terminal = Terminal::start(&program, folder, 70, 40);
-    terminal.shows("how many a revolution has");
-    terminal.types("many\r");
-    terminal.shows("a number, as 0.05");
-    terminal.types("10000\r");
-    terminal.shows("how many seconds pass");
-    terminal.types("0.001\r");
+    terminal.answers("how many a revolution has", "many");
+    terminal.answers("a number, as 0.05", "10000");
+    terminal.answers("how many seconds pass", "0.001");
     terminal.shows("converged: every estimate is known");
     let (code, screen) = terminal.ends();
     assert_eq!(code, 0, "{screen}");

@@ -92,12 +92,25 @@ impl Terminal {
         })
     }
 
+    /// Types an answer once this is on the screen and a whole question is its end: the echo of an earlier key would
+    /// stand within it.
+    pub(crate) fn answers(&mut self, asked: &str, answer: &str) {
+        self.waits(asked, |text| {
+            text.contains(asked) && text.trim_end().ends_with(':')
+        });
+        self.types(&format!("{answer}\r"));
+    }
+
     /// Waits until this is on the screen, and answers with the whole of it.
     pub(crate) fn shows(&mut self, wanted: &str) -> String {
+        self.waits(wanted, |text| text.contains(wanted))
+    }
+
+    fn waits(&mut self, wanted: &str, is_there: impl Fn(&str) -> bool) -> String {
         let until = Instant::now() + TIMEOUT;
         loop {
             let text = self.text();
-            if text.contains(wanted) {
+            if is_there(&text) {
                 return text;
             }
             assert!(
