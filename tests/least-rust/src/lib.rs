@@ -1,0 +1,3 @@
+//! A firmware that has every feature of the libraries.
+
+#![no_std]
