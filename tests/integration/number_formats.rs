@@ -111,11 +111,11 @@ fn assert_no_drift(scenario: &Scenario, parameters: &[&str]) {
     }
 }
 
-/// 10⁷ samples; 10⁹ are run on demand (docs/number-formats.md).
+/// 2·10⁶ samples; 10⁹ are run on demand (docs/number-formats.md).
 #[test]
 fn a_soak_shows_no_drift() {
     let mut scenario = parse(RUBBING);
-    scenario.duration = 1e4;
+    scenario.duration = 2e3;
     assert_no_drift(&scenario, &["b", "coulomb", "load"]);
 }
 

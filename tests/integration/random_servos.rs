@@ -1,4 +1,4 @@
-//! Two hundred servos without individual tuning: one automatic Γ for the whole box.
+//! Servos without individual tuning: one automatic Γ for the whole box. `CAMPAIGN=4` for two hundred of them.
 
 use std::fmt::Write;
 
@@ -6,10 +6,15 @@ use host_sim::result::Summary;
 use host_sim::scenario::{Law, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::PerParameter;
-use integration_tests::{Random, in_parallel, run, servo};
+use integration_tests::{Random, environment, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 
-const SERVOS: usize = 200;
+const SERVOS: usize = 50;
+
+/// Factor of a campaign on the usual number of servos.
+fn factor() -> usize {
+    environment("CAMPAIGN").unwrap_or(1)
+}
 
 /// Servos of the box a ∈ [0, 50], b ∈ [110, 1000], |d| ≤ 40 under the paper's PID, each with a
 /// reference of its own; Γ is chosen automatically, for all of them from the paper's reference.
@@ -19,7 +24,7 @@ fn scenarios() -> Vec<Scenario> {
     let base = base.with_gamma_chosen();
     assert!(base.stated.identifier.gamma.is_some());
     let mut random = Random::new(200);
-    (0..SERVOS)
+    (0..SERVOS * factor())
         .map(|_| {
             let mut scenario = base.clone();
             let servo = servo(&mut scenario);
@@ -53,8 +58,9 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
     let scenarios = scenarios();
     let summaries: Vec<Summary> = in_parallel(&scenarios, run);
 
+    let servos = scenarios.len();
     let mut table =
-        format!("{SERVOS} servos, 60 s            median      90 %     95 %      all\n");
+        format!("{servos} servos, 60 s             median      90 %     95 %      all\n");
     let never = f64::INFINITY;
     let (mut errors_a, mut errors_b) = (Vec::new(), Vec::new());
     for summary in &summaries {
@@ -96,7 +102,9 @@ fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
         assert!(a < 1.0, "{:?}: â {:?}", summary.truth, summary.estimates.a);
         assert!(b < 0.2, "{:?}: b̂ {:?}", summary.truth, summary.estimates.b);
     }
-    insta::assert_snapshot!(table);
+    if factor() == 1 {
+        insta::assert_snapshot!(table);
+    }
 }
 
 /// A first fit over a quarter of a second, without a guess.

@@ -33,7 +33,7 @@ duration = 30.0
 ";
 
 /// Servos of a sweep, times `CAMPAIGN`.
-const SERVOS: u32 = 14;
+const SERVOS: u32 = 7;
 
 fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
     sweep(scenario, 0..runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")

@@ -257,7 +257,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
 fn the_sampled_test_agrees_with_running_the_loop() {
     let mut random = Random::new(99);
     let (mut stable, mut unstable) = (0, 0);
-    for _ in 0..1000 {
+    for _ in 0..350 {
         let sample_time = random.log_uniform(2e-4, 2e-2);
         let gains = random_gains(&mut random);
         let (a, b) = (random.uniform(0.0, 20.0), random.log_uniform(1.0, 5000.0));
@@ -317,7 +317,7 @@ fn the_sampled_test_agrees_with_running_the_loop() {
         }
     }
     assert!(
-        stable > 100 && unstable > 100,
+        stable > 35 && unstable > 35,
         "{stable} stable, {unstable} unstable"
     );
 }

@@ -163,7 +163,7 @@ fn is_near(x: f64, y: f64) -> bool {
 #[test]
 fn a_box_is_refused_where_the_dense_search_refuses_it_and_names_the_same_servo() {
     let [refused, inside, certified] = [const { Cell::new(0) }; 3];
-    for_all(20_000, |case| {
+    for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
         let own = SampledLoop::new(units, gains, velocity)
             .check(&case.plant_box)
@@ -190,15 +190,15 @@ fn a_box_is_refused_where_the_dense_search_refuses_it_and_names_the_same_servo()
         count(&certified, own.is_none() && certificate.is_ok());
         Ok(())
     });
-    assert!((5000..15_000).contains(&refused.get()), "{refused:?}");
-    assert!(inside.get() > 2000, "{inside:?}");
-    assert!(certified.get() > 5000, "{certified:?}");
+    assert!((1250..3750).contains(&refused.get()), "{refused:?}");
+    assert!(inside.get() > 500, "{inside:?}");
+    assert!(certified.get() > 1250, "{certified:?}");
 }
 
 #[test]
 fn the_gain_margin_is_that_of_the_dense_search() {
     let [some, ample] = [const { Cell::new(0) }; 2];
-    for_all(20_000, |case| {
+    for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
         let own = SampledLoop::new(units, gains, velocity).gain_margin(&case.plant_box);
         let same = case.agrees(
@@ -217,16 +217,13 @@ fn the_gain_margin_is_that_of_the_dense_search() {
         count(&ample, own > 2.0 * SampledLoop::AMPLE_GAIN_MARGIN);
         Ok(())
     });
-    assert!(
-        some.get() > 2000 && ample.get() > 5000,
-        "{some:?} {ample:?}"
-    );
+    assert!(some.get() > 500 && ample.get() > 1250, "{some:?} {ample:?}");
 }
 
 #[test]
 fn the_largest_estimate_is_that_of_the_dense_search() {
     let [bounded, above] = [const { Cell::new(0) }; 2];
-    for_all(20_000, |case| {
+    for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
         let nominal = case.plant_box.b().max();
         let own = SampledLoop::new(units, gains, velocity).most_gain(nominal);
@@ -267,7 +264,7 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
         Ok(())
     });
     assert!(
-        bounded.get() > 5000 && above.get() > 5000,
+        bounded.get() > 1250 && above.get() > 1250,
         "{bounded:?} {above:?}"
     );
 }
@@ -276,7 +273,7 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
 #[test]
 fn a_box_that_is_accepted_is_stable_between_the_points_too() {
     let accepted = Cell::new(0);
-    for_all(5000, |case| {
+    for_all(2500, |case| {
         let (units, gains, velocity) = case.parts();
         let plant_box = case.plant_box;
         if SampledLoop::new(units, gains, velocity)
@@ -295,7 +292,7 @@ fn a_box_that_is_accepted_is_stable_between_the_points_too() {
         }
         Ok(())
     });
-    assert!(accepted.get() > 2000, "{accepted:?}");
+    assert!(accepted.get() > 1000, "{accepted:?}");
 }
 
 /// The value at which a predicate changes between two of them, with the first's verdict just below.
@@ -317,7 +314,7 @@ fn a_servo_is_unstable_from_the_same_gain_on() {
     /// Ratio of successive values between which an edge is looked for.
     const STEP: f64 = 1.3;
     let edges = Cell::new(0);
-    for_all(5000, |case| {
+    for_all(1250, |case| {
         let (units, gains, velocity) = case.parts();
         let (a, b) = (case.plant_box.a(), case.plant_box.b());
         for a in [a.min(), a.max()] {
@@ -337,5 +334,5 @@ fn a_servo_is_unstable_from_the_same_gain_on() {
         }
         Ok(())
     });
-    assert!(edges.get() > 5000, "{edges:?}");
+    assert!(edges.get() > 1250, "{edges:?}");
 }

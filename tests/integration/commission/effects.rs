@@ -12,7 +12,7 @@ use super::judged::{Judged, commission};
 use super::servos::{KINDS, Kind};
 
 /// Seeds of each servo, for a factor of one.
-const SEEDS: f64 = 2.0;
+const SEEDS: f64 = 1.0;
 
 /// The part of the servos that are not applied of which the reason names an effect that they have, at least.
 const NAMED: f64 = 0.7;

@@ -200,7 +200,7 @@ fn struck(drawn: &(Drawn, Kind, u32)) -> Option<(Scenario, Judged)> {
 #[test]
 fn nothing_is_applied_after_a_fault_before_its_trial() {
     let mut random = Random::new(environment("CAMPAIGN_SEED").unwrap_or(19));
-    let strikes = environment("STRUCK").unwrap_or(140);
+    let strikes = environment("STRUCK").unwrap_or(70);
     let drawn: Vec<(Drawn, Kind, u32)> = (0..strikes)
         .map(|place| {
             let servo = unknown(&mut random, place);

@@ -90,7 +90,7 @@ fn is_wrong(summary: &Summary, kind: &Kind) -> bool {
 #[test]
 fn a_wrong_result_of_a_wrong_declaration_is_not_called_converged() {
     let mut random = Random::new(31);
-    let cases: Vec<(Kind, &str, u32, Scenario)> = (0..12 * factor())
+    let cases: Vec<(Kind, &str, u32, Scenario)> = (0..6 * factor())
         .flat_map(|number| {
             let kind = Kind {
                 duration: 5.0,

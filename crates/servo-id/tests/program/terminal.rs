@@ -60,7 +60,7 @@ fn tables_fit_the_width_and_list_omitted_columns() {
     };
     let mut headings = Vec::new();
     for (columns, left_out) in [("80", true), ("100", true), ("200", false)] {
-        let text = with("COLUMNS", columns, &folder, "paper --force --out paper");
+        let text = with("COLUMNS", columns, &folder, "");
         let table = table(&text);
         let room: usize = columns.parse().expect("a number");
         assert!(

@@ -114,7 +114,7 @@ fn motor(random: &mut Random, sample_time: f64) -> LoopSetup {
 
 #[test]
 fn a_log_that_does_not_determine_b_is_not_converged() {
-    let (seed, logs) = campaign(10);
+    let (seed, logs) = campaign(3);
     let numbers: Vec<u32> = (0..logs).collect();
     let settings = [FIT, FOUR];
     for (name, setup) in [
