@@ -3,7 +3,7 @@
 //!
 //! The servo's model, driven by the recorded command, is kept with the recorded position by a Kalman
 //! filter, and Levenberg and Marquardt's search makes its innovations small ([`Fitter::search`]). The noise
-//! is the innovations' scale, the start is the equation of motion in its weak form ([`Fitter::start`]), and the
+//! is the innovations' scale, the start is the equation of motion in its weak form ([`Fitter::beginnings`]), and the
 //! horizon over which the model is trusted is the one at which the estimates scatter least
 //! ([`Fitter::best_horizon`]).
 //!

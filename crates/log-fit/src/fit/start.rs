@@ -12,24 +12,18 @@ const TRIED: usize = 3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beginning {
     values: Values,
+    has_gravity: bool,
     horizons: [Horizon; 2],
 }
 
 impl Fitter<'_> {
-    /// The first estimates, at the likeliest of the [beginnings](Self::beginnings), their delay free.
-    #[must_use]
-    pub fn start(&self) -> Option<Values> {
-        let beginnings = self.beginnings();
-        likeliest(beginnings.filter_map(|one| self.search_from(&one)))
-    }
-
-    /// The starts that explain most, of different gains.
-    pub fn beginnings(&self) -> impl Iterator<Item = Beginning> {
+    /// The starts that explain most, of different gains; of a servo with gravity or without.
+    pub fn beginnings(&self, has_gravity: bool) -> impl Iterator<Item = Beginning> {
         /// Starts whose gains differ by less than this factor are one.
         const SAME: f64 = 1.22;
         /// Horizons of the search, widths of the start's weights, and the least of each, samples.
         const HORIZONS: [[f64; 2]; 2] = [[2.0, 6.0], [8.0, 25.0]];
-        let found = starts(self.record, &self.survey);
+        let found = starts(self.record, &self.survey, has_gravity);
         let mut tried: [Option<Start>; TRIED] = [None; TRIED];
         for place in 0..TRIED {
             let others = found.iter().flatten().filter(|start| {
@@ -57,7 +51,11 @@ impl Fitter<'_> {
             values.set(Effect::Delay, values.get(Effect::Delay).clamp(low, high));
             let first = horizon(&start, HORIZONS[0]).min(widest);
             let horizons = [first, widest].map(|white| Horizon { white, walk: None });
-            Beginning { values, horizons }
+            Beginning {
+                values,
+                has_gravity,
+                horizons,
+            }
         })
     }
 
@@ -68,10 +66,15 @@ impl Fitter<'_> {
             steps: 6,
             tolerance: 1e-5,
         };
+        let gravity: &[Effect] = match beginning.has_gravity {
+            true => &[Effect::GravitySine, Effect::GravityCosine],
+            false => &[],
+        };
+        let free = [&Effect::BASE[..], gravity].concat();
         let mut values = beginning.values;
         let mut likelihood = f64::INFINITY;
         for horizon in beginning.horizons {
-            if let Some((found, sums)) = self.search(&values, &Effect::BASE, horizon, search) {
+            if let Some((found, sums)) = self.search(&values, &free, horizon, search) {
                 values = found;
                 likelihood = sums.minus_two_log_likelihood();
             }

@@ -26,6 +26,8 @@ pub(super) struct Window {
     pub(super) direction: f64,
     /// The part of the window in which the servo moved.
     pub(super) moving: f64,
+    /// Of the angle's sine and cosine; zero on an axis without angle.
+    pub(super) wave: [f64; 2],
 }
 
 /// ∫(1 − x²)³, ∫(d/dx (1 − x²)³)² and ∫(d²/dx² (1 − x²)³)² from −1 to 1.
@@ -65,6 +67,7 @@ pub(super) fn windows(
                 command_change: 0.0,
                 direction: 0.0,
                 moving: 0.0,
+                wave: [0.0; 2],
             };
             // Sum of the positions ahead of a sample less that behind.
             let begin = centre - half_width + 1;
@@ -81,6 +84,10 @@ pub(super) fn windows(
                 window.velocity += weight * 0.5 * (before + after);
                 window.command += weight * 0.5 * (earlier + command);
                 window.command_change += weight * (command - earlier);
+                if let Some([sine, cosine]) = record.angles.get(sample) {
+                    window.wave[0] += weight * sine;
+                    window.wave[1] += weight * cosine;
+                }
                 if moved.abs() > threshold {
                     window.direction += weight * moved.signum();
                     window.moving += weight;
@@ -96,6 +103,7 @@ pub(super) fn windows(
                 command_change: window.command_change * per,
                 direction: window.direction * per,
                 moving: window.moving * per,
+                wave: window.wave.map(|sum| sum * per),
             });
             centre += step;
         }

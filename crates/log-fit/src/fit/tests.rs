@@ -192,7 +192,12 @@ fn is_the_derivative(pass: &ModelPass<'_>, values: &Values, effect: Effect) -> b
 
 fn fitted(record: &Record<'_>) -> (Fitted, Lateness) {
     let mut fitter = Fitter::new(record).expect("a motion");
-    let values = fitter.start().expect("a start");
+    let values = likeliest(
+        fitter
+            .beginnings(false)
+            .filter_map(|one| fitter.search_from(&one)),
+    )
+    .expect("a start");
     let late = fitter.lateness(&values).expect("a long horizon");
     let mut values = values;
     fitter.earliest = 0.0;

@@ -22,29 +22,38 @@ pub(super) const MAX_STARTS: usize = 14;
 ///
 /// −∫g′q̇ = −a ∫g q̇ + b ∫g (u − τ u̇) − c ∫g sign q̇ + d ∫g
 ///
-/// is linear in a, b, bτ, c and d, and no noise is differentiated (Preisig and Rippin, "Theory and application
+/// is linear in a, b, bτ, c, d and gravity, and no noise is differentiated (Preisig and Rippin, "Theory and application
 /// of the modulating function method", Computers & Chemical Engineering 17(1), 1993).
-pub(super) fn starts(record: &Record<'_>, survey: &Survey) -> [Option<Start>; MAX_STARTS] {
+pub(super) fn starts(
+    record: &Record<'_>,
+    survey: &Survey,
+    has_gravity: bool,
+) -> [Option<Start>; MAX_STARTS] {
     let mut starts = [None; MAX_STARTS];
     let mut half_width = 6;
     for start in &mut starts {
         if half_width >= (record.len() / 12).max(8) {
             break;
         }
-        *start = one(record, survey, half_width);
+        *start = one(record, survey, half_width, has_gravity);
         half_width = half_width * 8 / 5 + 1;
     }
     starts
 }
 
-fn one(record: &Record<'_>, survey: &Survey, half_width: usize) -> Option<Start> {
+fn one(
+    record: &Record<'_>,
+    survey: &Survey,
+    half_width: usize,
+    has_gravity: bool,
+) -> Option<Start> {
     /// Windows of which less moves are left out: at rest friction is unknown.
     const MIN_MOVING: f64 = 0.7;
     /// The fewest windows.
     const MIN_WINDOWS: f64 = 20.0;
     /// Standard deviation of the weights over the half width.
     const DEVIATION: f64 = 1.0 / 3.0;
-    const UNKNOWNS: usize = 5;
+    let unknowns = if has_gravity { 7 } else { 5 };
     let mut hessian = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
     let mut gradient = [0.0; MAX_UNKNOWNS];
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
@@ -58,11 +67,13 @@ fn one(record: &Record<'_>, survey: &Survey, half_width: usize) -> Option<Start>
             -window.direction,
             1.0,
             -window.command_change,
+            window.wave[0],
+            window.wave[1],
         ];
         let y = window.acceleration;
-        for (i, &one) in row.iter().enumerate() {
+        for (i, &one) in row.iter().enumerate().take(unknowns) {
             gradient[i] += one * y;
-            for (j, &other) in row.iter().enumerate() {
+            for (j, &other) in row.iter().enumerate().take(unknowns) {
                 hessian[i][j] += one * other;
             }
         }
@@ -73,11 +84,11 @@ fn one(record: &Record<'_>, survey: &Survey, half_width: usize) -> Option<Start>
     if count < MIN_WINDOWS {
         return None;
     }
-    let spectrum = Spectrum::new(&hessian, UNKNOWNS);
+    let spectrum = Spectrum::new(&hessian, unknowns);
     let solution = spectrum.solve(&gradient, 1e-6);
-    let explained: f64 = (0..UNKNOWNS)
+    let explained: f64 = (0..unknowns)
         .map(|i| {
-            let along: f64 = (0..UNKNOWNS).map(|j| hessian[i][j] * solution[j]).sum();
+            let along: f64 = (0..unknowns).map(|j| hessian[i][j] * solution[j]).sum();
             solution[i] * (2.0 * gradient[i] - along)
         })
         .sum();
@@ -90,6 +101,10 @@ fn one(record: &Record<'_>, survey: &Survey, half_width: usize) -> Option<Start>
     values.set(Effect::Coulomb, solution[2].max(0.0));
     values.set(Effect::Load, solution[3]);
     values.set(Effect::Delay, solution[4] / gain);
+    if has_gravity {
+        values.set(Effect::GravitySine, solution[5]);
+        values.set(Effect::GravityCosine, solution[6]);
+    }
     Some(Start {
         values,
         width: DEVIATION * half_width as f64,

@@ -273,6 +273,8 @@ impl Candidate {
         answer: &Answer,
         range: &Range,
     ) -> (Values, Vec<Effect>) {
+        /// The part of friction that a dead band begins as.
+        const OF_FRICTION: f64 = 0.6;
         let sizes = &answer.sizes;
         let mut values = *values;
         let mut free = free.to_vec();
@@ -314,6 +316,12 @@ impl Candidate {
                     let lag = (0.5 * delay).clamp(0.3, 3.0);
                     values.set(Effect::Delay, delay - lag);
                     lag
+                }
+                Effect::DeadBand if known == 0.0 && values.get(Effect::Coulomb) > 0.0 => {
+                    // Friction has taken its place: from none of it a search would not find it.
+                    let (gain, friction) = (values.get(Effect::B), values.get(Effect::Coulomb));
+                    values.set(Effect::Coulomb, (1.0 - OF_FRICTION) * friction);
+                    OF_FRICTION * friction / gain
                 }
                 Effect::DeadBand => size.clamp(0.0, known + 0.05 * range.peak),
                 Effect::LoadFriction => size.clamp(0.0, 0.2),

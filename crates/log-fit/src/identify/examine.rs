@@ -72,7 +72,7 @@ pub fn examine(
     };
     let fitter = &on_time;
     let own = recording.about_middle(&law.values);
-    let mut model = follow(fitter, &own, &law.free, || super::start(&earliest))?;
+    let mut model = follow(fitter, &own, &law.free, || super::start(&earliest, false))?;
     let noise = model.fitted.sums.noise().sqrt();
     let correlation = model.fitted.sums.correlation();
     let mut answers = Vec::new();

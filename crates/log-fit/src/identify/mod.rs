@@ -16,8 +16,7 @@ mod uncertainty;
 mod tests;
 
 use crate::fit::{
-    Beginning, Effect, Fitter, Horizon, Lateness, ROUNDING_DEVIATION, Search, Survey, Values,
-    likeliest,
+    Beginning, Effect, Fitter, Horizon, ROUNDING_DEVIATION, Search, Survey, Values, likeliest,
 };
 
 use candidate::Range;
@@ -78,24 +77,37 @@ pub struct ModelDemand {
 pub fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
     let record = recording.record();
     let earliest = Fitter::new(&record)?;
-    let start = start(&earliest)?;
+    let without = start(&earliest, false);
+    // A pendulum that nothing holds cannot be told as a servo without gravity.
+    let has_gravity = without.is_none();
+    let start = without.or_else(|| start(&earliest, true))?;
+    let mut demand = demand.clone();
     let mut values = demand.known;
     for effect in Effect::BASE {
         values.set(effect, start.get(effect));
+    }
+    if has_gravity {
+        for effect in [Effect::GravitySine, Effect::GravityCosine] {
+            values.set(effect, start.get(effect));
+            if !demand.required.contains(&effect) {
+                demand.required.push(effect);
+            }
+        }
     }
     let range = Range::new(recording, &earliest.survey);
     let on_time = Fitter {
         earliest: 0.0,
         ..earliest
     };
-    let mut found = (on_time, model(&on_time, &range, &values, demand));
-    let late = earliest.lateness(&values).filter(Lateness::is_certain);
+    let mut found = (on_time, model(&on_time, &range, &values, &demand));
+    let late = earliest.lateness(&values);
+    let late = late.filter(|late| late.is_certain() && !has_gravity);
     if let Some(late) = late {
         let fitter = Fitter {
             earliest: -late.samples.round(),
             ..earliest
         };
-        let other = model(&fitter, &range, &late.values, demand);
+        let other = model(&fitter, &range, &late.values, &demand);
         // An effect that is missing looks like a shift, too: on time with it the record has the say.
         if other.as_ref().is_some_and(|late| {
             let is_better =
@@ -163,8 +175,8 @@ pub fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identifie
 }
 
 /// The first estimates.
-fn start(fitter: &Fitter<'_>) -> Option<Values> {
-    let beginnings: Vec<Beginning> = fitter.beginnings().collect();
+fn start(fitter: &Fitter<'_>, has_gravity: bool) -> Option<Values> {
+    let beginnings: Vec<Beginning> = fitter.beginnings(has_gravity).collect();
     let searched = parallel::map(&beginnings, |one| fitter.search_from(one));
     likeliest(searched.flatten())
 }

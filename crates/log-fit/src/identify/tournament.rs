@@ -246,6 +246,16 @@ impl Tournament<'_> {
                 promising.push(answer);
             }
         }
+        // What friction has taken the place of no linear algebra shows: a dead band is fitted once in any case.
+        let band = answers
+            .iter()
+            .find(|answer| answer.candidate.cause == Cause::DeadBand);
+        let is_new = |band: &&Answer| {
+            promising
+                .iter()
+                .all(|other| other.candidate.cause != band.candidate.cause)
+        };
+        promising.extend(band.filter(|band| model.entered.is_empty() && is_new(band)));
         let delayed = model.fitted.values.get(Effect::Delay) - self.fitter.earliest.max(0.0);
         let lag = answers
             .iter()
