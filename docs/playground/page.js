@@ -209,7 +209,7 @@ function parse(text) {
 
 const tone = (status) => ({ converged: 'good', aborted: 'failed' })[status] ?? 'doubtful';
 const TITLES = { converged: 'The servo is known', unexplained: 'The model does not explain this servo',
-  'no-information': 'The motion says too little', moving: 'The estimates still move', aborted: 'The run was ended' };
+  partial: 'The gain is known, the rest is not', 'no-information': 'The motion says too little', moving: 'The estimates still move', aborted: 'The run was ended' };
 // An effect beside the model is why a servo is not known that has one.
 const title = ({ status, effects }) => (status !== 'converged' && effects.length ? TITLES.unexplained : TITLES[status] ?? status);
 

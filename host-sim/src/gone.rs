@@ -41,6 +41,16 @@ const GONE: &[(Place, &str, &str)] = &[
     (Key, "controller.feed_forward.delay", FORCES),
     (
         Key,
+        "log.scan",
+        "no log is refused by its looks: the fit says what it knows",
+    ),
+    (
+        Flag,
+        "--scan",
+        "no log is refused by its looks: the fit says what it knows",
+    ),
+    (
+        Key,
         "commission.one_way",
         "an axis that may not reverse is not commissioned: identify finds its a and b in a log, with identifier.parameters = \
          [\"a\", \"b\", \"load\"]",

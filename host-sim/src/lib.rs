@@ -1,8 +1,8 @@
 //! Simulation, replay and comparison of the identification of servos.
 //!
 //! A [`scenario`] describes a servo, its loop and an identifier. [`simulate`] runs it on an exact simulated servo,
-//! [`replay`] on recorded logs, which a [`scan`] checks first; both hand every [`experiment::Sample`] to an observer, and
-//! [`analysis`] makes estimates with standard errors and a verdict of them.
+//! [`replay`] on recorded logs; both hand every [`experiment::Sample`] to an observer, and [`analysis`] makes estimates with
+//! standard errors and a verdict of them. [`recognise`] finds out what the columns of a log are.
 //!
 //! ```
 //! use host_sim::analysis::Summariser;
@@ -36,6 +36,7 @@ pub mod compare;
 pub mod drift;
 pub mod experiment;
 pub mod gone;
+mod identify;
 pub mod log;
 pub mod loops;
 pub mod nearest;
@@ -43,13 +44,15 @@ pub mod physical;
 pub mod predict;
 #[cfg(feature = "experiments")]
 pub mod provenance;
+mod readings;
 pub mod recognise;
 pub mod replay;
 pub mod result;
-pub mod scan;
 pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
 pub mod tune;
 pub mod verdict;
+
+pub use identify::{Identified, identify};

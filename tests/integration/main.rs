@@ -9,7 +9,6 @@ mod gauss_newton;
 mod number_formats;
 mod paper_experiment;
 mod random_servos;
-mod scan;
 mod stop;
 mod sweep;
 mod tune;

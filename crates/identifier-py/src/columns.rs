@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use host_sim::experiment::Sample;
-use host_sim::log::Columns;
+use host_sim::log::Table;
 use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -13,11 +13,14 @@ use crate::fault::value_error;
 /// Named columns of a log, each a one-dimensional buffer of float64.
 pub(crate) type Buffers = BTreeMap<String, PyBuffer<f64>>;
 
+/// A log's name in messages where it is in memory.
+const IN_MEMORY: &str = "log";
+
 /// The columns of buffers, which are read once.
 ///
 /// # Errors
 /// `ValueError`: the column that has more than one dimension, or another length than the others.
-pub(crate) fn read(py: Python<'_>, buffers: Buffers) -> PyResult<Columns> {
+pub(crate) fn read(py: Python<'_>, buffers: Buffers) -> PyResult<Table> {
     let mut columns = Vec::new();
     for (name, buffer) in buffers {
         if buffer.dimensions() != 1 {
@@ -28,7 +31,7 @@ pub(crate) fn read(py: Python<'_>, buffers: Buffers) -> PyResult<Columns> {
         }
         columns.push((name, buffer.to_vec(py)?));
     }
-    Columns::new(columns).map_err(value_error)
+    Table::of_columns(IN_MEMORY, columns).map_err(value_error)
 }
 
 /// The names of a trace's columns, in the order of [`Trace::add`].

@@ -3,12 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::{self, Summariser};
-use host_sim::log::Log;
+use host_sim::log::{Log, Table};
 use host_sim::provenance::{LogFile, Task};
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
-use host_sim::replay;
-use host_sim::result::ReplayNotes;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,9 +13,6 @@ use pyo3::types::PyDict;
 use crate::columns::{self, Buffers, Trace};
 use crate::fault::value_error;
 use crate::origin::Read;
-
-/// A log's name in messages where it is in memory.
-const IN_MEMORY: &str = "log";
 
 /// The scenario of a log that has none: columns, units, sample time and encoder as they are found or `stated`, and the
 /// findings, each with its evidence.
@@ -79,7 +73,7 @@ pub(crate) fn identify_columns<'py>(
         let read = Read::new(file, text, Purpose::Replay)?;
         let (settings, sample_time) =
             (read.scenario.log_columns(), read.scenario.log_sample_time());
-        let log = Log::of_columns(IN_MEMORY, columns, &settings, sample_time);
+        let log = Log::new(&columns, &settings, sample_time);
         identified(read, &log.map_err(value_error)?, Vec::new(), trace)
     })?;
     Ok((json, trace.into_python(py)?))
@@ -101,8 +95,7 @@ pub(crate) fn read_log<'py>(
         let log = opened(&read, &log)?;
         let (mut time, mut position) = (Vec::new(), Vec::new());
         let (mut command, mut reference) = (Vec::new(), Vec::new());
-        for row in log.rows().map_err(value_error)? {
-            let row = row.map_err(value_error)?;
+        for row in log.rows() {
             time.push(row.time);
             position.push(row.position);
             command.extend(row.command);
@@ -133,22 +126,15 @@ fn identified(
     files: Vec<LogFile>,
     is_wanted: bool,
 ) -> PyResult<(String, Trace)> {
-    let logs = std::slice::from_ref(log);
-    let scenario = replay::fitted(read.scenario.clone(), logs);
-    let reading = analysis::scanned(&scenario, log).map_err(value_error)?;
-    let mut summariser = Summariser::lasting(&scenario, log.duration());
     let mut trace = Trace::new(is_wanted);
-    let replayed = replay::replay(&scenario, logs, 1, &mut |_, sample| {
-        summariser.add(sample);
-        trace.add(sample);
-    })
-    .map_err(|fault| read.fault(fault))?;
-    let mut summary = summariser.finish(&scenario, replayed.outcome);
-    summary.replay = ReplayNotes {
-        agreement: replayed.agreement,
-        logs: vec![reading],
-        predictions: Vec::new(),
-    };
+    let found = host_sim::identify(
+        read.scenario.clone(),
+        std::slice::from_ref(log),
+        &mut |sample| {
+            trace.add(sample);
+        },
+    );
+    let summary = found.map_err(|fault| read.fault(fault))?.summary;
     let task = Task::Replay {
         passes: 1,
         logs: files,
@@ -163,7 +149,8 @@ fn recognised(log: &Path, options: &BTreeMap<String, String>) -> PyResult<Recogn
         let answered = stated.answer(&keyword.replace('_', "-"), value);
         answered.map_err(|allowed| value_error(format!("{keyword} = {value}: {allowed}")))?;
     }
-    recognise(log, &stated).map_err(|error| match error {
+    let table = Table::read(log).map_err(value_error)?;
+    recognise(&table, &stated).map_err(|error| match error {
         Unrecognised::Log(error) => value_error(error),
         Unrecognised::Unknown(questions) => {
             let missing =

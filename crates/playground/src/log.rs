@@ -1,11 +1,10 @@
 //! The servo of a log.
 
+use std::io::Cursor;
 use std::path::Path;
 
-use host_sim::analysis::{Summariser, remarks};
-use host_sim::log::Log;
+use host_sim::log::{Log, Table};
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
-use host_sim::replay;
 use host_sim::result::Summary;
 use host_sim::scenario::{Fault, Law, Purpose, Scenario};
 use host_sim::tune::{KnownConditions, Tuned};
@@ -39,6 +38,7 @@ pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
     let mut scenario = Scenario::blank();
     scenario.duration = DURATION;
     scenario.counts_per_rev = recognised.counts_per_rev;
+    scenario.inner = recognised.inner;
     scenario.identifier.set_law(Law::Fit);
     let mut settings = recognised.settings.clone();
     // The encoder's, which the scenario has.
@@ -47,12 +47,14 @@ pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
     scenario.checked(Purpose::Replay)
 }
 
-/// Identifies a log.
+/// Identifies a log of some bytes.
 ///
 /// # Errors
 /// Why it cannot be, a line each.
-pub fn identify(path: &Path, stated: &Stated) -> Result<Identified, String> {
-    let recognised = recognise(path, stated).map_err(|error| match error {
+pub fn identify(bytes: Vec<u8>, stated: &Stated) -> Result<Identified, String> {
+    let table = Table::of_text(Path::new("the log"), Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let recognised = recognise(&table, stated).map_err(|error| match error {
         Unrecognised::Log(error) => error.to_string(),
         Unrecognised::Unknown(questions) => {
             let lines = questions.iter();
@@ -63,27 +65,13 @@ pub fn identify(path: &Path, stated: &Stated) -> Result<Identified, String> {
         }
     })?;
     let scenario = scenario(&recognised).map_err(|fault| fault.to_string())?;
-    let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
+    let log = Log::new(&table, &scenario.log_columns(), scenario.log_sample_time())
         .map_err(|error| error.to_string())?;
-    let scenario = replay::fitted(scenario, std::slice::from_ref(&log));
-    let remarks = remarks(&scenario, &log);
-    let refused: Vec<_> = remarks.iter().filter(|remark| remark.refuses).collect();
-    if let Some(remark) = refused.first() {
-        return Err(remark.to_string());
-    }
-    let mut summariser = Summariser::lasting(&scenario, log.duration());
     let mut rows = Vec::new();
-    let replayed = replay::replay(
-        &scenario,
-        std::slice::from_ref(&log),
-        1,
-        &mut |_, sample| {
-            summariser.add(sample);
-            rows.extend([sample.time, sample.position, sample.command]);
-        },
-    )
-    .map_err(|error| error.to_string())?;
-    let summary = summariser.finish(&scenario, replayed.outcome);
+    let found = host_sim::identify(scenario, std::slice::from_ref(&log), &mut |sample| {
+        rows.extend([sample.time, sample.position, sample.command]);
+    });
+    let host_sim::Identified { scenario, summary } = found.map_err(|error| error.to_string())?;
     let shown = [(log.resolution(), log.largest_command())].into_iter();
     let tuned = tuned(&summary, |has_delay| {
         KnownConditions::of_logs(&scenario, has_delay, shown)

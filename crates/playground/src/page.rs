@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::fmt::Write;
-use std::path::Path;
 
 use host_sim::recognise::Stated;
 use host_sim::result::Summary;
@@ -255,10 +254,7 @@ pub extern "C" fn identify(stated: usize) -> u32 {
             let refused = |allowed| format!("?{flag}\t{allowed}");
             stated.answer(flag, answer).map_err(refused)?;
         }
-        host_sim::log::hold(log);
-        let found = log::identify(Path::new("the log"), &stated);
-        host_sim::log::hold(Vec::new());
-        let found = found?;
+        let found = log::identify(log, &stated)?;
         page.result(&found.summary);
         for finding in &found.recognised.findings {
             let _ = writeln!(page.text, "finding\t{}\t{}", finding.about, finding.text);

@@ -2,6 +2,7 @@
 
 use super::statistics::Statistics;
 use crate::result::Estimate;
+use crate::verdict::State;
 
 /// The distances from the truth within which an estimate counts as settled: b̂ within this fraction, â
 /// within this many 1/s.
@@ -45,6 +46,7 @@ impl Tracked {
             tail_mean: f64::NAN,
             tail_std: f64::NAN,
             std_error: None,
+            state: State::Unknown,
             at_bound: false,
             unit: "",
             value: f64::NAN,

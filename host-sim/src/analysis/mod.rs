@@ -5,7 +5,6 @@ mod closed_loop;
 mod estimate;
 mod evidence;
 mod information;
-mod log_scan;
 mod reachable;
 mod scaled_recording;
 mod sensor_noise;
@@ -16,6 +15,5 @@ mod whole_record;
 
 pub use crate::verdict::Status;
 pub use closed_loop::{LoopFigures, Response};
-pub use log_scan::{remarks, scanned};
 pub use statistics::Statistics;
 pub use summary::{FoundServo, Summariser};

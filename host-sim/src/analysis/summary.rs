@@ -3,7 +3,7 @@
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 use identifier_core::settings::TermSettings;
 
-use crate::verdict::{Motion, Status, Verdict};
+use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 
 use super::assessment::{Assessment, Effort, Judged};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
@@ -297,8 +297,18 @@ impl Summariser {
             let unknown = Unknown::from(parameter);
             let of = found(unknown);
             let tolerance = of.map_or(0.0, |(_, of)| of.still(unknown));
+            // In one direction only their difference is known.
+            let is_one_force = verdict.reason == VerdictReason::OneDirection
+                && matches!(parameter, Parameter::Coulomb | Parameter::Load);
+            let of = of.filter(|_| !is_one_force);
             Estimate {
-                std_error: of.and_then(|(_, of)| of.uncertainty()),
+                std_error: of.map_or(is_one_force.then_some(f64::INFINITY), |(_, of)| {
+                    of.uncertainty()
+                }),
+                state: match of {
+                    Some((_, of)) if !verdict.reason.hides_all() => of.state(unknown),
+                    _ => State::Unknown,
+                },
                 unit: unknown.unit(),
                 value: parameter.value_in(&judged),
                 is_estimated: estimated.contains(&parameter),

@@ -18,7 +18,7 @@ pub(super) enum Tick {
 /// stamps so far, in the end that of the last 32: it follows a rate that is a little off and averages
 /// the jitter.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
+pub(super) struct Ticks {
     sample_time: f64,
     /// The last stamp, s, and where the clock has it.
     last: f64,
@@ -30,7 +30,7 @@ pub(super) struct Clock {
     largest: f64,
 }
 
-impl Clock {
+impl Ticks {
     const MAX_DEVIATION: f64 = 0.6;
     const MAX_AVERAGED: f64 = 32.0;
 
@@ -113,7 +113,7 @@ impl Jitter {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, Tick};
+    use super::{Tick, Ticks};
 
     /// Numbers from −1 to 1 in no order.
     fn noise(k: u32) -> f64 {
@@ -126,7 +126,7 @@ mod tests {
     fn jitter_of_any_kind_below_half_a_sample_loses_no_sample() {
         for part in [0.0, 0.1, 0.2, 0.29] {
             let stamp = |k: u32| 1e-3 * (f64::from(k) + part * noise(k));
-            let mut clock = Clock::new(1e-3, stamp(0));
+            let mut clock = Ticks::new(1e-3, stamp(0));
             let even = (1..100_000).all(|k| clock.tick(stamp(k)) == Tick::After(1));
             assert!(even, "{part}");
             let rms = clock.jitter().rms();
@@ -142,13 +142,13 @@ mod tests {
     #[test]
     fn a_rate_that_is_one_per_cent_off_is_followed() {
         for rate in [0.99, 1.01] {
-            let mut clock = Clock::new(1e-3, 5.0);
+            let mut clock = Ticks::new(1e-3, 5.0);
             assert!((1..10_000).all(|k| {
                 let stamp = 5.0 + 1e-3 * rate * f64::from(k);
                 clock.tick(stamp) == Tick::After(1)
             }));
         }
-        let mut clock = Clock::new(1e-3, 0.0);
+        let mut clock = Ticks::new(1e-3, 0.0);
         let ticks: Vec<_> = (1..1000)
             .map(|k| clock.tick(1.05e-3 * f64::from(k)))
             .collect();
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn missing_samples_and_stamps_that_go_back_are_detected() {
-        let mut clock = Clock::new(0.01, 0.0);
+        let mut clock = Ticks::new(0.01, 0.0);
         assert_eq!(clock.tick(0.0101), Tick::After(1));
         assert_eq!(clock.tick(0.0495), Tick::After(4));
         assert_eq!(clock.tick(0.0495), Tick::Back);

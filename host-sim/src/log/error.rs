@@ -71,9 +71,3 @@ impl LogError {
 pub(super) fn shortened(text: &str) -> String {
     crate::nearest::shortened(text, 80)
 }
-
-/// A time as a message shows it, s: to the nanosecond.
-pub(super) fn rounded(seconds: f64) -> f64 {
-    const NANOSECONDS: f64 = 1e9;
-    (seconds * NANOSECONDS).round() / NANOSECONDS
-}

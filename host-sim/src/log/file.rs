@@ -1,86 +1,39 @@
-//! A recorded log: read once to be judged, and again, row by row, whenever it is needed.
+//! A recorded log: its samples, in SI and in even time.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-#[cfg(feature = "experiments")]
-use std::sync::Arc;
 
-#[cfg(feature = "experiments")]
-use super::columns::{ColumnRows, Columns};
-use super::csv::{Dialect, TextRows};
-use super::excerpt::{Excerpt, Segment};
-use super::inner::DrivenRows;
-use super::row::{Row, Rows};
-use super::spacing::{EvenRows, Wrapped, usual_step};
-use super::wrap::{Jumps, Period};
-use super::{Jitter, LogError};
+use super::even::{Clock, EvenRows, usual_step};
+use super::inner::Inner;
+use super::row::{Row, rows};
+use super::wrap::{Jumps, Period, Unwrap};
+use super::{Jitter, LogError, Table};
 use crate::scenario::{LogQuantity, LogSettings, MAX_PLAYED, PositionUnit};
 
-/// A recorded log with even samples that was judged sound. Its findings are kept, its samples are not: its
-/// size does not matter.
+/// A recorded log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
     path: PathBuf,
     settings: LogSettings,
-    format: Format,
     /// Sample time, s.
     pub sample_time: f64,
     /// Its samples, the bridged ones among them.
     pub samples: u64,
     /// Findings about it.
     pub found: Found,
+    rows: Vec<Row>,
     /// Its stretches, each without a break.
     stretches: Vec<Stretch>,
-    /// Lowest and highest position, and reference.
-    positions: (f64, f64),
-    reference_extremes: (f64, f64),
     smallest_step: f64,
     references: Vec<f64>,
-    largest_command: Option<f64>,
-    /// The part of it that a scan looks at.
-    segments: Vec<Segment>,
-}
-
-/// The format of a log, detected once.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Format {
-    /// No file, but columns in memory.
-    #[cfg(feature = "experiments")]
-    Columns(Arc<Columns>),
-    /// `.csv`, `.csv.gz`.
-    Text(Dialect),
-}
-
-impl Format {
-    /// # Errors
-    /// The file that cannot be read.
-    pub(super) fn detect(path: &Path) -> Result<Self, LogError> {
-        Dialect::detect(path).map(Self::Text)
-    }
-
-    /// Opens a file of this format; without stamps, its rows are `sample_time` (s) apart.
-    ///
-    /// # Errors
-    /// The file, or the column that is missing.
-    pub(super) fn open<'a>(
-        &'a self,
-        path: &'a Path,
-        settings: &'a LogSettings,
-        sample_time: f64,
-    ) -> Result<Box<dyn Rows + 'a>, LogError> {
-        Ok(match self {
-            #[cfg(feature = "experiments")]
-            Self::Columns(columns) => {
-                Box::new(ColumnRows::open(path, settings, columns, sample_time)?)
-            }
-            Self::Text(dialect) => Box::new(TextRows::open(path, settings, *dialect, sample_time)?),
-        })
-    }
 }
 
 /// Findings about a log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {
-    /// Deviation of its time stamps from an even clock.
+    /// Which clock its rows have.
+    pub clock: Clock,
+    /// Deviation of its time stamps from an even clock, where that is its clock.
     pub jitter: Jitter,
     /// Samples that straight lines stand in for.
     pub bridged: u64,
@@ -95,14 +48,12 @@ pub struct Found {
     /// The row of units below the heading.
     pub units_row: Option<String>,
     /// The period after which its positions begin again, where they do.
-    pub wrapped: Option<Wrapped>,
+    pub wrapped: Option<f64>,
 }
 
 /// A part of a log without a break.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Stretch {
-    /// Its first sample.
-    pub(crate) first: Row,
     /// True for the log's first.
     begins_the_log: bool,
     /// The first two steps of the position.
@@ -114,254 +65,155 @@ pub(crate) struct Stretch {
 impl Log {
     /// The fewest samples of a log: fewer do not separate the four parameters from the motion at its
     /// beginning.
-    const MIN_SAMPLES: u64 = 10;
+    const MIN_SAMPLES: usize = 10;
 
     /// Reads a `.csv` or `.csv.gz` file whose samples must be `sample_time` (s) apart; without it,
     /// the mean of the log holds.
     ///
     /// # Errors
     /// The line and column that is wrong.
+    #[cfg(feature = "experiments")]
     pub fn read(
         path: &Path,
         settings: &LogSettings,
         sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
-        let format = Format::detect(path)?;
-        Self::of_format(path, settings, &format, sample_time)
+        Self::new(&Table::read(path)?, settings, sample_time)
     }
 
-    /// Reads columns in memory, as [`read`](Self::read) reads those of a file. They have a `name` in messages.
+    /// Of columns in memory, whose samples must be `sample_time` (s) apart; without it, the mean of the log holds.
     ///
     /// # Errors
-    /// The row, counted from 1, and the column that is wrong.
-    #[cfg(feature = "experiments")]
-    pub fn of_columns(
-        name: &str,
-        columns: Columns,
+    /// The line and column that is wrong.
+    pub fn new(
+        table: &Table,
         settings: &LogSettings,
         sample_time: Option<f64>,
     ) -> Result<Self, LogError> {
-        let format = Format::Columns(Arc::new(columns));
-        Self::of_format(Path::new(name), settings, &format, sample_time)
-    }
-
-    fn of_format(
-        path: &Path,
-        settings: &LogSettings,
-        format: &Format,
-        sample_time: Option<f64>,
-    ) -> Result<Self, LogError> {
-        let rows = |sample_time| format.open(path, settings, sample_time);
-        let Some(stated) = sample_time else {
-            if !settings.has_sample_time() {
-                let fault = "nothing says how long a sample lasts: state log.sample_time";
-                return Err(LogError::in_file(path, fault.to_owned()));
-            }
-            let usual = usual_step(rows(f64::NAN)?, settings)?.unwrap_or(f64::NAN);
-            check_step(path, settings, usual)?;
-            let (mut log, mean) = Self::unwrapped(path, settings, format, usual)?;
-            log.sample_time = mean.unwrap_or(usual);
-            return Ok(log);
-        };
-        let log = match Self::unwrapped(path, settings, format, stated) {
-            Ok((log, mean)) => check_rate(path, settings, mean, stated).map(|()| log)?,
-            // A rate that is not the stated one is why time seems to be wrong.
-            Err(error) => {
-                let usual = usual_step(rows(stated)?, settings).ok().flatten();
-                let rate = check_rate(path, settings, usual, stated);
-                return Err(rate.err().unwrap_or(error));
-            }
-        };
-        Ok(log)
-    }
-
-    /// Reads all of it, its positions continued where they begin again after a period; with its mean time from one
-    /// sample to the next, s.
-    fn unwrapped(
-        path: &Path,
-        settings: &LogSettings,
-        format: &Format,
-        sample_time: f64,
-    ) -> Result<(Self, Option<f64>), LogError> {
-        let judge = |wrapped| Self::judge(path, settings, format, sample_time, wrapped);
-        let column = settings
-            .units
-            .scale(LogQuantity::Position, sample_time)
-            .abs();
-        let wrapped = |log: &Self, period| Wrapped {
-            period,
-            reference_too: log.reference_range() <= 1.001 * period,
-        };
-        let (log, jumps, mean) = judge(None)?;
-        let period = match settings.wrap {
-            Some(stated) => (stated > 0.0).then_some(Period::Known(stated * column)),
-            None => jumps.period(log.range(), &settings.units),
-        };
-        let stated = &settings.position;
-        match period {
-            None => Ok((log, mean)),
-            Some(Period::Known(period)) => {
-                let (log, _, mean) = judge(Some(wrapped(&log, period)))?;
-                Ok((log, mean))
-            }
-            Some(Period::OfUnit(unit)) => {
-                let (own, name) = (settings.units.position.name(), unit.name());
-                let counts = match unit {
-                    PositionUnit::Count => " and encoder.counts_per_rev",
-                    _ => "",
-                };
-                let fault = format!(
-                    "the position begins again as one in {name} does, and log.position_unit is \"{own}\": state \
-                     log.position_unit = \"{name}\"{counts}, or log.wrap, after how many {own} it begins again (0: it \
-                     does not)"
-                );
-                Err(LogError::in_column(path, stated, fault))
-            }
-            Some(Period::Unknown(period)) => {
-                let fault = format!(
-                    "the position jumps by about {period:.4} again and again, as one that begins again: state log.wrap, \
-                     the exact period in log.position_unit (0: it does not begin again)"
-                );
-                Err(LogError::in_column(path, stated, fault))
-            }
+        let path = &table.path;
+        let in_file = |fault: String| LogError::in_file(path, fault);
+        let column = |fault: &str| LogError::in_column(path, &settings.position, fault.to_owned());
+        if sample_time.is_none() && !settings.has_sample_time() {
+            let fault = "nothing says how long a sample lasts: state log.sample_time";
+            return Err(in_file(fault.to_owned()));
         }
-    }
-
-    /// Reads all of it once; with its jumps, and its mean time from one sample to the next, s.
-    fn judge(
-        path: &Path,
-        settings: &LogSettings,
-        format: &Format,
-        sample_time: f64,
-        wrapped: Option<Wrapped>,
-    ) -> Result<(Self, Jumps, Option<f64>), LogError> {
-        let rows = format.open(path, settings, sample_time)?;
-        let rows = EvenRows::new(path, rows, settings, sample_time);
-        let mut rows = DrivenRows::new(path, rows, settings, sample_time, wrapped.as_ref())?;
-        let mut log = Self {
-            path: path.to_owned(),
-            settings: settings.clone(),
-            format: format.clone(),
-            sample_time,
-            samples: 0,
-            found: Found::default(),
-            stretches: Vec::new(),
-            positions: NOTHING,
-            reference_extremes: NOTHING,
-            smallest_step: f64::INFINITY,
-            references: Vec::new(),
-            largest_command: None,
-            segments: Vec::new(),
-        };
-        let mut last: Option<Row> = None;
-        let mut jumps = Jumps::default();
-        let mut excerpt = Excerpt::default();
-        for row in rows.by_ref() {
-            let row = row?;
-            log.add(last.as_ref(), &row);
-            jumps.add(row.position, row.begins);
-            excerpt.add(&row);
-            last = Some(row);
+        let (mut rows, left_out) = rows(table, settings, sample_time.unwrap_or(f64::NAN))?;
+        let step = usual_step(&rows);
+        if let (Some(stated), Some(usual)) =
+            (sample_time, step.filter(|_| settings.has_sample_time()))
+        {
+            check_rate(path, settings, usual, stated)?;
         }
-        log.segments = excerpt.finish();
-        log.found.wrapped = wrapped;
-        log.found.jitter = rows.even().jitter();
-        rows.even().source().describe(&mut log.found);
-        log.check()?;
-        Ok((log, jumps, rows.even().mean_step()))
-    }
-
-    fn add(&mut self, last: Option<&Row>, row: &Row) {
-        const BEGINNING_STEPS: usize = 2;
-        self.samples += 1;
-        self.found.bridged += u64::from(row.bridged);
-        let was_bridged = last.is_some_and(|last| last.bridged);
-        self.found.gaps += u64::from(row.bridged && !was_bridged);
-        let widened = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
-        self.positions = widened(self.positions, row.position);
-        if let Some(reference) = row.reference {
-            self.reference_extremes = widened(self.reference_extremes, reference);
-        }
-        let size = row.command.map(f64::abs);
-        self.largest_command = size
-            .map(|size| size.max(self.largest_command.unwrap_or(0.0)))
-            .or(self.largest_command);
-        if self.references.len() < MAX_PLAYED {
-            self.references.extend(row.reference);
-        }
-        match (last, self.stretches.last_mut()) {
-            (Some(last), Some(stretch)) if !row.begins => {
-                let step = row.position - last.position;
-                stretch.samples += 1;
-                if stretch.beginning.len() < BEGINNING_STEPS {
-                    stretch.beginning.push(step);
-                }
-                if step.abs() > 0.0 && !row.bridged && !was_bridged {
-                    self.smallest_step = self.smallest_step.min(step.abs());
-                }
-            }
-            _ => self.stretches.push(Stretch {
-                first: *row,
-                begins_the_log: self.stretches.is_empty(),
-                beginning: Vec::new(),
-                samples: 1,
-            }),
-        }
-    }
-
-    /// Checks that anything can be learnt from it.
-    fn check(&self) -> Result<(), LogError> {
-        let (samples, left_out) = (self.samples, self.found.left_out);
-        if samples < Self::MIN_SAMPLES {
+        let measured = rows.iter().filter(|row| row.position.is_finite()).count();
+        if measured < Self::MIN_SAMPLES {
             let cut = match left_out {
                 0 => String::new(),
                 rows => format!(", as log.cut leaves {rows} rows out"),
             };
-            let fault = format!(
-                "the log has {samples} samples{cut}: it must have {} or more",
-                Self::MIN_SAMPLES
-            );
-            return Err(LogError::in_file(&self.path, fault));
+            let least = Self::MIN_SAMPLES;
+            return Err(in_file(format!(
+                "the log has {measured} samples{cut}: it must have {least} or more"
+            )));
         }
-        let (low, high) = self.positions;
-        if low < high {
-            return Ok(());
+        if is_backwards(&rows) {
+            let fault = "time goes back from row to row, as of a log whose last row is the first: sort its rows by time";
+            return Err(in_file(fault.to_owned()));
         }
-        let fault = format!(
-            "the position is the same in all {samples} samples: a servo that does not move shows \
-             nothing; state the column of the measured position as log.position, or let it move"
-        );
-        let (line, column) = (self.first().line, self.settings.position.to_string());
-        Err(LogError::at_line(&self.path, line, Some(&column), fault))
+        hold(&mut rows);
+        let Some(step) = sample_time.or(step) else {
+            let fault = match &settings.time {
+                Some(time) => format!(
+                    "the time is the same in all rows of column {time}: state another column as log.time, or no log.time \
+                     and log.sample_time"
+                ),
+                None => "nothing says how long a sample lasts: state log.sample_time".to_owned(),
+            };
+            return Err(in_file(fault));
+        };
+        if settings.is_velocity {
+            integrate(&mut rows);
+        }
+        let wrapped = unwrap(&mut rows, settings).map_err(|fault| column(&fault))?;
+        let smallest_step = smallest_step(&rows);
+        let even = EvenRows::new(rows, settings, step, smallest_step);
+        let mut log = Self {
+            path: path.clone(),
+            settings: settings.clone(),
+            sample_time: sample_time.unwrap_or(even.sample_time),
+            samples: even.rows.len() as u64,
+            found: Found {
+                clock: even.clock,
+                jitter: even.jitter,
+                left_out,
+                separator: table.separator,
+                decimal_commas: table.decimal_commas,
+                units_row: table.units_row.clone(),
+                wrapped,
+                ..Found::default()
+            },
+            rows: even.rows,
+            stretches: Vec::new(),
+            smallest_step,
+            references: Vec::new(),
+        };
+        log.divide().map_err(in_file)?;
+        let (low, high) = extremes(log.rows.iter().map(|row| row.position));
+        if low >= high {
+            return Err(column(&format!(
+                "the position is the same in all {measured} samples: a servo that does not move shows nothing; state the \
+                 column of the measured position as log.position, or let it move"
+            )));
+        }
+        Ok(log)
     }
 
-    /// Its samples from the first, read again.
-    ///
-    /// # Errors
-    /// If the file can no longer be read; whatever is wrong with a row, if it is no longer what it was.
-    pub fn rows(&self) -> Result<impl Iterator<Item = Result<Row, LogError>> + '_, LogError> {
-        let Self {
-            path,
-            settings,
-            format,
-            sample_time,
-            ..
-        } = self;
-        let rows = format.open(path, settings, *sample_time)?;
-        let rows = EvenRows::new(path, rows, settings, *sample_time);
-        DrivenRows::new(
-            path,
-            rows,
-            settings,
-            *sample_time,
-            self.found.wrapped.as_ref(),
-        )
+    /// Finds its stretches, and computes the commands of an inner loop in each.
+    fn divide(&mut self) -> Result<(), String> {
+        const BEGINNING: usize = 3;
+        let mut firsts: Vec<usize> = (0..self.rows.len())
+            .filter(|row| self.rows[*row].begins)
+            .collect();
+        firsts.push(self.rows.len());
+        let stretches: Vec<Range<usize>> = firsts.windows(2).map(|pair| pair[0]..pair[1]).collect();
+        for stretch in stretches {
+            let rows = &self.rows[stretch.clone()];
+            let beginning = rows[..rows.len().min(BEGINNING)].windows(2);
+            self.stretches.push(Stretch {
+                begins_the_log: self.stretches.is_empty(),
+                beginning: beginning
+                    .map(|pair| pair[1].position - pair[0].position)
+                    .collect(),
+                samples: rows.len() as u64,
+            });
+            if let Some(inner) = self.settings.inner {
+                let commands = Inner::commands(inner, rows, self.sample_time)?;
+                for (row, command) in self.rows[stretch].iter_mut().zip(commands) {
+                    row.command = Some(command);
+                }
+            }
+        }
+        let mut was_bridged = false;
+        for row in &self.rows {
+            self.found.bridged += u64::from(row.bridged);
+            self.found.gaps += u64::from(row.bridged && !was_bridged);
+            was_bridged = row.bridged;
+        }
+        let references = self.rows.iter().filter_map(|row| row.reference);
+        self.references = references.take(MAX_PLAYED).collect();
+        Ok(())
+    }
+
+    /// Its samples.
+    #[must_use]
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
     }
 
     /// The largest command, either way; none where the log has no command.
     #[must_use]
     pub fn largest_command(&self) -> Option<f64> {
-        self.largest_command
+        let sizes = self.rows.iter().filter_map(|row| row.command.map(f64::abs));
+        sizes.reduce(f64::max)
     }
 
     /// Where it is.
@@ -379,29 +231,12 @@ impl Log {
     /// The first sample.
     #[must_use]
     pub fn first(&self) -> &Row {
-        &self.stretches[0].first
+        &self.rows[0]
     }
 
     /// Its stretches, one or more.
     pub(crate) fn stretches(&self) -> &[Stretch] {
         &self.stretches
-    }
-
-    /// The part of it that a scan looks at, a segment for each range without a break: all of a log of 131 072 samples
-    /// or fewer, of a longer one the parts of the largest motion.
-    pub(crate) fn segments(&self) -> &[Segment] {
-        &self.segments
-    }
-
-    /// Distance between the lowest and the highest position.
-    pub(crate) fn range(&self) -> f64 {
-        let (low, high) = self.positions;
-        high - low
-    }
-
-    fn reference_range(&self) -> f64 {
-        let (low, high) = self.reference_extremes;
-        high - low
     }
 
     /// Its length, s, without what was left out.
@@ -421,57 +256,140 @@ impl Log {
     #[must_use]
     pub fn resolution(&self) -> f64 {
         const MIN_RELATIVE: f64 = 1.0 / 8_388_608.0;
-        let smallest = self.smallest_step.max(MIN_RELATIVE * self.range());
+        let (low, high) = extremes(self.rows.iter().map(|row| row.position));
+        let smallest = self.smallest_step.max(MIN_RELATIVE * (high - low));
         smallest.clamp(1e-12, 1.0)
     }
 }
 
-/// Extremes of no number.
-const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+/// Lowest and highest of some numbers.
+pub(crate) fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    let nothing = (f64::INFINITY, f64::NEG_INFINITY);
+    numbers.fold(nothing, |(low, high), x| (low.min(x), high.max(x)))
+}
 
-/// Checks that the mean time from one sample to the next, s, is the stated one.
+/// True if most rows are earlier than the one before.
+fn is_backwards(rows: &[Row]) -> bool {
+    let back = rows
+        .windows(2)
+        .filter(|pair| pair[1].time < pair[0].time)
+        .count();
+    2 * back > rows.len()
+}
+
+/// Holds commands and references where a row has none: what was commanded before the first number is taken to be nothing.
+fn hold(rows: &mut [Row]) {
+    let commanded = rows.iter().any(|row| row.command.is_some());
+    let (mut command, mut reference) = (commanded.then_some(0.0), None);
+    for row in rows {
+        command = row.command.or(command);
+        reference = row.reference.or(reference);
+        (row.command, row.reference) = (command, reference);
+    }
+}
+
+/// The smallest change of a position from one row to the next.
+fn smallest_step(rows: &[Row]) -> f64 {
+    let measured = rows
+        .iter()
+        .map(|row| row.position)
+        .filter(|position| position.is_finite());
+    let mut last = f64::NAN;
+    let steps = measured.map(|position| (position - std::mem::replace(&mut last, position)).abs());
+    steps
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Makes positions of rates: their integral, by trapezoids.
+fn integrate(rows: &mut [Row]) {
+    let (mut position, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
+    for row in rows.iter_mut().filter(|row| row.position.is_finite()) {
+        let rate = row.position;
+        if let Some((time, before)) = last.filter(|(time, _)| row.time > *time) {
+            position += 0.5 * (rate + before) * (row.time - time);
+        }
+        last = Some((row.time, rate));
+        row.position = position;
+    }
+}
+
+/// Continues positions, and the reference beside them, where they begin again after a period, which is returned.
+fn unwrap(rows: &mut [Row], settings: &LogSettings) -> Result<Option<f64>, String> {
+    let column = settings.units.scale(LogQuantity::Position, 1.0).abs();
+    let (low, high) = extremes(
+        rows.iter()
+            .map(|row| row.position)
+            .filter(|at| at.is_finite()),
+    );
+    let period = match settings.wrap {
+        Some(stated) => (stated > 0.0).then_some(Period::Known(stated * column)),
+        None => {
+            let mut jumps = Jumps::default();
+            let mut last = f64::INFINITY;
+            for row in rows.iter().filter(|row| row.position.is_finite()) {
+                jumps.add(row.position, row.time < last);
+                last = row.time;
+            }
+            jumps.period(high - low, &settings.units)
+        }
+    };
+    let period = match period {
+        None => return Ok(None),
+        Some(Period::Known(period)) => period,
+        Some(Period::OfUnit(unit)) => {
+            let (own, name) = (settings.units.position.name(), unit.name());
+            let counts = match unit {
+                PositionUnit::Count => " and encoder.counts_per_rev",
+                _ => "",
+            };
+            return Err(format!(
+                "the position begins again as one in {name} does, and log.position_unit is \"{own}\": state \
+                 log.position_unit = \"{name}\"{counts}, or log.wrap, after how many {own} it begins again (0: it \
+                 does not)"
+            ));
+        }
+        Some(Period::Unknown(period)) => {
+            return Err(format!(
+                "the position jumps by about {period:.4} again and again, as one that begins again: state log.wrap, \
+                 the exact period in log.position_unit (0: it does not begin again)"
+            ));
+        }
+    };
+    let (lowest, highest) = extremes(rows.iter().filter_map(|row| row.reference));
+    let wraps_too = highest - lowest <= 1.001 * period;
+    let mut unwrap = Unwrap::new(period);
+    for row in rows.iter_mut().filter(|row| row.position.is_finite()) {
+        row.position = unwrap.position(row.position);
+        if wraps_too {
+            row.reference =
+                (row.reference).map(|reference| unwrap.reference(reference, row.position));
+        }
+    }
+    Ok(Some(period))
+}
+
+/// Checks that the usual time from one row to the next, s, is the stated one, unless rows are missing all over.
 fn check_rate(
     path: &Path,
     settings: &LogSettings,
-    mean: Option<f64>,
+    usual: f64,
     stated: f64,
 ) -> Result<(), LogError> {
     /// Largest relative difference.
     const TOLERANCE: f64 = 0.01;
-    match mean {
-        Some(mean) if (mean / stated - 1.0).abs() > TOLERANCE => {
-            let is_stated = |step: f64| (step / stated - 1.0).abs() < TOLERANCE;
-            let advice = match settings.other_time_unit(mean, is_stated) {
-                Some(unit) => format!("; state log.time_unit = \"{}\"", unit.name()),
-                None => "; look at log.time_unit, too".to_owned(),
-            };
-            let fault = format!(
-                "its samples are {mean:.6e} s apart, where controller.sample_time or log.sample_time \
-                 is {stated} s: they must agree to {} %{advice}",
-                100.0 * TOLERANCE
-            );
-            Err(LogError::in_file(path, fault))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Checks that the usual time from one sample to the next, s, which nothing states, is that of a servo's loop.
-fn check_step(path: &Path, settings: &LogSettings, usual: f64) -> Result<(), LogError> {
-    /// Sample times of servo loops, s: slower ones do not control a servo, and no bus or drive logs faster.
-    const USUAL: std::ops::RangeInclusive<f64> = 1e-5..=0.04;
-    if usual.is_nan() || USUAL.contains(&usual) {
+    if (usual / stated - 1.0).abs() <= TOLERANCE {
         return Ok(());
     }
-    let is_usual = |step: f64| USUAL.contains(&step);
-    let Some(unit) = settings.other_time_unit(usual, is_usual) else {
-        return Ok(());
+    let is_stated = |step: f64| (step / stated - 1.0).abs() < TOLERANCE;
+    let advice = match settings.other_time_unit(usual, is_stated) {
+        Some(unit) => format!("; state log.time_unit = \"{}\"", unit.name()),
+        None => "; look at log.time_unit, too".to_owned(),
     };
     let fault = format!(
-        "its samples are {usual:.6e} s apart if log.time is in {}, which no servo's loop is: state log.time_unit = \
-         \"{}\", or log.sample_time if it is right",
-        settings.units.time.name(),
-        unit.name()
+        "its samples are {usual:.6e} s apart, where controller.sample_time or log.sample_time is {stated} s: they must \
+         agree to {} %{advice}",
+        100.0 * TOLERANCE
     );
     Err(LogError::in_file(path, fault))
 }

@@ -2,133 +2,45 @@
 //! limit, at each sample of that loop, of which a row of the log may have many. The position between two rows is their
 //! cubic Hermite interpolation; the goal acts from its row to the next, and so does the row's command, the mean over them.
 
-use std::collections::VecDeque;
-use std::path::Path;
-
 use super::row::Row;
-use super::spacing::EvenRows;
-use super::{LogError, Wrapped};
-use crate::scenario::{InnerLoop, Integrator, LogSettings};
+use crate::scenario::{InnerLoop, Integrator};
 
-/// Rows before and behind the one whose command is computed: those of the slopes at the places that it needs.
-const BEFORE: usize = 2;
-const BEHIND: usize = 3;
-
-/// The rows of a log in even time, with the commands of the inner loop where one is declared.
-pub(super) struct DrivenRows<'a> {
-    rows: EvenRows<'a>,
-    inner: Option<Inner>,
-}
-
-/// The inner loop on its way through a log.
-struct Inner {
+/// The inner loop on its way through a motion without a break.
+pub(super) struct Inner<'a> {
     settings: InnerLoop,
     /// Its samples to a row of the log.
     ticks: u32,
     /// Time from row to row, s.
     sample_time: f64,
-    /// Rows of a stretch around the one at `place`.
-    window: VecDeque<Row>,
+    rows: &'a [Row],
     place: usize,
-    /// The first row of the next stretch, once the window holds the end of this one.
-    next: Option<Row>,
-    has_ended: bool,
-    /// The filtered velocity, rad/s, once the stretch has begun.
+    /// The filtered velocity, rad/s, once the motion has begun.
     velocity: Option<f64>,
 }
 
-impl<'a> DrivenRows<'a> {
+impl<'a> Inner<'a> {
+    /// The commands of a loop, each the mean over a row of a motion.
+    ///
     /// # Errors
     /// A sample time of the loop that is no part of the log's.
-    pub(super) fn new(
-        path: &Path,
-        rows: EvenRows<'a>,
-        settings: &LogSettings,
+    pub(super) fn commands(
+        settings: InnerLoop,
+        rows: &'a [Row],
         sample_time: f64,
-        wrapped: Option<&Wrapped>,
-    ) -> Result<Self, LogError> {
-        let inner = settings.inner.map(|settings| {
-            let ticks = settings.samples_per_row(sample_time);
-            let ticks = ticks.map_err(|fault| LogError::in_file(path, fault))?;
-            Ok(Inner {
-                settings,
-                ticks,
-                sample_time,
-                window: VecDeque::new(),
-                place: 0,
-                next: None,
-                has_ended: false,
-                velocity: None,
-            })
-        });
-        Ok(Self {
-            rows: rows.unwrapping(wrapped),
-            inner: inner.transpose()?,
-        })
-    }
-
-    /// The rows without the commands.
-    pub(super) fn even(&self) -> &EvenRows<'a> {
-        &self.rows
-    }
-}
-
-impl Iterator for DrivenRows<'_> {
-    type Item = Result<Row, LogError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let Some(inner) = &mut self.inner else {
-            return self.rows.next();
+    ) -> Result<Vec<f64>, String> {
+        let mut inner = Self {
+            settings,
+            ticks: settings.samples_per_row(sample_time)?,
+            sample_time,
+            rows,
+            place: 0,
+            velocity: None,
         };
-        inner.drop_passed();
-        while inner.wants_more() {
-            match self.rows.next() {
-                Some(Ok(row)) => inner.add(row),
-                Some(Err(error)) => return Some(Err(error)),
-                None => inner.has_ended = true,
-            }
-        }
-        inner.row().map(Ok)
-    }
-}
-
-impl Inner {
-    /// Leaves behind what is no longer needed; begins the next stretch behind the last row of one.
-    fn drop_passed(&mut self) {
-        while self.place > BEFORE {
-            self.window.pop_front();
-            self.place -= 1;
-        }
-        if self.place == self.window.len() && self.has_ended {
-            self.window.clear();
-            self.place = 0;
-            self.velocity = None;
-            if let Some(first) = self.next.take() {
-                self.window.push_back(first);
-                self.has_ended = false;
-            }
-        }
-    }
-
-    fn wants_more(&self) -> bool {
-        !self.has_ended && self.window.len() <= self.place + BEHIND
-    }
-
-    fn add(&mut self, row: Row) {
-        if row.begins && !self.window.is_empty() {
-            self.next = Some(row);
-            self.has_ended = true;
-        } else {
-            self.window.push_back(row);
-        }
-    }
-
-    /// The row at the place with its command.
-    fn row(&mut self) -> Option<Row> {
-        let mut row = *self.window.get(self.place)?;
-        row.command = Some(self.command(&row));
-        self.place += 1;
-        Some(row)
+        let command = |(place, row)| {
+            inner.place = place;
+            inner.command(row)
+        };
+        Ok(rows.iter().enumerate().map(command).collect())
     }
 
     fn command(&mut self, row: &Row) -> f64 {
@@ -144,7 +56,7 @@ impl Inner {
             }
         }
         if self.settings.integrator != Integrator::None {
-            let next = self.window.get(self.place + 1);
+            let next = self.rows.get(self.place + 1);
             let goal = next.and_then(|next| next.reference).unwrap_or(goal);
             sum += 0.5 * self.at(1.0, goal);
         }
@@ -196,7 +108,7 @@ impl Inner {
 
     /// The log's own velocity, where it has one.
     fn measured_velocity(&self, time: f64) -> Option<f64> {
-        let velocity = |place: usize| self.window.get(place)?.velocity;
+        let velocity = |place: usize| self.rows.get(place)?.velocity;
         let now = velocity(self.place)?;
         let next = velocity(self.place + 1).unwrap_or(now);
         Some(now + time * (next - now))
@@ -204,17 +116,17 @@ impl Inner {
 
     /// The position at a time behind the row, rows; at the ends of a stretch it continues straight.
     fn position(&self, time: f64) -> f64 {
-        let last = self.window.len() - 1;
+        let last = self.rows.len() - 1;
         let place = self.place as f64 + time;
         if place <= 0.0 {
-            return self.window[0].position + place * self.slope(0);
+            return self.rows[0].position + place * self.slope(0);
         }
         if place >= last as f64 {
-            return self.window[last].position + (place - last as f64) * self.slope(last);
+            return self.rows[last].position + (place - last as f64) * self.slope(last);
         }
         let from = place.floor() as usize;
         let x = place - place.floor();
-        let [p, q] = [from, from + 1].map(|place| self.window[place].position);
+        let [p, q] = [from, from + 1].map(|place| self.rows[place].position);
         if x <= 0.0 {
             return p;
         }
@@ -225,14 +137,12 @@ impl Inner {
 
     /// The velocity at a row, rad per row.
     fn slope(&self, place: usize) -> f64 {
-        let row = &self.window[place];
+        let row = &self.rows[place];
         if let Some(velocity) = row.velocity {
             return velocity * self.sample_time;
         }
-        let before = place
-            .checked_sub(1)
-            .and_then(|place| self.window.get(place));
-        let next = self.window.get(place + 1);
+        let before = place.checked_sub(1).and_then(|place| self.rows.get(place));
+        let next = self.rows.get(place + 1);
         let [to_here, from_here] = [
             before.map(|before| row.position - before.position),
             next.map(|next| next.position - row.position),
@@ -247,16 +157,12 @@ impl Inner {
 #[cfg(test)]
 mod tests {
     use super::{Inner, Row};
-    use crate::log::{Columns, Log};
+    use crate::log::{Log, Table};
     use crate::scenario::{Column, InnerLoop, Integrator, LogSettings};
 
     /// A joint q̈ = −a q̇ + b u with its position loop, by the integrator of a simulator or, with many steps to a sample
     /// of the loop, as a drive has it. Every `rows`-th sample of the loop is a row: goal, position and the mean command.
-    fn simulated(
-        inner: &InnerLoop,
-        rows: usize,
-        velocity: bool,
-    ) -> (LogSettings, Columns, Vec<f64>) {
+    fn simulated(inner: &InnerLoop, rows: usize, velocity: bool) -> (LogSettings, Table, Vec<f64>) {
         const STEPS: usize = 200;
         let [a, b] = [4.0, 20.0];
         let loop_time = inner.sample_time.expect("stated");
@@ -318,20 +224,16 @@ mod tests {
             of("position", positions),
             of("velocity", velocities),
         ];
-        let columns = Columns::new(columns).expect("one length");
+        let columns = Table::of_columns("log", columns).expect("one length");
         (settings, columns, commands)
     }
 
     /// The largest difference of the log's commands from the true ones of a simulation, parts of the largest of these.
     fn difference(inner: &InnerLoop, rows: usize, velocity: bool) -> f64 {
         let (settings, columns, truth) = simulated(inner, rows, velocity);
-        let log = Log::of_columns("log", columns, &settings, settings.sample_time);
+        let log = Log::new(&columns, &settings, settings.sample_time);
         let log = log.expect("it is sound");
-        let found: Vec<_> = log
-            .rows()
-            .expect("rows")
-            .map(|row| row.expect("a row"))
-            .collect();
+        let found = log.rows();
         assert_eq!(found.len(), truth.len());
         let is_drive = inner.integrator == Integrator::None;
         let size = truth.iter().fold(0.0, |most, u| f64::max(most, u.abs()));
@@ -419,10 +321,8 @@ mod tests {
             settings: inner(Integrator::Euler),
             ticks: 5,
             sample_time: 1.0,
-            window: (0..6).map(row).collect(),
+            rows: &(0..6).map(row).collect::<Vec<_>>(),
             place,
-            next: None,
-            has_ended: false,
             velocity: None,
         };
         for tick in -5..=10 {
@@ -436,13 +336,9 @@ mod tests {
     fn a_break_in_the_log_begins_the_loop_again() {
         let (mut settings, columns, truth) = simulated(&inner(Integrator::None), 1, false);
         settings.cut = vec![[0.0995, 0.1995]];
-        let log = Log::of_columns("log", columns, &settings, settings.sample_time);
+        let log = Log::new(&columns, &settings, settings.sample_time);
         let log = log.expect("it is sound");
-        let rows: Vec<_> = log
-            .rows()
-            .expect("rows")
-            .map(|row| row.expect("a row"))
-            .collect();
+        let rows = log.rows();
         assert_eq!(rows.len(), 300);
         for (place, sample) in [(99, 99), (101, 201), (299, 399)] {
             let off = rows[place].command.expect("computed") - truth[sample];
@@ -459,7 +355,7 @@ mod tests {
                 sample_time: Some(wrong),
                 ..inner(Integrator::None)
             });
-            let log = Log::of_columns("log", columns.clone(), &settings, settings.sample_time);
+            let log = Log::new(&columns, &settings, settings.sample_time);
             let refused = log.expect_err("it is refused").to_string();
             assert!(refused.contains("whole number of them"), "{refused}");
         }

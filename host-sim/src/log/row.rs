@@ -1,10 +1,7 @@
 //! A row of a log in SI, whatever file it is from.
 
-use super::{Found, LogError};
-use crate::scenario::LogQuantity;
-
-/// The most rows of a log.
-pub(super) const MAX_ROWS: u64 = 1_000_000_000;
+use super::{LogError, Table};
+use crate::scenario::{LogQuantity, LogSettings, TimeUnit};
 
 /// One sample of a log, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,11 +56,86 @@ impl Row {
     }
 }
 
-/// The rows of a file, one at a time. Rows in ranges of time that are left out are passed over.
-pub(super) trait Rows: Iterator<Item = Result<Row, LogError>> {
-    /// Writes down what reading has found out so far about the file.
-    fn describe(&self, found: &mut Found);
+/// The rows of a table in SI, as its lines stand, and how many were left out by their time. Position and velocity are NaN
+/// where a row has none. Without a column of time, and by a counter, rows are `sample_time` (s) apart.
+///
+/// # Errors
+/// The column that is missing, the row whose number is not allowed.
+pub(super) fn rows(
+    table: &Table,
+    settings: &LogSettings,
+    sample_time: f64,
+) -> Result<(Vec<Row>, u64), LogError> {
+    let places = (settings.columns())
+        .map(|(quantity, column)| {
+            let place = table.place(column)?;
+            let of = &table.columns[place];
+            let is_stamp = quantity == LogQuantity::Time && settings.units.time == TimeUnit::Stamp;
+            if is_stamp && of.stamps == 0 {
+                let fault = "it has no times such as 2026-11-22T06:25:00.125".to_owned();
+                return Err(LogError::in_column(&table.path, column, fault));
+            }
+            Ok((
+                quantity,
+                column,
+                of,
+                settings.units.scale(quantity, sample_time),
+            ))
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let time = places
+        .iter()
+        .find(|(quantity, ..)| *quantity == LogQuantity::Time);
+    // Where days are counted from is no matter, and costs digits.
+    let begins = time
+        .and_then(|(_, _, of, scale)| Some(scale * of.values.iter().find(|time| time.is_finite())?))
+        .filter(|begins| begins.abs() > FAR_TIME)
+        .unwrap_or(0.0);
+    let mut left_out = 0;
+    let mut rows = Vec::with_capacity(table.rows());
+    for (index, line) in table.lines.iter().enumerate() {
+        let at = match time {
+            Some((_, _, of, scale)) => scale * of.values[index] - begins,
+            None => index as f64 * sample_time,
+        };
+        if settings.leaves_out(at) {
+            left_out += 1;
+            continue;
+        }
+        let mut row = Row::at(u64::from(*line), at);
+        row.position = f64::NAN;
+        for (quantity, column, of, scale) in &places {
+            let number = of.values[index];
+            let other = || of.others.iter().find(|(row, _)| *row == index);
+            let fault = match check_magnitude(scale * number) {
+                Ok(()) => None,
+                Err(_) if number.is_nan() => other().map(|(_, fault)| fault.clone()),
+                Err(why) => Some(format!("{number} is not allowed: {why}")),
+            };
+            if let Some(fault) = fault {
+                let fault = format!("{fault}; correct it, or leave its time out with log.cut");
+                let column = column.to_string();
+                return Err(LogError::at_line(
+                    &table.path,
+                    row.line,
+                    Some(&column),
+                    fault,
+                ));
+            }
+            if *quantity != LogQuantity::Time && !number.is_nan() {
+                row.set(*quantity, scale * number);
+            }
+        }
+        // Without a time a row stands nowhere.
+        if at.is_finite() {
+            rows.push(row);
+        }
+    }
+    Ok((rows, left_out))
 }
+
+/// Times from here on are not those of a log that begins at zero, s.
+const FAR_TIME: f64 = 1e6;
 
 /// Checks that a number can be a measurement, s, rad or command units.
 ///

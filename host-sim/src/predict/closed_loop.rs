@@ -4,10 +4,10 @@ use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 use serde::Serialize;
 
-use super::{FrozenServo, Play, Squares, State};
+use super::{FrozenServo, Squares, State};
 use crate::log::Row;
-use crate::replay::{DeclaredPid, ReplayError};
-use crate::scenario::Scenario;
+use crate::replay::DeclaredPid;
+use crate::scenario::{Fault, Scenario};
 
 /// Relative deviation of a closed-loop simulation from the recording: ‖recorded − simulated‖/‖recorded‖.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -36,11 +36,11 @@ pub struct ClosedLoop {
 pub(super) fn closed_loop<V: VelocityEstimate<f64>>(
     scenario: &Scenario,
     servo: &FrozenServo,
-    play: Play<'_>,
-) -> Result<Option<ClosedLoop>, ReplayError> {
+    rows: &[Row],
+) -> Result<Option<ClosedLoop>, Fault> {
     let simulation = Simulation::<V>::new(servo, &scenario.stated);
     let mut simulation = simulation.map_err(|error| scenario.fault(&error))?;
-    play(&mut |sample| simulation.add(sample))?;
+    rows.iter().for_each(|sample| simulation.add(sample));
     Ok(simulation.finish())
 }
 

@@ -16,13 +16,10 @@ pub use frozen_servo::{FrozenServo, State};
 pub use open_loop::OpenLoop;
 use open_loop::open_loop;
 
-use crate::log::{Log, LogError, Row};
-use crate::replay::{ReplayError, Replayed};
-use crate::scenario::Scenario;
+use crate::log::Log;
+use crate::replay::Replayed;
 use crate::scenario::dispatch::with_velocity;
-
-/// Shows the rows of a log, from the first, as often as it is called.
-type Play<'a> = &'a dyn Fn(&mut dyn FnMut(&Row)) -> Result<(), LogError>;
+use crate::scenario::{Fault, Scenario};
 
 /// Deviations of the prediction by frozen estimates from a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,9 +35,9 @@ pub struct Predicted {
 /// [`fitted`](crate::replay::fitted).
 ///
 /// # Errors
-/// See [`ReplayError`].
-pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predicted, ReplayError> {
-    let play = |see: &mut dyn FnMut(&Row)| log.rows()?.try_for_each(|row| row.map(|row| see(&row)));
+/// The key that does not suit the log.
+pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predicted, Fault> {
+    let rows = log.rows();
     let terms = found.outcome.terms.iter();
     let servo = FrozenServo::new(&found.estimates, scenario.sample_time())
         .map_err(|error| scenario.fault(&error.into()))?
@@ -48,9 +45,9 @@ pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predi
             &found.term_settings,
             terms.map(|term| (term.unknown, term.value)),
         );
-    let open_loop = open_loop(&servo, &play)?;
+    let open_loop = open_loop(&servo, rows);
     let closed_loop = match scenario.stated.controller {
-        Some(_) => with_velocity!(scenario, f64 => closed_loop(scenario, &servo, &play))?,
+        Some(_) => with_velocity!(scenario, f64 => closed_loop(scenario, &servo, rows))?,
         None => None,
     };
     Ok(Predicted {

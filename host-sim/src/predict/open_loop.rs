@@ -1,6 +1,6 @@
 use super::start::{Motion, StartFit};
-use super::{FrozenServo, Play, Squares};
-use crate::log::{LogError, Row};
+use super::{FrozenServo, Squares};
+use crate::log::Row;
 
 /// Deviation of an open-loop simulation from the recorded positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,30 +23,25 @@ pub struct OpenLoop {
 /// up to more than the model's own error. Nothing else is fitted.
 ///
 /// None where samples have no command, or the simulation leaves every bound.
-///
-/// # Errors
-/// A log that can no longer be read.
-pub(super) fn open_loop(servo: &FrozenServo, play: Play<'_>) -> Result<Option<OpenLoop>, LogError> {
+pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
     /// The most steps of the fit.
     const STEPS: u32 = 8;
-    let Some(mut fits) = first_guesses(play)? else {
-        return Ok(None);
-    };
+    let mut fits = first_guesses(rows)?;
     for _ in 0..STEPS {
         let mut stretch = None;
-        play(&mut |sample| {
+        rows.iter().for_each(|sample| {
             let fit = fits.get_mut(next(&mut stretch, sample));
             if let (Some(fit), Some(command)) = (fit, sample.command) {
                 fit.add(servo, sample, command);
             }
-        })?;
+        });
         let worth = fits.iter_mut().map(StartFit::step);
         if !worth.fold(false, |any, one| any | one) {
             break;
         }
     }
     let starts: Vec<_> = fits.iter().map(StartFit::start).collect();
-    simulated(servo, &starts, play)
+    simulated(servo, &starts, rows)
 }
 
 /// The number of the stretch that a sample belongs to.
@@ -60,14 +55,14 @@ fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
 }
 
 /// The first position and the first step of each stretch, and the usual speed.
-fn first_guesses(play: Play<'_>) -> Result<Option<Vec<StartFit>>, LogError> {
+fn first_guesses(rows: &[Row]) -> Option<Vec<StartFit>> {
     let mut stretch = None;
     let mut starts: Vec<Motion> = Vec::new();
     let mut last = 0.0;
     let (mut squares, mut steps) = (0.0, 0.0);
     let mut is_second = false;
     let mut commanded = true;
-    play(&mut |sample| {
+    rows.iter().for_each(|sample| {
         commanded &= sample.command.is_some();
         let number = next(&mut stretch, sample);
         if number == starts.len() {
@@ -85,22 +80,18 @@ fn first_guesses(play: Play<'_>) -> Result<Option<Vec<StartFit>>, LogError> {
             steps += 1.0;
         }
         last = sample.position;
-    })?;
+    });
     let speed = f64::sqrt(squares / steps);
     let is_moved = commanded && speed > 0.0;
     let fit = |start: Motion| StartFit::new(start, speed);
-    Ok(is_moved.then(|| starts.into_iter().map(fit).collect()))
+    is_moved.then(|| starts.into_iter().map(fit).collect())
 }
 
-fn simulated(
-    servo: &FrozenServo,
-    starts: &[Motion],
-    play: Play<'_>,
-) -> Result<Option<OpenLoop>, LogError> {
+fn simulated(servo: &FrozenServo, starts: &[Motion], rows: &[Row]) -> Option<OpenLoop> {
     let mut stretch = None;
     let (mut state, mut first) = (None, 0.0);
     let (mut squares, mut largest, mut samples) = (Squares::default(), 0.0_f64, 0);
-    play(&mut |sample| {
+    rows.iter().for_each(|sample| {
         let before = stretch;
         let number = next(&mut stretch, sample);
         let command = sample.command.unwrap_or(f64::NAN);
@@ -114,14 +105,14 @@ fn simulated(
         largest = largest.max((sample.position - state.position).abs());
         samples += 1;
         servo.advance(state, command);
-    })?;
+    });
     let rms = (squares.error / samples as f64).sqrt();
-    Ok(rms.is_finite().then(|| OpenLoop {
+    rms.is_finite().then(|| OpenLoop {
         samples,
         rms,
         largest,
         relative: squares.relative(),
-    }))
+    })
 }
 
 #[cfg(test)]
@@ -161,12 +152,8 @@ mod tests {
     }
 
     fn predicted(servo: &ServoParameters, samples: &[Row]) -> Option<OpenLoop> {
-        let play = |see: &mut dyn FnMut(&Row)| {
-            samples.iter().for_each(see);
-            Ok(())
-        };
         let frozen = FrozenServo::new(servo, 1e-3).expect("valid");
-        open_loop(&frozen, &play).expect("rows")
+        open_loop(&frozen, samples)
     }
 
     #[test]

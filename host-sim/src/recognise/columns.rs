@@ -1,10 +1,10 @@
-//! Which column holds which quantity: by its name, and where names do not decide by its content.
+//! Which column holds which quantity: readings of the columns compete, and names are doubts.
 
 use super::name::{Named, Quantity, Unit, of_column};
 use super::{Question, Stated};
-use crate::log::{Table, TableColumn};
-use crate::scan::explained_by;
-use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit};
+use crate::log::{Table, TableColumn, extremes};
+use crate::readings::{Contest, HEARD, Order, Reading, Signals, Trial, held, kin};
+use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit, TimeUnit};
 
 /// A column of the table that holds a quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,8 +12,8 @@ pub(super) struct Chosen {
     pub(super) index: usize,
     /// As `[log]` states it.
     pub(super) column: Column,
-    /// The evidence: `stated`, `by its name`.
-    pub(super) evidence: &'static str,
+    /// The evidence: `as stated`, `by its name`.
+    pub(super) evidence: String,
     pub(super) named: Named,
 }
 
@@ -22,69 +22,31 @@ pub(super) struct Chosen {
 pub(super) struct Columns {
     pub(super) time: Option<Chosen>,
     pub(super) position: Chosen,
+    /// True if that is a velocity.
+    pub(super) is_velocity: bool,
     /// None of a servo that takes goals.
     pub(super) command: Option<Chosen>,
+    /// True if the command goes against the motion.
+    pub(super) is_reversed: bool,
     pub(super) reference: Option<Chosen>,
     /// That of a servo that takes goals, where its loop acts on it.
     pub(super) velocity: Option<Chosen>,
+    /// The reading that explains nearly as much.
+    pub(super) next: Option<String>,
 }
 
 /// The columns of a table by their names.
-struct Candidates<'a> {
+pub(super) struct Candidates<'a> {
     table: &'a Table,
     named: Vec<Named>,
 }
 
-impl Columns {
-    /// Finds them.
-    ///
-    /// # Errors
-    /// The quantities whose columns are not known.
-    pub(super) fn find(table: &Table, stated: &Stated) -> Result<Self, Vec<Question>> {
-        let all = Candidates {
-            table,
-            named: (table.columns.iter())
-                .map(|column| of_column(&column.name, &column.unit))
-                .collect(),
-        };
-        let time = all.time(stated);
-        let taken = |index: usize| time.as_ref().is_some_and(|time| time.index == index);
-        if let Some(goal) = &stated.goal {
-            return all.with_goal(goal, stated, time.clone());
-        }
-        let [positions, commands] = [
-            (&stated.position, Quantity::Position),
-            (&stated.command, Quantity::Command),
-        ]
-        .map(|(column, quantity)| match column {
-            Some(column) => all.stated(column).map(|chosen| vec![chosen]),
-            None => Some(all.of(quantity, &taken)),
-        });
-        let missing = |flag, column: &Option<String>| all.missing(flag, column);
-        let positions = positions.ok_or_else(|| vec![missing("position", &stated.position)])?;
-        let commands = commands.ok_or_else(|| vec![missing("command", &stated.command)])?;
-        let (position, command) = all.pair(positions, commands)?;
-        let reference = match stated.reference.as_deref() {
-            Some("none") => None,
-            Some(column) => Some(
-                all.stated(column)
-                    .ok_or_else(|| vec![missing("reference", &stated.reference)])?,
-            ),
-            None => {
-                let others = all.of_name(Quantity::Reference, &taken).into_iter();
-                let mut others =
-                    others.filter(|of| of.index != position.index && of.index != command.index);
-                others.find(|of| all.table.columns[of.index].is_moving())
-            }
-        };
-        Ok(Self {
-            time,
-            position,
-            command: Some(command),
-            reference,
-            velocity: None,
-        })
-    }
+/// The time of the rows of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Clock {
+    pub(super) chosen: Option<Chosen>,
+    pub(super) unit: TimeUnit,
+    pub(super) evidence: &'static str,
 }
 
 impl Columns {
@@ -106,82 +68,99 @@ impl Columns {
             "N" if is_linear && !is_torque_stated => CommandUnit::Newton,
             _ => return None,
         };
-        let is_scaled = (units.command_scale - 1.0).abs() > 0.0;
+        let is_scaled = (units.command_scale.abs() - 1.0).abs() > 0.0;
         (!is_scaled).then_some(found)
     }
 }
 
-impl Candidates<'_> {
-    /// Part of a motion from which a command explains it.
-    const EXPLAINED: f64 = 0.8;
-    /// Columns that are tried as position or command.
-    const MAX_TRIED: usize = 12;
+/// Doubts up to which names decide, and the fit judges.
+const NAMED: i32 = 1;
 
-    /// The columns of a servo whose goal is in this column.
-    fn with_goal(
-        &self,
-        goal: &str,
-        stated: &Stated,
-        time: Option<Chosen>,
-    ) -> Result<Columns, Vec<Question>> {
-        let goal = (self.stated(goal)).ok_or_else(|| vec![self.missing("goal", &stated.goal)])?;
-        let is_taken = |index: usize| {
-            index == goal.index || time.as_ref().is_some_and(|time| time.index == index)
-        };
-        let position = match &stated.position {
-            Some(column) => (self.stated(column))
-                .ok_or_else(|| vec![self.missing("position", &stated.position)])?,
-            None => match &self.of_name(Quantity::Position, &is_taken)[..] {
-                [only] => only.clone(),
-                _ => {
-                    return Err(vec![Question {
-                        flag: "position",
-                        text: format!(
-                            "which column is the measured position is not known, of {}",
-                            self.names()
-                        ),
-                    }]);
-                }
+/// What names say against a column that is measured, and against one that commands.
+const fn against_measured(quantity: Quantity) -> i32 {
+    match quantity {
+        Quantity::Position | Quantity::Velocity => 0,
+        Quantity::Unknown => 1,
+        Quantity::Reference | Quantity::Command => 3,
+        Quantity::Other | Quantity::Time | Quantity::Counter => 4,
+    }
+}
+
+const fn against_command(quantity: Quantity) -> i32 {
+    match quantity {
+        Quantity::Command | Quantity::Reference => 0,
+        Quantity::Unknown => 1,
+        Quantity::Position | Quantity::Velocity | Quantity::Other => 3,
+        Quantity::Time | Quantity::Counter => 4,
+    }
+}
+
+impl<'a> Candidates<'a> {
+    pub(super) fn of(table: &'a Table) -> Self {
+        let named = table.columns.iter();
+        Self {
+            table,
+            named: named
+                .map(|column| of_column(&column.name, &column.unit))
+                .collect(),
+        }
+    }
+
+    /// The columns that are measured and command.
+    ///
+    /// # Errors
+    /// The quantities whose columns are not known.
+    pub(super) fn find(&self, stated: &Stated, clock: &Clock) -> Result<Columns, Vec<Question>> {
+        let find = |flag, column: &Option<String>| match column.as_deref() {
+            None | Some("none") => Ok(None),
+            Some(name) => match self.stated(name) {
+                Some(chosen) => Ok(Some(chosen)),
+                None => Err(vec![self.missing(flag, name)]),
             },
         };
-        let velocity = match &stated.velocity {
-            Some(column) => Some(
-                (self.stated(column))
-                    .ok_or_else(|| vec![self.missing("velocity", &stated.velocity)])?,
-            ),
-            None => None,
+        let goal = find("goal", &stated.goal)?;
+        let position = find("position", &stated.position)?;
+        let command = find("command", &stated.command)?;
+        let velocity = find("velocity", &stated.velocity)?;
+        let reference = find("reference", &stated.reference)?;
+        let pushes = goal.as_ref().or(command.as_ref());
+        let found = self.contest(clock, position.as_ref(), pushes, stated)?;
+        let of = |index: usize, is_stated: bool| {
+            let evidence = match self.named[index].quantity {
+                _ if is_stated => "as stated",
+                Quantity::Unknown | Quantity::Other => "by its content",
+                _ => "by its name",
+            };
+            self.chosen(index, evidence)
         };
+        let measured = of(found.reading.trial.measured, position.is_some());
+        let pusher = of(found.reading.trial.command, pushes.is_some());
+        let is_goal =
+            goal.is_some() || (command.is_none() && pusher.named.quantity == Quantity::Reference);
         Ok(Columns {
-            time,
-            position,
-            command: None,
-            reference: Some(goal),
+            time: clock.chosen.clone(),
+            is_velocity: found.reading.trial.order == Order::Velocity,
+            is_reversed: !is_goal && found.reading.is_reversed && found.reading.bits > HEARD,
+            position: measured,
+            command: (!is_goal).then(|| pusher.clone()),
+            reference: if is_goal { Some(pusher) } else { reference },
             velocity,
+            next: found.next,
         })
     }
 
     /// A column that is stated and missing.
-    fn missing(&self, flag: &'static str, column: &Option<String>) -> Question {
+    fn missing(&self, flag: &'static str, column: &str) -> Question {
         Question {
             flag,
-            text: format!(
-                "the log has no column {}, but {}",
-                column.as_deref().unwrap_or_default(),
-                self.names()
-            ),
+            text: format!("the log has no column {column}, but {}", self.names()),
         }
     }
 
-    fn chosen(&self, index: usize, evidence: &'static str) -> Chosen {
+    fn chosen(&self, index: usize, evidence: &str) -> Chosen {
         let name = &self.table.columns[index].name;
-        let is_alone = self
-            .table
-            .columns
-            .iter()
-            .filter(|of| of.name == *name)
-            .count()
-            == 1;
-        let by_name = self.table.has_heading && !name.is_empty() && is_alone;
+        let same = self.table.columns.iter().filter(|of| of.name == *name);
+        let by_name = self.table.has_heading && !name.is_empty() && same.count() == 1;
         let number = u32::try_from(index + 1).unwrap_or(u32::MAX);
         Chosen {
             index,
@@ -189,7 +168,7 @@ impl Candidates<'_> {
                 true => Column::named(name),
                 false => Column::Number(number),
             },
-            evidence,
+            evidence: evidence.to_owned(),
             named: self.named[index],
         }
     }
@@ -208,72 +187,131 @@ impl Candidates<'_> {
     /// Their names, or numbers.
     fn names(&self) -> String {
         let names =
-            self.table
-                .columns
-                .iter()
-                .zip(1..)
-                .map(|(of, number)| match of.name.is_empty() {
-                    true => number.to_string(),
-                    false => of.name.clone(),
-                });
+            (self.table.columns.iter().zip(1..)).map(|(of, number)| match of.name.is_empty() {
+                true => number.to_string(),
+                false => of.name.clone(),
+            });
         crate::nearest::shortened(&names.collect::<Vec<_>>().join(", "), 120)
     }
 
+    fn name(&self, index: usize) -> String {
+        self.chosen(index, "").column.to_string()
+    }
+
     /// The columns that have the name of a quantity, with numbers.
-    fn of_name(&self, quantity: Quantity, taken: &dyn Fn(usize) -> bool) -> Vec<Chosen> {
+    fn of_name(&self, quantity: Quantity) -> Vec<Chosen> {
         let all = self.named.iter().enumerate();
-        all.filter(|(index, named)| named.quantity == quantity && !taken(*index))
-            .filter(|(index, _)| self.table.columns[*index].numbers > 0)
-            .map(|(index, _)| self.chosen(index, "by its name"))
-            .collect()
+        all.filter(|(index, named)| {
+            named.quantity == quantity && self.table.columns[*index].has_values()
+        })
+        .map(|(index, _)| self.chosen(index, "by its name"))
+        .collect()
     }
 
-    /// The columns that may hold a quantity: by their names, or else those whose names say nothing.
-    fn of(&self, quantity: Quantity, taken: &dyn Fn(usize) -> bool) -> Vec<Chosen> {
-        let named = self.of_name(quantity, taken);
-        if !named.is_empty() {
-            return named;
-        }
-        let mut unknown = self.of_name(Quantity::Unknown, taken);
-        unknown.retain(|of| self.table.columns[of.index].is_moving());
-        unknown.truncate(Self::MAX_TRIED);
-        for of in &mut unknown {
-            of.evidence = "by its content";
-        }
-        unknown
-    }
-
-    /// The column of the time: stated, by its name, or stamps or even steps.
-    fn time(&self, stated: &Stated) -> Option<Chosen> {
-        match stated.time.as_deref() {
-            Some("none") => return None,
-            Some(column) => return self.stated(column),
-            None => {}
-        }
-        let is_known = |chosen: &Chosen| {
-            [&stated.position, &stated.command, &stated.reference]
-                .into_iter()
-                .flatten()
-                .any(|column| {
-                    self.stated(column)
-                        .is_some_and(|of| of.index == chosen.index)
-                })
+    /// The time of the rows: the stated column, one by its name, or one of even steps.
+    ///
+    /// # Errors
+    /// A stated column that is missing.
+    pub(super) fn clock(&self, stated: &Stated) -> Result<Clock, Question> {
+        let chosen = match stated.time.as_deref() {
+            Some("none") => None,
+            Some(column) => {
+                Some((self.stated(column)).ok_or_else(|| self.missing("time", column))?)
+            }
+            None => self.time(stated),
         };
-        let [times, counters] = [Quantity::Time, Quantity::Counter].map(|quantity| {
-            let all = self.named.iter().enumerate();
-            let mut all: Vec<_> = all
-                .filter(|(_, named)| named.quantity == quantity)
-                .filter(|(index, _)| self.table.columns[*index].has_values())
-                .map(|(index, _)| self.chosen(index, "by its name"))
-                .filter(|chosen| !is_known(chosen))
-                .collect();
-            // Of several, one that advances, and one whose unit is known.
-            all.sort_by_key(|of| {
-                let column = &self.table.columns[of.index];
-                (!column.advances(), of.named.unit.is_none())
+        let Some(time) = &chosen else {
+            return Ok(Clock {
+                chosen,
+                unit: TimeUnit::Second,
+                evidence: "",
             });
-            all
-        });
+        };
+        let column = &self.table.columns[time.index];
+        let named = match time.named.unit {
+            Some(Unit::Time(unit)) => Some(unit),
+            _ => None,
+        };
+        let (unit, evidence) = match (stated.time_unit, named) {
+            (Some(unit), _) => (unit, "as stated"),
+            _ if 2 * column.stamps > column.values.len() => (TimeUnit::Stamp, "by its stamps"),
+            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by its name"),
+            (_, Some(_)) => (
+                self.likeliest(time),
+                "as its steps make likely, which its name does not",
+            ),
+            (_, None) => (self.likeliest(time), "as its steps make likely"),
+        };
+        Ok(Clock {
+            chosen,
+            unit,
+            evidence,
+        })
+    }
+
+    /// The usual step of a time.
+    fn step(&self, time: &Chosen) -> f64 {
+        let steps = self.table.columns[time.index].steps();
+        let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+        steps.sort_unstable_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+
+    /// True for a unit in which rows are as far apart as those of a log may be.
+    fn is_possible(&self, time: &Chosen, unit: TimeUnit) -> bool {
+        /// Times from row to row, s.
+        const POSSIBLE: std::ops::RangeInclusive<f64> = 4e-6..=0.6;
+        let step = self.step(time);
+        let is_known = |unit: TimeUnit| {
+            unit.seconds()
+                .is_some_and(|of| POSSIBLE.contains(&(of * step)))
+        };
+        is_known(unit) || step.is_nan() || !TimeUnit::ALL.iter().any(|unit| is_known(*unit))
+    }
+
+    /// The unit of a time that neither name nor statement has, by the size of its steps.
+    fn likeliest(&self, time: &Chosen) -> TimeUnit {
+        /// The usual time from row to row, s.
+        const USUAL: f64 = 5e-3;
+        let step = self.step(time);
+        if time.named.quantity == Quantity::Counter && (step - 1.0).abs() < 1e-6 {
+            return TimeUnit::Sample;
+        }
+        let off = |unit: TimeUnit| {
+            let seconds = unit.seconds().unwrap_or(f64::NAN);
+            (seconds * step / USUAL).ln().abs()
+        };
+        let units = [
+            TimeUnit::Second,
+            TimeUnit::Millisecond,
+            TimeUnit::Microsecond,
+            TimeUnit::Nanosecond,
+        ];
+        let best = units
+            .into_iter()
+            .min_by(|one, other| off(*one).total_cmp(&off(*other)));
+        best.unwrap_or(TimeUnit::Second)
+    }
+
+    fn time(&self, stated: &Stated) -> Option<Chosen> {
+        let is_known = |chosen: &Chosen| {
+            let others = [&stated.position, &stated.command, &stated.reference];
+            let mut others = others.into_iter().flatten();
+            others.any(|column| {
+                self.stated(column)
+                    .is_some_and(|of| of.index == chosen.index)
+            })
+        };
+        let named = |quantity: Quantity| {
+            let all = self.of_name(quantity).into_iter();
+            let all = all.filter(|of| !is_known(of) && self.table.columns[of.index].runs_on());
+            // Of several, one that advances, in all rows, and whose unit is known.
+            all.min_by_key(|of| {
+                let column = &self.table.columns[of.index];
+                let blank = column.values.iter().filter(|value| value.is_nan()).count();
+                (!column.advances(), blank, of.named.unit.is_none())
+            })
+        };
         let by_content = || {
             let all = self.named.iter().enumerate();
             all.filter(|(_, named)| named.quantity == Quantity::Unknown)
@@ -281,111 +319,360 @@ impl Candidates<'_> {
                 .map(|(index, _)| self.chosen(index, "by its even steps"))
                 .filter(|chosen| !is_known(chosen))
         };
-        (times.into_iter().chain(counters).next()).or_else(by_content)
+        named(Quantity::Time)
+            .or_else(|| named(Quantity::Counter))
+            .or_else(by_content)
     }
 
-    /// The position and the command that moves it most clearly.
-    fn pair(
-        &self,
-        positions: Vec<Chosen>,
-        commands: Vec<Chosen>,
-    ) -> Result<(Chosen, Chosen), Vec<Question>> {
-        /// Where the second pair leaves less than this many times what the first leaves, both would do.
-        const CLEARLY: f64 = 1.5;
-        if let ([position], [command]) = (&positions[..], &commands[..])
-            && position.index != command.index
-            && [position, command]
-                .iter()
-                .all(|of| of.evidence != "by its content")
-        {
-            return Ok((position.clone(), command.clone()));
-        }
-        let mut pairs = Vec::new();
-        for position in &positions {
-            let motion = self.table.columns[position.index].continued();
-            for command in commands.iter().filter(|of| of.index != position.index) {
-                let input = self.table.columns[command.index].held();
-                pairs.push((explained_by(&motion, &input), position, command));
+    /// The signals of all columns, at the times of a clock.
+    fn signals(&self, clock: &Clock, sample_time: Option<f64>) -> Signals {
+        /// Steps from which a motion begins anew.
+        const GAP: f64 = 20.0;
+        let rows = self.table.rows();
+        let scale = clock.unit.seconds().or(sample_time).unwrap_or(1.0);
+        let times: Vec<f64> = match &clock.chosen {
+            Some(time) => {
+                let times = held(&self.table.columns[time.index].values);
+                times.iter().map(|time| scale * time).collect()
             }
-        }
-        pairs.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let clear = pairs.first().filter(|best| best.0 > Self::EXPLAINED);
-        let is_alone = clear.is_some_and(|best| {
-            let left = 1.0 - best.0;
-            pairs[1..]
-                .iter()
-                .all(|other| 1.0 - other.0 > CLEARLY * left)
-        });
-        // Names alone decide between a set-point and its measurement, or two encoders: the clearest is taken.
-        let all_named = (positions.iter().chain(&commands)).all(|of| of.evidence == "by its name");
-        if let Some((_, position, command)) = clear.filter(|_| is_alone || all_named) {
-            let of = |chosen: &Chosen, count: usize| Chosen {
-                evidence: match chosen.evidence {
-                    "by its name" if count > 1 => "by its name, the clearest of several",
-                    other => other,
-                },
-                ..chosen.clone()
-            };
-            return Ok((of(position, positions.len()), of(command, commands.len())));
-        }
-        let question = |flag, quantity: &str, found: &[Chosen]| {
-            let unknown = match found {
-                [only] => only.evidence == "by its content",
-                _ => true,
-            };
-            unknown.then(|| Question {
-                flag,
-                text: format!(
-                    "which column is the {quantity} is not known, of {}",
-                    self.names()
-                ),
-            })
+            None => (0..rows)
+                .map(|row| row as f64 * sample_time.unwrap_or(1.0))
+                .collect(),
         };
-        let mut of_command = question("command", "command that acted", &commands);
-        let is_moving = |of: &Chosen| self.table.columns[of.index].is_moving();
-        if let Some(question) = &mut of_command
-            && let Some(goal) =
-                (self.of_name(Quantity::Reference, &|_| false).into_iter()).find(is_moving)
-        {
-            question.text += &format!(
-                "; if the servo has a position loop of its own, {} is its goal: state --goal {0} and --kp, its gain",
-                goal.column
-            );
+        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut usual: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+        usual.sort_unstable_by(f64::total_cmp);
+        let usual = usual.get(usual.len() / 2).copied().unwrap_or(1.0);
+        let is_break = |step: &f64| *step < 0.0 || *step > GAP * usual;
+        let mut begins: Vec<bool> = std::iter::once(true)
+            .chain(steps.iter().map(is_break))
+            .collect();
+        for begin in &self.table.begins {
+            begins[*begin] = true;
         }
-        let questions: Vec<_> = [
-            question("position", "measured position", &positions),
-            of_command,
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
-        match (&positions[..], &commands[..]) {
-            ([position], [command]) if questions.is_empty() => {
-                Ok((position.clone(), command.clone()))
+        for step in &mut steps {
+            *step = if is_break(step) {
+                usual
+            } else {
+                step.max(1e-3 * usual)
+            };
+        }
+        steps.push(usual);
+        let columns = self.table.columns.iter();
+        let columns: Vec<Vec<f64>> = columns.map(TableColumn::continued).collect();
+        let cells = columns.iter().map(|column| cell(column)).collect();
+        Signals::new(steps, begins, columns, cells)
+    }
+
+    /// Lets the readings of the columns compete, those of a `position` and of a command that `pushes` where these are stated.
+    fn contest(
+        &self,
+        clock: &Clock,
+        position: Option<&Chosen>,
+        pushes: Option<&Chosen>,
+        stated: &Stated,
+    ) -> Result<Found, Vec<Question>> {
+        let signals = self.signals(clock, stated.sample_time);
+        let (copies, rates) = kin(&signals);
+        let is_time = |index: usize| {
+            let is_clock = clock
+                .chosen
+                .as_ref()
+                .is_some_and(|time| time.index == index);
+            is_clock
+                || matches!(
+                    self.named[index].quantity,
+                    Quantity::Time | Quantity::Counter
+                )
+        };
+        let moving: Vec<usize> = (0..self.table.columns.len())
+            .filter(|index| !is_time(*index) && self.table.columns[*index].is_moving())
+            .collect();
+        let quantity = |index: usize| self.named[index].quantity;
+        let has_command = moving
+            .iter()
+            .any(|index| quantity(*index) == Quantity::Command);
+        let is_one = |stated: Option<&Chosen>, index: usize| {
+            stated.map_or_else(|| moving.contains(&index), |of| of.index == index)
+        };
+        let mut trials = Vec::new();
+        let all = 0..self.table.columns.len();
+        for measured in all.clone().filter(|index| is_one(position, *index)) {
+            for command in all.clone().filter(|index| is_one(pushes, *index)) {
+                let is_kin = rates[command] == Some(measured) || rates[measured] == Some(command);
+                let is_stated = position.is_some() && pushes.is_some();
+                if measured == command || (is_kin && !is_stated) {
+                    continue;
+                }
+                // Of two columns that are one and the same the one whose name says more stands for both.
+                let is_copy = |index: usize| {
+                    copies[index].is_some_and(|other| !is_time(other))
+                        && quantity(index) == Quantity::Unknown
+                };
+                if (is_copy(measured) && position.is_none())
+                    || (is_copy(command) && pushes.is_none())
+                {
+                    continue;
+                }
+                for order in [Order::Position, Order::Velocity] {
+                    let is_rate = quantity(measured) == Quantity::Velocity;
+                    let is_other_order = match quantity(measured) {
+                        Quantity::Position | Quantity::Velocity => {
+                            is_rate != (order == Order::Velocity)
+                        }
+                        _ => stated.position_unit.is_some() && order == Order::Velocity,
+                    };
+                    let of_position = if position.is_some() {
+                        0
+                    } else {
+                        against_measured(quantity(measured))
+                    };
+                    let of_command = if pushes.is_some() {
+                        0
+                    } else {
+                        against_command(quantity(command))
+                    };
+                    let is_goal =
+                        quantity(command) == Quantity::Reference && has_command && pushes.is_none();
+                    let doubt = of_position
+                        + of_command
+                        + 2 * i32::from(!is_stated && self.are_of_other_joints(measured, command))
+                        + 3 * i32::from(is_other_order)
+                        + 2 * i32::from(is_goal);
+                    trials.push(Trial {
+                        measured,
+                        command,
+                        order,
+                        doubt,
+                    });
+                }
             }
-            _ => Err(questions),
+        }
+        if trials.is_empty() {
+            let changing: Vec<_> = moving.iter().map(|index| self.name(*index)).collect();
+            return Err(vec![Question {
+                flag: "command",
+                text: format!(
+                    "a position and what commands it must both change, and here only these do: {}; record the command that acts",
+                    match changing.len() {
+                        0 => "none".to_owned(),
+                        _ => crate::nearest::shortened(&changing.join(", "), 120),
+                    }
+                ),
+            }]);
+        }
+        let contest = Contest::of(&signals, trials);
+        let none = || {
+            vec![
+                self.question("position", "measured position"),
+                self.question("command", "command that acted"),
+            ]
+        };
+        let best = self.chosen_reading(&contest).ok_or_else(none)?;
+        // Two columns that are nearly one explain alike and give nearly the same servo, and so do a position and its rate.
+        let same = |one: usize, other: usize| {
+            one == other
+                || signals.are_alike(one, other)
+                || [rates[one], rates[other]] == [Some(other), None]
+                || [rates[one], rates[other]] == [None, Some(one)]
+        };
+        let rival = contest.0.iter().find(|rival| {
+            let is_other = !same(rival.trial.measured, best.trial.measured)
+                || !same(rival.trial.command, best.trial.command);
+            let of_rate = self.is_rate_of(rival.trial.measured, best.trial.measured);
+            is_other
+                && !of_rate
+                && rival.trial.doubt <= best.trial.doubt
+                && best.is_rivalled_by(rival, best.trial.doubt <= NAMED)
+        });
+        if let Some(rival) = rival {
+            let mut questions = Vec::new();
+            if rival.trial.measured != best.trial.measured {
+                questions.push(self.either(
+                    "position",
+                    "measured position",
+                    best.trial.measured,
+                    rival.trial.measured,
+                ));
+            }
+            if rival.trial.command != best.trial.command {
+                questions.push(self.either(
+                    "command",
+                    "command that acted",
+                    best.trial.command,
+                    rival.trial.command,
+                ));
+            }
+            return Err(questions);
+        }
+        if best.trial.doubt > NAMED && best.is_doubtful() {
+            return Err(none());
+        }
+        let other = contest.0.iter().find(|other| other.trial != best.trial);
+        let next = other
+            .filter(|other| other.score() > 0.1 * best.score())
+            .map(|other| {
+                let order = match other.trial.order == best.trial.order {
+                    true => "",
+                    false if other.trial.order == Order::Velocity => " as a velocity",
+                    false => " as a position",
+                };
+                format!(
+                    "next best: {}{order} by {}, {:.0} bits for {:.0}",
+                    self.name(other.trial.measured),
+                    self.name(other.trial.command),
+                    other.score(),
+                    best.score()
+                )
+            });
+        Ok(Found {
+            reading: best,
+            next,
+        })
+    }
+
+    /// The reading that the fit is to judge: the best of those that names speak for, or else the best of all. A position goes
+    /// before a velocity, and the order that a name says before the other, unless the motion speaks clearly for it.
+    fn chosen_reading(&self, contest: &Contest) -> Option<Reading> {
+        /// Bits for a reading over those of one that goes before it.
+        const CLEARLY: f64 = 8.0;
+        let least = contest.0.iter().map(|reading| reading.trial.doubt).min()?;
+        let is_named = |reading: &&Reading| least > NAMED || reading.trial.doubt == least;
+        let best = *contest.0.iter().find(is_named)?;
+        let before = contest.0.iter().filter(is_named).find(|reading| {
+            best.trial.order == Order::Velocity
+                && reading.trial.order == Order::Position
+                && reading.trial.command == best.trial.command
+        });
+        let best = before
+            .filter(|before| best.bits < CLEARLY * before.bits.max(HEARD))
+            .copied()
+            .unwrap_or(best);
+        let pair = |of: &Reading| [of.trial.measured, of.trial.command];
+        let other_order = contest
+            .0
+            .iter()
+            .find(|other| pair(other) == pair(&best) && other.trial.order != best.trial.order);
+        let clearer = other_order.filter(|other| other.bits > CLEARLY * best.bits.max(HEARD));
+        Some(clearer.copied().unwrap_or(best))
+    }
+
+    /// True for a velocity beside a position by their names, either way.
+    fn is_rate_of(&self, one: usize, other: usize) -> bool {
+        let of = [one, other].map(|index| self.named[index].quantity);
+        of.contains(&Quantity::Velocity) && of.contains(&Quantity::Position)
+    }
+
+    /// True for names that end in the numbers of two joints.
+    fn are_of_other_joints(&self, one: usize, other: usize) -> bool {
+        let number = |index: usize| {
+            let name = &self.table.columns[index].name;
+            let digits = name
+                .rsplit(|c: char| !c.is_ascii_digit())
+                .find(|part| !part.is_empty());
+            digits.map(str::to_owned)
+        };
+        matches!((number(one), number(other)), (Some(one), Some(other)) if one != other)
+    }
+
+    fn question(&self, flag: &'static str, quantity: &str) -> Question {
+        Question {
+            flag,
+            text: format!(
+                "which column is the {quantity} is not known, of {}",
+                self.names()
+            ),
+        }
+    }
+
+    fn either(&self, flag: &'static str, quantity: &str, best: usize, rival: usize) -> Question {
+        Question {
+            flag,
+            text: format!(
+                "{} and {} explain the motion alike: state which is the {quantity}",
+                self.name(best),
+                self.name(rival)
+            ),
         }
     }
 }
 
+/// The winner of a contest, and what came next.
+struct Found {
+    reading: Reading,
+    next: Option<String>,
+}
+
+/// The smallest step of a column that most of its changes are multiples of, or else the usual distance of its values.
+fn cell(column: &[f64]) -> f64 {
+    const SAMPLED: usize = 4000;
+    let mut values: Vec<f64> = column
+        .iter()
+        .copied()
+        .filter(|value| value.is_finite())
+        .collect();
+    values.truncate(SAMPLED);
+    if let Some(step) =
+        crate::readings::Positions::of(values.iter().copied()).and_then(|of| of.step())
+    {
+        return step;
+    }
+    values.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (
+        values.first().copied().unwrap_or(0.0),
+        values.last().copied().unwrap_or(0.0),
+    );
+    values.dedup_by(|next, before| *next - *before <= 1e-9 * (high - low));
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    // Values that were rounded in other units leave a few distances that are far too small.
+    steps.get(steps.len() / 50).copied().unwrap_or(1.0)
+}
+
 impl TableColumn {
     fn has_values(&self) -> bool {
-        self.numbers + self.stamps > 0
+        self.values.iter().any(|value| value.is_finite())
     }
 
     /// True if its numbers differ.
     pub(super) fn is_moving(&self) -> bool {
-        let (low, high) = crate::log::extremes(&self.values);
+        let (low, high) = extremes(
+            self.values
+                .iter()
+                .copied()
+                .filter(|value| value.is_finite()),
+        );
         low < high
     }
 
     fn steps(&self) -> impl Iterator<Item = f64> + '_ {
-        self.values.windows(2).map(|pair| pair[1] - pair[0])
+        let values = self
+            .values
+            .iter()
+            .copied()
+            .filter(|value| value.is_finite());
+        let before = values.clone();
+        values
+            .skip(1)
+            .zip(before)
+            .map(|(next, before)| next - before)
     }
 
     /// True if no number is before the last.
-    pub(super) fn advances(&self) -> bool {
+    fn advances(&self) -> bool {
         self.is_moving() && self.steps().all(|step| step >= 0.0)
+    }
+
+    /// True if it advances as a time does, which may begin again a few times.
+    fn runs_on(&self) -> bool {
+        const MAX_BACK: f64 = 0.02;
+        let (mut back, mut all) = (0.0, 0.0);
+        for step in self.steps() {
+            all += 1.0;
+            back += f64::from(u8::from(step < 0.0));
+        }
+        // One that goes back row by row, or stands still, is refused as a time by what it is.
+        back <= MAX_BACK * all || back >= (1.0 - MAX_BACK) * all
     }
 
     /// True if it advances by nearly even steps.
@@ -406,36 +693,49 @@ impl TableColumn {
         usual > 0.0 && within.count() as f64 > MIN_SHARE * steps.len() as f64
     }
 
-    /// Its numbers, the one before where there is none.
-    pub(super) fn held(&self) -> Vec<f64> {
-        let first = self.values.iter().copied().find(|value| value.is_finite());
-        let mut last = first.unwrap_or(0.0);
-        let held = |value: &f64| {
+    /// Its numbers as positions, continued where they begin again.
+    pub(super) fn continued(&self) -> Vec<f64> {
+        /// Part of the range from which a step begins again, and part of the steps that may.
+        const JUMP: f64 = 0.7;
+        const MAX_SHARE: f64 = 0.05;
+        let (low, high) = extremes(
+            self.values
+                .iter()
+                .copied()
+                .filter(|value| value.is_finite()),
+        );
+        let range = high - low;
+        let is_jump = |step: f64| step.abs() > JUMP * range;
+        let jumps = self.steps().filter(|step| is_jump(*step)).count();
+        if jumps as f64 > MAX_SHARE * self.values.len() as f64 || self.distinct_is_few() {
+            return self.values.clone();
+        }
+        let (mut offset, mut last) = (0.0, f64::NAN);
+        let continue_it = |value: &f64| {
+            let step = *value - last;
             if value.is_finite() {
                 last = *value;
             }
-            last
-        };
-        self.values.iter().map(held).collect()
-    }
-
-    /// Its numbers as positions, continued where they begin again.
-    pub(super) fn continued(&self) -> Vec<f64> {
-        /// Part of the range from which a step begins again.
-        const JUMP: f64 = 0.7;
-        let mut positions = self.held();
-        let (low, high) = crate::log::extremes(&positions);
-        let range = high - low;
-        let mut offset = 0.0;
-        let mut last = positions.first().copied().unwrap_or(0.0);
-        for position in &mut positions {
-            let step = *position - last;
-            last = *position;
-            if step.abs() > JUMP * range {
+            if is_jump(step) {
                 offset -= step.signum() * range;
             }
-            *position += offset;
+            value + offset
+        };
+        self.values.iter().map(continue_it).collect()
+    }
+
+    /// True for a switch, or a command of few sizes.
+    fn distinct_is_few(&self) -> bool {
+        const FEW: usize = 8;
+        let mut seen: Vec<f64> = Vec::new();
+        for value in self.values.iter().filter(|value| value.is_finite()) {
+            if !seen.contains(value) {
+                seen.push(*value);
+            }
+            if seen.len() > FEW {
+                return false;
+            }
         }
-        positions
+        true
     }
 }

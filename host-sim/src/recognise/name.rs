@@ -1,5 +1,7 @@
 //! The quantity and unit of a column by its name.
 
+use std::f64::consts::TAU;
+
 use crate::scenario::{PositionUnit, TimeUnit};
 
 /// The quantity in a column.
@@ -11,7 +13,8 @@ pub(super) enum Quantity {
     Position,
     Reference,
     Command,
-    /// A quantity that no fit takes: velocity, error, temperature, estimates.
+    Velocity,
+    /// A quantity that no fit takes: error, temperature, estimates.
     Other,
     /// Nothing in the name says which.
     Unknown,
@@ -58,10 +61,13 @@ const COMMANDS: &[&str] = &[
     "moment", "drehmoment",
 ];
 #[rustfmt::skip]
+const VELOCITIES: &[&str] = &[
+    "velocity", "vel", "speed", "omega", "w", "v", "qd", "dq", "qdot", "rpm", "drehzahl", "geschwindigkeit",
+];
+#[rustfmt::skip]
 const OTHERS: &[&str] = &[
-    "velocity", "vel", "speed", "omega", "w", "v", "qd", "dq", "qdot", "rpm", "drehzahl", "geschwindigkeit", "acceleration",
-    "acc", "accel", "qdd", "ddq", "jerk", "error", "err", "e", "deviation", "temperature", "temp", "status", "state", "flag",
-    "mode", "fault", "bus", "supply", "vbus", "per", "std", "id",
+    "acceleration", "acc", "accel", "qdd", "ddq", "jerk", "error", "err", "e", "deviation", "temperature", "temp", "status", "state", "flag",
+    "mode", "fault", "enable", "enabled", "bus", "supply", "vbus", "per", "std", "id",
 ];
 
 /// The quantity and unit of a column with a name, and perhaps a cell in a row of units.
@@ -91,7 +97,13 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
         None => (None, false),
     };
     let quantity = match is_foreign {
-        true => Quantity::Other,
+        true if words
+            .iter()
+            .any(|word| OTHERS.contains(&word.to_lowercase().as_str())) =>
+        {
+            Quantity::Other
+        }
+        true => Quantity::Velocity,
         false => quantity(&words, unit.or_else(|| self::unit(name.trim()))),
     };
     let fits = match unit {
@@ -102,6 +114,29 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
     };
     let unit = unit.filter(|_| fits);
     Named { quantity, unit }
+}
+
+/// The unit of a velocity by the name of its column or a cell of units, and how many rad/s one is.
+pub(super) fn rate(name: &str, unit_cell: &str) -> Option<(&'static str, f64)> {
+    let text = format!("{name} {unit_cell}").to_lowercase();
+    let units: [(&str, &[&str], f64); 4] = [
+        ("rpm", &["rpm", "rev/min", "1/min"], TAU / 60.0),
+        ("rev/s", &["rev/s", "rps", "hz", "turn/s", "turns/s"], TAU),
+        (
+            "deg/s",
+            &["deg/s", "deg_s", "dps", "°/s", "degps"],
+            TAU / 360.0,
+        ),
+        (
+            "rad/s",
+            &["rad/s", "rad_s", "rads", "radps", "rad_per_s"],
+            1.0,
+        ),
+    ];
+    let found = units
+        .iter()
+        .find(|(_, words, _)| words.iter().any(|word| text.contains(word)));
+    found.map(|(name, _, scale)| (*name, *scale))
 }
 
 fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
@@ -121,9 +156,15 @@ fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
     if has(OTHERS) {
         return Quantity::Other;
     }
+    if has(VELOCITIES) {
+        return match has(REFERENCES) || has(&["command", "cmd", "commanded"]) {
+            true => Quantity::Reference,
+            false => Quantity::Velocity,
+        };
+    }
     if has(POSITIONS) && !is_time {
-        // A position command is a reference, and so is a target position.
-        return match has(REFERENCES) || has(COMMANDS) {
+        // A position command is a reference, and so is a target position; an output angle is none.
+        return match has(REFERENCES) || has(&["command", "cmd", "commanded"]) {
             true => Quantity::Reference,
             false => Quantity::Position,
         };
@@ -213,7 +254,7 @@ fn unit(word: &str) -> Option<Unit> {
 
 #[cfg(test)]
 mod tests {
-    use super::Quantity::{Command, Counter, Other, Position, Reference, Time, Unknown};
+    use super::Quantity::{Command, Counter, Other, Position, Reference, Time, Unknown, Velocity};
     use super::{Unit, of_column};
     use crate::scenario::{PositionUnit, TimeUnit};
 
@@ -234,6 +275,7 @@ mod tests {
             ("position_rad", Position, angle(PositionUnit::Radian)),
             ("reference_rad", Reference, angle(PositionUnit::Radian)),
             ("actualPosition", Position, None),
+            ("output_angle", Position, None),
             (
                 "Position Command [deg]",
                 Reference,
@@ -244,9 +286,12 @@ mod tests {
             ("iq_ref", Command, None),
             ("duty %", Command, of_command("%")),
             ("u", Command, None),
-            ("omega_rad_s", Other, None),
-            ("velocity [rad/s]", Other, None),
-            ("angle [rad/s]", Other, None),
+            ("omega_rad_s", Velocity, None),
+            ("output_velocity", Velocity, None),
+            ("torque_enable", Other, None),
+            ("velocity [rad/s]", Velocity, None),
+            ("angle [rad/s]", Velocity, None),
+            ("acceleration [rad/s^2]", Other, None),
             ("output_error_rad", Other, None),
             ("a_std_error", Other, None),
             ("b_rad_per_s2_per_command", Other, None),

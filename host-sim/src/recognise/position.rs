@@ -2,18 +2,20 @@
 
 use std::f64::consts::TAU;
 
-use std::path::Path;
-
+use super::Stated;
 use super::columns::Chosen;
-use super::name::Unit;
-use super::{Question, Stated};
+use super::name::{self, Unit};
 use crate::log::{Jumps, LogError, Period, Table, TableColumn};
-use crate::scan::{Positions, is_usual, is_whole};
+use crate::readings::{Positions, held, is_usual, is_whole};
 use crate::scenario::{LogUnits, PositionUnit};
 
 /// The unit of a position, and its encoder where the steps show one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
+    /// True if rad stands for the column's own unit.
+    pub(super) is_own: bool,
+    /// Units for one of the column's.
+    pub(super) scale: f64,
     pub(super) unit: PositionUnit,
     /// The evidence for the unit.
     pub(super) evidence: &'static str,
@@ -30,41 +32,61 @@ const ANGLES: [PositionUnit; 3] = [
     PositionUnit::Radian,
 ];
 
-/// Reads the unit of a column.
-///
-/// # Errors
-/// The question, where neither name nor content shows the unit, or the counts of a revolution.
+/// Reads the unit of a column. A unit that neither name nor content shows is the column's own: the result is in it, and rad
+/// stands for one of it.
 pub(super) fn read(
     column: &TableColumn,
     chosen: &Chosen,
+    is_velocity: bool,
     stated: &Stated,
-) -> Result<Reading, Question> {
-    let step = Positions::of(column.held().into_iter()).and_then(|positions| positions.step());
-    let (unit, evidence) = unit(column, chosen, stated, step).ok_or_else(|| {
-        let steps = match step {
-            Some(step) => format!("its steps of {} do not show it", short(step)),
-            None => "neither its name nor its numbers show it".to_owned(),
+) -> Reading {
+    if is_velocity && stated.position_unit.is_none() {
+        let found = name::rate(&column.name, &column.unit);
+        return Reading {
+            is_own: found.is_none(),
+            unit: PositionUnit::Radian,
+            scale: found.map_or(1.0, |(_, scale)| scale),
+            evidence: match found {
+                Some(("rad/s", _)) => "per s by its name",
+                Some(("rpm", _)) => "from rpm by its name",
+                Some(("rev/s", _)) => "from revolutions per s by its name",
+                Some(_) => "from degrees per s by its name",
+                None => {
+                    "which is not known: rad stands for one of it, until --position-unit says what it is"
+                }
+            },
+            counts_per_rev: None,
+            step: None,
         };
-        Question {
-            flag: "position-unit",
-            text: format!(
-                "the unit of {} is not known, as {steps}: state rad, deg, turns, counts, m or mm",
-                chosen.column
-            ),
+    }
+    let values = column.values.iter().copied();
+    let step = Positions::of(values.filter(|value| value.is_finite())).and_then(|of| of.step());
+    let (unit, evidence) = match unit(column, chosen, stated, step) {
+        Some((PositionUnit::Count, _)) if stated.counts_per_rev.is_none() => {
+            return Reading {
+                is_own: true,
+                scale: 1.0,
+                unit: PositionUnit::Radian,
+                evidence: "of an encoder: rad stands for one of them, until --counts-per-rev says how many a revolution has",
+                counts_per_rev: None,
+                step,
+            };
         }
-    })?;
+        Some(found) => found,
+        None => {
+            return Reading {
+                is_own: true,
+                scale: 1.0,
+                unit: PositionUnit::Radian,
+                evidence: "which is not known: rad stands for one of it, until --position-unit says what it is",
+                counts_per_rev: None,
+                step,
+            };
+        }
+    };
     let counts_per_rev = match (stated.counts_per_rev, unit) {
         (Some(counts), _) => Some(counts),
-        (None, PositionUnit::Count) => {
-            return Err(Question {
-                flag: "counts-per-rev",
-                text: format!(
-                    "{} is in counts: state how many a revolution has, after fourfold evaluation",
-                    chosen.column
-                ),
-            });
-        }
-        (None, PositionUnit::Metre | PositionUnit::Millimetre) => None,
+        (None, PositionUnit::Count | PositionUnit::Metre | PositionUnit::Millimetre) => None,
         (None, angle) => {
             let scale = stated.position_scale.unwrap_or(1.0).abs();
             let radians = scale * LogUnits::SI.radians(angle);
@@ -73,23 +95,36 @@ pub(super) fn read(
                 .map(f64::round)
         }
     };
-    Ok(Reading {
+    Reading {
+        is_own: false,
+        scale: 1.0,
         unit,
         evidence,
         counts_per_rev,
         step,
-    })
+    }
+}
+
+impl Reading {
+    /// The name of the unit.
+    pub(super) fn name(&self) -> &'static str {
+        match (self.is_own, self.evidence.starts_with("of")) {
+            (true, true) => "counts",
+            (true, false) => "a unit",
+            (false, _) => self.unit.name(),
+        }
+    }
 }
 
 /// Checks that a position has no spikes: single rows far from those before and behind.
 ///
 /// # Errors
 /// How many there are, and where the first is.
-pub(super) fn check(path: &Path, table: &Table, chosen: &Chosen) -> Result<(), LogError> {
+pub(super) fn check(table: &Table, chosen: &Chosen) -> Result<(), LogError> {
     /// Size of a spike, steps of the quicker motion, and the part of them that is quicker.
     const SIZE: f64 = 10.0;
     const QUICKER: usize = 10;
-    let positions = table.columns[chosen.index].continued();
+    let positions = held(&table.columns[chosen.index].continued());
     let steps: Vec<f64> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
     sizes.sort_unstable_by(f64::total_cmp);
@@ -111,9 +146,9 @@ pub(super) fn check(path: &Path, table: &Table, chosen: &Chosen) -> Result<(), L
             1 => "a spike".to_owned(),
             count => format!("{count} spikes"),
         },
-        table.rows
+        table.rows()
     );
-    Err(LogError::of_file(path, &fault))
+    Err(LogError::of_file(&table.path, &fault))
 }
 
 /// The unit with its evidence; none where nothing shows it.
@@ -159,11 +194,11 @@ fn unit(
 /// The unit of positions that begin again after a revolution.
 fn by_period(column: &TableColumn, stated: &Stated) -> Option<PositionUnit> {
     let mut jumps = Jumps::default();
-    let positions = column.held();
+    let positions = held(&column.values);
     for (place, position) in positions.iter().enumerate() {
         jumps.add(*position, place == 0);
     }
-    let (low, high) = crate::log::extremes(&positions);
+    let (low, high) = crate::log::extremes(positions.iter().copied());
     let units = LogUnits {
         counts_per_rev: stated.counts_per_rev,
         ..LogUnits::SI

@@ -1,9 +1,8 @@
 //! The user's statements about a log, as options.
 
-use super::Question;
 use crate::scenario::{
     Column, CommandUnit, InnerLoop, Integrator, LogSettings, LogUnits, PhysicalSettings,
-    PositionUnit, Scan, TimeUnit,
+    PositionUnit, TimeUnit,
 };
 
 /// The user's statements about a log: each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its name.
@@ -36,9 +35,9 @@ pub struct Stated {
     pub torque_constant: Option<f64>,
     /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
     pub inertia: Option<f64>,
-    /// Column of the position goal of a servo that closes its own loop, in place of a command: it needs --kp.
+    /// Column of the position goal of a servo that closes its own loop, in place of a command.
     pub goal: Option<String>,
-    /// Proportional gain of the servo's own loop, command units per rad.
+    /// Proportional gain of the servo's own loop, command units per rad; without it b is that of a rad of distance from the goal.
     pub kp: Option<f64>,
     /// Its derivative gain, command units per rad/s.
     pub kd: Option<f64>,
@@ -62,8 +61,6 @@ pub struct Stated {
     pub bridge_gaps: Option<u32>,
     /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
     pub cut: Vec<[f64; 2]>,
-    /// What follows where the scan of the log finds a contradiction: refuse or warn.
-    pub scan: Option<Scan>,
 }
 
 impl Stated {
@@ -77,7 +74,6 @@ impl Stated {
             sample_time: self.sample_time,
             cut,
             wrap: self.wrap,
-            scan: self.scan.unwrap_or(Scan::Refuse),
             units: LogUnits {
                 position_scale: self.position_scale.unwrap_or(1.0),
                 reference_scale: self.reference_scale.unwrap_or(1.0),
@@ -99,29 +95,17 @@ impl Stated {
         }
     }
 
-    /// The servo's own position loop.
-    ///
-    /// # Errors
-    /// The gain that is missing.
-    pub(super) fn inner(&self) -> Result<Option<InnerLoop>, Question> {
-        match (&self.goal, self.kp) {
-            (None, _) => Ok(None),
-            (Some(_), Some(kp)) => Ok(Some(InnerLoop {
-                kd: self.kd.unwrap_or(0.0),
-                limit: self
-                    .limit
-                    .map_or([f64::NEG_INFINITY, f64::INFINITY], |limit| [-limit, limit]),
-                sample_time: self.loop_time,
-                cutoff: self.cutoff,
-                integrator: self.integrator.unwrap_or(Integrator::None),
-                ..InnerLoop::proportional(kp)
-            })),
-            (Some(goal), None) => Err(Question {
-                flag: "kp",
-                text: format!(
-                    "{goal} is the goal of the servo's own loop: state its proportional gain, command units per rad"
-                ),
-            }),
+    /// The servo's own position loop; of an unknown gain that of a command which is the distance from the goal.
+    pub(super) fn inner(&self) -> InnerLoop {
+        InnerLoop {
+            kd: self.kd.unwrap_or(0.0),
+            limit: self
+                .limit
+                .map_or([f64::NEG_INFINITY, f64::INFINITY], |limit| [-limit, limit]),
+            sample_time: self.loop_time,
+            cutoff: self.cutoff,
+            integrator: self.integrator.unwrap_or(Integrator::None),
+            ..InnerLoop::proportional(self.kp.unwrap_or(1.0))
         }
     }
 
@@ -159,7 +143,6 @@ impl Stated {
             "sample-time" => self.sample_time = Some(number()?),
             "counts-per-rev" => self.counts_per_rev = Some(number()?),
             "wrap" => self.wrap = Some(number()?),
-            "scan" => self.scan = Some(answer.parse()?),
             _ => return Err(format!("--{flag} is no option that takes one value")),
         }
         Ok(())

@@ -3,20 +3,36 @@
 use std::fmt::Write;
 
 use super::Recognised;
-use super::columns::{Chosen, Columns};
+use super::columns::{Chosen, Clock, Columns};
 use super::name::Unit;
 use super::position::{Reading, short};
 use crate::log::Table;
 use crate::physical::Scale;
 use crate::scenario::{
-    Column, CommandUnit, InnerLoop, Integrator, PhysicalSettings, PositionUnit, Scan, TimeUnit,
+    Column, CommandUnit, InnerLoop, Integrator, PhysicalSettings, PositionUnit, TimeUnit,
 };
+
+impl Clock {
+    pub(super) fn text(&self, sample_time: f64) -> String {
+        let Some(time) = &self.chosen else {
+            return format!("no column: the rows are {sample_time} s apart as stated");
+        };
+        let column = time.text();
+        match self.unit {
+            TimeUnit::Sample => format!("{column}, a counter of samples"),
+            unit => format!("{column}, in {} {}", unit.name(), self.evidence),
+        }
+    }
+}
 
 impl Columns {
     /// How many columns there are, and those that are left aside.
     pub(super) fn left_aside(&self, table: &Table) -> String {
         let count = table.columns.len();
-        let mut text = format!("{count}, divided by {}s", table.separator);
+        let mut text = match table.separator {
+            Some(separator) => format!("{count}, divided by {separator}s"),
+            None => count.to_string(),
+        };
         if !table.has_heading {
             text += ", without a heading: they go by number";
         }
@@ -45,8 +61,15 @@ impl Columns {
     }
 
     pub(super) fn position_text(&self, reading: &Reading) -> String {
-        let unit = reading.unit.name();
-        let mut text = format!("{}, in {unit} {}", self.position.text(), reading.evidence);
+        let mut text = self.position.text();
+        if self.is_velocity {
+            text += ", a velocity";
+        }
+        let unit = reading.name();
+        text += &match reading.evidence {
+            "" => format!(", in {unit}"),
+            evidence => format!(", in {unit} {evidence}"),
+        };
         match (reading.step, reading.counts_per_rev) {
             (_, Some(counts)) if counts > 0.0 => {
                 text += &format!("; the encoder has {counts} counts per revolution");
@@ -61,12 +84,22 @@ impl Columns {
     }
 
     /// Of a command that is multiplied by a scale, or of one that an inner loop gives.
-    pub(super) fn command_text(&self, scale: f64, inner: Option<&InnerLoop>) -> String {
+    pub(super) fn command_text(
+        &self,
+        scale: f64,
+        inner: Option<&InnerLoop>,
+        is_gain_stated: bool,
+    ) -> String {
         let Some(command) = &self.command else {
             let (kp, kd) = inner.map_or((f64::NAN, f64::NAN), |inner| (inner.kp, inner.kd));
+            let unknown = if is_gain_stated {
+                ""
+            } else {
+                "; its gain is not stated, so that b is times that gain"
+            };
             return format!(
                 "computed by the servo's own loop from the goal, {kp} times goal less position, less {kd} times velocity, \
-                 and b in rad/s² for one of it"
+                 and b in rad/s² for one of it{unknown}"
             );
         };
         let unit = match command.named.unit {
@@ -76,17 +109,24 @@ impl Columns {
             Some(Unit::Command(unit)) => format!("in {unit}, and b in rad/s² per {unit}"),
             _ => "in its own unit, and b in rad/s² for one of it".to_owned(),
         };
-        format!(
+        let mut text = format!(
             "{}, {unit}; it is taken to be the whole command that acted",
             command.text()
-        )
+        );
+        if self.is_reversed {
+            text += "; it goes against the motion, and counts the other way round";
+        }
+        if let Some(next) = &self.next {
+            text += &format!("; {next}");
+        }
+        text
     }
 
     pub(super) fn reference_text(&self, unit: Option<PositionUnit>) -> String {
         let reference = self.reference.as_ref().map_or(String::new(), Chosen::text);
         let unit = unit.map_or("the unit of the position", PositionUnit::name);
         let purpose = match &self.command {
-            Some(_) => "it only checks the log",
+            Some(_) => "it is only shown",
             None => "it is the goal of the servo's own loop",
         };
         format!("{reference}, in {unit}; {purpose}")
@@ -177,8 +217,8 @@ impl Recognised {
         if let Some(wrap) = settings.wrap {
             let _ = writeln!(text, "wrap = {wrap:?}");
         }
-        if settings.scan == Scan::Warn {
-            text += "scan = \"warn\"\n";
+        if settings.is_velocity {
+            text += "measured = \"velocity\"\n";
         }
         text
     }

@@ -17,4 +17,4 @@ pub use agreement::Agreement;
 pub(crate) use declared::DeclaredPid;
 #[cfg(feature = "experiments")]
 pub use online::OnlineIdentifier;
-pub use passes::{ReplayError, Replayed, fitted, replay};
+pub use passes::{Replayed, fitted, replay};

@@ -10,7 +10,7 @@ use super::declared::Declared;
 use super::progress::{InStretch, Progress};
 use super::recorded::RecordedReference;
 use crate::experiment::{Outcome, Sample};
-use crate::log::{Log, LogError, Stretch};
+use crate::log::{Log, Stretch};
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Closing, Fault, Scenario, Velocity};
 use crate::simulate::identifier;
@@ -26,17 +26,6 @@ pub struct Replayed {
     pub estimates: ServoParameters,
     /// The declared settings of the terms; a fit of the whole record adds those that it found.
     pub term_settings: TermSettings,
-}
-
-/// Why a log cannot be replayed with a scenario.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ReplayError {
-    /// The scenario does not suit the log; nothing has been observed then.
-    #[error(transparent)]
-    Scenario(#[from] Fault),
-    /// The log is no longer what it was when it was judged.
-    #[error(transparent)]
-    Log(#[from] LogError),
 }
 
 /// The scenario with what only the logs know: the sample time where no controller is declared, the
@@ -114,13 +103,13 @@ const MIN_START_TIME: f64 = 1e-4;
 /// joins the motion that it finds, and the estimates are kept.
 ///
 /// # Errors
-/// See [`ReplayError`].
+/// The key that does not suit the logs; nothing has been observed then.
 pub fn replay(
     scenario: &Scenario,
     logs: &(impl AsRef<[Log]> + ?Sized),
     passes: u32,
     observe: &mut dyn FnMut(u32, &Sample),
-) -> Result<Replayed, ReplayError> {
+) -> Result<Replayed, Fault> {
     with_velocity!(scenario, f64 => run(scenario, logs.as_ref(), passes, observe))
 }
 
@@ -129,9 +118,9 @@ fn run<V: VelocityEstimate<f64>>(
     logs: &[Log],
     passes: u32,
     observe: &mut dyn FnMut(u32, &Sample),
-) -> Result<Replayed, ReplayError> {
+) -> Result<Replayed, Fault> {
     let Some(log) = logs.first() else {
-        return Err(Fault::new("log", "there is no log").into());
+        return Err(Fault::new("log", "there is no log"));
     };
     let fault = |error: SettingsError| scenario.fault(&error);
     let unit = scenario.checked_units()?.position_unit();
@@ -160,10 +149,8 @@ fn run<V: VelocityEstimate<f64>>(
         for (number, log) in logs.iter().enumerate() {
             let mut stretches = log.stretches().iter();
             let mut on: Option<InStretch<V>> = None;
-            for row in log.rows()? {
-                let row = row?;
+            for row in log.rows() {
                 if row.begins || on.is_none() {
-                    // A file that has changed since it was judged may have more.
                     let settling = stretches
                         .next()
                         .map_or(0, |stretch| settling(scenario, stretch));
@@ -171,16 +158,14 @@ fn run<V: VelocityEstimate<f64>>(
                         progress.time += before.samples as f64 * log.sample_time;
                     }
                     progress.begin(pass == 0 || !command_recorded);
-                    on = Some(InStretch::new(scenario, &row, unit, settling));
+                    on = Some(InStretch::new(scenario, row, unit, settling));
                 }
                 let Some(on) = &mut on else { continue };
-                match progress.process(on, &row, number, pass) {
+                match progress.process(on, row, number, pass) {
                     Ok(Some(sample)) => observe(pass, &sample),
                     Ok(None) => {}
                     Err(error) => {
-                        progress
-                            .outcome
-                            .end_early(progress.time_of(on, &row), error);
+                        progress.outcome.end_early(progress.time_of(on, row), error);
                         break 'passes;
                     }
                 }

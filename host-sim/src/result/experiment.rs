@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::verdict::{Status, Verdict};
+use crate::verdict::{State, Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
@@ -107,6 +107,8 @@ pub struct Estimate {
     /// Standard error of the [value](Self::value): chance, the encoder, and the distance that it still had to go;
     /// none where it is not known, infinite where the motion contains no information on it.
     pub std_error: Option<f64>,
+    /// What the motion says of it.
+    pub state: State,
     /// True if it stood at a bound for most of the last quarter: such a value is no result.
     pub at_bound: bool,
     /// Its unit.

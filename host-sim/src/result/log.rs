@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use crate::log::Log;
+use crate::log::{Clock, Log};
 use crate::predict::{ClosedLoop, Predicted};
-use crate::scan::Remark;
 
 /// Properties of a log as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,8 +36,8 @@ pub struct LogReading {
     pub largest_command: Option<f64>,
     /// The period after which its positions begin again and were continued, rad.
     pub wrapped: Option<f64>,
-    /// Findings of the scan of a log that was identified.
-    pub remarks: Vec<Remark>,
+    /// The clock of its rows: even, or as stamped.
+    pub clock: &'static str,
 }
 
 impl LogReading {
@@ -60,8 +59,11 @@ impl LogReading {
             units_row: found.units_row.clone(),
             resolution: log.resolution(),
             largest_command: log.largest_command(),
-            wrapped: found.wrapped.map(|wrapped| wrapped.period),
-            remarks: Vec::new(),
+            wrapped: found.wrapped,
+            clock: match found.clock {
+                Clock::Even => "even",
+                Clock::Stamped => "stamped",
+            },
         }
     }
 }

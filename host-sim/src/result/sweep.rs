@@ -51,6 +51,8 @@ pub struct Distribution {
     pub runs: usize,
     /// Of them: the estimates may be relied on.
     pub converged: usize,
+    /// The gain may be relied on, and another unknown may not.
+    pub partial: usize,
     /// The model lacks something that moves the estimates.
     pub unexplained: usize,
     /// The data say too little of an unknown.
@@ -144,6 +146,7 @@ impl Distribution {
         Self {
             runs: runs.len(),
             converged: with(Status::Converged),
+            partial: with(Status::Partial),
             unexplained: with(Status::Unexplained),
             no_information: with(Status::NoInformation),
             moving: with(Status::Moving),

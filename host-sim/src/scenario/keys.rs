@@ -27,7 +27,7 @@ use super::range::Range::{
 };
 use super::{
     Arithmetic, Column, CommandUnit, CommissionOrder, ExcitationKind, InnerLoop, Integrator, Law,
-    LogSettings, PositionUnit, RivalSettings, Scan, Scenario, TimeUnit, Velocity, parts,
+    LogSettings, PositionUnit, RivalSettings, Scenario, TimeUnit, Velocity, parts,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -387,6 +387,8 @@ keys! {
 "log.reference_scale": Number(ANY, |s, v| log(s).units.reference_scale = v), Value(1.0), "",
     "reference_unit for one of the column's; below 0 for the other direction";
 "log.position": ColumnOf(|s, v| log(s).position = v), Required("\"position_rad\""), "in position_unit", "measured position";
+"log.measured": OneOf(MEASURED, |s, i| log(s).is_velocity = i == 1), FirstChoice, "",
+    "what log.position is: the position, or the velocity, whose integral is taken for the position";
 "log.position_unit": OneOf(PositionUnit::CHOICES, |s, i| log(s).units.position = PositionUnit::ALL[i]), FirstChoice, "",
     "unit of log.position; of a linear axis \"m\" or \"mm\", and m is read for rad everywhere";
 "log.angle": OneOf(ANGLES, |s, i| log(s).absolute = i == 1), FirstChoice, "",
@@ -407,8 +409,6 @@ keys! {
     "ranges of the log's time that are left out";
 "log.wrap": Number(NOT_NEGATIVE, |s, v| log(s).wrap = Some(v)), Derived("found: a position that begins again after a revolution is continued"), "in position_unit, before position_scale",
     "period after which the position begins again, such as 360 of degrees; 0 if it does not";
-"log.scan": OneOf(Scan::CHOICES, |s, i| log(s).scan = Scan::ALL[i]), FirstChoice, "",
-    "what follows where the scan of a log finds a reversed sign, a wrong unit, swapped columns or a command without effect";
 }
 
 const FAULTS: Entries = Entries {
@@ -457,6 +457,16 @@ const REFERENCE_UNITS: &[Choice] = &{
     units
 };
 
+const MEASURED: &[Choice] = &[
+    Choice {
+        name: "position",
+        ..PLAIN
+    },
+    Choice {
+        name: "velocity",
+        ..PLAIN
+    },
+];
 const ANGLES: &[Choice] = &[
     Choice {
         name: "relative",

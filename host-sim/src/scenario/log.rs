@@ -6,7 +6,6 @@ use super::Scenario;
 use super::error::Fault;
 use super::inner::InnerLoop;
 use super::log_units::{LogUnits, PositionUnit, TimeUnit};
-use super::names::named;
 
 /// Which column of a log is what, and in which unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,18 +38,8 @@ pub struct LogSettings {
     /// The period after which the position begins again, in the column's unit, zero for none; where nothing states it,
     /// it is found.
     pub wrap: Option<f64>,
-    /// The consequence of a log that contradicts itself or the scenario.
-    pub scan: Scan,
-}
-
-named! {
-    /// The consequence of a log that contradicts itself or the scenario.
-    pub enum Scan {
-        /// It is refused.
-        Refuse = "refuse",
-        /// It is identified all the same, with a warning.
-        Warn = "warn",
-    }
+    /// True if the column of the position is that of a velocity, whose integral is the position.
+    pub is_velocity: bool,
 }
 
 /// The quantity in a column of a log.
@@ -146,7 +135,7 @@ impl LogSettings {
             sample_time: None,
             cut: Vec::new(),
             wrap: None,
-            scan: Scan::Refuse,
+            is_velocity: false,
         }
     }
 

@@ -38,7 +38,7 @@ pub use inner::{InnerLoop, Integrator};
 pub use key::Key;
 pub(crate) use kind::MAX_COLUMNS;
 pub use law::{Closing, Law, RivalSettings};
-pub use log::{Column, LogQuantity, LogSettings, Scan};
+pub use log::{Column, LogQuantity, LogSettings};
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
 pub(crate) use parts::MAX_PLAYED;
 pub use physical::{CommandUnit, PhysicalSettings};

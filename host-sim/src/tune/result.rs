@@ -145,7 +145,10 @@ impl IdentifiedResult {
                 0.0
             };
         }
-        let doubt = if status == "converged" {
+        /// The standard error of b, part of it, up to which gains are for a servo that is else known in part.
+        const SURE: f64 = 0.04;
+        let is_partial = status == "partial" && b[1] <= SURE * b[0];
+        let doubt = if status == "converged" || is_partial {
             let unsure = [("a", a), ("b", b), ("delay", delay)];
             let unsure = unsure
                 .into_iter()

@@ -26,4 +26,4 @@ mod rules;
 pub use evidence::{Evidence, FitEvidence, Lack, Motion, Residual, UnknownEvidence};
 pub use log_fit::Cause;
 pub use reason::VerdictReason;
-pub use rules::{MIN_TRAVEL_COUNTS, Status, Verdict};
+pub use rules::{MIN_TRAVEL_COUNTS, State, Status, Verdict};

@@ -159,6 +159,21 @@ impl VerdictReason {
         }
     }
 
+    /// True if no estimate means anything.
+    #[must_use]
+    pub const fn hides_all(&self) -> bool {
+        matches!(
+            self,
+            Self::EndedEarly
+                | Self::TooShort { .. }
+                | Self::NoMotion { .. }
+                | Self::NotAServo
+                | Self::LongestDelay
+                | Self::NotSeparated { .. }
+                | Self::NoEstimate { .. }
+        )
+    }
+
     /// The unknown that it concerns, if it concerns one.
     #[must_use]
     pub const fn unknown(&self) -> Option<Unknown> {
@@ -202,15 +217,15 @@ impl fmt::Display for VerdictReason {
                 needs_sizes,
             } => write!(
                 f,
-                "{} is not known: its standard error is {}, at most {} would do; {}",
+                "{} is known to ± {} (95 %), and ± {} would be sure; {}",
                 unknown.name(),
-                Quantity(std_error, unknown),
-                Quantity(limit, unknown),
+                Quantity(2.0 * std_error, unknown),
+                Quantity(2.0 * limit, unknown),
                 if needs_sizes {
                     "a dead band, friction that grows with the load or a gain that differs between the directions would look \
                      the same: give the command several sizes"
                 } else {
-                    "move further, faster or longer, or leave it out of the parameters"
+                    "move further, faster or longer"
                 }
             ),
             Self::AtBound { unknown, estimate } => write!(
@@ -226,7 +241,7 @@ impl fmt::Display for VerdictReason {
                  with the command well above friction and of several sizes, or longer"
             ),
             Self::OneDirection => f.write_str(
-                "the servo moved in one direction, in which friction and load are one: let it turn back",
+                "the servo moved in one direction, in which friction and load are one number: let it turn back",
             ),
             Self::NotAServo => f.write_str(
                 "no servo with friction, load and delay explains how the position follows the command: \

@@ -2,6 +2,7 @@ use std::fmt;
 
 use identifier_core::parameters::{Tolerance, Unknown};
 use identifier_core::reason::Reason;
+use serde::Serialize;
 
 use super::{Evidence, UnknownEvidence, VerdictReason};
 
@@ -10,6 +11,8 @@ use super::{Evidence, UnknownEvidence, VerdictReason};
 pub enum Status {
     /// Every estimate is known, keeps still, and nothing that would move it is left in the data.
     Converged,
+    /// The gain is known, and another unknown is not: the motion says too little of it.
+    Partial,
     /// The estimates keep still, but the model lacks something that moves them.
     Unexplained,
     /// The data say too little of an unknown, whatever its estimate.
@@ -26,6 +29,7 @@ impl Status {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Converged => "converged",
+            Self::Partial => "partial",
             Self::Unexplained => "unexplained",
             Self::NoInformation => "no-information",
             Self::Moving => "moving",
@@ -99,15 +103,47 @@ impl Verdict {
             .or_else(|| not_separated(evidence))
             .or_else(|| not_entered(evidence))
             .or_else(|| lacking(evidence))
-            .or_else(|| not_excited(evidence))
+            .or_else(|| {
+                not_excited(evidence).filter(|(status, _)| *status == Status::NoInformation)
+            })
             .or_else(|| moving(evidence))
             .or_else(|| unexplained(evidence))
+            .or_else(|| one_direction(evidence))
+            .or_else(|| not_excited(evidence))
             .unwrap_or((Status::Converged, VerdictReason::Explained));
         Self { status, reason }
     }
 }
 
+/// What a motion says of an unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// Its interval of 95 % is within a quarter of it, or within what does not matter.
+    Known,
+    /// Its interval is an answer, if a wide one.
+    Bounded,
+    /// This motion does not tell it.
+    Unknown,
+}
+
+/// The standard error up to which an estimate is known, part of it.
+const KNOWN: f64 = 0.125;
+
 impl UnknownEvidence {
+    /// What the motion says of it.
+    #[must_use]
+    pub fn state(&self, unknown: Unknown) -> State {
+        let size = self.estimate.abs();
+        let limit = MAX_STD_ERROR.limit(unknown, self.estimate, self.scale);
+        match self.uncertainty() {
+            _ if self.at_bound => State::Unknown,
+            Some(error) if within(error, limit.max(KNOWN * size)) => State::Known,
+            Some(error) if within(2.0 * error, size.max(self.scale)) => State::Bounded,
+            _ => State::Unknown,
+        }
+    }
+
     /// The movement up to which an estimate keeps still.
     #[must_use]
     pub fn still(&self, unknown: Unknown) -> f64 {
@@ -172,9 +208,7 @@ const MIN_PROFILE: f64 = 9.0;
 fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let fit = evidence.fit.as_ref().or(evidence.judged_by.as_ref())?;
     let increase = fit.profile[0].min(fit.profile[1]);
-    let reason = if !fit.reverses {
-        VerdictReason::OneDirection
-    } else if fit.delay_at_bound {
+    let reason = if fit.delay_at_bound {
         VerdictReason::LongestDelay
     } else if increase.is_nan() || increase < MIN_PROFILE {
         VerdictReason::NotSeparated {
@@ -185,6 +219,12 @@ fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
         return None;
     };
     Some((Status::NoInformation, reason))
+}
+
+/// Friction and load are one force in a motion that does not turn back.
+fn one_direction(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let fit = evidence.fit.as_ref().or(evidence.judged_by.as_ref())?;
+    (!fit.reverses).then_some((Status::Partial, VerdictReason::OneDirection))
 }
 
 fn not_entered(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
@@ -210,7 +250,16 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             needs_sizes: of.needs_sizes,
         })
     })?;
-    Some((Status::NoInformation, reason))
+    let gain = evidence
+        .unknowns()
+        .find(|(unknown, _)| *unknown == Unknown::B);
+    let is_known = gain.is_some_and(|(unknown, of)| of.state(unknown) == State::Known);
+    let status = if is_known {
+        Status::Partial
+    } else {
+        Status::NoInformation
+    };
+    Some((status, reason))
 }
 
 /// What the model lacks, where it holds an estimate off where the data say: it is the reason for movement, too.
@@ -232,11 +281,13 @@ fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let reason = first(evidence, |unknown, of| {
         let limit = MAX_MOVEMENT.limit(unknown, of.estimate, of.scale);
         let movement = of.movement;
-        (!within(movement, limit)).then_some(VerdictReason::StillMoving {
-            unknown,
-            movement,
-            limit,
-        })
+        (is_excited(unknown, of) && !within(movement, limit)).then_some(
+            VerdictReason::StillMoving {
+                unknown,
+                movement,
+                limit,
+            },
+        )
     })?;
     Some((Status::Moving, reason))
 }
@@ -249,10 +300,12 @@ fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
     first(evidence, |unknown, of| {
         let pull = of.pull?;
-        (!of.is_in_place(unknown, false)).then(|| VerdictReason::Elsewhere {
-            unknown,
-            pull,
-            limit: MAX_PULL.limit(unknown, of.estimate, of.scale),
+        (is_excited(unknown, of) && !of.is_in_place(unknown, false)).then(|| {
+            VerdictReason::Elsewhere {
+                unknown,
+                pull,
+                limit: MAX_PULL.limit(unknown, of.estimate, of.scale),
+            }
         })
     })
 }
@@ -277,6 +330,12 @@ fn first<T>(
     evidence
         .unknowns()
         .find_map(|(unknown, of)| objection(unknown, of))
+}
+
+/// True if it is known to its limit: where one that is not stands does not matter.
+fn is_excited(unknown: Unknown, of: &UnknownEvidence) -> bool {
+    let limit = MAX_STD_ERROR.limit(unknown, of.estimate, of.scale);
+    of.std_error.is_none_or(|error| within(error, limit))
 }
 
 /// NaN is within no limit.

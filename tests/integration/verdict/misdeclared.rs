@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::analysis::{Status, Summariser};
+use host_sim::analysis::Status;
 use host_sim::log::Log;
-use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
@@ -64,11 +63,8 @@ fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summ
     let file = std::fs::File::create(&path).expect("a file");
     csv::trace(file, &trace).expect("written");
     let log = Log::read(&path, &taken_for.log_columns(), Some(kind.sample_time)).expect("a log");
-    let logs = [log];
-    let scenario = fitted(taken_for.clone(), &logs);
-    let mut summariser = Summariser::lasting(&scenario, kind.duration);
-    let replayed = replay(&scenario, &logs, 1, &mut |_, sample| summariser.add(sample));
-    let summary = summariser.finish(&scenario, replayed.expect("it can be replayed").outcome);
+    let found = host_sim::identify(taken_for.clone(), &[log], &mut |_| {});
+    let summary = found.expect("it can be replayed").summary;
     std::fs::remove_file(&path).expect("it was there");
     summary
 }

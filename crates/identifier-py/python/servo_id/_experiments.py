@@ -37,8 +37,8 @@ def identify(
     (``euler`` or ``implicit``, of a simulator), ``cutoff``; a column ``velocity`` is the one it acts on. The file's columns and units are found; ``result.findings`` says how. What a log
     does not show is asked for by a ``ValueError`` that names the keyword: time, time_unit, sample_time, position,
     position_unit (rad, deg, turns, counts, m, mm), position_scale, command, command_scale, reference, counts_per_rev, wrap,
-    scan, and of a loop goal, kp, kd, limit, loop_time, integrator, cutoff, velocity. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
-    time_unit, wrap, scan, ``law`` (``fit``, the default, ``gauss-newton``, ``gradient``) and ``identifier``,
+    and of a loop goal, kp, kd, limit, loop_time, integrator, cutoff, velocity. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
+    time_unit, wrap, ``law`` (``fit``, the default, ``gauss-newton``, ``gradient``) and ``identifier``,
     further keys of that table.
 
     ``torque_constant`` (N·m per command unit) or ``inertia`` (kg·m²), or ``command_unit`` (V, A, Nm, N) put the result in

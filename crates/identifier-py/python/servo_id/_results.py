@@ -88,7 +88,7 @@ class Result:
 
     @property
     def verdict(self) -> str:
-        """converged, unexplained, no-information, moving or aborted."""
+        """converged, partial, unexplained, no-information, moving or aborted."""
         return self.json["status"]
 
     @property

@@ -1,13 +1,14 @@
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+use host_sim::log::Table;
 use host_sim::provenance::ScenarioText;
 use host_sim::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
 
 use super::fault::Fault;
 use super::options::StatedOptions;
 use super::output::Outputs;
-use super::replay::{Introduction, Replay};
+use super::replay::{Introduction, Replay, tables};
 use super::required::Required;
 use super::terminal::folded_error;
 
@@ -47,12 +48,8 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let Arguments {
-        logs,
-        predict,
-        outputs,
-        ..
-    } = arguments;
+    let outputs = &arguments.outputs;
+    let (logs, predict) = (&tables(&arguments.logs)?, &tables(&arguments.predict)?);
     if let Some(scenario) = &arguments.scenario {
         let status = Replay {
             scenario: &ScenarioText::read(scenario)?,
@@ -64,10 +61,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .experiment(outputs, scenario, None)?;
         return arguments.required.check(status);
     }
-    let log = logs
-        .first()
-        .ok_or_else(|| Fault::Input("no log".to_owned()))?;
-    let recognised = recognised(log, arguments.stated.clone().into())?;
+    let all = Table::joined(logs).map_err(|error| Fault::Input(error.to_string()))?;
+    let log = &all.path;
+    let recognised = recognised(&all, arguments.stated.clone().into())?;
     let file = match &arguments.save_scenario {
         Some(file) => file.display().to_string(),
         None => format!("the scenario of {}", log.display()),
@@ -93,8 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 }
 
 /// The log, recognised with the answers to all questions.
-fn recognised(log: &Path, mut stated: Stated) -> Result<Recognised, Fault> {
-    let refused = |text: &str| in_options(Fault::of_file(log, text));
+fn recognised(log: &Table, mut stated: Stated) -> Result<Recognised, Fault> {
+    let refused = |text: &str| in_options(Fault::of_file(&log.path, text));
     let is_asked = io::stdin().is_terminal() && io::stderr().is_terminal();
     loop {
         let questions = match recognise(log, &stated) {
@@ -151,7 +147,7 @@ fn introduction(log: &Path, recognised: &Recognised) -> String {
 /// A refusal with the options of this verb for the keys of a scenario.
 fn in_options(fault: Fault) -> Fault {
     /// The keys of `[log]` that are options, the longest of a beginning first, and those of other tables.
-    const KEYS: [&str; 15] = [
+    const KEYS: [&str; 14] = [
         "position_scale",
         "position_unit",
         "position",
@@ -166,7 +162,6 @@ fn in_options(fault: Fault) -> Fault {
         "bridge_gaps",
         "cut",
         "wrap",
-        "scan",
     ];
     const OTHERS: [&str; 11] = [
         "encoder.counts_per_rev",

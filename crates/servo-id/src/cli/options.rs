@@ -1,7 +1,7 @@
 //! What the library takes from its caller, as options of their names.
 
 use host_sim::recognise::Stated;
-use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, Scan, TimeUnit};
+use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
 use host_sim::tune::Conditions;
 
 /// Declares the options that the fields of a type are.
@@ -64,10 +64,10 @@ options! {
         /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
         #[arg(long, value_name = "J", allow_negative_numbers = true)]
         inertia: Option<f64>,
-        /// Column of the position goal of a servo that closes its own loop, in place of a command: it needs --kp.
+        /// Column of the position goal of a servo that closes its own loop, in place of a command.
         #[arg(long, value_name = "COLUMN", conflicts_with_all = ["command", "reference"])]
         goal: Option<String>,
-        /// Proportional gain of the servo's own loop, command units per rad.
+        /// Proportional gain of the servo's own loop, command units per rad; without it b is times that gain.
         #[arg(long, value_name = "K", requires = "goal")]
         kp: Option<f64>,
         /// Its derivative gain, command units per rad/s.
@@ -103,9 +103,6 @@ options! {
         /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
         #[arg(long, value_name = "FROM:TO", value_parser = range, allow_hyphen_values = true)]
         cut: Vec<[f64; 2]>,
-        /// What follows where the scan of the log finds a contradiction: refuse or warn.
-        #[arg(long, value_name = "refuse|warn")]
-        scan: Option<Scan>,
     }
 }
 

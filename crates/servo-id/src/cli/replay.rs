@@ -1,10 +1,10 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::{self, Status};
-use host_sim::log::Log;
+use host_sim::analysis::Status;
+use host_sim::log::{Log, Table};
 use host_sim::predict;
 use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
-use host_sim::replay::{self, ReplayError};
+use host_sim::replay;
 use host_sim::result::{LogReading, Prediction, ReplayNotes};
 use host_sim::scenario::{Purpose, Scenario};
 
@@ -19,8 +19,8 @@ use crate::VERSION;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Replay<'a> {
     pub(super) scenario: &'a ScenarioText,
-    pub(super) logs: &'a [PathBuf],
-    pub(super) predict: &'a [PathBuf],
+    pub(super) logs: &'a [Table],
+    pub(super) predict: &'a [Table],
     pub(super) passes: u32,
     /// The text that is shown before, and where the scenario is saved.
     pub(super) introduction: Option<&'a Introduction<'a>>,
@@ -51,14 +51,11 @@ impl Replay<'_> {
             passes,
             introduction,
         } = self;
-        let of_replay = |error: ReplayError| match error {
-            ReplayError::Scenario(error) => Fault::of_file(Path::new(&text.file), error),
-            ReplayError::Log(error) => Fault::Input(error.to_string()),
-        };
+        let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
         let scenario = text.scenario(Purpose::Replay)?;
-        let read = logs.iter().chain(predict).map(PathBuf::as_path);
+        let read = logs.iter().chain(predict).map(|table| table.path.as_path());
         let inputs: Vec<_> = read.chain([input]).collect();
-        let title = call::title("Replay of", logs.first().map_or(input, PathBuf::as_path));
+        let title = call::title("Replay of", inputs.first().copied().unwrap_or(input));
         let origin = Origin::new(VERSION, self.task(outputs.state_origin())?, text, &scenario);
         let mut results = outputs.begin(&inputs, origin, kept)?;
         if let Some(introduction) = introduction {
@@ -70,10 +67,7 @@ impl Replay<'_> {
         let all = read_all(logs.iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(logs.len());
         let scenario = replay::fitted(scenario, learnt);
-        let mut readings = Vec::new();
-        for log in learnt {
-            readings.push(analysis::scanned(&scenario, log).map_err(Fault::Input)?);
-        }
+        let mut readings: Vec<LogReading> = learnt.iter().map(LogReading::new).collect();
         let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
         readings.extend(predicted_only.map(LogReading::new));
 
@@ -121,8 +115,9 @@ impl Replay<'_> {
 
     /// The task, with the fingerprints of the logs where an output states the origin.
     fn task(self, is_stated: bool) -> Result<Task, Fault> {
-        let files = |logs: &[PathBuf]| -> Result<Vec<LogFile>, Fault> {
-            let known = logs.iter().filter(|log| is_stated && log.is_file());
+        let files = |logs: &[Table]| -> Result<Vec<LogFile>, Fault> {
+            let known = logs.iter().map(|table| &table.path);
+            let known = known.filter(|log| is_stated && log.is_file());
             let files = known.map(|log| {
                 let unreadable = |error| {
                     Fault::Input(format!(
@@ -142,16 +137,23 @@ impl Replay<'_> {
     }
 }
 
-/// Reads logs that must have one sample time.
+/// Reads files of logs.
+pub(super) fn tables(paths: &[PathBuf]) -> Result<Vec<Table>, Fault> {
+    let read = paths.iter().map(|path| Table::read(path));
+    read.collect::<Result<_, _>>()
+        .map_err(|error| Fault::Input(error.to_string()))
+}
+
+/// Logs that must have one sample time.
 fn read_all<'a>(
-    paths: impl Iterator<Item = &'a PathBuf>,
+    tables: impl Iterator<Item = &'a Table>,
     scenario: &Scenario,
 ) -> Result<Vec<Log>, Fault> {
     /// Largest relative difference of sample times.
     const TOLERANCE: f64 = 0.01;
     let mut logs: Vec<Log> = Vec::new();
-    for path in paths {
-        let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
+    for table in tables {
+        let log = Log::new(table, &scenario.log_columns(), scenario.log_sample_time())
             .map_err(|error| Fault::Input(error.to_string()))?;
         if let Some(first) = logs.first()
             && (log.sample_time / first.sample_time - 1.0).abs() > TOLERANCE
@@ -159,7 +161,7 @@ fn read_all<'a>(
             return Err(Fault::Input(format!(
                 "{}: its samples are {} s apart, those of {} {} s: logs that are replayed together \
                  must have one sample time; replay them one by one",
-                path.display(),
+                log.path().display(),
                 log.sample_time,
                 first.path().display(),
                 first.sample_time

@@ -76,7 +76,9 @@ impl From<Status> for Tone {
         match status {
             Status::Converged => Self::Good,
             Status::Aborted => Self::Failed,
-            Status::Unexplained | Status::NoInformation | Status::Moving => Self::Doubtful,
+            Status::Partial | Status::Unexplained | Status::NoInformation | Status::Moving => {
+                Self::Doubtful
+            }
         }
     }
 }

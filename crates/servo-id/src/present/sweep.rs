@@ -77,6 +77,7 @@ fn found(distribution: &Distribution) -> Vec<Block> {
     });
     let statuses = [
         ("converged", distribution.converged),
+        ("partial", distribution.partial),
         ("unexplained", distribution.unexplained),
         ("no-information", distribution.no_information),
         ("moving", distribution.moving),

@@ -73,9 +73,6 @@ const VERDICTS: &str = r#"
     limit = 0.85 & =controller: kp = 200.0; kd = 0.5; ki = 0.0; sample_time = 0.001 & =excitation: kind = "square";
     amplitude = 1.0; period = 2.0 & =identifier: law = "fit" & =run: duration = 2.0 | =amplifier: back &
     =controller: back & =excitation: back | =encoder: back
-25 | =plant: a = 0.2174; b = 257.7; coulomb = 200.0 & =encoder: counts_per_rev = 2000; noise = 0.01 & =amplifier:
-    limit = 0.85 & =controller: kp = 200.0; kd = 0.5; ki = 0.0; sample_time = 0.001 & =excitation: kind = "square";
-    amplitude = 0.05; period = 0.5 & =identifier: law = "fit" & =run: duration = 5.0 | =run: duration = 20.0
 26 | =plant: a = 5.0; b = 257.7; load = 100.0; coulomb = 5.0 & =excitation: kind = "none" & =controller: kp = 0.01;
     kd = 0.19; ki = 0.0; sample_time = 0.001 & =identifier: law = "fit" | =excitation: back & =controller: back
 27 | =encoder: counts_per_rev = 200 & =excitation: kind = "band-limited-white-noise"; power = 1e-4; seed = 7 &

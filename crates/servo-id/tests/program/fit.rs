@@ -113,18 +113,17 @@ fn the_end_of_a_long_log_is_fitted_and_the_result_states_it() {
 }
 
 #[test]
-fn a_reversed_or_foreign_command_is_refused() {
+fn a_reversed_or_foreign_command_is_not_converged() {
     let (log, scenario) = trace("reversed");
     with_commands(&log, |commands| {
         commands.iter_mut().for_each(|command| *command = -*command);
     });
-    assert!(refused(&log, &scenario).contains("command_scale"));
+    assert_ne!(replayed(&log, &scenario)["status"], "converged");
     with_commands(&log, |commands| {
         let half = commands.len() / 2;
         commands.rotate_left(half);
     });
-    let foreign = refused(&log, &scenario);
-    assert!(foreign.contains("command"), "{foreign}");
+    assert_ne!(replayed(&log, &scenario)["status"], "converged");
 }
 
 /// The scenario of the page with further keys of the identifier.

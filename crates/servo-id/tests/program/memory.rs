@@ -1,4 +1,4 @@
-//! Memory does not grow with time.
+//! Memory does not grow with the time of a run, and with the rows of a log by little.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,11 +9,12 @@ use crate::support::argument;
 /// Lengths of two runs, s: both have more samples than the verdict looks at.
 const DURATIONS: [f64; 2] = [300.0, 1000.0];
 
-/// The most that a verb may need, kB.
-const MAX_MEMORY_KB: u64 = 200_000;
+/// The most that a run may need, kB, and its largest growth from the shorter to the longer: one retained number per sample
+/// would take 5600.
+const RUN: [u64; 2] = [200_000, 3_500];
 
-/// Largest growth from the shorter to the longer run, kB. One retained number per sample would take 5600.
-const MAX_GROWTH_KB: u64 = 3_500;
+/// The most that identification needs for each row of a log of four columns, bytes: the columns and the samples.
+const ROW: u64 = 210;
 
 /// The most resident memory that the simulator needs for this, kB.
 fn peak(arguments: &[&str]) -> u64 {
@@ -75,15 +76,14 @@ fn peaks_of(duration: f64, folder: &Path) -> [u64; 2] {
 }
 
 #[test]
-fn a_longer_run_and_its_replay_need_no_more_memory() {
+fn a_longer_run_needs_no_more_memory_and_its_log_little() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("memory");
     let [short, long] = DURATIONS.map(|duration| peaks_of(duration, &folder));
     println!("peaks of run and replay: {short:?} kB, {long:?} kB");
-    for (short, long) in short.into_iter().zip(long) {
-        assert!(
-            (1000..MAX_MEMORY_KB).contains(&long) && long < short + MAX_GROWTH_KB,
-            "{short} kB, then {long} kB"
-        );
-    }
+    let [[run, identify], [long_run, long_identify]] = [short, long];
+    assert!((1000..RUN[0]).contains(&long_run) && long_run < run + RUN[1]);
+    let rows = 1000 * (DURATIONS[1] - DURATIONS[0]) as u64;
+    let growth = 1024 * (long_identify - identify) / rows;
+    assert!(growth < ROW, "{growth} bytes to a row");
     let _ = std::fs::remove_dir_all(&folder);
 }

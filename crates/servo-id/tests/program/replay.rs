@@ -157,12 +157,16 @@ fn plain_and_packed_logs_are_alike() {
 fn a_bridged_gap_costs_next_to_nothing() {
     let mut lines = lines();
     lines.drain(500..503);
+    // A stamp that went wrong, a row that was cut off.
+    lines[700] = with_field(&lines[700], 0, "0.050");
+    lines[900].truncate(8);
     let text = lines.join("\n") + "\n";
     let bridging = scenario() + "bridge_gaps = 3\n";
-    let result = printed_json(&replay_text("bridged", &text, &bridging));
-    assert_eq!(result["samples"], 8000);
-    let b = result["estimates"]["b"]["value"].as_f64().expect("number");
-    assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
+    for scenario in [scenario(), bridging] {
+        let result = printed_json(&replay_text("bridged", &text, &scenario));
+        let b = result["estimates"]["b"]["value"].as_f64().expect("number");
+        assert!((b / 257.7 - 1.0).abs() < 0.01, "{result}");
+    }
 }
 
 #[test]
@@ -196,23 +200,11 @@ fn a_log_without_samples_is_refused() {
 
 #[test]
 fn a_broken_row_is_answered_with_its_place() {
-    for row in [
-        "0 | t,reference_rad,position_rad,command | 1: column time_s",
-        "100 | 0.050,0,0,0 | 101: column time_s",
-        "100 | 0.0983,0,0,0 | 101: column time_s",
-        "100 | 0.098,0,0,0 | 101: column time_s",
-        "41 | 0.04,1.0 | 42: the row",
-    ] {
-        let [line, text, place] =
-            <[&str; 3]>::try_from(row.split(" | ").collect::<Vec<_>>()).expect("three cells");
-        let line: usize = line.parse().expect("a line");
-        let answer = refusal("row", |lines| text.clone_into(&mut lines[line]));
-        assert!(
-            answer.contains(&format!("log.csv:{place}")),
-            "{row}: {answer}"
-        );
-    }
-    for value in ["fast", "NaN", "", "inf"] {
+    let answer = refusal("row", |lines| {
+        "t,reference_rad,position_rad,command".clone_into(&mut lines[0])
+    });
+    assert!(answer.contains("column time_s"), "{answer}");
+    for value in ["fast", "inf"] {
         let answer = refusal("field", |lines| {
             lines[41] = with_field(&lines[41], 2, value)
         });
@@ -232,10 +224,11 @@ fn a_broken_row_is_answered_with_its_place() {
         assert!(answer.contains("1048576"), "{answer}");
         assert!(answer.len() < 400, "{answer}");
     }
-    let answer = refusal("columns", |lines| lines[0] = "x,".repeat(1000));
+    let wide = "0,".repeat(1000);
+    let answer = refusal("columns", |lines| {
+        lines.iter_mut().for_each(|line| line.clone_from(&wide))
+    });
     assert!(answer.contains("log.csv:1: "), "{answer}");
-    let answer = refusal("gap", |lines| drop(lines.drain(500..503)));
-    assert!(answer.contains("bridge_gaps"), "{answer}");
 }
 
 #[test]
@@ -377,10 +370,7 @@ fn columns_default_to_those_of_a_trace() {
     let output = replay_text("foreign", &foreign, &unstated);
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(2), "{answer}");
-    assert!(
-        answer.contains("log.csv:1: column position_rad"),
-        "{answer}"
-    );
+    assert!(answer.contains("log.csv: column position_rad"), "{answer}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The numbers in the cells of a log.
 
+use super::stamp;
+
 /// The decimal mark of a log's numbers, once known, with the line that showed it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Decimals(Option<(Mark, u64)>);
@@ -22,6 +24,7 @@ impl Decimals {
     /// Why there is none.
     pub(super) fn number(&mut self, cell: &[u8], line: u64) -> Result<f64, String> {
         let no_number = || "it must be any finite number".to_owned();
+        let cell = name_and_value(cell).map_or(cell, |(_, value)| value);
         let text = std::str::from_utf8(cell.trim_ascii()).map_err(|_| no_number())?;
         let (number, mark) = match text.parse() {
             Ok(number) => (number, Mark::Point),
@@ -58,22 +61,30 @@ fn with_comma(text: &str) -> Option<f64> {
     format!("{whole}.{decimals}").parse().ok()
 }
 
-/// True for a number, with a decimal point or comma; false for infinity and for what is none.
-pub(super) fn is_number(cell: &[u8]) -> bool {
-    Decimals::default().number(cell, 1).is_ok()
+/// True for a number, with a decimal point or comma; a time stamp; or a number that is missing by its name, as NaN.
+pub(super) fn is_value(cell: &[u8]) -> bool {
+    let is_missing = !cell.trim_ascii().is_empty() && is_missing(cell);
+    is_missing || Decimals::default().number(cell, 1).is_ok() || stamp::seconds(cell).is_some()
 }
 
-/// True for a cell of a row of units: words, or nothing.
-pub(super) fn is_words(cell: &[u8]) -> bool {
-    match std::str::from_utf8(cell.trim_ascii()) {
-        Ok(text) => text.parse::<f64>().is_err() && with_comma(text).is_none(),
-        Err(_) => true,
-    }
+/// True for a cell of a quantity that was not measured: nothing, or a word for it.
+pub(super) fn is_missing(cell: &[u8]) -> bool {
+    let cell = cell.trim_ascii();
+    let words = [&b"nan"[..], b"null", b"none", b"na", b"n/a", b"-", b"nil"];
+    cell.is_empty() || words.iter().any(|word| cell.eq_ignore_ascii_case(word))
+}
+
+/// The name and the number of a cell `name:number`.
+pub(super) fn name_and_value(cell: &[u8]) -> Option<(&[u8], &[u8])> {
+    let place = memchr::memchr2(b':', b'=', cell)?;
+    let (name, value) = (cell[..place].trim_ascii(), &cell[place + 1..]);
+    let begins = name.first().is_some_and(u8::is_ascii_alphabetic);
+    (begins && !value.is_empty()).then_some((name, value))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Decimals, is_words};
+    use super::{Decimals, is_missing};
 
     #[test]
     fn numbers_are_read_with_points_or_with_commas_but_not_both() {
@@ -110,12 +121,14 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_is_a_word_and_a_missing_number_is_none() {
-        for word in ["s", "rad", "m/s^2", "[V]", "%", ""] {
-            assert!(is_words(word.as_bytes()), "{word}");
+    fn a_missing_number_is_no_word_and_a_name_may_stand_before_a_number() {
+        for cell in ["", " ", "NaN", "-", "null"] {
+            assert!(is_missing(cell.as_bytes()), "{cell}");
         }
-        for number in ["1", "1,5", "nan", "-inf"] {
-            assert!(!is_words(number.as_bytes()), "{number}");
+        for cell in ["0", "s", "inf"] {
+            assert!(!is_missing(cell.as_bytes()), "{cell}");
         }
+        let number = Decimals::default().number(b"pos: -2.5", 1);
+        assert_eq!(number, Ok(-2.5));
     }
 }

@@ -1,11 +1,10 @@
 //! The dialect of a text, detected from its beginning.
 
-use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::super::LogError;
-use super::cell::is_number;
-use super::{stamp, text};
+use super::cell::is_value;
+use super::text;
 use crate::gone;
 
 /// The dialect of a text.
@@ -13,37 +12,30 @@ use crate::gone;
 pub(in super::super) struct Dialect {
     /// The byte between two columns.
     pub(super) separator: u8,
+    /// The first line of the table, its heading or its numbers, from 1: what stands above is a preamble.
+    pub(super) heading: u64,
 }
 
 impl Dialect {
     /// The bytes that may stand between two columns, the likeliest first where two would do.
-    const SEPARATORS: [u8; 3] = [b';', b'\t', b','];
+    const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
-    /// Detects it from the beginning of a file.
+    /// Bytes that are examined.
+    pub(super) const EXAMINED: u64 = 1 << 16;
+
+    /// Detects it from the beginning of a text.
     ///
     /// # Errors
-    /// The file that cannot be read, or is no text of a kind that is known.
-    pub(in super::super) fn detect(path: &Path) -> Result<Self, LogError> {
-        /// Bytes that are examined.
-        const MAX_EXAMINED: u64 = 1 << 16;
-        let (text, _) = text::open(path, false)?;
-        let mut beginning = Vec::new();
-        let read = text.take(MAX_EXAMINED).read_to_end(&mut beginning);
-        // A row that is too long is refused at its line when the rows are read.
-        if let Err(error) = read
-            && error.kind() != ErrorKind::FileTooLarge
-        {
-            let fault = format!("the log cannot be read: {error}");
-            return Err(LogError::in_file(path, fault));
-        }
+    /// The file that is no text of a kind that is known.
+    pub(super) fn detect(path: &Path, beginning: &[u8]) -> Result<Self, LogError> {
         if beginning.starts_with(&[0xff, 0xfe]) || beginning.starts_with(&[0xfe, 0xff]) {
             let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
             return Err(LogError::in_file(path, fault));
         }
-        if let Some(instead) = gone::file(&beginning) {
+        if let Some(instead) = gone::file(beginning) {
             return Err(LogError::in_file(path, instead.to_owned()));
         }
-        if let Some(place) = memchr::memchr(0, &beginning) {
+        if let Some(place) = memchr::memchr(0, beginning) {
             let fault = format!(
                 "this is no text (byte {} is zero): save the log as comma-separated text in UTF-8",
                 place + 1
@@ -54,7 +46,7 @@ impl Dialect {
             let fault = "this is a packed file or a workbook: save the log as comma-separated text, .csv or .csv.gz";
             return Err(LogError::in_file(path, fault.to_owned()));
         }
-        Ok(Self::in_text(&beginning))
+        Ok(Self::in_text(beginning))
     }
 
     /// True for columns that any number of spaces divides.
@@ -62,49 +54,86 @@ impl Dialect {
         self.separator == b' '
     }
 
-    /// The first separator that divides the heading and every examined row alike; otherwise the one
-    /// that the heading has most of.
+    /// The separator that divides the most lines alike into the most cells with numbers, and where the lines of one width
+    /// begin.
     fn in_text(beginning: &[u8]) -> Self {
-        /// Rows that are examined.
-        const ROWS: usize = 20;
-        let mut rows: Vec<_> = beginning
-            .split(|&byte| byte == b'\n')
-            .filter(|line| !line.trim_ascii().is_empty())
-            .take(ROWS)
+        /// Lines that are examined.
+        const LINES: usize = 400;
+        let mut lines: Vec<_> = (beginning.split(|&byte| byte == b'\n').zip(1..))
+            .map(|(line, number)| (text::uncommented(line), number))
+            .filter(|(line, _)| !line.is_empty())
+            .take(LINES)
             .collect();
         // Where the beginning ends may be in the middle of a row.
-        if rows.len() > 1 && !beginning.ends_with(b"\n") {
-            rows.pop();
+        if lines.len() > 2 && beginning.len() as u64 >= Self::EXAMINED {
+            lines.pop();
         }
-        let count = |row: &&[u8], separator| outside_quotes(row, separator);
-        let divides = |separator: &u8| {
-            let mut counts = rows.iter().map(|row| count(row, *separator));
-            let heading = counts.next().unwrap_or(0);
-            heading > 0 && counts.all(|count| count == heading)
+        let found = Self::SEPARATORS.map(|separator| {
+            let cells: Vec<_> = lines
+                .iter()
+                .map(|(line, _)| Cells::of(line, separator))
+                .collect();
+            let mut best = (0, 0);
+            let mut first = 0;
+            for at in 0..cells.len() {
+                if !cells[at].is_as_wide_as(cells[first]) {
+                    first = at;
+                }
+                let numbers = cells[first..=at]
+                    .iter()
+                    .map(|one| one.numbers)
+                    .sum::<usize>();
+                if numbers > best.0 && cells[at].all > 1 {
+                    best = (numbers, first);
+                }
+            }
+            // A row of another width within the table leaves its heading where it is.
+            let wide = |one: &&Cells| one.is_as_wide_as(cells[best.1]);
+            let is_words = |one: &Cells| wide(&one) && one.numbers == 0;
+            let heading = cells.iter().position(is_words);
+            best.1 = heading
+                .filter(|heading| *heading < best.1)
+                .unwrap_or(best.1);
+            (separator, best)
+        });
+        let most = found.iter().map(|(_, (numbers, _))| *numbers).max();
+        let best = found
+            .iter()
+            .find(|(_, (numbers, _))| Some(*numbers) == most);
+        let numbers = best.map_or(0, |(_, (numbers, _))| *numbers);
+        let Some((separator, (_, first))) = best.filter(|_| numbers > 0) else {
+            return Self::without_numbers(&lines);
         };
-        let most = |separator: &u8| rows.first().map_or(0, |row| count(row, *separator));
-        let alike = Self::SEPARATORS.into_iter().find(divides);
-        let likeliest = || Self::SEPARATORS.into_iter().max_by_key(most);
-        let separator = alike.or_else(likeliest).unwrap_or(b',');
-        // Spaces also stand in headings, beside separators and in time stamps: they divide where they make numbers.
-        let last = rows.last().copied().unwrap_or_default();
-        let squeezed = text::squeezed(last);
-        let by_spaces = share_of_numbers(&squeezed, b' ') > share_of_numbers(last, separator)
-            && (alike.is_none() || squeezed.contains(&b' '));
         Self {
-            separator: if by_spaces { b' ' } else { separator },
+            separator: *separator,
+            heading: lines.get(*first).map_or(1, |(_, number)| *number),
+        }
+    }
+
+    /// Of a text without a number what divides its first line most.
+    fn without_numbers(lines: &[(&[u8], u64)]) -> Self {
+        let first = lines.first().map_or(&[][..], |(line, _)| line);
+        let named = [b';', b'\t', b','];
+        let most = |separator: &u8| Cells::of(first, *separator).all;
+        Self {
+            separator: named.into_iter().max_by_key(most).unwrap_or(b','),
+            heading: 1,
         }
     }
 
     /// The separator's name.
-    pub(in super::super) fn separator_name(self) -> &'static str {
+    pub(super) fn separator_name(self) -> &'static str {
         name_of(self.separator)
     }
 
     /// The separators that a row has besides the dialect's own, by name.
     pub(super) fn others(self, row: &[u8]) -> Option<&'static str> {
-        let found = |separator: &u8| *separator != self.separator && row.contains(separator);
-        Self::SEPARATORS.into_iter().find(found).map(name_of)
+        let found = |separator: &&u8| **separator != self.separator && row.contains(separator);
+        Self::SEPARATORS[..3]
+            .iter()
+            .find(found)
+            .copied()
+            .map(name_of)
     }
 }
 
@@ -117,30 +146,55 @@ fn name_of(separator: u8) -> &'static str {
     }
 }
 
-/// The share of the cells of a row that are numbers, where there are two or more.
-fn share_of_numbers(row: &[u8], separator: u8) -> f64 {
-    let cells: Vec<_> = row.split(|&byte| byte == separator).collect();
-    let numbers = cells.iter().filter(|cell| {
-        let cell = cell.trim_ascii();
-        let unquoted = cell
-            .strip_prefix(b"\"")
-            .and_then(|cell| cell.strip_suffix(b"\""));
-        let cell = unquoted.unwrap_or(cell);
-        is_number(cell) || stamp::seconds(cell).is_some()
-    });
-    match cells.len() {
-        0 | 1 => 0.0,
-        count => numbers.count() as f64 / count as f64,
-    }
+/// The cells of a line.
+#[derive(Clone, Copy)]
+struct Cells {
+    all: usize,
+    numbers: usize,
+    ends_empty: bool,
 }
 
-fn outside_quotes(row: &[u8], separator: u8) -> usize {
-    let mut quoted = false;
-    let separates = |&&byte: &&u8| {
-        quoted ^= byte == b'"';
-        !quoted && byte == separator
-    };
-    row.iter().filter(separates).count()
+impl Cells {
+    fn of(line: &[u8], separator: u8) -> Self {
+        let squeezed;
+        let line = match separator {
+            b' ' => {
+                squeezed = text::squeezed(text::bare(line, separator));
+                &squeezed[..]
+            }
+            _ => text::bare(line, separator),
+        };
+        let mut cells = Self {
+            all: 0,
+            numbers: 0,
+            ends_empty: false,
+        };
+        let (mut quoted, mut from) = (false, 0);
+        for at in 0..=line.len() {
+            let byte = line.get(at).copied();
+            quoted ^= byte == Some(b'"');
+            if byte.is_none() || (!quoted && byte == Some(separator)) {
+                let cell = line[from..at].trim_ascii();
+                let bare = cell
+                    .strip_prefix(b"\"")
+                    .and_then(|cell| cell.strip_suffix(b"\""));
+                cells.all += 1;
+                cells.numbers += usize::from(is_value(bare.unwrap_or(cell)));
+                cells.ends_empty = cell.is_empty();
+                from = at + 1;
+            }
+        }
+        cells
+    }
+
+    /// True for lines of one table: a row may have an empty cell behind its last.
+    fn is_as_wide_as(self, other: Self) -> bool {
+        let widths = |cells: Self| [cells.all, cells.all - usize::from(cells.ends_empty)];
+        let [most, least] = widths(self);
+        widths(other)
+            .iter()
+            .any(|width| (least..=most).contains(width))
+    }
 }
 
 #[cfg(test)]
@@ -158,7 +212,8 @@ mod tests {
             ("\"t;s\",\"q;rad\"\n\"1,5\",\"2,5\"\n", b','),
             ("t,q,u", b','),
             ("\n\nt;q\n\n1;2\n", b';'),
-            ("t,q,u\n1;2;3\n", b','),
+            ("t,q,u\n1;2;3\n", b';'),
+            ("gain,2\nt;q;u\n1,5;2,5;3,5\n", b';'),
             ("", b','),
             ("t q u\n1  2,5   3\n", b' '),
             ("1,5 2,5 3,5\n2,5 3,5 4,5\n", b' '),

@@ -1,11 +1,11 @@
 //! The text of a log as lines of fields: unpacked, within bounds, without its comments.
 
 use std::cell::Cell;
+use std::cmp::Ordering;
 use std::io::{self, BufRead, BufReader, Read};
-use std::path::Path;
 use std::rc::Rc;
 
-use super::super::{LogError, source};
+use super::dialect::Dialect;
 
 /// The longest row, bytes, whatever a file unpacks to.
 const MAX_ROW: usize = 1 << 20;
@@ -24,16 +24,8 @@ impl Allowance {
     }
 }
 
-/// Opens a `.csv` or `.csv.gz` file, runs of spaces as one where they divide its columns.
-///
-/// # Errors
-/// The file that cannot be read, or is none.
-pub(super) fn open(path: &Path, by_spaces: bool) -> Result<(Text, Allowance), LogError> {
-    let bytes = source::open(path)?;
-    Ok(from_bytes(bytes, by_spaces))
-}
-
-fn from_bytes(bytes: Box<dyn Read>, by_spaces: bool) -> (Text, Allowance) {
+/// The text of some bytes, as its dialect has it.
+pub(super) fn from_bytes(bytes: Box<dyn Read>, dialect: Dialect) -> (Text, Allowance) {
     let allowance = Allowance(Rc::new(Cell::new(MAX_ROW)));
     let bounded = Bounded {
         inner: bytes,
@@ -43,8 +35,8 @@ fn from_bytes(bytes: Box<dyn Read>, by_spaces: bool) -> (Text, Allowance) {
         inner: BufReader::new(bounded),
         line: Vec::new(),
         given: 0,
-        is_first: true,
-        by_spaces,
+        number: 0,
+        dialect,
     };
     (text, allowance)
 }
@@ -72,26 +64,23 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Reads a text without its comments, byte-order mark and spaces at the beginning of lines. Every line
-/// ends with a line feed alone, the last one too, and a comment leaves its empty line: the lines are
+/// Reads a text without what stands above its table, without comments, byte-order mark and spaces at the beginning of
+/// lines. Every line ends with a line feed alone, the last one too, and a comment leaves its empty line: the lines are
 /// still counted as an editor counts them.
-///
-/// A line is a comment that begins with `#`, `%` or `//`.
 #[derive(Debug)]
 pub(super) struct Uncommented<R> {
     inner: R,
     /// The present line, and the bytes of it that were read.
     line: Vec<u8>,
     given: usize,
-    is_first: bool,
-    /// Runs of spaces and tabs divide columns.
-    by_spaces: bool,
+    /// Its number, from 1.
+    number: u64,
+    dialect: Dialect,
 }
 
 impl<R: BufRead> Uncommented<R> {
     /// Takes the next line; false at the end.
     fn advance(&mut self) -> io::Result<bool> {
-        const MARK: &[u8] = b"\xef\xbb\xbf";
         self.line.clear();
         self.given = 0;
         let end = loop {
@@ -112,28 +101,71 @@ impl<R: BufRead> Uncommented<R> {
         if end == Some(b'\r') && self.inner.fill_buf()?.first() == Some(&b'\n') {
             self.inner.consume(1);
         }
-        let is_first = std::mem::take(&mut self.is_first);
-        let mark = if is_first && self.line.starts_with(MARK) {
-            MARK.len()
-        } else {
-            0
+        self.number += 1;
+        let text = uncommented(&self.line);
+        let is_left_out = match self.number.cmp(&self.dialect.heading) {
+            Ordering::Less => true,
+            // The names of the columns may stand in a comment.
+            Ordering::Equal => false,
+            Ordering::Greater => is_comment(&self.line),
         };
-        let spaces = self.line[mark..]
-            .iter()
-            .take_while(|&&byte| byte == b' ')
-            .count();
-        self.given = mark + spaces;
-        let text = &self.line[self.given..];
-        if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
-            self.given = self.line.len();
-        }
-        if self.by_spaces {
-            self.line = squeezed(&self.line[self.given..]);
-            self.given = 0;
+        if is_left_out {
+            self.line.clear();
+        } else if self.dialect.is_by_spaces() {
+            self.line = squeezed(bare(text, b' '));
+        } else {
+            let text = bare(text, self.dialect.separator);
+            let from = text.as_ptr() as usize - self.line.as_ptr() as usize;
+            let end = from + text.len();
+            self.line.truncate(end);
+            self.given = from;
         }
         self.line.push(b'\n');
         Ok(true)
     }
+}
+
+/// A line without byte-order mark, spaces at its ends and the mark of a comment: `#`, `%` or `//`.
+pub(super) fn uncommented(line: &[u8]) -> &[u8] {
+    const MARK: &[u8] = b"\xef\xbb\xbf";
+    let line = line.strip_prefix(MARK).unwrap_or(line).trim_ascii();
+    let marks = [&b"//"[..], b"#", b"%"];
+    let mark = marks.iter().find_map(|mark| line.strip_prefix(*mark));
+    mark.unwrap_or(line).trim_ascii()
+}
+
+fn is_comment(line: &[u8]) -> bool {
+    let line = line.trim_ascii_start();
+    line.starts_with(b"#") || line.starts_with(b"%") || line.starts_with(b"//")
+}
+
+/// A row without quotation marks around all of it, and without the brackets of a matrix: `[` counts at the beginning, perhaps
+/// behind a name, and before a number, `]` and `;` at the end.
+pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
+    let quoted = line
+        .strip_prefix(b"\"")
+        .and_then(|line| line.strip_suffix(b"\""));
+    let line = quoted
+        .filter(|inside| !inside.contains(&b'"'))
+        .unwrap_or(line);
+    let is_of_number = |byte: &u8| byte.is_ascii_digit() || b"+-.".contains(byte);
+    let is_name = |byte: &u8| byte.is_ascii_alphabetic() || b"_= ".contains(byte);
+    let opened = memchr::memchr(b'[', line)
+        .filter(|place| line[..*place].iter().all(is_name))
+        .map(|place| line[place + 1..].trim_ascii_start())
+        .filter(|rest| rest.first().is_some_and(is_of_number));
+    let mut bare = opened.unwrap_or(line);
+    while let Some((b']' | b';', rest)) = bare.split_last().map(|(last, rest)| (*last, rest)) {
+        if separator == b';' && bare.last() == Some(&b';') {
+            break;
+        }
+        // The unit of the last column may stand in brackets.
+        if bare.last() == Some(&b']') && memchr::memchr(b'[', rest).is_some() {
+            break;
+        }
+        bare = rest.trim_ascii_end();
+    }
+    bare
 }
 
 /// A line with one space for every run of spaces and tabs, and none at its ends; within quotation marks it is as it was.
@@ -167,9 +199,17 @@ impl<R: BufRead> Read for Uncommented<R> {
 mod tests {
     use super::*;
 
-    /// A text as it is read in pieces of at most `piece` bytes.
-    fn read(text: &[u8], piece: usize) -> String {
-        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(text.to_vec())), false);
+    const fn commas(heading: u64) -> Dialect {
+        Dialect {
+            separator: b',',
+            heading,
+        }
+    }
+
+    /// A text as it is read in pieces of at most `piece` bytes, whose table begins with a line.
+    fn read(text: &[u8], heading: u64, piece: usize) -> String {
+        let bytes = Box::new(io::Cursor::new(text.to_vec()));
+        let (mut reader, _) = from_bytes(bytes, commas(heading));
         let mut buffer = vec![0; piece];
         let mut all = Vec::new();
         loop {
@@ -186,16 +226,16 @@ mod tests {
             "\u{feff}# drive 7, \"run\r\n% gains\r\nt,q\r\n  // units\n1,2\n/ros/q,3\n\n#\n4,5";
         for piece in [2, 3, 5, 64, 4096] {
             let rows = "\n\nt,q\n\n1,2\n/ros/q,3\n\n\n4,5\n";
-            assert_eq!(read(text.as_bytes(), piece), rows, "{piece}");
-            assert_eq!(read(rows.as_bytes(), piece), rows, "{piece}");
+            assert_eq!(read(text.as_bytes(), 3, piece), rows, "{piece}");
+            assert_eq!(read(rows.as_bytes(), 3, piece), rows, "{piece}");
         }
-        assert_eq!(read(b"a\rb\r\rc", 4), "a\nb\n\nc\n");
-        assert_eq!(read(b"", 4), "");
+        assert_eq!(read(b"a\rb\r\rc", 1, 4), "a\nb\n\nc\n");
+        assert_eq!(read(b"", 1, 4), "");
     }
 
     #[test]
     fn the_end_stays_the_end() {
-        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(b"1,2".to_vec())), false);
+        let (mut reader, _) = from_bytes(Box::new(io::Cursor::new(b"1,2".to_vec())), commas(1));
         let mut all = Vec::new();
         reader.read_to_end(&mut all).expect("within bounds");
         // A reader of columns asks again behind a quotation mark that is not closed.

@@ -3,9 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::{Summariser, scanned};
 use host_sim::log::Log;
-use host_sim::replay::{fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use integration_tests::logs::RecordedLog;
@@ -80,10 +78,6 @@ impl Drop for LogFile {
 fn identify(path: &Path, scenario: Scenario) -> Result<Summary, String> {
     let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
         .map_err(|error| error.to_string())?;
-    let scenario = fitted(scenario, &log);
-    scanned(&scenario, &log)?;
-    let mut summariser = Summariser::lasting(&scenario, log.duration());
-    let replayed = replay(&scenario, &log, 1, &mut |_, sample| summariser.add(sample))
-        .map_err(|error| error.to_string())?;
-    Ok(summariser.finish(&scenario, replayed.outcome))
+    let found = host_sim::identify(scenario, &[log], &mut |_| {});
+    Ok(found.map_err(|error| error.to_string())?.summary)
 }

@@ -97,8 +97,9 @@ fn cell(text: &str, tint: Tint) -> HeatCell {
 }
 
 /// Letter, colour and meaning of each status; of none, where a method refused the case.
-const STATUSES: [(Option<Status>, &str, Tint, &str); 6] = [
+const STATUSES: [(Option<Status>, &str, Tint, &str); 7] = [
     (Some(Status::Converged), "C", Tint::Good, "converged"),
+    (Some(Status::Partial), "P", Tint::Doubtful, "b known"),
     (
         Some(Status::Unexplained),
         "U",

@@ -2,10 +2,9 @@
 
 use host_sim::analysis::{LoopFigures, Response};
 use host_sim::result::{FitNotes, OutputError, Residual, Summary};
-use host_sim::scan::Remark;
 use host_sim::scenario::Scenario;
 use host_sim::tune::IdentifiedResult;
-use host_sim::verdict::Status;
+use host_sim::verdict::{State, Status};
 use identifier_core::parameters::{Parameter, Unknown};
 
 mod traces;
@@ -75,6 +74,10 @@ fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
     let headline = match summary.status() {
         Status::Converged if known.is_empty() => "The servo is known.".to_owned(),
         Status::Converged => format!("The servo is known: {}.", known.join(", ")),
+        Status::Partial => format!(
+            "Known: {}. Not known from this motion: the rest.",
+            known.join(", ")
+        ),
         Status::Unexplained => {
             "The estimates keep still, but the model lacks something that moves them.".to_owned()
         }
@@ -96,12 +99,16 @@ fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
 fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     let summary = of.summary;
     let has_none = matches!(summary.status(), Status::NoInformation | Status::Aborted);
+    let is_fit = summary.fit.is_some();
     let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
         let estimate = summary.estimate(parameter)?;
         // One that never left its first value was not found.
         let is_known = estimate.value.is_finite()
             && estimate.std_error.is_none_or(f64::is_finite)
-            && !(has_none && estimate.tail_std <= 0.0);
+            && match is_fit {
+                true => estimate.state != State::Unknown,
+                false => !(has_none && estimate.tail_std <= 0.0),
+            };
         let settled = match parameter {
             Parameter::A => Some(summary.settling_time.a),
             Parameter::B => Some(summary.settling_time.b),
@@ -127,11 +134,8 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
 
 fn logs(summary: &Summary) -> Vec<Block> {
     let notes = &summary.replay;
-    let logs = notes.logs.iter().flat_map(|log| {
-        let remark = |remark: &Remark| Block::Warning(format!("{}: {remark}", log.file));
-        std::iter::once(Block::Text(Sentence(log).to_string()))
-            .chain(log.remarks.iter().map(remark))
-    });
+    let logs = notes.logs.iter();
+    let logs = logs.map(|log| Block::Text(Sentence(log).to_string()));
     let agreement = notes.agreement.map(|agreement| match agreement.holds {
         true => Block::Text(sentence(&agreement.to_string())),
         false => Block::Warning(agreement.to_string()),
@@ -164,7 +168,12 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
             "Noise of the position, standard deviation: {noise}."
         ))
     }));
-    if let Some(fit) = &summary.fit {
+    // What a fit without a result has in its model is nothing that a log shows.
+    if let Some(fit) = summary
+        .fit
+        .as_ref()
+        .filter(|_| !summary.verdict.reason.hides_all())
+    {
         blocks.extend(fit_notes(fit, summary.samples));
     }
     if let Some(residual) = &summary.residual {

@@ -12,8 +12,9 @@ pub const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 /// Of what is as it should be.
 const GOOD: Style = AnsiColor::Green.on_default().bold();
 
-const STATUSES: [Status; 5] = [
+const STATUSES: [Status; 6] = [
     Status::Converged,
+    Status::Partial,
     Status::Unexplained,
     Status::NoInformation,
     Status::Moving,

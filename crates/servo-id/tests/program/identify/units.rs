@@ -205,14 +205,11 @@ fn a_log_of_goals_is_refused_with_what_is_missing() {
         ),
     );
     for (options, named) in [
-        ("", "--kp"),
-        ("--goal goal_rad", "--kp"),
         ("--goal target --kp 6", "target"),
         ("--kp 6", "--goal"),
         ("--goal goal_rad --kp 6 --velocity w", "w"),
         ("--goal goal_rad --kp 6 --loop-time 0.0007", "0.0007"),
         ("--goal goal_rad --kp 6 --integrator rk4", "rk4"),
-        ("--command goal_rad", "--goal"),
     ] {
         let call = ["identify", &own]
             .into_iter()

@@ -15,12 +15,12 @@ impl Cases {
         self.add(
             "command reversed",
             named(&position, &negative(&of.command)),
-            Named("--command-scale -1"),
+            Gain(GAIN),
         );
         self.add(
             "encoder reversed",
             named(&negative(&of.position), &command),
-            Named("--position-scale -1"),
+            Gain(GAIN),
         );
         self.with(
             "command reversed, sign stated",
@@ -31,7 +31,7 @@ impl Cases {
         self.add(
             "position and command exchanged",
             named(&command, &position),
-            Named("exchanged"),
+            Named("the names for"),
         );
         let with_reference = |r: &[String], q: &[String], u: &[String]| {
             text(
@@ -47,18 +47,18 @@ impl Cases {
         self.add(
             "position and reference exchanged",
             with_reference(&position, &reference, &command),
-            Named("exchanged"),
+            Named("the names for"),
         );
         self.add(
             "reference as command",
             named(&position, &reference),
-            Named("as it follows a reference"),
+            Named("a gain that differs"),
         );
         let in_degrees = cells(&map(&of.reference, f64::to_degrees), 6);
         self.add(
             "reference in degrees",
             with_reference(&in_degrees, &position, &command),
-            Named("--reference-unit"),
+            Gain(GAIN),
         );
         let speed: Vec<f64> = std::iter::once(0.0)
             .chain(of.position.windows(2).map(|q| 1e3 * (q[1] - q[0])))
@@ -66,7 +66,7 @@ impl Cases {
         self.add(
             "velocity as position",
             named(&cells(&speed, 5), &command),
-            Named("velocity"),
+            Gain(GAIN),
         );
         self.add(
             "velocity alone",
@@ -78,40 +78,40 @@ impl Cases {
                     ("u_V", &command),
                 ],
             ),
-            Named("--position"),
+            Gain(GAIN),
         );
         self.add(
             "time as position",
             named(&cells(&map(&of.time, |t| 7.0 * t), 6), &command),
-            Named("as a time or a counter does"),
+            Named("a gain that differs"),
         );
         let none = vec!["0".to_owned(); of.time.len()];
         self.add(
             "no command",
             named(&position, &none),
-            Named("the command is 0 in all samples"),
+            Named("only these do"),
         );
         self.add(
             "constant position",
             named(&none, &command),
-            Named("the same in all"),
+            Named("only these do"),
         );
         self.add(
             "no column of a command",
             text(",", &[("t_s", &time), ("q_rad", &position)]),
-            Named("--command is missing"),
+            Named("only these do"),
         );
         let other: Vec<f64> = (0..of.time.len()).map(|k| 4.0 * noise(k / 40)).collect();
         self.add(
             "another command",
             named(&position, &cells(&other, 5)),
-            Named("does not depend on the command"),
+            Named("the delay is longer"),
         );
         let hiss: Vec<f64> = (0..of.time.len()).map(|k| 1e-2 * noise(k)).collect();
         self.add(
             "noise as position",
             named(&cells(&hiss, 6), &command),
-            Named("no motion"),
+            Named("no servo"),
         );
         let mut late = of.command.clone();
         late.rotate_right(3);

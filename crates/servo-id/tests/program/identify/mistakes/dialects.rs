@@ -134,7 +134,7 @@ impl Cases {
         self.add(
             "preamble",
             format!("Drive 7\nrecorded by hand\n{plain}"),
-            Named("is no heading of 3 columns"),
+            Gain(GAIN),
         );
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::super::{COUNTS, GAIN, cells, text};
-use super::Expected::{Gain, Named};
+use super::Expected::Gain;
 use super::{Cases, map, noise};
 
 impl Cases {
@@ -51,7 +51,7 @@ impl Cases {
         self.add(
             "whole numbers",
             placed("encoder", &counts, 0),
-            Named("--counts-per-rev"),
+            Gain(GAIN * COUNTS / TAU),
         );
         self.with(
             "whole numbers, counts stated",
@@ -63,7 +63,7 @@ impl Cases {
             "a quarter of the counts stated",
             placed("encoder", &map(&counts, |n| 4.0 * n), 0),
             &["--counts-per-rev", "40000"],
-            Named("--counts-per-rev 10000"),
+            Gain(GAIN),
         );
         let smooth: Vec<f64> = of
             .position
@@ -74,7 +74,7 @@ impl Cases {
         self.add(
             "smooth, no unit",
             placed("position", &smooth, 9),
-            Named("--position-unit"),
+            Gain(GAIN),
         );
         self.with(
             "smooth, unit stated",
@@ -85,17 +85,17 @@ impl Cases {
         self.add(
             "degrees called rad",
             placed("q_rad", &degrees, 6),
-            Named("--position-unit \"deg\""),
+            Gain(GAIN.to_degrees()),
         );
         self.add(
             "rad called degrees",
             placed("q_deg", &of.position, 9),
-            Named("--position-unit \"rad\""),
+            Gain(GAIN.to_radians()),
         );
         self.add(
             "counts called rad",
             placed("q_rad", &counts, 0),
-            Named("whole numbers"),
+            Gain(GAIN * COUNTS / TAU),
         );
         self.add(
             "millimetres",

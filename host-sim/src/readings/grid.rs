@@ -80,3 +80,25 @@ impl Positions {
             .any(|x| (leading / x - 1.0).abs() < TOLERANCE)
     }
 }
+
+/// True for a number of counts that is whole, as that of an encoder is, and not by chance.
+pub(crate) fn is_whole(counts: f64) -> bool {
+    const MAX_DISTANCE: f64 = 0.02;
+    (20.0..1e7).contains(&counts) && (counts - counts.round()).abs() < MAX_DISTANCE
+}
+
+/// True for a number of counts that encoders have: a product of twos and fives, and threes twice at most.
+pub(crate) fn is_usual(counts: f64) -> bool {
+    if !is_whole(counts) {
+        return false;
+    }
+    let mut rest = counts.round() as u64;
+    for (factor, times) in [(2, 32), (5, 5), (3, 2)] {
+        for _ in 0..times {
+            if rest.is_multiple_of(factor) {
+                rest /= factor;
+            }
+        }
+    }
+    rest == 1
+}

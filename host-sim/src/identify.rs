@@ -1,0 +1,42 @@
+//! Identification from logs: the one way from their samples to what is known of the servo.
+
+use crate::analysis::Summariser;
+use crate::experiment::Sample;
+use crate::log::Log;
+use crate::replay::{fitted, replay};
+use crate::result::{LogReading, ReplayNotes, Summary};
+use crate::scenario::{Fault, Scenario};
+
+/// What is known of a servo from its logs.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// The scenario with what only the logs know.
+    pub scenario: Scenario,
+    /// The result.
+    pub summary: Summary,
+}
+
+/// Identifies the servo of one or more logs by the law of a scenario, and shows every sample to `observe`.
+///
+/// # Errors
+/// The key that does not suit the logs.
+pub fn identify(
+    scenario: Scenario,
+    logs: &[Log],
+    observe: &mut dyn FnMut(&Sample),
+) -> Result<Identified, Fault> {
+    let scenario = fitted(scenario, logs);
+    let duration = logs.iter().map(Log::duration).sum();
+    let mut summariser = Summariser::lasting(&scenario, duration);
+    let replayed = replay(&scenario, logs, 1, &mut |_, sample| {
+        summariser.add(sample);
+        observe(sample);
+    })?;
+    let mut summary = summariser.finish(&scenario, replayed.outcome);
+    summary.replay = ReplayNotes {
+        agreement: replayed.agreement,
+        logs: logs.iter().map(LogReading::new).collect(),
+        predictions: Vec::new(),
+    };
+    Ok(Identified { scenario, summary })
+}
