@@ -486,24 +486,20 @@ impl<'a> Candidates<'a> {
                 && best.is_rivalled_by(rival, best.trial.doubt <= NAMED)
         });
         if let Some(rival) = rival {
-            let mut questions = Vec::new();
-            if rival.trial.measured != best.trial.measured {
-                questions.push(self.either(
+            let [one, other] = [best.trial, rival.trial];
+            let open = [
+                (
                     "position",
                     "measured position",
-                    best.trial.measured,
-                    rival.trial.measured,
-                ));
-            }
-            if rival.trial.command != best.trial.command {
-                questions.push(self.either(
-                    "command",
-                    "command that acted",
-                    best.trial.command,
-                    rival.trial.command,
-                ));
-            }
-            return Err(questions);
+                    one.measured,
+                    other.measured,
+                ),
+                ("command", "command that acted", one.command, other.command),
+            ];
+            let open = open.into_iter().filter(|(_, _, one, other)| one != other);
+            return Err(open
+                .map(|(flag, what, one, other)| self.either(flag, what, one, other))
+                .collect());
         }
         if best.trial.doubt > NAMED && best.is_doubtful() {
             return Err(none());

@@ -10,6 +10,15 @@ use super::number::sentence;
 pub(super) fn remedies(summary: &Summary) -> Vec<String> {
     let reason = &summary.verdict.reason;
     let mut steps = own_remedies(reason);
+    // A fit has all four parameters, whatever is asked for.
+    if let Some(unknown) = reason.unknown().filter(|_| summary.fit.is_none())
+        && matches!(reason, VerdictReason::NotExcited { .. })
+    {
+        steps.push(format!(
+            "Where it does not matter, leave {} out of identifier.parameters.",
+            unknown.name()
+        ));
+    }
     let is_other_model = matches!(
         reason,
         VerdictReason::AtBound { .. }
@@ -33,9 +42,6 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
 
 /// Those of a reason, for every law.
 fn own_remedies(reason: &VerdictReason) -> Vec<String> {
-    let leave_out = |unknown: &str| {
-        format!("Where it does not matter, leave {unknown} out of identifier.parameters.")
-    };
     match *reason {
         VerdictReason::Explained => Vec::new(),
         VerdictReason::EndedEarly => vec![
@@ -62,21 +68,17 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             "Check that the encoder counts: a cable, or a wrong log.position_unit, looks the same.".to_owned(),
         ],
         VerdictReason::NotExcited {
-            unknown,
-            needs_sizes: true,
-            ..
+            needs_sizes: true, ..
         } => vec![
             "Give the command several sizes, in both directions: of a relay or a binary sequence another level from \
              time to time."
                 .to_owned(),
-            leave_out(unknown.name()),
         ],
         VerdictReason::NotExcited { unknown, .. } => vec![
             format!(
                 "Excite what shows {}: move further, faster, with more turns, or longer.",
                 unknown.name()
             ),
-            leave_out(unknown.name()),
         ],
         VerdictReason::AtBound { unknown, .. } => vec![
             format!("Widen identifier.bounds or the plant_box of {}.", unknown.name()),

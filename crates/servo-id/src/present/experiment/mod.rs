@@ -56,7 +56,12 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
         }
     }
     if !steps.is_empty() {
-        let why = "Gains for this result would be a guess, so none are given.";
+        let why = match of.summary.status() {
+            Status::Partial => {
+                "Gains follow by tune where two standard errors of b are within 8 %."
+            }
+            _ => "Gains for this result would be a guess, so none are given.",
+        };
         let steps = vec![Block::List(steps), Block::Text(why.to_owned())];
         sections.push(Section::brief("What to do next", steps));
     }
