@@ -3,10 +3,11 @@
 
 use std::error::Error;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 use commissioning::{CommissionSettings, Limits, Phase};
-use drive_link::{Command, State};
+use drive_link::{Command, Report};
 use servo_id::drive::Client;
 
 use crate::firmware;
@@ -29,6 +30,9 @@ const AT_REST: usize = 100;
 
 /// Time limit of the emulator for a commissioning.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
+
+/// Time of the host between two looks at what the emulator has run.
+const LISTEN: Duration = Duration::from_millis(100);
 
 /// Instructions of the samples of a commissioning that drive the output, and of those before and after.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -160,12 +164,15 @@ impl Driven {
 fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
     let mut driven = Driven::default();
     let mut at_rest = 0;
+    let (is_over, is_heard) = (AtomicBool::new(false), AtomicBool::new(false));
     let take = |cost: Cost| {
         let Some(command) = cost.command else {
             at_rest += 1;
             driven.at_rest.push(cost.instructions);
-            let is_over = !driven.command.is_empty() && at_rest >= AT_REST;
-            return Ok(if is_over {
+            if !driven.command.is_empty() && at_rest >= AT_REST {
+                is_over.store(true, Relaxed);
+            }
+            return Ok(if is_heard.load(Relaxed) {
                 Next::Enough
             } else {
                 Next::Interrupt
@@ -176,7 +183,11 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
         driven.whole.push(cost.instructions);
         Ok(Next::Interrupt)
     };
-    let commissioned = |client: &mut Client| commission(client, 1.0 / rate);
+    let commissioned = |client: &mut Client| {
+        let ended = commission(client, 1.0 / rate, &is_over);
+        is_heard.store(true, Relaxed);
+        ended
+    };
     let metered = Metered {
         drive,
         plugin,
@@ -186,8 +197,13 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
     Ok(driven)
 }
 
-/// Commissions a drive at a sample time, s, to its end, which must be new gains.
-fn commission(drive: &mut Client, sample_time: f64) -> Result<(), Box<dyn Error>> {
+/// Commissions a drive at a sample time, s, to its end, which must be new gains. Until that is over nothing is asked:
+/// the answer takes its time in the background, which the study then has later, by the host's clock.
+fn commission(
+    drive: &mut Client,
+    sample_time: f64,
+    is_over: &AtomicBool,
+) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     let core = &mut settings.closed_loop.core;
     (core.controller, core.sample_time) = (None, sample_time);
@@ -201,11 +217,12 @@ fn commission(drive: &mut Client, sample_time: f64) -> Result<(), Box<dyn Error>
         Limits::new([-1.5, 1.5], 40.0, [-10.0, 10.0]),
     ))?;
     let begun = Instant::now();
-    while drive.status()?.state != State::Released {
+    while !is_over.load(Relaxed) {
         if begun.elapsed() > TIME_LIMIT {
             return Err("the commissioning does not end".into());
         }
-        std::thread::sleep(Duration::from_millis(100));
+        // Its reports must be read, or it has no room for more.
+        drive.port().listen(&|_: &Report| false, LISTEN)?;
     }
     let ended = drive.outcome()?.commissioning;
     if ended.phase == Phase::Applied {
