@@ -6,13 +6,12 @@ use log_fit::fit::{Effect, Survey, Values};
 
 use super::Statistics;
 use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
-use super::stretch::Kept;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
 use crate::result::{Finding, Residual};
 use crate::scenario::Scenario;
 use crate::verdict::FitEvidence;
-use log_fit::{Estimated, Lacking, MAX_SAMPLES, effects, examine};
+use log_fit::{Estimated, Lacking, Logged, MAX_SAMPLES, effects, examine};
 
 /// The run that is judged.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +41,7 @@ impl Effort {
     pub(super) const THOROUGH: Self = Self {
         // In blocks a servo that is stopped by friction would look like one that its model does not explain.
         samples: MAX_SAMPLES,
-        whole: 1 << 17,
+        whole: usize::MAX,
         is_thorough: true,
     };
     /// For one of many.
@@ -112,13 +111,9 @@ impl Assessment {
     }
 
     /// Of the estimates of a law by the end of its run; none where there is too little of it, or no servo follows it.
-    pub(super) fn of_law(
-        judged: &Judged<'_>,
-        samples: impl ExactSizeIterator<Item = Kept> + Clone,
-        effort: Effort,
-    ) -> Option<Self> {
+    pub(super) fn of_law(judged: &Judged<'_>, samples: &[Logged], effort: Effort) -> Option<Self> {
         let mut command = Statistics::default();
-        samples.clone().for_each(|one| command.add(one.command));
+        samples.iter().for_each(|one| command.add(one.command));
         let ScaledRecording { recording, scale } = ScaledRecording::new(judged.scenario, samples);
         let own: Vec<(Unknown, Effect)> = (judged.unknowns.iter())
             .filter_map(|&unknown| Some((unknown, effect(unknown)?)))

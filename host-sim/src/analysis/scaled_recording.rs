@@ -1,30 +1,24 @@
 //! A run or a log as the fit takes it, and the units of its effects.
 
-use identifier_core::parameters::{Quantity, Unknown};
+use identifier_core::parameters::Unknown;
 use identifier_core::settings::TermSettings;
 use log_fit::fit::{Effect, Values};
 
-use super::stretch::Kept;
 use crate::scenario::Scenario;
 use log_fit::{Logged, Recording};
 
 /// A recording with its units in SI.
-pub(super) struct ScaledRecording {
-    pub(super) recording: Recording,
+pub(super) struct ScaledRecording<'a> {
+    pub(super) recording: Recording<'a>,
     pub(super) scale: Scale,
 }
 
-impl ScaledRecording {
+impl<'a> ScaledRecording<'a> {
     /// Of samples of a scenario's servo.
-    pub(super) fn new(scenario: &Scenario, samples: impl ExactSizeIterator<Item = Kept>) -> Self {
+    pub(super) fn new(scenario: &Scenario, samples: &'a [Logged]) -> Self {
         let units = scenario.units();
-        let logged = samples.map(|sample| Logged {
-            position: sample.position,
-            command: sample.command,
-            begins: sample.begins,
-        });
         let revolution = scenario.stated.identifier.terms.revolution;
-        let recording = Recording::new(logged, units.position(), revolution);
+        let recording = Recording::new(samples, units.position(), revolution);
         let scale = Scale {
             time: units.sample_time() * recording.block,
             position: units.position_unit(),
@@ -61,24 +55,8 @@ impl Scale {
 
     /// SI units to one of the record.
     pub(super) fn of(&self, effect: Effect) -> f64 {
-        let acceleration = self.position / (self.time * self.time);
-        match term(effect).map(Unknown::quantity) {
-            Some(Quantity::Rate) => 1.0 / self.time,
-            Some(Quantity::Gain | Quantity::Acceleration) => acceleration,
-            Some(Quantity::Time) => self.time,
-            Some(Quantity::Command) => 1.0,
-            None => match effect {
-                Effect::CurrentLoop => self.time,
-                Effect::Quadratic => 1.0 / self.position,
-                Effect::LowSpeedVelocity => self.position / self.time,
-                Effect::Compliance => self.time * self.time,
-                Effect::ResonanceFrequency => 1.0 / self.time,
-                Effect::Play | Effect::EccentricitySine | Effect::EccentricityCosine => {
-                    self.position
-                }
-                _ => 1.0,
-            },
-        }
+        let [counts, samples] = effect.unit();
+        self.position.powi(counts) * self.time.powi(samples)
     }
 }
 

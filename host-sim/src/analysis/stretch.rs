@@ -2,24 +2,15 @@
 
 use std::collections::VecDeque;
 
-use crate::experiment::Sample;
+use log_fit::Logged;
 
-/// The kept part of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kept {
-    /// Rad.
-    pub(super) position: f64,
-    /// The command that acted from there on.
-    pub(super) command: f64,
-    /// A motion begins here: the samples before are of another.
-    pub(super) begins: bool,
-}
+use crate::experiment::Sample;
 
 /// The last samples of a run: position and the command that acted from there on. A shorter run is
 /// kept whole; of a longer one its end is judged, where the estimates are at their best.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
-    samples: VecDeque<Kept>,
+    samples: VecDeque<Logged>,
     most: usize,
 }
 
@@ -38,7 +29,7 @@ impl Stretch {
         if self.samples.len() == self.most {
             self.samples.pop_front();
         }
-        self.samples.push_back(Kept {
+        self.samples.push_back(Logged {
             position: sample.position,
             command: sample.command,
             begins: sample.begins,
@@ -51,7 +42,7 @@ impl Stretch {
     }
 
     /// The kept samples, in order.
-    pub(super) fn samples(&self) -> impl ExactSizeIterator<Item = Kept> + Clone + '_ {
-        self.samples.iter().copied()
+    pub(super) fn samples(&mut self) -> &[Logged] {
+        self.samples.make_contiguous()
     }
 }

@@ -6,12 +6,11 @@ use log_fit::fit::Effect;
 
 use super::assessment::Scales;
 use super::scaled_recording::{Scale, ScaledRecording, effect, term};
-use super::stretch::Kept;
 use crate::experiment::TermEstimate;
 use crate::result::{EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
-use log_fit::{Identified, ModelDemand, identify};
+use log_fit::{Identified, Logged, ModelDemand, identify};
 
 /// The servo of a record.
 #[derive(Debug, Clone)]
@@ -43,10 +42,7 @@ impl WholeRecord {
     }
 
     /// Identifies the servo; none where there is no motion, or no servo explains it.
-    pub(super) fn identify(
-        scenario: &Scenario,
-        samples: impl ExactSizeIterator<Item = Kept>,
-    ) -> Option<Self> {
+    pub(super) fn identify(scenario: &Scenario, samples: &[Logged]) -> Option<Self> {
         /// Effects that may enter.
         const MAX_EFFECTS: usize = 4;
         let terms = &scenario.stated.identifier.terms;

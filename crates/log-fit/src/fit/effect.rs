@@ -118,6 +118,28 @@ impl Effect {
     /// The effects of every servo.
     pub const BASE: [Self; 5] = [Self::A, Self::B, Self::Coulomb, Self::Load, Self::Delay];
 
+    /// The powers of a count and of a sample in its unit.
+    #[must_use]
+    pub const fn unit(self) -> [i32; 2] {
+        match self {
+            Self::A | Self::Asymmetry | Self::ResonanceFrequency => [0, -1],
+            Self::B
+            | Self::Coulomb
+            | Self::Load
+            | Self::LowSpeed
+            | Self::GravitySine
+            | Self::GravityCosine
+            | Self::RippleSine
+            | Self::RippleCosine => [1, -2],
+            Self::Delay | Self::CurrentLoop => [0, 1],
+            Self::Quadratic => [-1, 0],
+            Self::LowSpeedVelocity => [1, -1],
+            Self::Compliance => [0, 2],
+            Self::Play | Self::EccentricitySine | Self::EccentricityCosine => [1, 0],
+            _ => [0, 0],
+        }
+    }
+
     /// True of an effect of every servo.
     pub(super) const fn is_base(self) -> bool {
         (self as usize) < Self::BASE.len()
@@ -190,6 +212,15 @@ impl Values {
     pub(super) fn is_plain(&self) -> bool {
         let mut extra = self.values[Effect::BASE.len()..].iter();
         extra.all(|&value| value == 0.0)
+    }
+
+    /// The same, each effect as so many times itself.
+    #[must_use]
+    pub fn scaled(mut self, factor: impl Fn(Effect) -> f64) -> Self {
+        for effect in Effect::ALL {
+            self.values[effect as usize] *= factor(effect);
+        }
+        self
     }
 
     /// Sets the value of an effect.

@@ -62,7 +62,7 @@ pub(super) struct Range {
 
 impl Range {
     /// Of a record with these figures.
-    pub(super) fn new(recording: &Recording, survey: &Survey) -> Self {
+    pub(super) fn new(recording: &Recording<'_>, survey: &Survey) -> Self {
         let [small, half, most, nearly, all, peak] =
             recording.levels([0.1, 0.5, 0.75, 0.9, 0.97, 0.99]);
         // Of a command of few sizes none is between them, but a share of the largest is; of one size there is none.
@@ -403,7 +403,7 @@ mod tests {
                 command: large,
                 bandwidth: 0.1,
             };
-            Range::new(&Recording::new(samples.into_iter(), 100.0, TAU), &survey)
+            Range::new(&Recording::new(&samples, 100.0, TAU), &survey)
         };
         let levels = range(2.0, 5.0).levels;
         let between = levels.iter().filter(|level| (2.0..5.0).contains(*level));

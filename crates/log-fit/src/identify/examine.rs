@@ -60,7 +60,7 @@ const SEARCH: Search = Search {
 /// Examines estimates; none where there is no motion or the model cannot follow the record. `is_explained` says of the
 /// noise and the correlation of the innovations whether they need no further effect.
 pub fn examine(
-    recording: &Recording,
+    recording: &Recording<'_>,
     law: &Estimated,
     is_explained: impl Fn(f64, f64) -> bool,
 ) -> Option<Examined> {

@@ -2,6 +2,7 @@
 
 mod beside;
 mod candidate;
+mod every_sample;
 mod examine;
 mod finish;
 mod grams;
@@ -74,7 +75,7 @@ pub struct ModelDemand {
 }
 
 /// Identifies the servo of a record; none where there is no motion or nothing explains it.
-pub fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identified> {
+pub fn identify(recording: &Recording<'_>, demand: &ModelDemand) -> Option<Identified> {
     let record = recording.record();
     let earliest = Fitter::new(&record)?;
     let without = start(&earliest, false);
@@ -141,15 +142,17 @@ pub fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identifie
         .max(by_chance)
         .hypot(ripple_as_load(recording, &model));
     let beyond = uncertainty::Beyond::ALL;
-    let (std_errors, needs_sizes) =
+    let (mut std_errors, needs_sizes) =
         uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
+    let profile = uncertainty::profile(&fitter, &model);
+    let load =
+        every_sample::refine(&fitter, recording, &mut model, &mut std_errors).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
     let jitter = Jitter::find(&fitter, &model.fitted);
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     let shown = shown.chain(jitter.iter().map(Jitter::entered));
     model.entered.extend(shown);
-    let profile = uncertainty::profile(&fitter, &model);
     let values = &model.fitted.values;
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
@@ -164,7 +167,7 @@ pub fn identify(recording: &Recording, demand: &ModelDemand) -> Option<Identifie
         needs_sizes,
         entered: model.entered,
         noise,
-        last_load: steps.map(|steps| steps.last as f64),
+        last_load: steps.map(|steps| recording.place(steps.last)),
         jitter: jitter.map(|jitter| jitter.deviation),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile,
@@ -187,7 +190,7 @@ fn beyond_authority(load: f64, authority: f64) -> f64 {
 }
 
 /// The mean over the motion of a ripple of which it shows less than a period: that is a load as well.
-fn ripple_as_load(recording: &Recording, model: &Model) -> f64 {
+fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
     let mut ripples = model
         .entered
         .iter()

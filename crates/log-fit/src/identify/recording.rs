@@ -6,7 +6,9 @@ use crate::fit::{Effect, Record, Values};
 
 /// A recorded motion.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recording {
+pub struct Recording<'a> {
+    samples: &'a [Logged],
+    axis: Axis,
     positions: Vec<f64>,
     commands: Vec<f64>,
     /// Of blocks those of the log.
@@ -14,6 +16,8 @@ pub struct Recording {
     /// Of the angle from the middle of the motion.
     angles: Vec<[f64; 2]>,
     begins: Vec<usize>,
+    /// The samples of the log that those are.
+    rows: Vec<usize>,
     /// Samples of the log to one of the record.
     pub block: f64,
     stride: usize,
@@ -37,91 +41,111 @@ pub struct Logged {
     pub begins: bool,
 }
 
+/// The units of positions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Axis {
+    /// Counts to a rad.
+    per_rad: f64,
+    /// Angle to a rad; zero on an axis without angle.
+    per_way: f64,
+}
+
 /// The most samples of a record: those of a longer log are taken together in blocks.
 pub const MAX_SAMPLES: usize = 1 << 15;
 
-impl Recording {
+/// The most samples of a log that are taken together: of a longer one pieces from its beginning to its end.
+const MAX_TAKEN: usize = 1 << 17;
+const PIECES: usize = 16;
+
+impl<'a> Recording<'a> {
     /// Of the samples of a log with the counts per rad, and the way after which forces that go with the angle repeat, rad;
     /// zero for an axis without angle.
-    pub fn new(
-        samples: impl ExactSizeIterator<Item = Logged>,
-        per_rad: f64,
-        revolution: f64,
-    ) -> Self {
-        let turns = revolution > 0.0;
-        let per_way = if turns { TAU / revolution } else { 0.0 };
-        let block = match samples.len() {
+    #[must_use]
+    pub fn new(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
+        let block = match samples.len().min(MAX_TAKEN) {
             count if count <= MAX_SAMPLES => 1,
             // Two samples of the record to a block.
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
-        let mut motions: Vec<Vec<Logged>> = Vec::new();
-        for sample in samples {
-            if sample.begins || motions.is_empty() {
-                motions.push(Vec::new());
-            }
-            if let Some(motion) = motions.last_mut() {
-                motion.push(sample);
-            }
-        }
+        let turns = revolution > 0.0;
+        let per_way = if turns { TAU / revolution } else { 0.0 };
+        Self::of(samples, block, Axis { per_rad, per_way }, None)
+    }
+
+    /// Every sample of a log of which this has blocks.
+    pub(super) fn every_sample(&self) -> Option<Self> {
+        (self.block != 1.0).then(|| Self::of(self.samples, 1, self.axis, Some(self.middle)))
+    }
+
+    /// In blocks of samples, or of every sample, with angles from a middle, rad; without one the mean.
+    fn of(samples: &'a [Logged], block: usize, axis: Axis, middle: Option<f64>) -> Self {
+        let turns = axis.per_way > 0.0;
         let mut recording = Self {
+            samples,
+            axis,
             positions: Vec::new(),
             commands: Vec::new(),
             recorded: Vec::new(),
             angles: Vec::new(),
             begins: Vec::new(),
+            rows: Vec::new(),
             block: if block > 1 { 0.5 * block as f64 } else { 1.0 },
             stride: if block > 1 { 2 } else { 1 },
             span: 0.0,
-            radian: if turns { per_rad / per_way } else { 0.0 },
-            middle: 0.0,
+            radian: if turns {
+                axis.per_rad / axis.per_way
+            } else {
+                0.0
+            },
+            middle: middle.unwrap_or_else(|| {
+                let sum: f64 = samples.iter().map(|one| one.position).sum();
+                axis.per_way * sum / samples.len().max(1) as f64
+            }),
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-        if block > 1 {
-            let blocks: Vec<Vec<Logged>> = motions
-                .iter()
-                .map(|motion| in_blocks(motion, block))
-                .collect();
-            for (motion, halves) in motions.iter().zip(&blocks) {
+        for (row, motion) in motions(samples, block > 1) {
+            if block == 1 {
+                recording.add(row, motion, &mut ends);
+            } else {
+                let halves = in_blocks(motion, block);
+                recording.add(row, &halves, &mut ends);
                 let whole = motion.iter().take(halves.len() / 2 * block);
-                recording
-                    .recorded
-                    .extend(whole.map(|sample| sample.command));
-            }
-            motions = blocks;
-        }
-        if turns {
-            let count = motions.iter().map(Vec::len).sum::<usize>().max(1);
-            let sum = motions
-                .iter()
-                .flatten()
-                .map(|one| one.position)
-                .sum::<f64>();
-            recording.middle = per_way * sum / count as f64;
-        }
-        for blocks in &motions {
-            // Differences count alone: a far origin would cost digits.
-            let Some(origin) = blocks.first().map(|first| first.position) else {
-                continue;
-            };
-            recording.begins.push(recording.positions.len());
-            for (k, sample) in blocks.iter().enumerate() {
-                let position = sample.position;
-                recording.positions.push((position - origin) * per_rad);
-                recording.commands.push(sample.command);
-                ends = [ends[0].min(position), ends[1].max(position)];
-                if turns {
-                    let next = blocks.get(k + 1).map_or(position, |next| next.position);
-                    let angle = 0.5 * (position + next) * per_way - recording.middle;
-                    let (sine, cosine) = angle.sin_cos();
-                    recording.angles.push([sine, cosine]);
-                }
+                (recording.recorded).extend(whole.map(|sample| sample.command));
             }
         }
-        if turns {
-            recording.span = per_way * (ends[1] - ends[0]).max(0.0);
-        }
+        recording.span = axis.per_way * (ends[1] - ends[0]).max(0.0);
         recording
+    }
+
+    /// Adds a motion that begins at a sample of the log.
+    fn add(&mut self, row: usize, motion: &[Logged], ends: &mut [f64; 2]) {
+        // Differences count alone: a far origin would cost digits.
+        let Some(origin) = motion.first().map(|first| first.position) else {
+            return;
+        };
+        self.begins.push(self.positions.len());
+        self.rows.push(row);
+        let Axis { per_rad, per_way } = self.axis;
+        for (k, sample) in motion.iter().enumerate() {
+            let position = sample.position;
+            self.positions.push((position - origin) * per_rad);
+            self.commands.push(sample.command);
+            *ends = [ends[0].min(position), ends[1].max(position)];
+            if per_way > 0.0 {
+                let next = motion.get(k + 1).map_or(position, |next| next.position);
+                let angle = 0.5 * (position + next) * per_way - self.middle;
+                let (sine, cosine) = angle.sin_cos();
+                self.angles.push([sine, cosine]);
+            }
+        }
+    }
+
+    /// The sample of the log that one of the record is, samples of the record.
+    pub(super) fn place(&self, sample: usize) -> f64 {
+        let motion = self.begins.partition_point(|&first| first <= sample);
+        let [first, row] = [&self.begins, &self.rows]
+            .map(|of| of.get(motion.saturating_sub(1)).copied().unwrap_or(0));
+        row as f64 / self.block + (sample - first) as f64
     }
 
     /// As a record.
@@ -239,6 +263,28 @@ impl Recording {
     }
 }
 
+/// The motions of a log, each with its first sample, or of a long one those of some pieces.
+fn motions(samples: &[Logged], in_pieces: bool) -> impl Iterator<Item = (usize, &[Logged])> {
+    let count = samples.len();
+    let (pieces, length) = if in_pieces && count > MAX_TAKEN {
+        (PIECES, MAX_TAKEN / PIECES)
+    } else {
+        (1, count)
+    };
+    let piece = move |k: usize| {
+        let first = k * (count - length) / (pieces - 1).max(1);
+        (first, &samples[first..first + length])
+    };
+    (0..pieces).map(piece).flat_map(|(first, piece)| {
+        let motions = piece.chunk_by(|_, next| !next.begins);
+        motions.scan(first, |row, motion| {
+            let own = *row;
+            *row += motion.len();
+            Some((own, motion))
+        })
+    })
+}
+
 /// A motion in whole blocks of samples, each as two: the commands have the block's mean and first moment, and
 /// the position in its middle is interpolated.
 fn in_blocks(motion: &[Logged], block: usize) -> Vec<Logged> {
@@ -277,23 +323,21 @@ mod tests {
                 command: 0.0,
                 begins: k == 0,
             };
-            Recording::new(
-                (0..100).map(sample).collect::<Vec<_>>().into_iter(),
-                1e6,
-                PITCH,
-            )
+            (0..100).map(sample).collect::<Vec<_>>()
         };
-        let recording = samples(0.0);
+        let [samples, further] = [samples(0.0), samples(PITCH / 3.0)];
+        let [recording, further] =
+            [&samples, &further].map(|samples| Recording::new(samples, 1e6, PITCH));
         assert!((recording.span() - TAU * 0.0099 / PITCH).abs() < 1e-9);
         // A third of the pitch on, a wave about zero is a third of a turn on.
         let values = Values::NONE.with(Effect::GravitySine, 1.0);
-        let wave = |recording: &Recording| {
+        let wave = |recording: &Recording<'_>| {
             let (found, _) = recording.about_zero(&values, &[]);
             found
                 .get(Effect::GravityCosine)
                 .atan2(found.get(Effect::GravitySine))
         };
-        let turned = wave(&recording) - wave(&samples(PITCH / 3.0));
+        let turned = wave(&recording) - wave(&further);
         assert!(
             (turned.rem_euclid(TAU) - TAU / 3.0).abs() < 1e-9,
             "{turned}"
@@ -309,7 +353,7 @@ mod tests {
                 begins: k == 0,
             })
             .collect();
-        let recording = Recording::new(samples.into_iter(), 100.0, TAU);
+        let recording = Recording::new(&samples, 100.0, TAU);
         let waves = [
             ([Effect::GravitySine, Effect::GravityCosine], 1.0),
             ([Effect::TorqueRippleSine, Effect::TorqueRippleCosine], 3.0),

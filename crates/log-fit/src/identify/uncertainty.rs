@@ -313,7 +313,7 @@ mod tests {
             begins: k == 0,
         };
         let samples: Vec<Logged> = (0..500).map(sample).collect();
-        let recording = Recording::new(samples.into_iter(), 1000.0, 0.0);
+        let recording = Recording::new(&samples, 1000.0, 0.0);
         let record = recording.record();
         let fitter = Fitter::new(&record).expect("a motion");
         let usual = Usual::new(&fitter, &Values::NONE.with(Effect::B, 0.4));
