@@ -4,13 +4,10 @@
 //! The page's parts are in `docs/playground`. The module is packed by gzip, which a browser unpacks, and written in base 64.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use flate2::Compression;
-use flate2::write::GzEncoder;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
@@ -139,9 +136,9 @@ fn without_custom_sections(module: &[u8]) -> Result<Vec<u8>, String> {
 }
 
 fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
-    let mut writer = GzEncoder::new(Vec::new(), Compression::best());
-    writer.write_all(bytes)?;
-    writer.finish()
+    let mut packed = Vec::new();
+    zopfli::compress(zopfli::Options::default(), zopfli::Format::Gzip, bytes, &mut packed)?;
+    Ok(packed)
 }
 
 /// A part without indentation, empty lines and lines of comment.
