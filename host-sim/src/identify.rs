@@ -1,6 +1,6 @@
 //! Identification from logs: the one way from their samples to what is known of the servo.
 
-use crate::analysis::Summariser;
+use crate::analysis::{Seen, Summariser};
 use crate::experiment::Sample;
 use crate::log::Log;
 use crate::replay::{fitted, replay};
@@ -14,6 +14,8 @@ pub struct Identified {
     pub scenario: Scenario,
     /// The result.
     pub summary: Summary,
+    /// What its model leaves of the logs, of a law that fits all of them.
+    pub seen: Option<Seen>,
 }
 
 /// Identifies the servo of one or more logs by the law of a scenario, and shows every sample to `observe`.
@@ -32,11 +34,21 @@ pub fn identify(
         summariser.add(sample);
         observe(sample);
     })?;
+    let seen = replayed
+        .outcome
+        .abort
+        .is_none()
+        .then(|| summariser.seen(&scenario))
+        .flatten();
     let mut summary = summariser.finish(&scenario, replayed.outcome);
     summary.replay = ReplayNotes {
         agreement: replayed.agreement,
         logs: logs.iter().map(LogReading::new).collect(),
         predictions: Vec::new(),
     };
-    Ok(Identified { scenario, summary })
+    Ok(Identified {
+        scenario,
+        summary,
+        seen,
+    })
 }

@@ -137,7 +137,12 @@ fn without_custom_sections(module: &[u8]) -> Result<Vec<u8>, String> {
 
 fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
     let mut packed = Vec::new();
-    zopfli::compress(zopfli::Options::default(), zopfli::Format::Gzip, bytes, &mut packed)?;
+    zopfli::compress(
+        zopfli::Options::default(),
+        zopfli::Format::Gzip,
+        bytes,
+        &mut packed,
+    )?;
     Ok(packed)
 }
 

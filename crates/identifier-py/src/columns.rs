@@ -78,6 +78,14 @@ impl Trace {
         }
     }
 
+    /// What a model that is known at the end leaves of every sample, rad.
+    pub(crate) fn leaves(&mut self, errors: Vec<f64>) {
+        const OUTPUT_ERROR: usize = 4;
+        if self.is_wanted {
+            self.columns[OUTPUT_ERROR] = errors;
+        }
+    }
+
     /// Its columns by name, each the bytes of float64.
     pub(crate) fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let columns = NAMES.into_iter().zip(self.columns);

@@ -134,7 +134,10 @@ fn identified(
             trace.add(sample);
         },
     );
-    let summary = found.map_err(|fault| read.fault(fault))?.summary;
+    let host_sim::Identified { summary, seen, .. } = found.map_err(|fault| read.fault(fault))?;
+    if let Some(seen) = seen {
+        trace.leaves(seen.errors);
+    }
     let task = Task::Replay {
         passes: 1,
         logs: files,

@@ -9,6 +9,6 @@ pub mod parallel;
 
 pub use cause::Cause;
 pub use identify::{
-    Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand, Recording,
-    effects, examine, identify,
+    Course, Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand,
+    Recording, effects, examine, identify,
 };

@@ -5,9 +5,8 @@ use host_sim::experiment::{Outcome, Sample};
 use host_sim::result::Summary;
 use host_sim::scenario::{ExcitationKind, ExcitationSettings, Fault, Law, Purpose, Scenario};
 use host_sim::simulate;
-use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use host_sim::tune::Tuned;
 use identifier_core::ControllerSettings;
-use identifier_core::tuning::Goal;
 
 /// A run that has ended.
 #[derive(Debug, Clone)]
@@ -15,28 +14,6 @@ pub struct Experiment {
     scenario: Scenario,
     samples: Vec<Sample>,
     outcome: Outcome,
-}
-
-/// Gains for a result under what is known beside it, by whether a delay was identified.
-///
-/// # Errors
-/// Why there are none, without an end.
-pub fn tuned(
-    summary: &Summary,
-    known: impl FnOnce(bool) -> KnownConditions,
-) -> Result<Tuned, String> {
-    let result = IdentifiedResult::new(summary).map_err(|error| error.to_string())?;
-    if result.doubt.is_some() {
-        return Err("gains for a servo that is not known would be a guess".to_owned());
-    }
-    let known = known(result.has_delay);
-    let settings = Conditions::default()
-        .settings(Goal::Stiffest, &result, &known)
-        .map_err(|error| error.to_string())?;
-    Tuned::new(&result, known.angle.as_ref(), &settings).map_err(|error| match error {
-        NoGains::Error(error) => error.to_string(),
-        NoGains::TooFast { cap, .. } => cap.to_string(),
-    })
 }
 
 /// Columns of [`Experiment::rows`].
@@ -92,9 +69,7 @@ impl Experiment {
     /// # Errors
     /// Why there are none, without an end.
     pub fn tuned(&self, summary: &Summary) -> Result<Tuned, String> {
-        tuned(summary, |has_delay| {
-            KnownConditions::of_scenario(&self.scenario, has_delay)
-        })
+        Tuned::stiffest(&self.scenario, summary).map(|(tuned, _)| tuned)
     }
 
     /// The step of the true servo under gains and a cut-off, rad/s: the positions, rad, from the step on, after the

@@ -7,9 +7,7 @@ use host_sim::log::{Log, Table};
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
 use host_sim::result::Summary;
 use host_sim::scenario::{Fault, Law, Purpose, Scenario};
-use host_sim::tune::{KnownConditions, Tuned};
-
-use crate::experiment::tuned;
+use host_sim::tune::Tuned;
 
 /// A log that was identified.
 #[derive(Debug, Clone)]
@@ -71,11 +69,10 @@ pub fn identify(bytes: Vec<u8>, stated: &Stated) -> Result<Identified, String> {
     let found = host_sim::identify(scenario, std::slice::from_ref(&log), &mut |sample| {
         rows.extend([sample.time, sample.position, sample.command]);
     });
-    let host_sim::Identified { scenario, summary } = found.map_err(|error| error.to_string())?;
-    let shown = [(log.resolution(), log.largest_command())].into_iter();
-    let tuned = tuned(&summary, |has_delay| {
-        KnownConditions::of_logs(&scenario, has_delay, shown)
-    });
+    let host_sim::Identified {
+        scenario, summary, ..
+    } = found.map_err(|error| error.to_string())?;
+    let tuned = Tuned::stiffest(&scenario, &summary).map(|(tuned, _)| tuned);
     Ok(Identified {
         recognised,
         sample_time: log.sample_time,

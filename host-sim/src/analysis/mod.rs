@@ -7,6 +7,7 @@ mod evidence;
 mod information;
 mod reachable;
 mod scaled_recording;
+mod seen;
 mod sensor_noise;
 mod statistics;
 mod stretch;
@@ -15,5 +16,6 @@ mod whole_record;
 
 pub use crate::verdict::Status;
 pub use closed_loop::{LoopFigures, Response};
+pub use seen::{Braking, FoundResponse, Seen};
 pub use statistics::Statistics;
 pub use summary::{FoundServo, Summariser};

@@ -9,6 +9,7 @@ use super::assessment::{Assessment, Effort, Judged};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
 use super::reachable::Reachable;
+use super::seen::Seen;
 use super::sensor_noise::NoiseMeter;
 use super::statistics::Statistics;
 use super::stretch::Stretch;
@@ -221,6 +222,13 @@ impl Summariser {
             terms: whole.terms.clone(),
             settings: whole.settings,
         })
+    }
+
+    /// The samples beside the model, of a law that fits all of them; none of another, or where nothing explains them.
+    pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
+        let _ = self.fit_record(scenario);
+        let whole = self.whole.as_ref()?;
+        Seen::new(scenario, self.stretch.samples(), whole)
     }
 
     /// The summary of a run that has ended.

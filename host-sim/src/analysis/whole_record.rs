@@ -29,6 +29,8 @@ pub(super) struct WholeRecord {
     pub(super) noise: f64,
     pub(super) notes: FitNotes,
     pub(super) scales: Scales,
+    /// In the units of its recording.
+    pub(super) found: Identified,
 }
 
 impl WholeRecord {
@@ -56,7 +58,7 @@ impl WholeRecord {
                 max_effects: MAX_EFFECTS,
             },
         )?;
-        Some(scale.in_si(&found, terms, fitted))
+        Some(scale.in_si(found, terms, fitted))
     }
 }
 
@@ -74,7 +76,7 @@ fn required(terms: Terms) -> Vec<Effect> {
 }
 
 impl Scale {
-    fn in_si(&self, found: &Identified, declared: &TermSettings, samples: u64) -> WholeRecord {
+    fn in_si(&self, found: Identified, declared: &TermSettings, samples: u64) -> WholeRecord {
         let value = |effect: Effect| found.values.get(effect) * self.of(effect);
         let std_error = |effect: Effect| {
             let own = found.estimated.iter().find(|(one, _)| *one == effect);
@@ -149,6 +151,7 @@ impl Scale {
                 effects: effects.collect(),
             },
             scales: self.scales(&found.survey, found.survey.command),
+            found,
         }
     }
 }

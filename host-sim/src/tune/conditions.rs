@@ -8,6 +8,7 @@ use super::IdentifiedResult;
 use super::known_forces::Angle;
 #[cfg(feature = "experiments")]
 use crate::provenance::{Origin, Task};
+use crate::result::Summary;
 use crate::scenario::Scenario;
 
 /// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
@@ -148,10 +149,19 @@ impl KnownConditions {
         }
     }
 
+    /// Those of a result of a scenario and of its logs, where it has any.
+    pub(super) fn of_summary(scenario: &Scenario, summary: &Summary, has_delay: bool) -> Self {
+        let logs = &summary.replay.logs;
+        let shown = logs.iter().map(|log| (log.resolution, log.largest_command));
+        match logs.is_empty() {
+            true => Self::of_scenario(scenario, has_delay),
+            false => Self::of_logs(scenario, has_delay, shown),
+        }
+    }
+
     /// Those of replayed logs, each with its resolution, rad, and its largest command, where their scenario states no
     /// encoder or no controller.
-    #[must_use]
-    pub fn of_logs(
+    fn of_logs(
         scenario: &Scenario,
         has_delay: bool,
         logs: impl Iterator<Item = (f64, Option<f64>)> + Clone,

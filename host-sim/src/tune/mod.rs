@@ -15,8 +15,10 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, Gains, KnownForces, StiffPromise, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, Gains, KnownForces, StiffPromise, Summary, TuningConditions,
+    TuningResult,
 };
+use crate::scenario::Scenario;
 
 /// Gains, and what they were found for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,11 +34,13 @@ pub struct Tuned {
 }
 
 /// The reason why there are no gains.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoGains {
     /// The core's refusal.
+    #[error(transparent)]
     Error(TuningError),
     /// Less would do.
+    #[error("{cap} allows {most:.2} rad/s")]
     TooFast {
         /// The reason why it is not faster.
         cap: Cap,
@@ -77,6 +81,37 @@ impl Tuned {
             settings: *settings,
             tuning,
         })
+    }
+
+    /// The stiffest gains for the result of a scenario, under the conditions that these hold.
+    ///
+    /// # Errors
+    /// Why there are none, without an end.
+    pub fn stiffest(
+        scenario: &Scenario,
+        summary: &Summary,
+    ) -> Result<(Self, KnownConditions), String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let result = IdentifiedResult::new(summary).map_err(|error| text(&error))?;
+        if result.doubt.is_some() {
+            return Err("gains for a servo that is not known would be a guess".to_owned());
+        }
+        let known = KnownConditions::of_summary(scenario, summary, result.has_delay);
+        let settings = Conditions::default().settings(Goal::Stiffest, &result, &known);
+        let settings = settings.map_err(|error| text(&error))?;
+        let tuned = Self::new(&result, known.angle.as_ref(), &settings);
+        Ok((tuned.map_err(|error| text(&error))?, known))
+    }
+
+    /// The same goal for a command without a limit; none where that changes nothing, or there are none.
+    #[must_use]
+    pub fn without_limit(&self) -> Option<Tuning> {
+        let settings = TuningSettings {
+            command: f64::INFINITY,
+            ..self.settings
+        };
+        let tuning = settings.tune(&self.servo).ok()?;
+        (tuning.kp > 1.01 * self.tuning.kp).then_some(tuning)
     }
 
     /// The tuner that found them.

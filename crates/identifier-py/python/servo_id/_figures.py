@@ -21,7 +21,12 @@ def of_result(result: "Result") -> "Figure":
         raise ImportError("pictures need matplotlib: pip install servo-id[plot]") from error
     trace = result.trace
     time = trace["time"]
-    estimated = [name for name in ("a", "b", "coulomb", "load") if name in result.estimates]
+    # A fit of a whole log has no course of its estimates.
+    estimated = [
+        name
+        for name in ("a", "b", "coulomb", "load")
+        if name in result.estimates and np.isfinite(trace[name]).any()
+    ]
     figure, axes = pyplot.subplots(
         3 + len(estimated), sharex=True, layout="constrained", figsize=(8.0, 1.5 * (3 + len(estimated)))
     )
@@ -30,6 +35,8 @@ def of_result(result: "Result") -> "Figure":
     ):
         axis.plot(time, trace[name], linewidth=0.8)
         axis.set_ylabel(f"{name.replace('_', ' ')}\n{unit}")
+    axes[0].plot(time, trace["position"] - trace["output_error"], linewidth=0.8, linestyle="--")
+    axes[0].legend(["measured", "model"])
     for axis, name in zip(axes[3:], estimated):
         _estimate(axis, result, name)
     axes[0].set_title(result.verdict)

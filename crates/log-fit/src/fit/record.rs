@@ -88,7 +88,7 @@ impl Record<'_> {
     }
 
     /// The parts of the record in which the motion is continuous, as first sample and end.
-    pub(super) fn motions(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn motions(&self) -> impl Iterator<Item = (usize, usize)> {
         let ends = self.begins.iter().skip(1).copied();
         let ends = ends.chain(core::iter::once(self.len()));
         self.begins.iter().copied().zip(ends)

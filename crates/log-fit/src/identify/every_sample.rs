@@ -1,7 +1,7 @@
 //! The last fit of a long log, to every sample: its blocks have shown which effects there are, and leave out what the
 //! servo did within them.
 
-use crate::fit::{Effect, Fitter, Horizon, Search, Survey};
+use crate::fit::{Effect, Fitter, Horizon, Record, Search, Survey, Values};
 
 use super::recording::Recording;
 use super::tournament::Model;
@@ -23,33 +23,48 @@ pub(super) fn refine(
     let every = recording.every_sample()?;
     let record = every.record();
     let block = recording.block;
-    // A unit of the blocks in those of samples.
-    let per_block = |effect: Effect| block.powi(effect.unit()[1]);
-    let horizon = model.fitted.horizon;
-    let finest = Fitter {
-        record: &record,
-        survey: Survey {
-            velocity: fitter.survey.velocity / block,
-            bandwidth: fitter.survey.bandwidth / block,
-            ..fitter.survey
-        },
+    let Model { free, fitted, .. } = model;
+    let of_blocks = (fitter, &fitted.values, fitted.horizon);
+    let (finest, values, horizon) = of_samples(of_blocks, &record, block);
+    let found = finest.fit(&values, free, horizon, SEARCH)?;
+    let [before, after] = [&*fitted, &found].map(|fitted| fitted.std_errors());
+    for (i, &effect) in free.iter().enumerate() {
+        let own = after[i] / in_samples(effect, block);
+        let beyond = std_errors[i] * std_errors[i] - before[i] * before[i];
+        if own.is_finite() && beyond.is_finite() {
+            std_errors[i] = beyond.max(0.0).sqrt().hypot(own);
+        }
+    }
+    fitted.values = (found.values).scaled(|effect| 1.0 / in_samples(effect, block));
+    let is_constant = horizon.walk.is_none();
+    is_constant.then(|| fitted.values.get(Effect::Load))
+}
+
+/// A sample of a record of blocks in samples of the log, to the power that it has in an effect's unit.
+fn in_samples(effect: Effect, block: f64) -> f64 {
+    block.powi(effect.unit()[1])
+}
+
+/// Range, values and horizon of blocks of so many samples as those of a record of the samples.
+pub(super) fn of_samples<'a>(
+    (fitter, values, horizon): (&Fitter<'_>, &Values, Horizon),
+    record: &'a Record<'a>,
+    block: f64,
+) -> (Fitter<'a>, Values, Horizon) {
+    let survey = Survey {
+        velocity: fitter.survey.velocity / block,
+        bandwidth: fitter.survey.bandwidth / block,
+        ..fitter.survey
+    };
+    let fitter = Fitter {
+        record,
+        survey,
         earliest: fitter.earliest * block,
     };
     let horizon = Horizon {
         white: horizon.white * block,
         walk: horizon.walk.map(|walk| walk * block),
     };
-    let values = model.fitted.values.scaled(per_block);
-    let found = finest.fit(&values, &model.free, horizon, SEARCH)?;
-    let [of_blocks, of_samples] = [&model.fitted, &found].map(|fitted| fitted.std_errors());
-    for (i, &effect) in model.free.iter().enumerate() {
-        let own = of_samples[i] / per_block(effect);
-        let beyond = std_errors[i] * std_errors[i] - of_blocks[i] * of_blocks[i];
-        if own.is_finite() && beyond.is_finite() {
-            std_errors[i] = beyond.max(0.0).sqrt().hypot(own);
-        }
-    }
-    model.fitted.values = found.values.scaled(|effect| 1.0 / per_block(effect));
-    let is_constant = horizon.walk.is_none();
-    is_constant.then(|| model.fitted.values.get(Effect::Load))
+    let values = values.scaled(|effect| in_samples(effect, block));
+    (fitter, values, horizon)
 }

@@ -2,6 +2,7 @@
 
 mod beside;
 mod candidate;
+mod course;
 mod every_sample;
 mod examine;
 mod finish;
@@ -31,6 +32,7 @@ use crate::parallel;
 pub use tournament::Entered;
 
 pub use candidate::effects;
+pub use course::Course;
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use recording::{Logged, MAX_SAMPLES, Recording};
 
@@ -59,6 +61,8 @@ pub struct Identified {
     pub delay_at_bound: bool,
     /// Figures of the record.
     pub survey: Survey,
+    /// The horizon of its filter.
+    horizon: Horizon,
     /// True if the servo moved in both directions.
     pub reverses: bool,
 }
@@ -173,6 +177,7 @@ pub fn identify(recording: &Recording<'_>, demand: &ModelDemand) -> Option<Ident
         profile,
         delay_at_bound,
         survey: fitter.survey,
+        horizon: model.fitted.horizon,
         reverses: recording.reverses(),
     })
 }

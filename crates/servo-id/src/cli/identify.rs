@@ -49,7 +49,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let outputs = &arguments.outputs;
-    let (logs, predict) = (&tables(&arguments.logs)?, &tables(&arguments.predict)?);
+    let (logs, predict) = (tables(&arguments.logs)?, tables(&arguments.predict)?);
     if let Some(scenario) = &arguments.scenario {
         let status = Replay {
             scenario: &ScenarioText::read(scenario)?,
@@ -61,8 +61,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .experiment(outputs, scenario, None)?;
         return arguments.required.check(status);
     }
-    let all = Table::joined(logs).map_err(|error| Fault::Input(error.to_string()))?;
-    let log = &all.path;
+    let all = Table::joined(&logs).map_err(|error| Fault::Input(error.to_string()))?;
+    let log = &all.path.clone();
     let recognised = recognised(&all, arguments.stated.clone().into())?;
     let file = match &arguments.save_scenario {
         Some(file) => file.display().to_string(),
@@ -76,6 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         text: introduction(log, &recognised),
         save_scenario: arguments.save_scenario.as_deref(),
     };
+    drop(all);
     let status = Replay {
         scenario: &scenario,
         logs,

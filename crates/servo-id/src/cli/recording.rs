@@ -1,6 +1,6 @@
 //! The bounded record of a run or a replay.
 
-use host_sim::analysis::{FoundServo, Status, Summariser};
+use host_sim::analysis::{FoundServo, Seen, Status, Summariser};
 use host_sim::experiment::{Outcome, Sample};
 use host_sim::result::ReplayNotes;
 use host_sim::scenario::Scenario;
@@ -24,7 +24,18 @@ pub(super) struct Recording<'a> {
     summariser: Summariser,
     traces: Option<ExperimentTraces>,
     rows: Option<Streamed<Rows<Output>>>,
+    /// The samples of a law whose model is known at the end, where they are shown: what differs, and the last of them.
+    held: Option<(Vec<Held>, Option<Sample>)>,
     progress: Progress,
+}
+
+/// What is shown of a sample beside its model.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    time: f64,
+    reference: f64,
+    position: f64,
+    command: f64,
 }
 
 impl<'a> Recording<'a> {
@@ -36,7 +47,10 @@ impl<'a> Recording<'a> {
         passes: u32,
         results: &mut Results,
     ) -> Self {
+        let is_shown = results.show_traces() || results.csv.is_some();
+        let is_held = is_shown && scenario.identifier.law.takes_whole_record();
         Self {
+            held: is_held.then(Default::default),
             title,
             scenario,
             passes_to_come: passes.saturating_sub(1),
@@ -51,6 +65,21 @@ impl<'a> Recording<'a> {
     pub(super) fn add(&mut self, sample: &Sample) {
         self.summariser.add(sample);
         self.progress.advance();
+        match &mut self.held {
+            Some((held, last)) => {
+                held.push(Held {
+                    time: sample.time,
+                    reference: sample.reference,
+                    position: sample.position,
+                    command: sample.command,
+                });
+                *last = Some(*sample);
+            }
+            None => self.show(sample),
+        }
+    }
+
+    fn show(&mut self, sample: &Sample) {
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
@@ -66,6 +95,27 @@ impl<'a> Recording<'a> {
         if let Some(traces) = &mut self.traces {
             *traces = ExperimentTraces::default();
         }
+        if let Some((held, _)) = &mut self.held {
+            held.clear();
+        }
+    }
+
+    /// What the model leaves of the samples, of a law that fits all of them; those that were held are shown with it.
+    fn seen(&mut self) -> Option<Seen> {
+        let seen = self.summariser.seen(self.scenario);
+        let (held, last) = self.held.take().unwrap_or_default();
+        let Some(last) = last else { return seen };
+        for (place, one) in held.into_iter().enumerate() {
+            self.show(&Sample {
+                time: one.time,
+                reference: one.reference,
+                position: one.position,
+                command: one.command,
+                output_error: seen.as_ref().map(|seen| seen.errors[place]),
+                ..last
+            });
+        }
+        seen
     }
 
     /// The servo that the fit of the whole record finds, of a law that makes one.
@@ -83,11 +133,12 @@ impl<'a> Recording<'a> {
     /// # Errors
     /// An experiment that was aborted, and those of [`Results::publish`].
     pub(super) fn conclude(
-        self,
+        mut self,
         results: Results,
         outcome: Outcome,
         notes: ReplayNotes,
     ) -> Result<Status, Fault> {
+        let seen = outcome.abort.is_none().then(|| self.seen()).flatten();
         let mut summary = self.summariser.finish(self.scenario, outcome);
         summary.replay = notes;
         let page = present::experiment(&Experiment {
@@ -96,6 +147,7 @@ impl<'a> Recording<'a> {
             scenario: self.scenario,
             summary: &summary,
             traces: self.traces.as_ref(),
+            seen: seen.as_ref(),
         });
         let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
         results.publish(&page, true, &summary, written, |picture| {

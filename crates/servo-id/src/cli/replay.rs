@@ -16,11 +16,11 @@ use super::standard_output::show;
 use crate::VERSION;
 
 /// A replay.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub(super) struct Replay<'a> {
     pub(super) scenario: &'a ScenarioText,
-    pub(super) logs: &'a [Table],
-    pub(super) predict: &'a [Table],
+    pub(super) logs: Vec<Table>,
+    pub(super) predict: Vec<Table>,
     pub(super) passes: u32,
     /// The text that is shown before, and where the scenario is saved.
     pub(super) introduction: Option<&'a Introduction<'a>>,
@@ -44,19 +44,21 @@ impl Replay<'_> {
         input: &Path,
         kept: Option<&Kept>,
     ) -> Result<Status, Fault> {
+        let text = self.scenario;
+        let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
+        let scenario = text.scenario(Purpose::Replay)?;
+        let read = self.logs.iter().chain(&self.predict);
+        let read: Vec<PathBuf> = read.map(|table| table.path.clone()).collect();
+        let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).chain([input]).collect();
+        let title = call::title("Replay of", inputs.first().copied().unwrap_or(input));
+        let origin = Origin::new(VERSION, self.task(outputs.state_origin())?, text, &scenario);
         let Self {
-            scenario: text,
             logs,
             predict,
             passes,
             introduction,
+            ..
         } = self;
-        let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
-        let scenario = text.scenario(Purpose::Replay)?;
-        let read = logs.iter().chain(predict).map(|table| table.path.as_path());
-        let inputs: Vec<_> = read.chain([input]).collect();
-        let title = call::title("Replay of", inputs.first().copied().unwrap_or(input));
-        let origin = Origin::new(VERSION, self.task(outputs.state_origin())?, text, &scenario);
         let mut results = outputs.begin(&inputs, origin, kept)?;
         if let Some(introduction) = introduction {
             results.save_scenario(introduction.save_scenario, &text.text)?;
@@ -64,8 +66,9 @@ impl Replay<'_> {
                 show!("{}", introduction.text)?;
             }
         }
-        let all = read_all(logs.iter().chain(predict), &scenario)?;
-        let (learnt, predicted) = all.split_at(logs.len());
+        let count = logs.len();
+        let all = read_all(logs.into_iter().chain(predict), &scenario)?;
+        let (learnt, predicted) = all.split_at(count);
         let scenario = replay::fitted(scenario, learnt);
         let mut readings: Vec<LogReading> = learnt.iter().map(LogReading::new).collect();
         let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
@@ -114,7 +117,7 @@ impl Replay<'_> {
     }
 
     /// The task, with the fingerprints of the logs where an output states the origin.
-    fn task(self, is_stated: bool) -> Result<Task, Fault> {
+    fn task(&self, is_stated: bool) -> Result<Task, Fault> {
         let files = |logs: &[Table]| -> Result<Vec<LogFile>, Fault> {
             let known = logs.iter().map(|table| &table.path);
             let known = known.filter(|log| is_stated && log.is_file());
@@ -131,8 +134,8 @@ impl Replay<'_> {
         };
         Ok(Task::Replay {
             passes: self.passes,
-            logs: files(self.logs)?,
-            predict: files(self.predict)?,
+            logs: files(&self.logs)?,
+            predict: files(&self.predict)?,
         })
     }
 }
@@ -144,16 +147,13 @@ pub(super) fn tables(paths: &[PathBuf]) -> Result<Vec<Table>, Fault> {
         .map_err(|error| Fault::Input(error.to_string()))
 }
 
-/// Logs that must have one sample time.
-fn read_all<'a>(
-    tables: impl Iterator<Item = &'a Table>,
-    scenario: &Scenario,
-) -> Result<Vec<Log>, Fault> {
+/// Logs that must have one sample time, of tables that are not needed any more.
+fn read_all(tables: impl Iterator<Item = Table>, scenario: &Scenario) -> Result<Vec<Log>, Fault> {
     /// Largest relative difference of sample times.
     const TOLERANCE: f64 = 0.01;
     let mut logs: Vec<Log> = Vec::new();
     for table in tables {
-        let log = Log::new(table, &scenario.log_columns(), scenario.log_sample_time())
+        let log = Log::new(&table, &scenario.log_columns(), scenario.log_sample_time())
             .map_err(|error| Fault::Input(error.to_string()))?;
         if let Some(first) = logs.first()
             && (log.sample_time / first.sample_time - 1.0).abs() > TOLERANCE

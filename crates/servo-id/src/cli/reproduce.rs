@@ -43,8 +43,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             predict,
         } => replay::Replay {
             scenario,
-            logs: &replay::tables(&found(logs)?)?,
-            predict: &replay::tables(&found(predict)?)?,
+            logs: replay::tables(&found(logs)?)?,
+            predict: replay::tables(&found(predict)?)?,
             passes: *passes,
             introduction: None,
         }

@@ -3,14 +3,16 @@
 use std::fmt::Write as _;
 
 use host_sim::result::FeedForward;
-use host_sim::scenario::Scenario;
-use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use host_sim::tune::{Conditions, KnownConditions, Tuned};
 use identifier_core::control::FeedForwardSettings;
-use identifier_core::tuning::{Goal, PredictedSample, Promise, Tuning, TuningError};
+use identifier_core::tuning::{PredictedSample, Promise, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
 use super::sensitivity::sensitivity;
-use super::{Block, Column, Figure, Page, Section, Stretch, TIME, Table, Tone, Trace, Verdict};
+use super::{Block, Column, Figure, Page, Section, Stretch, Table, Tone, Trace, Verdict};
+
+/// The horizontal axis of a step.
+const SINCE: &str = "time since the step [s]";
 
 /// The page of a tuning; `warnings` are the doubts about its input.
 ///
@@ -54,7 +56,7 @@ pub fn tuning(
 ///
 /// # Errors
 /// None for a tuned servo.
-fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
+pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     /// Time that is shown: in 1/ω, and in settling times, the longer of the two.
     const SHOWN: f64 = 12.0;
     const SETTLING_TIMES: f64 = 1.3;
@@ -74,7 +76,7 @@ fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     };
     let position = course("position", |sample| sample.position);
     let command = course("command", |sample| sample.command);
-    let mut step = Figure::new("Predicted step", TIME, "q [rad]", position)
+    let mut step = Figure::new("Predicted step", SINCE, "q [rad]", position)
         .with_level("reference", settings.step)
         .from_zero();
     step.stretches = samples.last().map_or_else(Vec::new, |last| {
@@ -88,7 +90,7 @@ fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
         step,
         Figure::new(
             "Command beyond what holds the load",
-            TIME,
+            SINCE,
             "u [command units]",
             command,
         ),
@@ -114,29 +116,14 @@ fn conditions(tuned: &Tuned) -> Block {
     Block::facts(facts)
 }
 
-/// The gains that make a servo as stiff as possible, for the encoder and the limit of its scenario; or why there are
-/// none.
-#[must_use]
-pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Block> {
-    let none =
-        |error: &dyn std::fmt::Display| vec![Block::Text(format!("There are no gains: {error}."))];
-    let known = KnownConditions::of_scenario(scenario, result.has_delay);
-    let settings = match Conditions::default().settings(Goal::Stiffest, result, &known) {
-        Ok(settings) => settings,
-        Err(error) => return none(&error),
-    };
-    match Tuned::new(result, known.angle.as_ref(), &settings) {
-        Ok(tuned) => {
-            let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those \
-                        that it may be as well.";
-            let mut blocks = vec![Block::Text(text.to_owned())];
-            blocks.extend(gains(&tuned));
-            blocks
-        }
-        Err(NoGains::Error(error)) => none(&error),
-        // The stiffest goal is never too fast.
-        Err(NoGains::TooFast { .. }) => Vec::new(),
-    }
+/// The stiffest gains for a result, with what they assume.
+pub(super) fn advice(tuned: &Tuned, known: &KnownConditions) -> Vec<Block> {
+    let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those that it may be \
+                as well.";
+    let assumed = Conditions::default().assumptions(known).into_iter();
+    let assumed = assumed.map(Block::Warning);
+    let blocks = std::iter::once(Block::Text(text.to_owned())).chain(assumed);
+    blocks.chain(gains(tuned)).collect()
 }
 
 /// Gains that were found: the controller, its promise, the feed-forward.
@@ -148,7 +135,11 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
         },
         Block::Table(promise(&tuned.tuning)),
     ];
-    let remarks = remarks(tuned).into_iter();
+    let unlimited = tuned.without_limit().map(|Tuning { kp, kd, ki, .. }| {
+        let [kp, kd, ki] = [kp, kd, ki].map(figure);
+        format!("without the limit of the command: kp = {kp}, kd = {kd}, ki = {ki}")
+    });
+    let remarks = unlimited.into_iter().chain(remarks(tuned));
     blocks.extend(remarks.map(|remark| Block::Text(sentence(&remark))));
     let feed_forward = feed_forward(&tuned.feed_forward());
     blocks.push(Block::Text(sentence(&feed_forward)));

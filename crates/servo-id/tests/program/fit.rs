@@ -95,7 +95,7 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
 }
 
 #[test]
-fn the_end_of_a_long_log_is_fitted_and_the_result_states_it() {
+fn all_of_a_long_log_is_fitted_and_tells_no_less() {
     let (short, scenario) = trace("long");
     let whole = replayed(&short, &scenario);
     assert_eq!(whole["fit"]["samples"], whole["samples"]);
@@ -107,9 +107,17 @@ fn the_end_of_a_long_log_is_fitted_and_the_result_states_it() {
     let log = short.with_file_name("long.csv");
     let call = ["run", &argument(&own), "--csv", &argument(&log)];
     assert_done(&servo_id(&call));
-    let end = replayed(&log, &scenario);
-    assert_eq!(end["fit"]["samples"], 131_072, "{}", end["fit"]);
-    assert_eq!(end["samples"], 140_000);
+    let long = replayed(&log, &scenario);
+    assert_eq!(long["fit"]["samples"], 140_000, "{}", long["fit"]);
+    let off = |result: &Value| (number(result, "/estimates/b/value") / 257.7 - 1.0).abs();
+    let error = |result: &Value| number(result, "/estimates/b/std_error");
+    assert!(off(&long) < 1e-4, "{} of {}", off(&long), off(&whole));
+    assert!(
+        error(&long) <= 1.05 * error(&whole),
+        "{} of {}",
+        error(&long),
+        error(&whole)
+    );
 }
 
 #[test]

@@ -130,10 +130,15 @@ fn pictures_and_reports_have_no_cut_text_no_overlap_and_no_empty_figure() {
         "commission.toml",
     ]
     .map(scenario);
+    let log =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
+    let log = log.display().to_string();
     let comparison = short_comparison(&folder).display().to_string();
-    let cases: [(&str, &[&str]); 9] = [
+    let cases: [(&str, &[&str]); 11] = [
         ("run", &["run", &friction, "--json", &result]),
         ("tune", &["tune", &result]),
+        ("identify", &["identify", &log]),
+        ("identify-column", &["identify", &log, "--size", "column"]),
         ("column", &["run", &friction, "--size", "column"]),
         ("long", &["run", &paper]),
         ("commission", &["commission", &commission]),

@@ -1,5 +1,6 @@
 //! The text of a log as columns in memory, before anything is known of them.
 
+use std::borrow::Cow;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -108,13 +109,14 @@ impl Table {
     ///
     /// # Errors
     /// The log that has other columns.
-    pub fn joined(tables: &[Self]) -> Result<Self, LogError> {
-        let mut all = Self::default();
-        for table in tables {
-            if all.columns.is_empty() {
-                all = table.clone();
-                continue;
-            }
+    pub fn joined(tables: &[Self]) -> Result<Cow<'_, Self>, LogError> {
+        let (all, further) = match tables {
+            [] => return Ok(Cow::default()),
+            [one] => return Ok(Cow::Borrowed(one)),
+            [first, further @ ..] => (first, further),
+        };
+        let mut all = all.clone();
+        for table in further {
             let names = |table: &Self| -> Vec<String> {
                 table
                     .columns
@@ -136,7 +138,7 @@ impl Table {
                 column.stamps += more.stamps;
             }
         }
-        Ok(all)
+        Ok(Cow::Owned(all))
     }
 
     /// Rows.

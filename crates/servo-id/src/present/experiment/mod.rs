@@ -1,9 +1,9 @@
 //! The page of a run or a replay.
 
-use host_sim::analysis::{LoopFigures, Response};
+use host_sim::analysis::{LoopFigures, Response, Seen};
 use host_sim::result::{FitNotes, OutputError, Residual, Summary};
 use host_sim::scenario::Scenario;
-use host_sim::tune::IdentifiedResult;
+use host_sim::tune::Tuned;
 use host_sim::verdict::{State, Status};
 use identifier_core::parameters::{Parameter, Unknown};
 
@@ -17,8 +17,8 @@ use super::noise::sensor_noise;
 use super::number::{DASH, figure, fixed, known_to, per_cent, plain, rough, sentence};
 use super::physical;
 use super::remedies::remedies;
-use super::tuning::advice;
-use super::{Block, Page, Section, Tone, Verdict};
+use super::tuning::{self, advice};
+use super::{Block, Figure, Page, Section, Tone, Verdict};
 
 /// A run or a replay.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +33,8 @@ pub struct Experiment<'a> {
     pub summary: &'a Summary,
     /// Signals over time; none for a page whose brief form is enough.
     pub traces: Option<&'a ExperimentTraces>,
+    /// The samples beside a model that was fitted to all of them.
+    pub seen: Option<&'a Seen>,
 }
 
 /// The page of an experiment.
@@ -45,15 +47,22 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
     ];
     let steps = remedies(of.summary);
     if let Some(traces) = of.traces {
-        let figures = traces::figures(of.summary, traces);
+        let heading = match of.summary.fit {
+            Some(_) => "What it looks like",
+            None => "Over time",
+        };
+        let mut figures = traces::figures(of.summary, traces, of.seen);
+        let gains = steps.is_empty().then(|| gains(of));
+        if of.seen.is_some() {
+            figures.extend(traces::how_well_known(&rows));
+            figures.extend(gains.iter().flat_map(|(_, figures)| figures.clone()));
+        }
         sections.extend([
-            Section::full("Over time", vec![Block::Figures(figures)]),
+            Section::full(heading, vec![Block::Figures(figures)]),
             Section::full("How sure it is", how_sure(of.summary, &rows)),
             Section::full("What it rests on", rests_on(of)),
         ]);
-        if steps.is_empty() {
-            sections.push(Section::full("What to do next", gains(of)));
-        }
+        sections.extend(gains.map(|(blocks, _)| Section::full("What to do next", blocks)));
     }
     if !steps.is_empty() {
         let why = match of.summary.status() {
@@ -179,8 +188,9 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
         .as_ref()
         .filter(|_| !summary.verdict.reason.hides_all())
     {
-        blocks.extend(fit_notes(fit, summary.samples));
+        blocks.extend(fit_notes(fit));
     }
+    blocks.extend(of.seen.map(|seen| Block::Text(left_by_fit(seen))));
     if let Some(residual) = &summary.residual {
         blocks.push(Block::Text(left_over(residual, summary)));
     }
@@ -236,16 +246,9 @@ fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
     ))
 }
 
-/// The part of the run that was fitted, the clock of the command, and the effects that a fit needed.
-fn fit_notes(fit: &FitNotes, samples: u64) -> Vec<Block> {
+/// The clock of the command, and the effects that a fit needed.
+fn fit_notes(fit: &FitNotes) -> Vec<Block> {
     let mut lines = Vec::new();
-    if fit.samples < samples {
-        lines.push(format!(
-            "The last {} of {samples} samples were fitted; where they hold too little motion, leave out the end of the log \
-             (log.cut).",
-            fit.samples
-        ));
-    }
     if let Some(late) = fit.command_recorded_late {
         lines.push(format!(
             "The command was recorded {} samples late; the estimates are those with the command where it acted.",
@@ -286,6 +289,19 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
              nor verdict use them."));
     }
     blocks
+}
+
+/// What a fitted model leaves of its log.
+fn left_by_fit(seen: &Seen) -> String {
+    let counts = |error: f64| rough(error / seen.count);
+    format!(
+        "The model predicts the next sample to {} counts, with a correlation from sample to sample of {}; free for {} s it \
+         leaves {} counts.",
+        counts(seen.innovation),
+        fixed(seen.correlation, 2),
+        rough(seen.window),
+        counts(seen.deviation)
+    )
 }
 
 /// The remaining output error, beside that of the encoder.
@@ -397,13 +413,17 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     vec![Block::facts(facts)]
 }
 
-fn gains(of: &Experiment<'_>) -> Vec<Block> {
-    match IdentifiedResult::new(of.summary) {
-        Ok(result) => {
-            let mut blocks = advice(&result, of.scenario);
+/// Gains for the servo that was found, and their promise as figures.
+fn gains(of: &Experiment<'_>) -> (Vec<Block>, Vec<Figure>) {
+    match Tuned::stiffest(of.scenario, of.summary) {
+        Ok((tuned, known)) => {
+            let mut blocks = advice(&tuned, &known);
             blocks.push(Block::text("Another response time, or less noise: the verb tune, with what --json wrote of this result."));
-            blocks
+            (blocks, tuning::figures(&tuned).unwrap_or_default())
         }
-        Err(why) => vec![Block::Text(sentence(&format!("there are no gains: {why}")))],
+        Err(why) => {
+            let why = sentence(&format!("there are no gains: {why}"));
+            (vec![Block::Text(why)], Vec::new())
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! The course of an experiment, gathered sample by sample, and its figures.
 
+use host_sim::analysis::{Braking, FoundResponse, Seen};
 use host_sim::experiment::Sample;
 use host_sim::result::Summary;
 use identifier_core::parameters::{Parameter, Unknown};
 
-use crate::present::number::capitalised;
-use crate::present::{Envelope, Figure, TIME};
+use crate::present::estimates::Estimated;
+use crate::present::number::{capitalised, rough};
+use crate::present::{Envelope, Figure, TIME, Trace};
 
 /// Half-width of an estimate's band, standard errors.
 const BAND_STANDARD_ERRORS: f64 = 2.0;
@@ -26,6 +28,23 @@ pub struct ExperimentTraces {
 }
 
 impl ExperimentTraces {
+    fn positions(&self) -> Figure {
+        let position = [
+            ("measured", &self.position),
+            ("model", &self.model),
+            ("reference", &self.reference),
+        ];
+        signal("Position", "q [rad]", &position)
+    }
+
+    fn commands(&self) -> Figure {
+        signal(
+            "Command",
+            "u [command units]",
+            &[("command", &self.command)],
+        )
+    }
+
     /// Takes in a sample.
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
@@ -44,27 +63,125 @@ impl ExperimentTraces {
     }
 }
 
-/// Estimates with their confidence bands, then position, output error and command.
-pub(super) fn figures(summary: &Summary, traces: &ExperimentTraces) -> Vec<Figure> {
+/// Of a fit what one sees of it; of other laws the estimates with their confidence bands, then position, output error and
+/// command.
+pub(super) fn figures(
+    summary: &Summary,
+    traces: &ExperimentTraces,
+    seen: Option<&Seen>,
+) -> Vec<Figure> {
+    if summary.fit.is_some() {
+        return seen.map_or_else(
+            || vec![traces.positions(), traces.commands()],
+            |seen| fitted(traces, seen),
+        );
+    }
     let mut figures: Vec<Figure> = Parameter::ALL
         .into_iter()
         .zip(&traces.estimates)
         .filter(|(parameter, _)| summary.estimate(*parameter).is_some())
         .map(|(parameter, envelope)| estimate(parameter, summary, envelope))
         .collect();
-    let position = [
-        ("measured", &traces.position),
-        ("reference", &traces.reference),
-        ("model", &traces.model),
-    ];
-    figures.push(signal("Position", "q [rad]", &position));
+    figures.push(traces.positions());
     let error = [("output error", &traces.output_error)];
     if summary.output_error.is_some() {
         figures.push(signal("Output error", "ε [rad]", &error).with_settled_part());
     }
-    let command = [("command", &traces.command)];
-    figures.push(signal("Command", "u [command units]", &command));
+    figures.push(traces.commands());
     figures
+}
+
+/// A log beside the model that was fitted to it: over time, over the velocity and over the frequency.
+fn fitted(traces: &ExperimentTraces, seen: &Seen) -> Vec<Figure> {
+    const FREQUENCY: &str = "ω [rad/s]";
+    let mut position = traces.positions();
+    position.title = format!("Position; the model runs free for {} s", rough(seen.window));
+    let mut residual = signal(
+        "What the model leaves",
+        "counts",
+        &[("residual", &traces.output_error)],
+    );
+    for point in residual
+        .traces
+        .iter_mut()
+        .flat_map(|trace| &mut trace.points)
+    {
+        point.1 /= seen.count;
+    }
+    let braking = |of: &dyn Fn(&Braking) -> f64| {
+        seen.friction
+            .iter()
+            .map(|one| (one.velocity, of(one)))
+            .collect()
+    };
+    let measured = Trace {
+        band: seen
+            .friction
+            .iter()
+            .map(|one| BAND_STANDARD_ERRORS * one.deviation)
+            .collect(),
+        ..Trace::new("measured, 95 %", braking(&|one| one.measured))
+    };
+    let friction = vec![Trace::new("model", braking(&|one| one.model)), measured];
+    let response = |of: &dyn Fn(&FoundResponse) -> f64| {
+        let points = seen.response.iter().map(|one| (one.frequency, of(one)));
+        points.filter(|(_, value)| value.is_finite()).collect()
+    };
+    let decibels = |gain: f64| 20.0 * gain.log10();
+    let gains = vec![
+        Trace::new("model", response(&|one| decibels(one.model))),
+        Trace::new("measured", response(&|one| decibels(one.measured))),
+    ];
+    let coherence = vec![Trace::new("coherence", response(&|one| one.coherence))];
+    let over_frequency = |title: &str, vertical: &str, traces| {
+        let mut figure = Figure::new(title, FREQUENCY, vertical, traces);
+        figure.horizontal.is_logarithmic = true;
+        figure
+    };
+    let mut figures = vec![
+        position,
+        residual,
+        traces.commands(),
+        Figure::new("Friction over inertia", "q̇ [rad/s]", "rad/s²", friction),
+    ];
+    if !seen.response.is_empty() {
+        figures.push(over_frequency("Velocity by command", "dB", gains));
+        let coherence = over_frequency(
+            "Part of the velocity that goes with the command",
+            "coherence",
+            coherence,
+        );
+        figures.push(coherence.within(Some([0.0, 1.05])));
+    }
+    figures
+}
+
+/// How well the estimates are known, beside their values.
+pub(super) fn how_well_known(rows: &[Estimated]) -> Option<Figure> {
+    /// Half of the width of a bar.
+    const WIDTH: f64 = 0.35;
+    let known = rows.iter().filter_map(|row| {
+        let part = 200.0 * row.std_error? / row.value?.abs();
+        (part < 100.0).then_some((row.unknown, part))
+    });
+    let bar = |(place, (unknown, part)): (usize, (Unknown, f64))| {
+        let place = (place + 1) as f64;
+        Trace {
+            band: vec![part; 2],
+            ..Trace::new(
+                unknown.name(),
+                vec![(place - WIDTH, 0.0), (place + WIDTH, 0.0)],
+            )
+        }
+    };
+    let mut bars: Vec<Trace> = known.enumerate().map(bar).collect();
+    let most = bars.iter().map(|bar| bar.band[0]).fold(0.0, f64::max);
+    let last = bars.len() as f64 + 0.5;
+    (!bars.is_empty()).then(|| {
+        bars.push(Trace::new("its value", vec![(0.5, 0.0), (last, 0.0)]));
+        let figure = Figure::new("Known to, 95 %", "estimate", "% of its value", bars);
+        figure.within(Some([-1.2 * most, 1.2 * most]))
+    })
 }
 
 fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Figure {

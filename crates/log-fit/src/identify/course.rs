@@ -1,0 +1,85 @@
+//! A record beside the model that was identified.
+
+use crate::fit::{Fitter, Horizon, Record};
+
+use super::every_sample::of_samples;
+use super::{Identified, Recording};
+
+/// What a model leaves of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// Of every sample of the log the measured position less that of the model, which runs free from the beginning of its
+    /// window, with the start that fits what was measured there so far; counts. NaN until that is known.
+    pub errors: Vec<f64>,
+    /// Samples of a window.
+    pub window: usize,
+    /// Deviation of the model's prediction of the next sample, counts, and its correlation from sample to sample.
+    pub innovation: f64,
+    /// See `innovation`.
+    pub correlation: f64,
+}
+
+/// Windows in shortest horizons of the filter, and the fewest samples of one.
+const HORIZONS: f64 = 30.0;
+const FEWEST: usize = 50;
+
+/// Variance of a prediction over that of a measurement below which the start of a window is known.
+const KNOWN: f64 = 1.5;
+
+impl Identified {
+    /// The course of the recording beside its model; none where the model runs away in it.
+    #[must_use]
+    pub fn course(&self, recording: &Recording<'_>) -> Option<Course> {
+        let every = recording.every_sample();
+        let record = every.as_ref().unwrap_or(recording).record();
+        let whole = recording.record();
+        let fitter = Fitter {
+            record: &whole,
+            survey: self.survey,
+            earliest: 0.0,
+        };
+        let values = recording.about_middle(&self.values);
+        let of_blocks = (&fitter, &values, self.horizon);
+        let (fitter, values, own) = of_samples(of_blocks, &record, recording.block);
+        let (mut squares, mut lagged, mut last, mut rows) = (0.0, 0.0, 0.0, 0.0);
+        let ran = fitter.pass(&values, own).run(&values, &[], &mut |row| {
+            squares += row.innovation * row.innovation / row.variance;
+            lagged += row.innovation * last / row.variance;
+            last = row.innovation;
+            rows += 1.0;
+        });
+        let shortest = fitter.survey.shortest_horizon(record.len());
+        let window = ((HORIZONS * shortest) as usize).max(FEWEST);
+        let begins: Vec<usize> = (record.motions())
+            .flat_map(|(first, end)| {
+                // No window is a short rest.
+                let count = ((end - first) / window).max(1);
+                (0..count).map(move |k| first + k * window)
+            })
+            .collect();
+        let windows = Record {
+            begins: &begins,
+            ..record
+        };
+        let free = Fitter {
+            record: &windows,
+            ..fitter
+        };
+        let horizon = Horizon {
+            white: record.len() as f64,
+            walk: own.walk,
+        };
+        let mut errors = vec![f64::NAN; record.len()];
+        let ran_free = free.pass(&values, horizon).run(&values, &[], &mut |row| {
+            if row.variance < KNOWN {
+                errors[row.sample] = row.innovation;
+            }
+        });
+        (ran && ran_free).then_some(Course {
+            errors,
+            window,
+            innovation: f64::sqrt(squares / rows),
+            correlation: lagged / squares,
+        })
+    }
+}
