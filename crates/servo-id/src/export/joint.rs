@@ -288,7 +288,9 @@ impl Joint {
                 std_error,
                 unit,
             } = quantity;
-            let error = std_error.map_or(String::new(), |error| format!(" ± {error:.1e}"));
+            let error = std_error.map_or(String::new(), |error| {
+                format!(" ± {:.1e}", crate::present::number::SIDES * error)
+            });
             format!("{name} {value:.4e}{error} {unit}")
         };
         let Origin {
@@ -298,7 +300,7 @@ impl Joint {
             logs,
         } = &self.origin;
         let mut lines = vec![format!(
-            "{}: identified by {} {version}, law {law}, {status}; ± is the standard error.",
+            "{}: identified by {} {version}, law {law}, {status}; ± is the interval of 95 %.",
             self.name,
             crate::program::NAME
         )];

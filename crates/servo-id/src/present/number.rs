@@ -6,11 +6,11 @@ const MAX_PLACES: f64 = 9.0;
 /// Standard errors to each side of an estimate that contain the true value in 95 % of cases.
 pub(crate) const SIDES: f64 = 2.0;
 
-/// A value ± its standard error, both with the digits that two of the latter take; without one the value alone,
-/// four digits of it. A dash where there is no value, or the standard error is infinite.
+/// A value ± half of its interval of 95 %, both with the digits that two of the latter take; without a standard error the
+/// value alone, four digits of it. A dash where there is no value, or the standard error is infinite.
 #[must_use]
 pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
-    match std_error {
+    match std_error.map(|error| SIDES * error) {
         _ if !value.is_finite() => DASH.to_owned(),
         Some(error) if !error.is_finite() => DASH.to_owned(),
         Some(error) if error > 0.0 => {
@@ -159,9 +159,9 @@ mod tests {
 
     #[test]
     fn a_value_has_the_digits_that_its_standard_error_leaves() {
-        assert_eq!(with_error(257.694_12, Some(0.0123)), "257.694 ± 0.012");
-        assert_eq!(with_error(-0.004, Some(3.0)), "0.0 ± 3.0");
-        assert_eq!(with_error(-12.3, Some(40.0)), "−12 ± 40");
+        assert_eq!(with_error(257.694_12, Some(0.0123)), "257.694 ± 0.025");
+        assert_eq!(with_error(-0.004, Some(3.0)), "0.0 ± 6.0");
+        assert_eq!(with_error(-12.3, Some(40.0)), "−12 ± 80");
         assert_eq!(with_error(0.217_44, None), "0.2174");
         assert_eq!(with_error(1.0, Some(f64::INFINITY)), "–");
         assert_eq!(with_error(f64::NAN, Some(1.0)), "–");

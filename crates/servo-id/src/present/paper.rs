@@ -14,8 +14,8 @@ use crate::paper::{self, Case, Method, Run};
 pub fn paper(title: &str, command: &str, runs: &[Run; 4]) -> Page {
     let duration = paper::scenario(Method::Proposed, Case::Balanced).duration;
     let nominal = format!(
-        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. ±: standard error; intervals of two contain the true\n\
-         value in 95 % of cases. Wander: standard deviation over the last quarter of {duration} s. Settled: from when\n\
+        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. ±: it contains the true value in 95 % of\n\
+         cases. Wander: standard deviation over the last quarter of {duration} s. Settled: from when\n\
          on â stays within ±0.1 1/s and b̂ within 2 % of nominal.\n",
         paper::NOMINAL_A,
         paper::NOMINAL_B,

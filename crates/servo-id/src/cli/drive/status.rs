@@ -12,6 +12,7 @@ use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::standard_output::show;
 use crate::drive::Client;
+use crate::present::number::SIDES;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -68,7 +69,7 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
         standard_errors,
     ) {
         (true, _) => " (at a bound)".to_owned(),
-        (false, Some(errors)) => format!(" ± {:.digits$}", error(errors)),
+        (false, Some(errors)) => format!(" ± {:.digits$}", SIDES * error(errors)),
         (false, None) => String::new(),
     };
     let mut line = format!(
@@ -80,7 +81,7 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
     );
     for (unknown, size, error) in terms.iter().flat_map(TermSizes::entered) {
         let (name, unit) = (unknown.name(), unknown.unit());
-        let error = error.map_or_else(String::new, |error| format!(" ± {error:.2e}"));
+        let error = error.map_or_else(String::new, |error| format!(" ± {:.2e}", SIDES * f64::from(error)));
         line += &format!(", {name} {size:.4e}{error} {unit}");
     }
     line

@@ -352,7 +352,7 @@ fn how_sure(of: &Commissioned<'_>) -> Vec<Block> {
     if let Some(known) = outcome.servo() {
         let encoder = of.scenario.stated.resolution / 12_f64.sqrt();
         blocks.push(Block::Text(format!(
-            "± is the standard error: intervals of two contain the true value in 95 % of cases. The model leaves {} \
+            "± is the interval of 95 %. The model leaves {} \
              rad rms of the position unexplained; the encoder's rounding alone leaves {}.",
             figure(known.unexplained),
             figure(encoder)

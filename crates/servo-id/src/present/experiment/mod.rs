@@ -14,7 +14,7 @@ pub use traces::ExperimentTraces;
 use super::estimates::{self, Estimated};
 use super::log::Sentence;
 use super::noise::sensor_noise;
-use super::number::{DASH, figure, fixed, known_to, per_cent, plain, rough, sentence};
+use super::number::{DASH, SIDES, figure, fixed, known_to, per_cent, plain, rough, sentence};
 use super::physical;
 use super::remedies::remedies;
 use super::tuning::{self, advice};
@@ -236,13 +236,18 @@ fn closed_loop(scenario: &Scenario) -> Option<String> {
 /// The accuracy that the motion allows.
 fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
     let of = |(unknown, error): &(Unknown, f64)| match error.is_finite() {
-        true => format!("{} ± {} {}", unknown.name(), rough(*error), unknown.unit()),
+        true => format!(
+            "{} ± {} {}",
+            unknown.name(),
+            rough(SIDES * error),
+            unknown.unit()
+        ),
         false => format!("nothing of {}", unknown.name()),
     };
     let errors: Vec<_> = errors.iter().map(of).collect();
     let all = (!errors.is_empty()).then(|| errors.join(", "))?;
     Some(format!(
-        "The motion allows these standard errors at best, with rounding as noise (Cramér and Rao): {all}."
+        "The motion allows these intervals of 95 % at best, with rounding as noise (Cramér and Rao): {all}."
     ))
 }
 
@@ -279,7 +284,7 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
         "The servo is q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms that entered the model.",
     )];
     if rows.iter().any(Estimated::is_sure) {
-        blocks.push(Block::text("± is the standard error: intervals of two contain the true value in 95 % of cases. It includes the \
+        blocks.push(Block::text("± is the interval of 95 %, two standard errors to either side. It includes the \
              encoder's rounding, chance, the colour of the remaining output error, and the distance that an estimate \
              still had to go; it does not include effects that the model lacks. The wander is the standard deviation \
              of an estimate over the last quarter of the run."));

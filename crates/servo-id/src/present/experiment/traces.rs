@@ -187,7 +187,7 @@ pub(super) fn how_well_known(rows: &[Estimated]) -> Option<Figure> {
 fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Figure {
     let mut trace = envelope.trace("estimate");
     if !trace.band.is_empty() {
-        trace.name = format!("estimate ± {BAND_STANDARD_ERRORS} standard errors");
+        trace.name = "estimate, 95 %".to_owned();
     }
     let unknown = Unknown::from(parameter);
     let title = capitalised(unknown.meaning());
