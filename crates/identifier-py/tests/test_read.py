@@ -80,7 +80,7 @@ class Ros(Logs):
         return path
 
     def joint_states(self, types, late=0):
-        """States of two joints, of which the elbow is the servo and the other is as slow again."""
+        """States of two joints, of which the elbow is the servo and the other half as quick."""
         state, header, time = (
             types[name] for name in ("sensor_msgs/msg/JointState", "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
         )
@@ -88,13 +88,13 @@ class Ros(Logs):
             own = time(sec=stamp // 10**9, nanosec=stamp % 10**9)
             # A drive that did not answer in time leaves a blank.
             position = np.nan if stamp % 10**9 == 5 * 10**8 else position
-            values = [np.array([0.5 * value, value]) for value in (position, command)]
+            values = [np.array([value, 0.5 * value]) for value in (position, command)]
             yield stamp + late, state(
                 header=header(stamp=own, frame_id=""),
-                name=["shoulder", "elbow"],
+                name=["elbow", "shoulder"],
                 position=values[0],
                 velocity=np.array([]),
-                effort=values[1],
+                effort=np.array([command, command]),
             )
 
     def test_a_joint_of_both_storages_is_identified(self):
@@ -104,9 +104,12 @@ class Ros(Logs):
                 path = self.bag(f"bag-{storage}", topics, storage)
                 found = self.identified(path, joint="elbow")
                 self.assertEqual(found.json["logs"][0]["samples"], 8000)
+                read = servo_id._read.columns_of(path, "elbow", ())
+                self.assertEqual(list(read), ["time_s", "position", "effort"])
+                self.assertAlmostEqual(read["time_s"][1], 1e-3, delta=1e-12)
                 [file] = path.glob(f"*.{storage}")
                 self.assertEqual(servo_id.identify(file, joint="elbow").estimates, found.estimates)
-                self.assertIn("elbow", self.refused(path, "shoulder, elbow", "joint="))
+                self.assertIn("elbow", self.refused(path, "elbow, shoulder", "joint="))
                 self.refused(path, "no joint wrist", joint="wrist")
 
     def test_a_bag_of_ros_1_is_read(self):
@@ -141,6 +144,22 @@ class Ros(Logs):
         self.assertEqual(np.isnan(read["/elbow/position"]).sum(), 8000)
         self.assertAlmostEqual(read["time_s"][1], 300e-6, delta=1e-12)
         self.identified(path, tolerance=0.03)
+
+    def test_headers_count_beside_messages_without(self):
+        def topics(types):
+            states = list(self.joint_states(types))[:100]
+            # The recorder is late by up to 5 ms.
+            late = [(stamp + 10**6 * (number % 6), message) for number, (stamp, message) in enumerate(states)]
+            number = types["std_msgs/msg/Float64"]
+            commands = [(stamp, number(data=value)) for stamp, value in zip(self.stamps[:100], self.log["command"].tolist())]
+            return {
+                "/joint_states": ("sensor_msgs/msg/JointState", late),
+                "/elbow/command": ("std_msgs/msg/Float64", commands),
+            }
+
+        read = servo_id._read.columns_of(self.bag("mixed", topics), "elbow", ())
+        self.assertEqual(len(read["time_s"]), 100)
+        np.testing.assert_array_equal(read["position"], self.log["position"][:100])
 
     def test_messages_of_a_simulation_have_its_time(self):
         def topics(types):
@@ -277,27 +296,55 @@ class OfOthers(Logs):
         self.identified(frame)
         own = frame.rename(columns={"position": "elbow_angle", "command": "elbow_torque"}).drop(columns="time")
         own.index = pandas.to_datetime(self.stamps)
+        self.assertEqual(servo_id._read.columns_of(own, None, ())["time_s"][1], 1e-3)
         self.identified(own)
         strict = servo_id.identify(frame[["position", "command"]], sample_time=1e-3, law="gauss-newton")
         self.assertEqual(len(pandas.DataFrame(strict.trace)), 8000)
 
 
+class Joined(Logs):
+    def series(self, count, topics=("/arm", "/leg")):
+        stamps = np.arange(4)
+        number = lambda place: np.full(4, np.nan) if place == 1 else np.array([0.0, place, np.nan, np.inf])
+        return [servo_id._read.Series(topic, f"s{place}", None, stamps, number(place)) for topic in topics for place in range(count)]
+
+    def test_series_have_their_own_names_where_these_are_one(self):
+        read = servo_id._read._joined(self.series(4, ["/arm"]), None, ())
+        self.assertEqual(list(read), ["time_s", "s2", "s3"], "those that change")
+        read = servo_id._read._joined(self.series(3), None, ())
+        self.assertEqual(list(read), ["time_s", "/arm.s2", "/leg.s2"])
+
+    def test_of_many_series_two_are_stated(self):
+        many = self.series(30)
+        with self.assertRaisesRegex(servo_id._read.Fault, "56 series.*/arm.s7"):
+            servo_id._read._joined(many, None, ("/arm.s7",))
+        read = servo_id._read._joined(many, None, ("/arm.s7", "/leg.s9"))
+        self.assertEqual(list(read), ["time_s", "/arm.s7", "/leg.s9"])
+
+    def test_an_empty_file_of_every_kind_is_a_sentence(self):
+        for suffix in (*servo_id._read._KINDS, ".csv"):
+            path = self.folder / f"log{suffix}"
+            path.touch()
+            self.refused(path, "empty", "record" if suffix != ".csv" else "a row")
+
+
 class Pages(Logs):
     def python(self, *words):
         words = [sys.executable, "-m", "servo_id", *map(str, words)]
-        environment = {**os.environ, "COLUMNS": "100", "PYTHONUTF8": "1"}
-        return subprocess.run(words, capture_output=True, encoding="utf-8", env=environment)
+        return subprocess.run(words, capture_output=True, encoding="utf-8", env=self.environment())
+
+    def environment(self):
+        """One without a terminal's width."""
+        return {name: value for name, value in os.environ.items() if name != "COLUMNS"} | {"PYTHONUTF8": "1"}
 
     def test_the_page_is_that_of_the_program(self):
         program = os.environ.get("SERVO_ID_PROGRAM")
         if not program:
             self.skipTest("SERVO_ID_PROGRAM does not name the program")
-        environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
         for words in [[], ["--torque-constant", "0.5"]]:
             own = self.python("identify", LOG, *words)
-            its = subprocess.run(
-                [program, "identify", LOG, *words], capture_output=True, encoding="utf-8", env=environment
-            )
+            its = [program, "identify", LOG, *words]
+            its = subprocess.run(its, capture_output=True, encoding="utf-8", env=self.environment())
             self.assertEqual((own.returncode, own.stdout), (0, its.stdout))
 
     def test_the_command_that_the_program_names_identifies_the_file(self):
@@ -306,7 +353,8 @@ class Pages(Logs):
             self.skipTest("SERVO_ID_PROGRAM does not name the program")
         path = self.folder / "an axis.npz"
         np.savez(path, **{name: self.log[name] for name in ("time", "position", "command")})
-        refused = subprocess.run([program, "identify", path], capture_output=True, encoding="utf-8")
+        refused = [program, "identify", path]
+        refused = subprocess.run(refused, capture_output=True, encoding="utf-8", env=self.environment())
         self.assertEqual(refused.returncode, 2)
         file = re.search(r'python -m servo_id identify "(.*)"', " ".join(refused.stderr.split())).group(1)
         page = self.python("identify", file)

@@ -1,6 +1,7 @@
 """Logs that are no text: series of numbers, as the libraries of their formats read them, joined by their stamps."""
 
 import json
+import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import fields, is_dataclass
@@ -178,11 +179,13 @@ def _ros(path: Path) -> Iterator[Series]:
     stamps: dict[str, list[tuple[int, int]]] = defaultdict(list)
     found: dict[tuple[str, str, str | None], list[tuple[int, float]]] = defaultdict(list)
     with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
-        topics = {of.topic: of.msgtype for of in bag.connections}
-        known = [of for of in bag.connections if of.msgtype in bag.typestore.fielddefs]
+        # Some writers of MCAP leave the part between out.
+        kinds = {of.msgtype: re.sub("^([^/]*)/([^/]*)$", r"\1/msg/\2", of.msgtype) for of in bag.connections}
+        topics = {of.topic for of in bag.connections}
+        known = [of for of in bag.connections if kinds[of.msgtype] in bag.typestore.fielddefs]
         for connection, received, raw in bag.messages(known) if known else ():
             topic = connection.topic
-            message = bag.deserialize(raw, connection.msgtype)
+            message = bag.deserialize(raw, kinds[connection.msgtype])
             stamp = getattr(getattr(message, "header", None), "stamp", None)
             joints = getattr(message, "joint_names", getattr(message, "name", ()))
             for field, value in _numbers(message, ""):
