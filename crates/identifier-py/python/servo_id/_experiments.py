@@ -58,8 +58,8 @@ def identify(
         if stated:
             raise ValueError(f"{', '.join(stated)}: with a scenario, its tables state it")
         file, text, findings = *_scenario.read(scenario), ()
-        source = _source(log, joint, ())
-    elif not _is_file(log) and joint is None and set(log) <= set(_ROLES):
+        source = _source(log, joint, {})
+    elif not isinstance(log, (str, PathLike)) and joint is None and set(log) <= set(_ROLES):
         file, text, findings = *_scenario.read(scenario_of_columns(log, {"law": "fit", **stated})), ()
         source = _in_memory(log)
     else:
@@ -125,24 +125,21 @@ def page(log: Log, *, joint: str | int | None = None, width: int = 100, **stated
     return _native.page(_source(log, joint, stated), _as_options(stated), width)
 
 
-def _is_file(log: Log) -> bool:
-    return isinstance(log, (str, PathLike))
-
-
 def _in_memory(log: Mapping[str, Any], name: str = "log") -> tuple[str, list[tuple[str, npt.NDArray[np.float64]]]]:
     return name, list(float_columns(log).items())
 
 
 def _source(log: Log, joint: str | int | None, stated: Mapping[str, Any]) -> Any:
     """A log as the native half takes it: a text, or a name and columns."""
-    is_file = _is_file(log)
-    if is_file and _read.is_text(File(log)):
-        if joint is not None:
-            raise ValueError(f"{fspath(log)}: joint: a text has a column for each quantity: state position and command")
-        return fspath(log)
     named = [str(stated[name]) for name in _ROLES if name in stated]
-    read = _read.columns_of(File(log) if is_file else log, joint, named)
-    return _in_memory(read, fspath(log) if is_file else "log")
+    if not isinstance(log, (str, PathLike)):
+        return _in_memory(_read.columns_of(log, joint, named))
+    path = fspath(log)
+    if not _read.is_text(File(path)):
+        return _in_memory(_read.columns_of(File(path), joint, named), path)
+    if joint is not None:
+        raise ValueError(f"{path}: joint: a text has a column for each quantity: state position and command")
+    return path
 
 
 def _as_options(stated: Mapping[str, Any]) -> dict[str, str]:

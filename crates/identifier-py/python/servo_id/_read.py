@@ -117,11 +117,11 @@ def _moves(values: npt.NDArray[np.float64]) -> bool:
 
 def _table(columns: Any) -> list[Series]:
     """The series of columns by name, of which most are as long. Matrices of one width have a column for each joint."""
-    arrays = {str(name): _array(columns[name]) for name in columns}
+    found = {str(name): columns[name] for name in columns}
     index = getattr(columns, "index", None)
     if getattr(index, "dtype", np.dtype(object)).kind in "mM":
-        arrays = {TIME: _array(index), **arrays}
-    arrays = {name: array for name, array in arrays.items() if array is not None}
+        found = {TIME: index, **found}
+    arrays = {name: array for name, column in found.items() if (array := _array(column)) is not None}
     lengths = Counter(len(array) for array in arrays.values() for _ in range(array.shape[1]))
     rows = max((length for length, count in lengths.items() if count > 1), default=0)
     if rows < 2:
