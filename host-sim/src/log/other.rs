@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-/// A kind of file, the extra of the Python package that reads it, and how its bytes begin.
-const KINDS: [(&str, &str, fn(&[u8]) -> bool); 8] = [
+/// A kind of file, the extra of the Python package that reads it, and the test of how its bytes begin.
+type Kind = (&'static str, &'static str, fn(&[u8]) -> bool);
+
+const KINDS: [Kind; 8] = [
     (BAG, ROS, |bytes| bytes.starts_with(b"SQLite format 3\0")),
     (BAG, ROS, |bytes| {
         bytes.starts_with(b"\x89MCAP0\r\n") && bytes.get(21..25) == Some(b"ros2")
