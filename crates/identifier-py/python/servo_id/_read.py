@@ -256,9 +256,11 @@ def _ulog(path: Path) -> Iterator[Series]:
 
     with path.open("rb") as file:
         beginning = file.read(8)
-    if beginning[:4] == b"ULog" and beginning[-1] > 1:
-        raise ValueError(f"its version is {beginning[-1]}, and 1 is known")
-    for message in ULog(str(path)).data_list:
+        if beginning[:4] == b"ULog" and beginning[-1] > 1:
+            raise ValueError(f"its version is {beginning[-1]}, and 1 is known")
+        file.seek(0)
+        messages = ULog(file).data_list
+    for message in messages:
         topic = f"{message.name}_{message.multi_id}" if message.multi_id else message.name
         stamps = message.data["timestamp"].astype(np.int64) * 1000
         for field, values in message.data.items():
