@@ -1,6 +1,6 @@
 //! Columns of numbers between numpy and the library.
 
-use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use host_sim::experiment::Sample;
 use host_sim::log::Table;
@@ -10,28 +10,35 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::fault::value_error;
 
-/// Named columns of a log, each a one-dimensional buffer of float64.
-pub(crate) type Buffers = BTreeMap<String, PyBuffer<f64>>;
+/// A log: a text, or columns, each a one-dimensional buffer of float64, with the name that the log has in messages.
+#[derive(FromPyObject)]
+pub(crate) enum Source {
+    Text(PathBuf),
+    Columns(PathBuf, Vec<(String, PyBuffer<f64>)>),
+}
 
-/// A log's name in messages where it is in memory.
-const IN_MEMORY: &str = "log";
-
-/// The columns of buffers, which are read once.
-///
-/// # Errors
-/// `ValueError`: the column that has more than one dimension, or another length than the others.
-pub(crate) fn read(py: Python<'_>, buffers: Buffers) -> PyResult<Table> {
-    let mut columns = Vec::new();
-    for (name, buffer) in buffers {
-        if buffer.dimensions() != 1 {
-            return Err(value_error(format!(
-                "{name} has {} dimensions: a column of a log has one, a number per sample",
-                buffer.dimensions()
-            )));
+impl Source {
+    /// Its columns, which are read once.
+    ///
+    /// # Errors
+    /// `ValueError`: a text that cannot be read; the column that has more than one dimension, or another length than the others.
+    pub(crate) fn table(self, py: Python<'_>) -> PyResult<Table> {
+        let (name, buffers) = match self {
+            Self::Text(path) => return py.detach(|| Table::read(&path).map_err(value_error)),
+            Self::Columns(name, buffers) => (name, buffers),
+        };
+        let mut columns = Vec::new();
+        for (name, buffer) in buffers {
+            if buffer.dimensions() != 1 {
+                return Err(value_error(format!(
+                    "{name} has {} dimensions: a column of a log has one, a number per sample",
+                    buffer.dimensions()
+                )));
+            }
+            columns.push((name, buffer.to_vec(py)?));
         }
-        columns.push((name, buffer.to_vec(py)?));
+        Table::of_columns(&name.display().to_string(), columns).map_err(value_error)
     }
-    Table::of_columns(IN_MEMORY, columns).map_err(value_error)
 }
 
 /// The names of a trace's columns, in the order of [`Trace::add`].

@@ -1,16 +1,17 @@
 //! Identification from logs, of files and of columns in memory.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
 use host_sim::log::{Log, Table};
 use host_sim::provenance::{LogFile, Task};
 use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
-use host_sim::scenario::Purpose;
+use host_sim::scenario::{Purpose, Scenario};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use servo_id::present::{self, Experiment};
+use servo_id::render::terminal;
 
-use crate::columns::{self, Buffers, Trace};
+use crate::columns::{self, Source, Trace};
 use crate::fault::value_error;
 use crate::origin::Read;
 
@@ -22,77 +23,104 @@ use crate::origin::Read;
 #[pyfunction]
 pub(crate) fn recognise_log(
     py: Python<'_>,
-    log: PathBuf,
+    log: Source,
     stated: BTreeMap<String, String>,
 ) -> PyResult<(String, Vec<(&'static str, String)>)> {
+    let table = log.table(py)?;
     py.detach(|| {
-        let recognised = recognised(&log, &stated)?;
-        let text = recognised.scenario(&log.display().to_string());
+        let recognised = recognised(&table, &stated)?;
+        let text = recognised.scenario(&table.path.display().to_string());
         let findings = recognised.findings.into_iter();
         Ok((text, findings.map(|one| (one.about, one.text)).collect()))
     })
 }
 
-/// Identifies from a file with the scenario of a `text`; the result as JSON, and its trace.
+/// Identifies from a log with the scenario of a `text`; the result as JSON, and its trace.
 ///
 /// # Errors
 /// `ValueError`: the key of the scenario, or the line and column of the log.
 #[pyfunction]
 #[pyo3(signature = (file, text, log, *, trace))]
-pub(crate) fn identify_file<'py>(
+pub(crate) fn identify_log<'py>(
     py: Python<'py>,
     file: &str,
     text: &str,
-    log: PathBuf,
+    log: Source,
     trace: bool,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
+    let table = log.table(py)?;
     let (json, trace) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
-        let opened = opened(&read, &log)?;
-        let of_file = LogFile::read(&log).map_err(value_error)?;
-        identified(read, &opened, vec![of_file], trace)
+        let log = opened(&read.scenario, &table)?;
+        let is_file = table.path.is_file();
+        let files = is_file.then(|| LogFile::read(&table.path).map_err(value_error));
+        let mut trace = Trace::new(trace);
+        let found = host_sim::identify(read.scenario.clone(), &[log], &mut |sample| {
+            trace.add(sample);
+        });
+        let host_sim::Identified { summary, seen, .. } =
+            found.map_err(|fault| read.fault(fault))?;
+        if let Some(seen) = seen {
+            trace.leaves(seen.errors);
+        }
+        let task = Task::Replay {
+            passes: 1,
+            logs: files.transpose()?.into_iter().collect(),
+            predict: Vec::new(),
+        };
+        PyResult::Ok((read.json(task, &summary)?, trace))
     })?;
     Ok((json, trace.into_python(py)?))
 }
 
-/// As [`identify_file`], from columns in memory, which `[log]` of the scenario names.
+/// The page that the program `servo-id` prints of a log without a scenario, in at most `width` characters a line of a table.
 ///
 /// # Errors
-/// `ValueError`: the key of the scenario, or the column.
+/// As [`recognise_log`] and [`identify_log`].
 #[pyfunction]
-#[pyo3(signature = (file, text, log, *, trace))]
-pub(crate) fn identify_columns<'py>(
-    py: Python<'py>,
-    file: &str,
-    text: &str,
-    log: Buffers,
-    trace: bool,
-) -> PyResult<(String, Bound<'py, PyDict>)> {
-    let columns = columns::read(py, log)?;
-    let (json, trace) = py.detach(|| {
-        let read = Read::new(file, text, Purpose::Replay)?;
-        let (settings, sample_time) =
-            (read.scenario.log_columns(), read.scenario.log_sample_time());
-        let log = Log::new(&columns, &settings, sample_time);
-        identified(read, &log.map_err(value_error)?, Vec::new(), trace)
-    })?;
-    Ok((json, trace.into_python(py)?))
+pub(crate) fn page(
+    py: Python<'_>,
+    log: Source,
+    stated: BTreeMap<String, String>,
+    width: u16,
+) -> PyResult<String> {
+    let table = log.table(py)?;
+    py.detach(|| {
+        let recognised = recognised(&table, &stated)?;
+        let name = table.path.display().to_string();
+        let read = Read::new(&name, &recognised.scenario(&name), Purpose::Replay)?;
+        let log = opened(&read.scenario, &table)?;
+        let found = host_sim::identify(read.scenario.clone(), &[log], &mut |_| {});
+        let found = found.map_err(|fault| read.fault(fault))?;
+        let page = present::experiment(&Experiment {
+            title: &name,
+            command: "",
+            scenario: &found.scenario,
+            summary: &found.summary,
+            traces: None,
+            seen: found.seen.as_ref(),
+        });
+        let introduction = present::introduction(&table.path, &recognised.findings);
+        let [brief, verdict] = [terminal::brief(&page, width), terminal::verdict(&page)];
+        Ok([introduction, brief, verdict].join("\n"))
+    })
 }
 
 /// The samples of a log in SI, as they are identified from: time, position, and command and reference where it has them.
 ///
 /// # Errors
-/// As [`recognise_log`] and [`identify_file`].
+/// As [`recognise_log`] and [`identify_log`].
 #[pyfunction]
 pub(crate) fn read_log<'py>(
     py: Python<'py>,
     file: &str,
     text: &str,
-    log: PathBuf,
+    log: Source,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let table = log.table(py)?;
     let (time, position, command, reference) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
-        let log = opened(&read, &log)?;
+        let log = opened(&read.scenario, &table)?;
         let (mut time, mut position) = (Vec::new(), Vec::new());
         let (mut command, mut reference) = (Vec::new(), Vec::new());
         for row in log.rows() {
@@ -112,52 +140,24 @@ pub(crate) fn read_log<'py>(
     columns::by_name(py, all.into_iter().filter(|(_, column)| !column.is_empty()))
 }
 
-/// The log of a file, read as a scenario has it.
-fn opened(read: &Read, log: &Path) -> PyResult<Log> {
-    let scenario = &read.scenario;
-    let opened = Log::read(log, &scenario.log_columns(), scenario.log_sample_time());
+/// The log of a table, read as a scenario has it.
+fn opened(scenario: &Scenario, table: &Table) -> PyResult<Log> {
+    let opened = Log::new(table, &scenario.log_columns(), scenario.log_sample_time());
     opened.map_err(value_error)
 }
 
-/// Identifies from a log; the result as JSON, and its trace if it `is_wanted`.
-fn identified(
-    read: Read,
-    log: &Log,
-    files: Vec<LogFile>,
-    is_wanted: bool,
-) -> PyResult<(String, Trace)> {
-    let mut trace = Trace::new(is_wanted);
-    let found = host_sim::identify(
-        read.scenario.clone(),
-        std::slice::from_ref(log),
-        &mut |sample| {
-            trace.add(sample);
-        },
-    );
-    let host_sim::Identified { summary, seen, .. } = found.map_err(|fault| read.fault(fault))?;
-    if let Some(seen) = seen {
-        trace.leaves(seen.errors);
-    }
-    let task = Task::Replay {
-        passes: 1,
-        logs: files,
-        predict: Vec::new(),
-    };
-    Ok((read.json(task, &summary)?, trace))
-}
-
-fn recognised(log: &Path, options: &BTreeMap<String, String>) -> PyResult<Recognised> {
+fn recognised(table: &Table, options: &BTreeMap<String, String>) -> PyResult<Recognised> {
     let mut stated = Stated::default();
     for (keyword, value) in options {
         let answered = stated.answer(&keyword.replace('_', "-"), value);
         answered.map_err(|allowed| value_error(format!("{keyword} = {value}: {allowed}")))?;
     }
-    let table = Table::read(log).map_err(value_error)?;
-    recognise(&table, &stated).map_err(|error| match error {
+    recognise(table, &stated).map_err(|error| match error {
         Unrecognised::Log(error) => value_error(error),
         Unrecognised::Unknown(questions) => {
-            let missing =
-                |flag: &str, text: &str| format!("{}: --{flag} is missing: {text}", log.display());
+            let missing = |flag: &str, text: &str| {
+                format!("{}: --{flag} is missing: {text}", table.path.display())
+            };
             let all: Vec<_> = (questions.iter())
                 .map(|question| missing(question.flag, &question.text))
                 .collect();

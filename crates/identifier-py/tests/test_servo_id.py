@@ -44,7 +44,7 @@ class OnLine(unittest.TestCase):
         for name, estimate in judged.estimates.items():
             self.assertAlmostEqual(by_array.estimates[name], estimate, delta=0.5 * judged.std_errors[name])
             chance = judged.trace[f"std_error_{name}"][-1]
-            self.assertAlmostEqual(by_array.std_errors[name] / chance, 1.0, delta=0.1)
+            self.assertAlmostEqual(by_array.std_errors[name] / chance, 1.0, delta=0.15)
         self.assertEqual(by_array.at_bounds, [])
 
     def test_a_gap_is_joined_behind_resume(self):
@@ -97,6 +97,13 @@ class Identification(unittest.TestCase):
         self.assertEqual(of_file.estimates, of_columns.estimates)
         self.assertEqual(of_file.std_errors, of_columns.std_errors)
         self.assertAlmostEqual(of_file.estimates["b"], 257.7, delta=2 * of_file.std_errors["b"])
+
+    def test_columns_of_other_names_are_recognised_and_may_have_blanks(self):
+        log = columns()
+        blank = np.where(np.arange(8000) == 77, np.nan, log["command"])
+        found = servo_id.identify({"elbow_angle": log["position"], "elbow_torque": blank}, sample_time=1e-3)
+        self.assertAlmostEqual(found.estimates["b"], 257.7, delta=0.5)
+        self.assertIn("elbow_angle", dict(found.findings)["position"])
 
     def test_units_and_single_precision_are_taken(self):
         log = columns()
@@ -191,8 +198,8 @@ class Identification(unittest.TestCase):
         [read] = joints["joint_0"].json["logs"]
         self.assertEqual(read["samples"], 8000)
         jumbled = dict(frames, episode_index=rows * 0)
-        with self.assertRaisesRegex(ValueError, "time"):
-            servo_id.identify_joints(jumbled, inner=inner)
+        one = servo_id.identify_joints(jumbled, inner=inner)["joint_0"].estimates["b"]
+        self.assertAlmostEqual(one / whole.estimates["b"], 1.0, delta=0.01)
         with self.assertRaisesRegex(ValueError, "400 episodes: pass 101"):
             servo_id.identify_joints(dict(frames, episode_index=rows // 20), inner=inner)
         with self.assertRaisesRegex(ValueError, "inner="):
@@ -202,17 +209,12 @@ class Identification(unittest.TestCase):
 
     def test_wrong_input_is_a_sentence(self):
         log = columns()
-        spoilt = dict(log, command=np.where(np.arange(len(log["command"])) == 77, np.nan, log["command"]))
-        reference = servo_id.read_log(LOG)["reference"]
         for wrong, keywords, said in [
             (log, {}, "sample_time is missing"),
             ({"position": log["position"]}, {"sample_time": 1e-3}, "has no command"),
-            (dict(log, command=log["command"][:-1]), {"sample_time": 1e-3}, "command 7999"),
-            (spoilt, {"sample_time": 1e-3}, "log:78: column command: NaN is not allowed"),
-            (dict(log, command=reference), {"sample_time": 1e-3}, "follows a reference"),
+            (dict(log, command=log["command"][:-1]), {"sample_time": 1e-3}, "7999 samples"),
             (dict(log, command=log["command"].astype(str)), {"sample_time": 1e-3}, "type <U32"),
             (dict(log, command=np.stack([log["command"]] * 2)), {"sample_time": 1e-3}, "identify_joints"),
-            (dict(log, torque=log["command"]), {"sample_time": 1e-3}, "torque: a column is one of"),
             (log, {"sample_time": 1e-3, "law": "gaus"}, 'there is no "gaus"'),
             (log, {"sample_time": 1e-3, "colour": 1}, "log.colour: there is no such key"),
             (log, {"sample_time": -1e-3}, "sample_time"),

@@ -11,6 +11,7 @@ mod error;
 mod even;
 mod file;
 mod inner;
+mod other;
 mod row;
 #[cfg(feature = "experiments")]
 mod source;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::LogError;
+use super::{LogError, other};
 use crate::nearest;
 
 /// The bytes of a file, unpacked if it is a `.gz`.
@@ -21,8 +21,7 @@ pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, LogError> {
     let file = File::open(path).map_err(unreadable)?;
     let found = file.metadata().map_err(unreadable)?;
     if found.is_dir() {
-        let fault = "this is a folder, where a log belongs".to_owned();
-        return Err(LogError::in_file(path, fault));
+        return Err(LogError::in_file(path, other::of_folder(path)));
     }
     if !found.is_file() {
         return Err(LogError::in_file(

@@ -56,10 +56,12 @@ const REFERENCES: &[&str] = &[
 ];
 #[rustfmt::skip]
 const COMMANDS: &[&str] = &[
-    "command", "cmd", "u", "voltage", "volt", "volts", "current", "i", "iq", "amps", "torque", "tau", "pwm", "duty",
+    "command", "commands", "cmd", "u", "voltage", "volt", "volts", "current", "i", "iq", "amps", "torque", "tau", "pwm", "duty",
     "effort", "control", "ctrl", "force", "output", "input", "drive", "actuation", "stellgroesse", "spannung", "strom",
     "moment", "drehmoment",
 ];
+/// What makes a position or a velocity one that is commanded.
+const COMMANDED: [&str; 4] = ["command", "commands", "commanded", "cmd"];
 #[rustfmt::skip]
 const VELOCITIES: &[&str] = &[
     "velocity", "vel", "speed", "omega", "w", "v", "qd", "dq", "qdot", "rpm", "drehzahl", "geschwindigkeit",
@@ -157,14 +159,14 @@ fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
         return Quantity::Other;
     }
     if has(VELOCITIES) {
-        return match has(REFERENCES) || has(&["command", "cmd", "commanded"]) {
+        return match has(REFERENCES) || has(&COMMANDED) {
             true => Quantity::Reference,
             false => Quantity::Velocity,
         };
     }
     if has(POSITIONS) && !is_time {
         // A position command is a reference, and so is a target position; an output angle is none.
-        return match has(REFERENCES) || has(&["command", "cmd", "commanded"]) {
+        return match has(REFERENCES) || has(&COMMANDED) {
             true => Quantity::Reference,
             false => Quantity::Position,
         };
@@ -281,6 +283,10 @@ mod tests {
                 Reference,
                 angle(PositionUnit::Degree),
             ),
+            ("/position_controller/commands[0]", Reference, None),
+            ("/effort_controller/commands[0]", Command, None),
+            ("feedback.positions", Position, None),
+            ("error.positions", Other, None),
             ("enc counts", Position, angle(PositionUnit::Count)),
             ("motor current [A]", Command, of_command("A")),
             ("iq_ref", Command, None),

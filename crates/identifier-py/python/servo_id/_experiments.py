@@ -4,20 +4,22 @@ from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from os import PathLike, fspath
+from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _frames, _native, _scenario
+from . import _frames, _native, _read, _scenario
 from ._results import Columns, Commissioning, Gains, Result, Sweep, columns
 from ._scenario import Scenario
 
 if TYPE_CHECKING:
     from distributed import Client
+    from pandas import DataFrame
 
 Path: TypeAlias = str | PathLike[str]
-Log: TypeAlias = Path | Mapping[str, npt.ArrayLike]
+Log: TypeAlias = "Path | Mapping[str, npt.ArrayLike] | DataFrame"
 """A file, or columns by name: position, command or goal, and time where the samples are not ``sample_time`` apart."""
 
 _ROLES = ("time", "position", "command", "reference", "goal", "velocity")
@@ -27,12 +29,18 @@ _BATCH = 200
 
 
 def identify(
-    log: Log, *, scenario: Scenario | None = None, trace: bool = True, **stated: Any
+    log: Log,
+    *,
+    joint: str | int | None = None,
+    scenario: Scenario | None = None,
+    trace: bool = True,
+    **stated: Any,
 ) -> Result:
     """The servo behind a log of position and command.
 
-    ``log`` is a file (.csv, .csv.gz) or a mapping of columns: ``position`` and ``command``, the total that acted,
-    with ``time`` (s) or ``sample_time=``. A servo that closes its own loop has a ``goal`` in place of a command, and that
+    ``log`` is a file as :func:`read_log` takes it, of which ``joint`` is identified, or a mapping or data frame of columns:
+    ``position`` and ``command``, the total that acted, with ``time`` (s) or ``sample_time=``. Columns of other names are
+    recognised as those of a file. A servo that closes its own loop has a ``goal`` in place of a command, and that
     loop is ``inner=``: ``kp`` (command units per rad), ``kd``, ``limit``, ``sample_time`` (its own, s), ``integrator``
     (``euler`` or ``implicit``, of a simulator), ``cutoff``; a column ``velocity`` is the one it acts on. The file's columns and units are found; ``result.findings`` says how. What a log
     does not show is asked for by a ``ValueError`` that names the keyword: time, time_unit, sample_time, position,
@@ -49,18 +57,15 @@ def identify(
     if scenario is not None:
         if stated:
             raise ValueError(f"{', '.join(stated)}: with a scenario, its tables state it")
-        file, text = _scenario.read(scenario)
-        findings = ()
-    elif isinstance(log, Mapping):
+        file, text, findings = *_scenario.read(scenario), ()
+        source = _source(log, joint, {})
+    elif not isinstance(log, (str, PathLike)) and joint is None and set(log) <= set(_ROLES):
         file, text, findings = *_scenario.read(scenario_of_columns(log, {"law": "fit", **stated})), ()
+        source = _in_memory(log)
     else:
-        options = {name: str(value) for name, value in stated.items()}
-        text, found = _native.recognise_log(fspath(log), options)
-        file, findings = f"the scenario of {fspath(log)}", tuple(found)
-    if isinstance(log, Mapping):
-        found, samples = _native.identify_columns(file, text, float_columns(log), trace=trace)
-    else:
-        found, samples = _native.identify_file(file, text, fspath(log), trace=trace)
+        source = _source(log, joint, stated)
+        file, text, findings = _recognised(source, stated)
+    found, samples = _native.identify_log(file, text, source, trace=trace)
     return Result(found, columns(samples), findings)
 
 
@@ -101,15 +106,50 @@ def identify_joints(
         return dict(zip(names, pool.map(one, range(count))))
 
 
-def read_log(log: Path, *, scenario: Scenario | None = None, **stated: Any) -> Columns:
-    """The samples of a log in SI: time, position, and command and reference where it has them."""
-    if scenario is None:
-        options = {name: str(value) for name, value in stated.items()}
-        text, _ = _native.recognise_log(fspath(log), options)
-        file = f"the scenario of {fspath(log)}"
-    else:
-        file, text = _scenario.read(scenario)
-    return columns(_native.read_log(file, text, fspath(log)))
+def read_log(
+    log: Log, *, joint: str | int | None = None, scenario: Scenario | None = None, **stated: Any
+) -> Columns:
+    """The samples of a log in SI: time, position, and command and reference where it has them.
+
+    A log is a text (.csv, .csv.gz), a bag of ROS (a folder, .db3, .mcap, .bag), .wpilog, .ulg, .parquet, .mat, .npz or .json: a
+    list of records or an object of lists. Its columns are found or stated as for :func:`identify`; of several joints one
+    is stated, by its name or number.
+    """
+    source = _source(log, joint, stated)
+    file, text = _recognised(source, stated)[:2] if scenario is None else _scenario.read(scenario)
+    return columns(_native.read_log(file, text, source))
+
+
+def page(log: Log, *, joint: str | int | None = None, width: int = 100, **stated: Any) -> str:
+    """The page that the program ``servo-id identify`` prints."""
+    return _native.page(_source(log, joint, stated), _as_options(stated), width)
+
+
+def _in_memory(log: Mapping[str, Any], name: str = "log") -> tuple[str, list[tuple[str, npt.NDArray[np.float64]]]]:
+    return name, list(float_columns(log).items())
+
+
+def _source(log: Log, joint: str | int | None, stated: Mapping[str, Any]) -> Any:
+    """A log as the native half takes it: a text, or a name and columns."""
+    named = [str(stated[name]) for name in _ROLES if name in stated]
+    if not isinstance(log, (str, PathLike)):
+        return _in_memory(_read.columns_of(log, joint, named))
+    path = fspath(log)
+    if not _read.is_text(File(path)):
+        return _in_memory(_read.columns_of(File(path), joint, named), path)
+    if joint is not None:
+        raise ValueError(f"{path}: joint: a text has a column for each quantity: state position and command")
+    return path
+
+
+def _as_options(stated: Mapping[str, Any]) -> dict[str, str]:
+    return {name: str(value) for name, value in stated.items()}
+
+
+def _recognised(source: Any, stated: Mapping[str, Any]) -> tuple[str, str, tuple[tuple[str, str], ...]]:
+    """The scenario of a log without one: its name, its text, and how the log is taken."""
+    text, found = _native.recognise_log(source, _as_options(stated))
+    return f"the scenario of {source if isinstance(source, str) else source[0]}", text, tuple(found)
 
 
 def simulate(scenario: Scenario, *, trace: bool = True) -> Result:

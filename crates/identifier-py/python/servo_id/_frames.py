@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 POSITION = "observation.state"
-_GOAL = "action"
-_TIME = "timestamp"
+GOAL = "action"
+TIME = "timestamp"
 _EPISODE = "episode_index"
 
 _PAUSE = 1.0
@@ -23,15 +23,15 @@ def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[f
 
     A frame has the action that is given when its state has been seen.
     """
-    for name in (_GOAL, _TIME):
+    for name in (GOAL, TIME):
         if name not in _names(frames):
             raise ValueError(f"the frames have no {name}: they have {', '.join(_names(frames))}")
-    position, goal = _wide(frames[POSITION]), _wide(frames[_GOAL])
+    position, goal = _wide(frames[POSITION]), _wide(frames[GOAL])
     if position.shape != goal.shape:
         raise ValueError(
-            f"{POSITION} has the shape {position.shape} and {_GOAL} {goal.shape}: pass those columns of both that are joints"
+            f"{POSITION} has the shape {position.shape} and {GOAL} {goal.shape}: pass those columns of both that are joints"
         )
-    time = np.array(frames[_TIME], dtype=np.float64)
+    time = np.array(frames[TIME], dtype=np.float64)
     episode = np.array(frames[_EPISODE]) if _EPISODE in _names(frames) else np.zeros(len(time))
     cut = []
     for begin in np.flatnonzero(np.diff(episode)) + 1:

@@ -1,5 +1,5 @@
 use std::io::{self, BufRead, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use host_sim::log::Table;
 use host_sim::provenance::ScenarioText;
@@ -11,6 +11,7 @@ use super::output::Outputs;
 use super::replay::{Introduction, Replay, tables};
 use super::required::Required;
 use super::terminal::folded_error;
+use crate::present::introduction;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -73,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         text: recognised.scenario(&log.display().to_string()),
     };
     let introduction = Introduction {
-        text: introduction(log, &recognised),
+        text: introduction(log, &recognised.findings),
         save_scenario: arguments.save_scenario.as_deref(),
     };
     drop(all);
@@ -134,15 +135,6 @@ fn prompt(text: &str) -> Result<(), Fault> {
         .write_all(folded_error(text).as_bytes())
         .and_then(|()| terminal.flush())
         .map_err(|error| Fault::unwritable("the terminal", &error))
-}
-
-/// The log and its findings.
-fn introduction(log: &Path, recognised: &Recognised) -> String {
-    let lines = recognised.findings.iter();
-    let lines: Vec<_> = lines
-        .map(|finding| format!("  {:9}  {}", finding.about, finding.text))
-        .collect();
-    format!("{} is taken as\n{}", log.display(), lines.join("\n"))
 }
 
 /// A refusal with the options of this verb for the keys of a scenario.

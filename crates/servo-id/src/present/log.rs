@@ -1,8 +1,20 @@
-//! Sentences on the logs of a replay.
+//! Sentences on logs: how one is taken, and what a replay found.
 
 use std::fmt;
+use std::path::Path;
 
+use host_sim::recognise::Finding;
 use host_sim::result::{LogReading, Prediction};
+
+/// A log and how it is taken.
+#[must_use]
+pub fn introduction(log: &Path, findings: &[Finding]) -> String {
+    let lines = findings.iter();
+    let lines: Vec<_> = lines
+        .map(|finding| format!("  {:9}  {}", finding.about, finding.text))
+        .collect();
+    format!("{} is taken as\n{}", log.display(), lines.join("\n"))
+}
 
 /// A sentence on one of them.
 #[derive(Debug)]

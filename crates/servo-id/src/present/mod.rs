@@ -35,6 +35,7 @@ pub use experiment::{Experiment, ExperimentTraces, experiment};
 pub use figure::{Axis, Figure, Level, Settled, Stretch, TIME, Trace};
 pub use formats::formats;
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
+pub use log::introduction;
 pub use paper::paper;
 pub use sweep::sweep;
 pub use tuning::{declared_feed_forward, tuned_controller, tuning};

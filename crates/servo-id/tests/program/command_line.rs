@@ -396,6 +396,21 @@ fn sweep_gives_the_same_for_any_number_of_threads() {
 }
 
 #[test]
+fn a_log_that_python_reads_is_answered_with_its_command() {
+    let bag = folder("a-bag");
+    let database = bag.join("bag_0.db3");
+    std::fs::write(bag.join("metadata.yaml"), "version: 9").expect("it is written");
+    std::fs::write(&database, b"SQLite format 3\0\x10").expect("it is written");
+    for log in [&bag, &database] {
+        let log = log.display().to_string();
+        let answer = refusal_message(&servo_id(&["identify", &log]));
+        let command = format!("python -m servo_id identify \"{log}\"");
+        assert!(answer.contains(&command), "{answer}");
+        assert!(answer.contains("pip install 'servo-id[ros]'"), "{answer}");
+    }
+}
+
+#[test]
 fn what_is_gone_is_answered_in_one_line() {
     let recording = folder("gone-words").join("run.mcap");
     std::fs::write(&recording, b"\x89MCAP0\r\n\x01\0\0").expect("it is written");

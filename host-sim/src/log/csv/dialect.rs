@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::LogError;
+use super::super::{LogError, other};
 use super::cell::is_value;
 use super::text;
 use crate::gone;
@@ -32,14 +32,15 @@ impl Dialect {
             let fault = "this is text in UTF-16: save the log in UTF-8".to_owned();
             return Err(LogError::in_file(path, fault));
         }
-        if let Some(instead) = gone::file(beginning) {
-            return Err(LogError::in_file(path, instead.to_owned()));
-        }
         if let Some(place) = memchr::memchr(0, beginning) {
-            let fault = format!(
-                "this is no text (byte {} is zero): save the log as comma-separated text in UTF-8",
-                place + 1
-            );
+            let gone = || gone::file(beginning).map(str::to_owned);
+            let fault = other::fault(path, beginning).or_else(gone);
+            let fault = fault.unwrap_or_else(|| {
+                format!(
+                    "this is no text (byte {} is zero): save the log as comma-separated text in UTF-8",
+                    place + 1
+                )
+            });
             return Err(LogError::in_file(path, fault));
         }
         if beginning.starts_with(b"PK\x03\x04") || beginning.starts_with(&[0x1f, 0x8b]) {

@@ -81,7 +81,9 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
     );
     for (unknown, size, error) in terms.iter().flat_map(TermSizes::entered) {
         let (name, unit) = (unknown.name(), unknown.unit());
-        let error = error.map_or_else(String::new, |error| format!(" ± {:.2e}", SIDES * f64::from(error)));
+        let error = error.map_or_else(String::new, |error| {
+            format!(" ± {:.2e}", SIDES * f64::from(error))
+        });
         line += &format!(", {name} {size:.4e}{error} {unit}");
     }
     line

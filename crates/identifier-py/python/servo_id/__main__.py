@@ -1,0 +1,31 @@
+"""``python -m servo_id identify FILE``: the page of the program ``servo-id``, of every file that the package reads."""
+
+import re
+import shutil
+import sys
+from argparse import ArgumentParser
+
+from ._experiments import page
+
+
+def main() -> int:
+    parser = ArgumentParser("python -m servo_id", usage="%(prog)s identify FILE [--joint JOINT] [--KEYWORD VALUE ...]")
+    parser.add_argument("verb", choices=["identify"], help="print what is found of the servo behind a log")
+    parser.add_argument("file", help=".csv, .csv.gz, .db3, .mcap, .bag, .wpilog, .ulg, .parquet, .mat, .npz, .json, or a folder")
+    parser.add_argument("--joint", help="of a log of several: its name or number")
+    known, rest = parser.parse_known_args()
+    names = [word.removeprefix("--").replace("-", "_") for word in rest[::2] if word.startswith("--")]
+    if 2 * len(names) != len(rest):
+        parser.error("the keywords of identify have a value each, as --position angle --command-scale 0.1")
+    try:
+        width = shutil.get_terminal_size((100, 24)).columns
+        text = page(known.file, joint=known.joint, width=width, **dict(zip(names, rest[1::2])))
+    except (ValueError, ImportError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(text if sys.stdout.isatty() else re.sub("\x1b\\[[0-9;]*m", "", text))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,323 @@
+"""Logs that are no text: series of numbers, as the libraries of their formats read them, joined by their stamps."""
+
+import json
+import re
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _frames
+
+Columns: TypeAlias = dict[str, npt.NDArray[np.float64]]
+
+TIME = "time_s"
+"""The column of joined stamps, and of those whose unit a format states."""
+
+_MAX_SERIES = 40
+"""Series that compete to be position and command: the time that this takes goes with their square."""
+
+_MAX_ELEMENTS = 64
+"""Elements of an array that are a series each: those of an image are none."""
+
+_ONE_CLOCK = 10**9
+"""Distance of the stamps of one clock, ns."""
+
+_OF_FRAMES = {_frames.POSITION: "position", _frames.GOAL: "goal", _frames.TIME: TIME}
+
+
+class Fault(Exception):
+    """What is wrong with a log, and the remedy."""
+
+
+class Series(NamedTuple):
+    """Numbers over time."""
+
+    topic: str
+    """Its group, which its name has in front where others have a series of this name."""
+    field: str
+    joint: str | None
+    """Its joint, where the log has a series of this field for each."""
+    stamps: npt.NDArray[np.int64] | None
+    """ns; none where the rows are the samples."""
+    values: npt.NDArray[np.float64]
+
+
+def is_text(path: Path) -> bool:
+    """True for a file that is read as text."""
+    return path.suffix.lower() not in _KINDS and not path.is_dir()
+
+
+def columns_of(log: Any, joint: str | int | None, stated: Collection[str]) -> Columns:
+    """The columns of a file, a data frame or a mapping: those of one joint, and of the ``stated`` names alone where a position
+    and its command are among them. A row has the numbers of one moment, and NaN for a series that has none then."""
+    try:
+        series = _of_file(log) if isinstance(log, Path) else _table(log)
+        return _joined(series, joint, stated)
+    except Fault as fault:
+        raise ValueError(f"{log if isinstance(log, Path) else 'log'}: {fault}") from fault.__cause__
+
+
+def _of_file(path: Path) -> list[Series]:
+    reader, extra, library = _KINDS.get(path.suffix.lower(), _KINDS[".db3"])
+    if not path.exists():
+        raise Fault("the log cannot be read: there is no such file or folder")
+    if path.is_file() and path.stat().st_size == 0:
+        raise Fault("the file is empty: record the motion of the servo")
+    try:
+        return list(reader(path))
+    except ImportError as error:
+        raise ImportError(f"{path}: this log needs {library}: pip install 'servo-id[{extra}]'") from error
+    except Fault:
+        raise
+    except Exception as error:
+        known = f"{library} {version(library)} cannot read it" if library else "it cannot be read"
+        newer = f", or take a newer one if its format is newer: pip install --upgrade {library}" if library else ""
+        raise Fault(f"{known} ({' '.join(str(error).split()) or type(error).__name__}): write the file anew{newer}") from error
+
+
+def _joined(series: list[Series], joint: str | int | None, stated: Collection[str]) -> Columns:
+    having = Counter(field for _, field in {(one.topic, one.field) for one in series})
+    joints = list(dict.fromkeys(one.joint for one in series if one.joint is not None))
+    if joint is None and len(joints) > 1:
+        raise Fault(f"it has the joints {', '.join(joints)}: state which is meant, as joint={joints[0]}")
+    if joint is not None and str(joint) not in joints:
+        raise Fault(f"there is no joint {joint}, but {', '.join(joints) or 'columns of one alone: leave joint out'}")
+    chosen = {
+        one.field if having[one.field] == 1 or not one.topic else f"{one.topic}.{one.field}": one
+        for one in series
+        if one.joint is None or joint is None or one.joint == str(joint)
+    }
+    if any(one.stamps is None for one in chosen.values()):
+        return {name: one.values for name, one in chosen.items()}
+    named = {name: one for name, one in chosen.items() if name in stated}
+    moving = named if len(named) > 1 else {name: one for name, one in chosen.items() if _moves(one.values)}
+    names = ", ".join(moving)
+    if len(moving) > _MAX_SERIES:
+        raise Fault(f"it has {len(moving)} series that change: state position and command, two of {names}")
+    if len(moving) < 2:
+        raise Fault(f"it has {names or 'no series of numbers that change'}: a log has a position and the command that acts")
+    stamps = np.unique(np.concatenate([one.stamps for one in moving.values()]))
+    columns = {TIME: (stamps - stamps[0]) * 1e-9}
+    for name, one in moving.items():
+        columns[name] = np.full(len(stamps), np.nan)
+        columns[name][np.searchsorted(stamps, one.stamps)] = one.values
+    return columns
+
+
+def _moves(values: npt.NDArray[np.float64]) -> bool:
+    known = values[np.isfinite(values)]
+    return known.size > 0 and bool(np.ptp(known) > 0.0)
+
+
+def _table(columns: Any) -> list[Series]:
+    """The series of columns by name, of which most are as long. Matrices of one width have a column for each joint."""
+    found = {str(name): columns[name] for name in columns}
+    index = getattr(columns, "index", None)
+    if getattr(index, "dtype", np.dtype(object)).kind in "mM":
+        found = {TIME: index, **found}
+    arrays = {name: array for name, column in found.items() if (array := _array(column)) is not None}
+    lengths = Counter(len(array) for array in arrays.values() for _ in range(array.shape[1]))
+    rows = max((length for length, count in lengths.items() if count > 1), default=0)
+    if rows < 2:
+        raise Fault("no two columns of numbers are of one length: a log has a row a sample, with position and command")
+    arrays = {name: array for name, array in arrays.items() if len(array) == rows}
+    widths = Counter(array.shape[1] for array in arrays.values() if array.shape[1] > 1)
+    series = []
+    for name, array in arrays.items():
+        name = _OF_FRAMES.get(name, name) if _frames.POSITION in arrays else name
+        for number, values in enumerate(array.T):
+            of_joint = str(number) if widths[array.shape[1]] > 1 else None
+            one = name if len(array.T) == 1 or of_joint else f"{name}[{number}]"
+            series.append(Series("", one, of_joint, None, np.ascontiguousarray(values)))
+    return series
+
+
+def _array(column: Any) -> npt.NDArray[np.float64] | None:
+    """A column of numbers, vectors or times as a matrix; none of anything else."""
+    try:
+        array = np.asarray(column)
+        if array.dtype.kind == "O":
+            array = np.array(list(array), dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+    if array.dtype.kind in "mM":
+        array = (array.astype("M8[ns]" if array.dtype.kind == "M" else "m8[ns]") - array[:1]) / np.timedelta64(1, "s")
+    if array.dtype.kind not in "biuf" or array.ndim not in (1, 2):
+        return None
+    return (array[:, None] if array.ndim == 1 else array).astype(np.float64)
+
+
+def _streams(samples: Iterable[tuple[str, int, Any]]) -> Iterator[Series]:
+    """The series of names with stamps, ns, and numbers or arrays of numbers."""
+    found: dict[str, tuple[list[int], list[float]]] = defaultdict(lambda: ([], []))
+    for name, stamp, value in samples:
+        for one, number in _elements(name, value):
+            stamps, values = found[one]
+            stamps.append(stamp)
+            values.append(number)
+    for name, (stamps, values) in found.items():
+        yield Series("", name, None, np.array(stamps), np.array(values, dtype=np.float64))
+
+
+def _elements(name: str, value: Any) -> Iterable[tuple[str, float]]:
+    if np.ndim(value) == 0:
+        return [(name, value)]
+    return ((f"{name}[{number}]", one) for number, one in enumerate(value) if len(value) <= _MAX_ELEMENTS)
+
+
+def _ros(path: Path) -> Iterator[Series]:
+    """The fields of messages."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    stamps: dict[str, list[tuple[int, int]]] = defaultdict(list)
+    found: dict[tuple[str, str, str | None], list[tuple[int, float]]] = defaultdict(list)
+    with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
+        # Some writers of MCAP leave the part between out.
+        kinds = {of.msgtype: re.sub("^([^/]*)/([^/]*)$", r"\1/msg/\2", of.msgtype) for of in bag.connections}
+        topics = {of.topic for of in bag.connections}
+        known = [of for of in bag.connections if kinds[of.msgtype] in bag.typestore.fielddefs]
+        for connection, received, raw in bag.messages(known) if known else ():
+            topic = connection.topic
+            message = bag.deserialize(raw, kinds[connection.msgtype])
+            stamp = getattr(getattr(message, "header", None), "stamp", None)
+            joints = getattr(message, "joint_names", getattr(message, "name", ()))
+            for field, value in _numbers(message, ""):
+                is_of_joints = np.ndim(value) == 1 and not isinstance(joints, str) and len(value) == len(joints)
+                named = zip([(field, one) for one in joints], value) if is_of_joints else (
+                    ((one, None), number) for one, number in _elements(field, value)
+                )
+                for (one, joint), number in named:
+                    found[topic, one, joint].append((len(stamps[topic]), number))
+            stamps[topic].append((stamp.sec * 10**9 + stamp.nanosec if stamp else 0, received))
+    if not found:
+        raise Fault(f"no topic of the bag has numbers, of {_listed(topics)}: record one with positions, as /joint_states")
+    clocks = {topic: np.array(stamps[topic]) for topic, _, _ in found}
+    # The messages' own clock counts where all have one or it is the recorder's.
+    all_own = all(np.all(clock[:, 0] > 0) for clock in clocks.values())
+    for topic, clock in clocks.items():
+        is_own = all_own or np.all(np.abs(clock[:, 0] - clock[:, 1]) < _ONE_CLOCK)
+        clocks[topic] = clock[:, 0 if is_own else 1]
+    for (topic, field, joint), numbers in found.items():
+        places, values = zip(*numbers)
+        # A message of one number has the name of its topic.
+        own, name = ("", topic + field) if field[:1] in ("", "[") else (topic, field)
+        yield Series(own, name, joint, clocks[topic][list(places)], np.array(values, dtype=np.float64))
+
+
+def _numbers(value: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """The numbers and arrays of numbers of a message by the names of their fields, its stamps and layout left out."""
+    if is_dataclass(value):
+        if getattr(value, "__msgtype__", "").startswith("builtin_interfaces"):
+            return
+        for one in fields(value):
+            if one.name not in ("header", "layout", "__msgtype__"):
+                inner = "" if one.name == "data" else one.name
+                yield from _numbers(getattr(value, one.name), ".".join(filter(None, (name, inner))))
+    elif isinstance(value, (int, float)) or (isinstance(value, np.ndarray) and value.dtype.kind in "fiu"):
+        yield name, value
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)) or "none"
+
+
+def _wpilog(path: Path) -> Iterator[Series]:
+    from wpiutil.log import DataLogReader
+
+    getters = {"boolean": "getBoolean", "double": "getDouble", "float": "getFloat", "int64": "getInteger"}
+    getters |= {f"{kind}[]": f"{getter}Array" for kind, getter in getters.items()}
+    reader = DataLogReader(str(path))
+    if not reader.isValid() or reader.getVersion() >> 8 != 1:
+        raise ValueError(f"its version is {reader.getVersion() / 256}, and 1.0 is known")
+
+    def samples() -> Iterator[tuple[str, int, Any]]:
+        entries = {}
+        for record in reader:
+            if record.isStart():
+                entry = record.getStartData()
+                entries[entry.entry] = (entry.name, getters.get(entry.type))
+            elif not record.isControl():
+                name, getter = entries.get(record.getEntry(), ("", None))
+                if getter is not None:
+                    yield name, 1000 * record.getTimestamp(), getattr(record, getter)()
+
+    return _streams(samples())
+
+
+def _ulog(path: Path) -> Iterator[Series]:
+    from pyulog import ULog
+
+    with path.open("rb") as file:
+        beginning = file.read(8)
+        if beginning[:4] == b"ULog" and beginning[-1] > 1:
+            raise ValueError(f"its version is {beginning[-1]}, and 1 is known")
+        file.seek(0)
+        messages = ULog(file).data_list
+    for message in messages:
+        topic = f"{message.name}_{message.multi_id}" if message.multi_id else message.name
+        stamps = message.data["timestamp"].astype(np.int64) * 1000
+        for field, values in message.data.items():
+            if not field.startswith("timestamp"):
+                yield Series(topic, field, None, stamps, values.astype(np.float64))
+
+
+def _parquet(path: Path) -> list[Series]:
+    from pyarrow.parquet import read_table
+
+    read = read_table(path)
+    return _table({name: column.to_numpy() for name, column in zip(read.column_names, read.columns)})
+
+
+def _mat(path: Path) -> list[Series]:
+    from scipy.io import loadmat
+
+    try:
+        found = loadmat(path, squeeze_me=True)
+    except NotImplementedError as error:
+        raise Fault("it is a MAT-file of version 7.3: save it in MATLAB with save(file, '-v7')") from error
+    try:
+        return _table({name: value for name, value in found.items() if not name.startswith("__")})
+    except Fault:
+        structures = [name for name, value in found.items() if getattr(value, "dtype", None) is not None and value.dtype.kind in "OV"]
+        if not structures:
+            raise
+        raise Fault(
+            f"{', '.join(structures)}: a structure, where arrays of numbers belong: save its fields in MATLAB with "
+            f"save(file, '-struct', '{structures[0]}', '-v7')"
+        ) from None
+
+
+def _npz(path: Path) -> list[Series]:
+    with np.load(path) as file:
+        return _table(file)
+
+
+def _json(path: Path) -> list[Series]:
+    read = json.loads(path.read_text(encoding="utf-8"))
+    if isinstance(read, list) and all(isinstance(row, dict) for row in read):
+        names = dict.fromkeys(name for row in read for name in row)
+        read = {name: [row.get(name) for row in read] for name in names}
+    if not isinstance(read, dict):
+        raise Fault("it is neither a list of records nor an object of lists: write one of them, a record a sample")
+    return _table(read)
+
+
+_KINDS: dict[str, tuple[Callable[[Path], Iterable[Series]], str, str]] = {
+    ".bag": (_ros, "ros", "rosbags"),
+    ".db3": (_ros, "ros", "rosbags"),
+    ".mcap": (_ros, "ros", "rosbags"),
+    ".wpilog": (_wpilog, "wpilog", "robotpy-wpiutil"),
+    ".ulg": (_ulog, "ulog", "pyulog"),
+    ".parquet": (_parquet, "parquet", "pyarrow"),
+    ".mat": (_mat, "mat", "scipy"),
+    ".npz": (_npz, "", "numpy"),
+    ".json": (_json, "", ""),
+}
+"""Readers by the ends of files, each with its extra of this package and its library. A folder is a bag."""
