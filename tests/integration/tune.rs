@@ -117,6 +117,7 @@ impl Axis {
                     .expect("within reach")
             }
             NoGains::Error(error) => panic!("{self:?}: {error}"),
+            NoGains::Form(error) => panic!("{self:?}: {error}"),
         })
     }
 

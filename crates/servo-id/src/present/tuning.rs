@@ -22,8 +22,25 @@ pub fn tuning(
     tuned: &Tuned,
     warnings: &[String],
 ) -> Result<Page, TuningError> {
-    let figures = figures(tuned)?;
     let promise = &tuned.tuning.promise;
+    let (figures, blocks, rise_time, overshoot) = match &tuned.form {
+        Some(form) => {
+            let step = form.steps.last();
+            (
+                super::form::figures(form, &tuned.settings),
+                super::form::form(form, &remarks(tuned)),
+                step.and_then(|step| step.rise_time)
+                    .unwrap_or(f64::INFINITY),
+                step.map_or(0.0, |step| step.overshoot),
+            )
+        }
+        None => (
+            figures(tuned)?,
+            gains(tuned),
+            promise.rise_time,
+            promise.overshoot,
+        ),
+    };
     let verdict = Verdict {
         tone: match warnings {
             [] => Tone::Good,
@@ -32,8 +49,8 @@ pub fn tuning(
         status: "tuned".to_owned(),
         headline: format!(
             "A step will rise in {} ms and overshoot by {} % at most.",
-            figure(1e3 * promise.rise_time),
-            figure(100.0 * promise.overshoot)
+            figure(1e3 * rise_time),
+            figure(100.0 * overshoot)
         ),
         detail: match warnings {
             [] => "It is the response of the identified servo in simulation.".to_owned(),
@@ -41,7 +58,7 @@ pub fn tuning(
         },
     };
     let warnings = warnings.iter().cloned().map(Block::Warning);
-    let found = warnings.chain(gains(tuned)).collect();
+    let found = warnings.chain(blocks).collect();
     let sections = [
         Section::brief("What was found", found),
         Section::full("What it looks like", vec![Block::Figures(figures)]),
@@ -134,6 +151,7 @@ pub(super) fn advice(result: &IdentifiedResult, scenario: &Scenario) -> Vec<Bloc
             blocks
         }
         Err(NoGains::Error(error)) => none(&error),
+        Err(NoGains::Form(error)) => none(&error),
         // The stiffest goal is never too fast.
         Err(NoGains::TooFast { .. }) => Vec::new(),
     }
