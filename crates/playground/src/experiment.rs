@@ -35,7 +35,7 @@ pub fn tuned(
         .map_err(|error| error.to_string())?;
     Tuned::new(&result, known.angle.as_ref(), &settings).map_err(|error| match error {
         NoGains::Error(error) => error.to_string(),
-        NoGains::Form(error) => error.to_string(),
+        NoGains::Form(error) => error,
         NoGains::TooFast { cap, .. } => cap.to_string(),
     })
 }

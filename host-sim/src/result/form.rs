@@ -1,5 +1,6 @@
 //! Gains in the form of a drive's firmware.
 
+use identifier_core::tuning::PredictedSample;
 use serde::Serialize;
 
 /// The same loop as a firmware takes it, with margins and step of what it stores.
@@ -7,26 +8,24 @@ use serde::Serialize;
 pub struct FormResult {
     /// Name of the form.
     pub name: &'static str,
-    /// The firmware that it was read in.
+    /// The firmware and mode that it is for.
     pub firmware: &'static str,
     /// The parameters as the firmware stores them.
     pub parameters: Vec<FormParameter>,
-    /// "exact", "needs ki cut" where the cascade has no such integral gain, or "P only".
+    /// "exact", "needs ki cut" where a cascade has no such integral gain, or "P only".
     pub exactness: &'static str,
     /// Period of the firmware's loop, s.
     pub sample_time: f64,
     /// Margins of the stored parameters, at the worst corner of the servo's uncertainty.
     pub margins: FormMargins,
-    /// Step of the target, and the same through a filter in the program that sends it; without friction and limits.
+    /// Step of the target, and where that overshoots, the same through a filter in the program that sends it; both without
+    /// friction and limits.
     pub steps: Vec<FormStep>,
     /// What the firmware cannot do, and what the numbers rest on.
     pub remarks: Vec<String>,
-    /// Time (s), position and command per rad of the first step.
+    /// The first step.
     #[serde(skip)]
-    pub response: Vec<[f64; 3]>,
-    /// Frequency, rad/s, and |S| of the identified servo.
-    #[serde(skip)]
-    pub sensitivity: Vec<[f64; 2]>,
+    pub response: Vec<PredictedSample>,
 }
 
 /// A parameter of a firmware.
@@ -45,13 +44,8 @@ pub struct FormParameter {
 pub struct FormMargins {
     /// Mₛ, the largest sensitivity.
     pub sensitivity: f64,
-    /// The factors by which the gain may fall and rise.
+    /// The factors by which the gain may fall and rise; up to 50 is looked for.
     pub gain_margins: [f64; 2],
-}
-
-impl FormMargins {
-    /// The largest gain margin that is looked for.
-    pub const LARGEST: f64 = 50.0;
 }
 
 /// A step of the target.

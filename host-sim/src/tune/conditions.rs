@@ -124,7 +124,7 @@ impl Conditions {
 }
 
 /// The conditions that a scenario or a result holds.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct KnownConditions {
     /// Position of a count, rad; zero for an ideal sensor.
     pub resolution: Option<f64>,
@@ -138,29 +138,12 @@ pub struct KnownConditions {
     pub is_step_of_log: bool,
     /// True if the limit is the largest command of a log.
     pub is_command_of_log: bool,
-    /// The unit of the command.
-    pub command_unit: CommandUnit,
+    /// The unit of the command, where a scenario states it.
+    pub command_unit: Option<CommandUnit>,
     /// Torque of a unit of command, N·m.
     pub torque_constant: Option<f64>,
     /// True for an axis in m.
     pub is_linear: bool,
-}
-
-impl Default for KnownConditions {
-    /// Nothing is known.
-    fn default() -> Self {
-        Self {
-            resolution: None,
-            limit: None,
-            command_delay: 0.0,
-            angle: None,
-            is_step_of_log: false,
-            is_command_of_log: false,
-            command_unit: CommandUnit::Other,
-            torque_constant: None,
-            is_linear: false,
-        }
-    }
 }
 
 impl KnownConditions {
@@ -180,7 +163,7 @@ impl KnownConditions {
             angle: Angle::of_scenario(scenario),
             is_step_of_log: false,
             is_command_of_log: false,
-            command_unit: scenario.physical.command_unit,
+            command_unit: Some(scenario.physical.command_unit),
             torque_constant: scenario.physical.torque_constant,
             is_linear: scenario.is_linear(),
         }

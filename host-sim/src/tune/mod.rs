@@ -9,7 +9,7 @@ mod known_forces;
 mod result;
 
 pub use conditions::{ConditionError, Conditions, KnownConditions};
-pub use form::{Form, FormError};
+pub use form::Form;
 pub use known_forces::{Angle, Effects, Estimated};
 pub use result::{IdentifiedResult, ResultError};
 
@@ -37,12 +37,12 @@ pub struct Tuned {
 }
 
 /// The reason why there are no gains.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum NoGains {
     /// The core's refusal.
     Error(TuningError),
-    /// They do not get the form of the drive.
-    Form(FormError),
+    /// They do not get the form of the drive, in a sentence.
+    Form(String),
     /// Less would do.
     TooFast {
         /// The reason why it is not faster.

@@ -154,7 +154,7 @@ impl Arguments {
                 format!("--step {step}: {}", TuningError::DoesNotArrive)
             }
             NoGains::Error(error) => format!("{result}: {error}"),
-            NoGains::Form(error) => format!("--for: {error}"),
+            NoGains::Form(ref error) => format!("--for: {error}"),
         }
     }
 }

@@ -4,6 +4,8 @@
 use std::f64::consts::TAU;
 
 use identifier_core::number::Complex;
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::tuning::StepMeasure;
 
 use super::super::Effects;
 use super::*;
@@ -136,12 +138,8 @@ fn cases() -> Vec<Case> {
             },
             unit: CommandUnit::Volt,
             controller: |of, time| {
-                let (p_angle, p, i) = (
-                    of("motor.P_angle.P"),
-                    of("motor.PID_velocity.P"),
-                    of("motor.PID_velocity.I"),
-                );
-                let tf = of("motor.LPF_velocity.Tf");
+                let (p_angle, p, i) = (of("P_angle.P"), of("PID_velocity.P"), of("PID_velocity.I"));
+                let tf = of("LPF_velocity.Tf");
                 let (mut rate, mut lpf) = (difference(time), 0.0);
                 let (mut integral, mut before, mut next) = (0.0, 0.0, 0.0);
                 Box::new(move |target, position| {
@@ -323,18 +321,17 @@ impl Case {
         let known = KnownConditions {
             resolution: Some(0.0),
             limit: Some([-20.0, 20.0]),
-            command_unit: self.unit,
+            command_unit: Some(self.unit),
             ..KnownConditions::default()
         };
-        let form: Form = self.form.parse().expect("a form");
         let conditions = Conditions {
-            form: Some(form),
+            form: Some(self.form.parse().expect("a form")),
             ..self.conditions
         };
         let settings = conditions
             .settings(Goal::Stiffest, &result, &known)
             .expect("conditions");
-        form.tune(&result, &known, &conditions, &settings)
+        Tuned::of_conditions(&result, &known, &conditions, &settings)
             .unwrap_or_else(|error| panic!("{}: {error:?}", self.form))
     }
 
@@ -454,15 +451,13 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
             },
         ];
         let course = case.run(&form, 1.0, 1.0, 0.0, 0.0, samples);
-        let timed: Vec<_> = course
+        let mut measure = StepMeasure::<f64>::new(1.0, 0.0);
+        course
             .iter()
-            .enumerate()
-            .map(|(at, [position, command])| [at as f64 * case.period, *position, *command])
-            .collect();
-        let step = FormStep::of(&timed, 0.0);
+            .for_each(|[position, _]| measure.take(*position));
+        let own_rise = case.period * measure.rise().expect("it rises");
         let promised_step = form.steps[0];
-        let [own_rise, its_rise] =
-            [step, promised_step].map(|step| step.rise_time.expect("it rises"));
+        let its_rise = promised_step.rise_time.expect("it rises");
         println!(
             "{:10} {:12} ω {bandwidth:7.2} Ms design {:.3} promised {promised:.3} found {found:.3}, gain {fall:.3}..{rise:.2} found {:.3}..{:.2}, \
              rise {:.2} ms found {:.2}, overshoot {:.1} % found {:.1}",
@@ -474,7 +469,7 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
             1e3 * its_rise,
             1e3 * own_rise,
             100.0 * promised_step.overshoot,
-            100.0 * step.overshoot,
+            100.0 * measure.overshoot(),
         );
         assert!(promised <= 1.61, "{}", case.form);
         assert!(is_near(found, promised, 0.03), "{}", case.form);
@@ -482,7 +477,7 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
         assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
         assert!(is_near(own_rise, its_rise, 0.03), "{}", case.form);
         assert!(
-            (step.overshoot - promised_step.overshoot).abs() < 0.01,
+            (measure.overshoot() - promised_step.overshoot).abs() < 0.01,
             "{}",
             case.form
         );
@@ -524,12 +519,13 @@ fn with_gains(kp: f64, ki: f64, kd: f64) -> Tuned {
     tuned
 }
 
-/// The values of a form for gains and a scale of the command.
-fn values(form: &str, tuned: &Tuned, scale: f64) -> (Vec<f64>, FirmwareLoop, &'static str) {
+/// The values of a form for gains and a scale of the command, and the gains that these are.
+fn values(form: &str, tuned: &Tuned, scale: f64) -> (Vec<f64>, [f64; 3], &'static str) {
     let form: Form = form.parse().expect("a form");
-    let stored = form.stored(tuned, &Conditions::default(), scale, 1.0, false);
-    let values = stored.parameters.iter().map(|parameter| parameter.value);
-    (values.collect(), stored.firmware_loop, stored.exactness)
+    let frequency = form.0.cutoff.unwrap_or(400.0);
+    let (exactness, parameters, gains) = form.parameters(tuned, frequency, scale);
+    let values = parameters.iter().map(|parameter| parameter.value);
+    (values.collect(), gains, exactness)
 }
 
 /// Numbers that were worked out by hand, and back to SI.
@@ -539,41 +535,36 @@ fn gains_become_the_numbers_of_each_firmware_and_back() {
     let volts = with_gains(20.0, 100.0, 0.2);
     let duty = with_gains(1.0, 0.0, 0.0);
     let cascade = [94.721_36, 0.02, 0.105_573];
+    let pid = [0.02, 2.0, 10.0];
     for (form, tuned, scale, expected, gains) in [
-        (
-            "pid",
-            &tuned,
-            1.0,
-            &[2.0, 10.0, 0.02][..],
-            [2.0, 10.0, 0.02],
-        ),
+        ("pid", &tuned, 1.0, &[2.0, 10.0, 0.02, 400.0][..], pid),
         (
             "cascade",
             &tuned,
             1.0,
-            &[94.7214, 0.02, 0.105_573, 189.443],
+            &[94.7214, 0.02, 0.105_573, 189.442, 400.0],
             cascade,
         ),
         (
             "simplefoc",
             &tuned,
             1.0,
-            &[94.7214, 0.02, 0.105_573, 5e-3],
+            &[94.7214, 0.02, 0.105_573, 10.3, 5e-3],
             cascade,
         ),
         (
             "odrive",
             &tuned,
             1.0,
-            &[94.7214, 0.125_664, 0.663_334, 1000.0],
+            &[94.7214, 0.125_664, 0.663_334, 0.012_566_4, 1000.0],
             cascade,
         ),
         (
             "moteus",
             &tuned,
             1.0,
-            &[12.5664, 62.8319, 0.125_664],
-            [2.0, 10.0, 0.02],
+            &[12.5664, 62.8319, 0.125_664, 10.3, 400.0, 2e-3],
+            pid,
         ),
         // 60 A at 0.05 Nm/A.
         (
@@ -581,47 +572,48 @@ fn gains_become_the_numbers_of_each_firmware_and_back() {
             &tuned,
             1.0 / 3.0,
             &[0.011_635_5, 0.058_177_6, 1.163_55e-4, 0.2],
-            [2.0, 10.0, 0.02],
+            pid,
         ),
-        ("dynamixel", &duty, 1.0, &[173.0], [0.995_573, 0.0, 0.0]),
+        ("dynamixel", &duty, 1.0, &[174.0], [0.0, 1.001_33, 0.0]),
         (
             "wpilib",
             &volts,
             1.0,
             &[20.0, 100.0, 0.2, 10.3, 0.0, 4e-3, 2e-3],
-            [20.0, 100.0, 0.2],
+            [0.2, 20.0, 100.0],
         ),
         (
             "sparkmax",
             &volts,
             1.0 / 12.0,
             &[10.472, 0.052_359_9, 104.72],
-            [20.0, 100.0, 0.2],
+            [0.2, 20.0, 100.0],
         ),
         (
             "linuxcnc",
             &tuned,
             1.0,
             &[2.0, 10.0, 0.02, 4e-3, 2e-3, 10.3],
-            [2.0, 10.0, 0.02],
+            pid,
         ),
         // 500 · 0.02/2π Hz.
         (
             "cia402",
             &tuned,
             500.0 / TAU,
-            &[94.7214, 1.591_55, 189.443],
+            &[94.7214, 1.591_55, 189.443, 400.0],
             cascade,
         ),
     ] {
-        let (own, firmware_loop, _) = values(form, tuned, scale);
+        let (own, own_gains, _) = values(form, tuned, scale);
+        assert_eq!(own.len(), expected.len(), "{form}");
         for (own, expected) in own.iter().zip(expected) {
             assert!(
                 (own - expected).abs() <= 1e-5 * expected.abs(),
                 "{form}: {own} {expected}"
             );
         }
-        for (own, expected) in firmware_loop.gains.iter().zip(gains) {
+        for (own, expected) in own_gains.iter().zip(gains) {
             assert!(
                 (own - expected).abs() <= 1e-4 * expected.abs(),
                 "{form}: {own} {expected}"
@@ -630,16 +622,30 @@ fn gains_become_the_numbers_of_each_firmware_and_back() {
     }
 }
 
+/// Every row of the table is read: that of a form without gains would be missing.
+#[test]
+fn the_table_has_every_form() {
+    let names: Vec<_> = FIRMWARES
+        .iter()
+        .map(|firmware| firmware.name.as_str())
+        .collect();
+    let all = "pid cascade simplefoc odrive moteus vesc dynamixel wpilib sparkmax linuxcnc cia402";
+    assert_eq!(names.join(" "), all);
+    for case in cases() {
+        assert!(names.contains(&case.form), "{}", case.form);
+    }
+}
+
 /// kp² = 4 kd ki is the edge; beyond it the integral is what it is there.
 #[test]
 fn a_cascade_without_real_gains_gets_less_integral() {
     let (_, uncut, exactness) = values("cascade", &with_gains(2.0, 49.9, 0.02), 1.0);
     assert_eq!(exactness, "exact");
-    let [kx, kv, kvi] = uncut.gains;
+    let [kx, kv, kvi] = uncut;
     assert!((kv * kx + kvi - 2.0).abs() < 1e-4 && (kvi * kx - 49.9).abs() < 1e-3);
     let (_, cut, exactness) = values("cascade", &with_gains(2.0, 80.0, 0.02), 1.0);
     assert_eq!(exactness, "needs ki cut");
-    let [kx, kv, kvi] = cut.gains;
+    let [kx, kv, kvi] = cut;
     assert!((kv * kx + kvi - 2.0).abs() < 1e-4 && (kvi * kx - 50.0).abs() < 1e-3);
 }
 
@@ -667,25 +673,33 @@ fn refusal(form: &str, a: f64, known: &KnownConditions, stated: Conditions) -> S
 #[test]
 fn what_a_form_needs_is_named_with_its_option() {
     let of = |command_unit| KnownConditions {
-        command_unit,
+        command_unit: Some(command_unit),
         ..KnownConditions::default()
     };
     let none = Conditions::default();
     for (form, unit, part) in [
         ("odrive", CommandUnit::Ampere, "--torque-constant 0.1"),
-        ("moteus", CommandUnit::Volt, "in V, which does not become"),
+        (
+            "moteus",
+            CommandUnit::Volt,
+            "a command in Nm, and the log has one in V",
+        ),
         ("vesc", CommandUnit::Other, "--max-current 60"),
-        ("vesc", CommandUnit::Volt, "in V, which does not become"),
+        (
+            "vesc",
+            CommandUnit::Volt,
+            "a command in A, and the log has one in V",
+        ),
         ("dynamixel", CommandUnit::Volt, "--bus-voltage 12"),
         (
             "sparkmax",
             CommandUnit::Ampere,
-            "in A, which does not become",
+            "a command in V, and the log has one in A",
         ),
         (
             "wpilib",
             CommandUnit::NewtonMetre,
-            "in Nm, which does not become",
+            "a command in V, and the log has one in Nm",
         ),
     ] {
         let said = refusal(form, 2.0, &of(unit), none);
@@ -696,18 +710,21 @@ fn what_a_form_needs_is_named_with_its_option() {
         ..none
     };
     let said = refusal("vesc", 2.0, &of(CommandUnit::Ampere), zero);
-    assert_eq!(
-        said,
-        "--max-current 0 is not allowed: it must be a number above 0"
+    assert!(
+        said.contains("--max-current for its command, a number above 0"),
+        "{said}"
     );
     let linear = KnownConditions {
         is_linear: true,
         ..of(CommandUnit::Other)
     };
-    assert!(refusal("odrive", 2.0, &linear, none).contains("axis in m"));
-    assert!(
-        refusal("dynamixel", 0.0, &of(CommandUnit::Other), none).contains("too little friction")
-    );
+    assert!(refusal("odrive", 2.0, &linear, none).contains("one in m"));
+    let supplied = Conditions {
+        bus_voltage: Some(12.0),
+        ..none
+    };
+    let said = refusal("dynamixel", 0.0, &of(CommandUnit::Volt), supplied);
+    assert!(said.contains("too little friction"), "{said}");
     assert!(
         "esc"
             .parse::<Form>()
