@@ -10,17 +10,15 @@ pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
     let parameters = of.parameters.iter().map(|of| {
         // As it is stored, with every digit.
         let line = format!("{} = {} {}", of.name, of.value, of.unit);
-        line.trim_end().to_owned() + "\n"
+        line.trim_end().to_owned()
     });
-    let text = parameters.collect();
+    let text = parameters.collect::<Vec<_>>().join("\n");
     let ms = |time: f64| figure(1e3 * time);
     let [fall, rise] = of.margins.gain_margins.map(figure);
     let (period, sensitivity) = (ms(of.sample_time), figure(of.margins.sensitivity));
     let mut list = vec![
-        format!(
-            "Conversion: {}; the loop runs every {period} ms.",
-            of.exactness
-        ),
+        format!("For {}, whose loop runs every {period} ms.", of.firmware),
+        format!("The conversion: {}.", of.exactness),
         format!(
             "Largest sensitivity Ms: {sensitivity}. The gain may fall to {fall} and rise to {rise} times."
         ),
