@@ -23,7 +23,7 @@ pub struct FormResult {
     pub steps: Vec<FormStep>,
     /// What the firmware cannot do, and what the numbers rest on.
     pub remarks: Vec<String>,
-    /// The first step.
+    /// The last of the steps.
     #[serde(skip)]
     pub response: Vec<PredictedSample>,
 }

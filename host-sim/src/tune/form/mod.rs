@@ -69,7 +69,11 @@ impl Form {
         let (scale, assumption) = scale.map_err(NoGains::Form)?;
         let (mut settings, goal, mut is_slower) = (*settings, settings.goal, false);
         for _ in 0..ATTEMPTS {
-            let mut tuned = Tuned::new(result, known.angle.as_ref(), &settings)?;
+            let found = Tuned::new(result, known.angle.as_ref(), &settings);
+            if is_slower && found.is_err() {
+                break;
+            }
+            let mut tuned = found?;
             let most = tuned.tuning.bandwidth;
             let mut form = self.stored(&tuned, stated, scale)?;
             let rise_time = form.steps.last().and_then(|step| step.rise_time);
@@ -82,9 +86,8 @@ impl Form {
                 is_slower = true;
                 SLOWER
             } else if is_slower && goal != Goal::Stiffest {
-                let cap = Cap::Delay;
                 return Err(NoGains::TooFast {
-                    cap,
+                    cap: Cap::Delay,
                     most,
                     rise_time,
                 });
@@ -170,13 +173,17 @@ impl Form {
         let servos = tuner.possible_servos();
         let until = Promise::MAX_TIME / tuning.bandwidth;
         let step = |smoothing| firmware_loop.step(&servos[0], [settings.step, smoothing, until]);
-        let (at_once, response) = step(0.0);
+        let (at_once, mut response) = step(0.0);
+        let mut steps = vec![at_once];
         let [first, second, third] = gains;
         let zero = second / third;
-        let overshoots = at_once.overshoot > OVERSHOOT && zero.is_finite();
-        let smoothed = overshoots.then(|| step(SMOOTHING * zero).0);
         let commands = response.iter().map(|sample| sample.command.abs());
         let share = commands.fold(0.0, f64::max) / settings.command;
+        if at_once.overshoot > OVERSHOOT && zero.is_finite() {
+            let (smoothed, samples) = step(SMOOTHING * zero);
+            steps.push(smoothed);
+            response = samples;
+        }
         let servo = tuned.servo.parameters;
         let mut remarks = Vec::new();
         if let Some(limit) = firmware.velocity_limit {
@@ -200,7 +207,7 @@ impl Form {
             exactness,
             sample_time,
             margins: firmware_loop.margins(servos, tuning.bandwidth),
-            steps: std::iter::once(at_once).chain(smoothed).collect(),
+            steps,
             remarks,
             response,
         })
