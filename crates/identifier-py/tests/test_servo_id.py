@@ -255,7 +255,7 @@ class OtherVerbs(unittest.TestCase):
         self.assertEqual((form["name"], form["exactness"]), ("vesc", "exact"))
         self.assertEqual(form["parameters"][0]["name"], "p_pid_kp")
         self.assertLess(form["margins"]["sensitivity"], 1.61)
-        with self.assertRaisesRegex(ValueError, "--max-current 60"):
+        with self.assertRaisesRegex(ValueError, "for example max_current 60"):
             servo_id.tune(result, form="vesc")
         with self.assertRaisesRegex(ValueError, "form must be one of pid, cascade"):
             servo_id.tune(result, form="esc")

@@ -465,11 +465,11 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
         for step in &form.steps {
             let (rise, overshoot) = measured(step.smoothing);
             assert!(
-                is_near(rise, step.rise_time.expect("it rises"), 0.03),
+                is_near(rise, step.rise_time.expect("it rises"), 0.003),
                 "{}",
                 case.form
             );
-            assert!((overshoot - step.overshoot).abs() < 0.01, "{}", case.form);
+            assert!((overshoot - step.overshoot).abs() < 0.001, "{}", case.form);
         }
         let (own_rise, own_overshoot) = measured(0.0);
         let promised_step = form.steps[0];
@@ -488,7 +488,7 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
             100.0 * own_overshoot,
         );
         assert!(promised <= 1.61, "{}", case.form);
-        assert!(is_near(found, promised, 0.03), "{}", case.form);
+        assert!(is_near(found, promised, 0.003), "{}", case.form);
         assert!(is_near(edges[0], rise, 0.03), "{}", case.form);
         assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
         // The integral holds the load where there is one.
