@@ -67,6 +67,14 @@ impl Form {
         const TIME_TOLERANCE: f64 = 0.02;
         let scale = self.scale(known, stated, result.servo.parameters.b);
         let (scale, assumption) = scale.map_err(NoGains::Form)?;
+        let (frequency, time) = (stated.cutoff.or(self.0.cutoff), settings.sample_time);
+        let (name, most) = (&self.0.name, 0.5 / time);
+        // A phase-locked loop corrects by more than its error there.
+        if self.0.filter.of(frequency.unwrap_or(0.0), time).0[0] > 1.0 {
+            return Err(NoGains::Form(format!(
+                "the filter of {name} is stable up to a --cutoff of {most:.1} rad/s at a --sample-time of {time} s: state less of either"
+            )));
+        }
         let (mut settings, goal, mut is_slower) = (*settings, settings.goal, false);
         for _ in 0..ATTEMPTS {
             let found = Tuned::new(result, known.angle.as_ref(), &settings);
@@ -101,7 +109,6 @@ impl Form {
             };
             settings.goal = Goal::Bandwidth(next * most);
         }
-        let name = &self.0.name;
         Err(NoGains::Form(format!(
             "{name} has no gains that keep the margins around this servo, which has too little friction for it: take another form"
         )))

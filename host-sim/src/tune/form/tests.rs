@@ -729,6 +729,12 @@ fn what_a_form_needs_is_named_with_its_option() {
         ..of(CommandUnit::Other)
     };
     assert!(refusal("odrive", 2.0, &linear, none).contains("one in m"));
+    let fast = Conditions {
+        cutoff: Some(5000.0),
+        ..none
+    };
+    let said = refusal("odrive", 2.0, &of(CommandUnit::NewtonMetre), fast);
+    assert!(said.contains("--cutoff of 4000.0 rad/s"), "{said}");
     let supplied = Conditions {
         bus_voltage: Some(12.0),
         ..none
