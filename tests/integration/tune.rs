@@ -117,6 +117,7 @@ impl Axis {
                     .expect("within reach")
             }
             NoGains::Error(error) => panic!("{self:?}: {error}"),
+            NoGains::Form(error) => panic!("{self:?}: {error}"),
         })
     }
 
@@ -163,7 +164,8 @@ fn the_true_servo_keeps_the_promise_made_from_a_result() {
             return (result.doubt, None);
         }
         let tuned = axis.tuned(&result);
-        (None, Some((tuned, axis.steps(&tuned))))
+        let steps = axis.steps(&tuned);
+        (None, Some((tuned, steps)))
     });
     let mut broken = String::new();
     let (mut kept, mut narrow) = (0, 0);

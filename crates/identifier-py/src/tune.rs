@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use host_sim::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::tuning::Goal;
 use pyo3::prelude::*;
 
 use crate::fault::value_error;
 
-/// Gains for a result's JSON under conditions by name, as JSON, and the assumptions that they rest on.
+/// Gains for a result's JSON under conditions by name, as JSON, in the form of a drive's firmware where one is named, and the
+/// assumptions that they rest on.
 ///
 /// # Errors
 /// `ValueError`: a result that has not converged unless that is accepted, a condition that is not known or not allowed,
@@ -18,6 +19,7 @@ pub(crate) fn tune(
     py: Python<'_>,
     result: &str,
     conditions: BTreeMap<String, f64>,
+    form: Option<&str>,
     accept_unconverged: bool,
 ) -> PyResult<(String, Vec<String>)> {
     py.detach(|| {
@@ -27,11 +29,13 @@ pub(crate) fn tune(
                 "{doubt}: gains for it would be a guess; see to that first, or accept_unconverged=True"
             )));
         }
-        let (goal, conditions) = stated(&conditions)?;
+        let (goal, mut conditions) = stated(&conditions)?;
+        let form = form.map(str::parse::<Form>).transpose();
+        conditions.form = form.map_err(|names| value_error(format!("form must be {names}")))?;
         let known = KnownConditions::of_result(result, identified.has_delay);
         let settings = conditions.settings(goal, &identified, &known);
         let settings = settings.map_err(value_error)?;
-        let tuned = Tuned::new(&identified, known.angle.as_ref(), &settings);
+        let tuned = Tuned::of_conditions(&identified, &known, &conditions, &settings);
         let tuned = tuned.map_err(|error| refusal(&error))?;
         let json = serde_json::to_string(&tuned.result()).map_err(value_error)?;
         Ok((json, conditions.assumptions(&known)))
@@ -62,6 +66,9 @@ fn stated(named: &BTreeMap<String, f64>) -> PyResult<(Goal, Conditions)> {
             "max_noise" => &mut conditions.max_noise,
             "resonance" => &mut conditions.resonance,
             "step" => &mut conditions.step,
+            "torque_constant" => &mut conditions.torque_constant,
+            "bus_voltage" => &mut conditions.bus_voltage,
+            "max_current" => &mut conditions.max_current,
             _ => return Err(value_error(format!("{name} is no condition of gains"))),
         };
         *place = Some(value);
@@ -83,5 +90,6 @@ fn refusal(error: &NoGains) -> PyErr {
             ))
         }
         NoGains::Error(error) => value_error(error),
+        NoGains::Form(error) => value_error(error),
     }
 }

@@ -252,6 +252,15 @@ class OtherVerbs(unittest.TestCase):
         self.assertEqual(result.truth["b"], 180.0)
         gains = servo_id.tune(result, response_time=0.05)
         self.assertAlmostEqual(gains.promise["rise_time"], 0.05, delta=0.002)
+        self.assertIsNone(gains.form)
+        form = servo_id.tune(result, form="vesc", max_current=60.0, response_time=0.5).form
+        self.assertEqual((form["name"], form["exactness"]), ("vesc", "exact"))
+        self.assertEqual(form["parameters"][0]["name"], "p_pid_kp")
+        self.assertLess(form["margins"]["sensitivity"], 1.61)
+        with self.assertRaisesRegex(ValueError, "for example max_current 60"):
+            servo_id.tune(result, form="vesc")
+        with self.assertRaisesRegex(ValueError, "form must be one of pid, cascade"):
+            servo_id.tune(result, form="esc")
         with self.assertRaisesRegex(ValueError, "rise time of"):
             servo_id.tune(result, response_time=1e-5)
         with self.assertRaisesRegex(ValueError, "two goals"):

@@ -9,6 +9,7 @@ mod drift;
 mod drive_status;
 mod experiment;
 mod fit;
+mod form;
 mod log;
 mod reason;
 mod residual;
@@ -26,6 +27,7 @@ pub use experiment::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
 pub use fit::{EnteredEffect, FitNotes};
+pub use form::{FormMargins, FormParameter, FormResult, FormStep};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};
 pub use sensor_noise::SensorNoise;

@@ -6,6 +6,8 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{Promise, Tuning};
 use serde::Serialize;
 
+use super::FormResult;
+
 /// Gains, with their promise and their conditions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TuningResult {
@@ -22,6 +24,9 @@ pub struct TuningResult {
     pub promise: StiffPromise,
     /// Feed-forward.
     pub feed_forward: FeedForward,
+    /// The same in the form of a drive's firmware, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<FormResult>,
     /// The servo that it is for.
     pub servo: DelayedServo,
     /// Conditions.

@@ -4,12 +4,12 @@ use identifier_core::tuning::{Goal, TuningSettings};
 #[cfg(feature = "experiments")]
 use serde::Deserialize;
 
-use super::IdentifiedResult;
 use super::known_forces::Angle;
+use super::{Form, IdentifiedResult};
 #[cfg(feature = "experiments")]
 use crate::provenance::{Origin, Task};
 use crate::result::Summary;
-use crate::scenario::Scenario;
+use crate::scenario::{CommandUnit, Scenario};
 
 /// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
 /// or has a default.
@@ -37,6 +37,14 @@ pub struct Conditions {
     pub step: Option<f64>,
     /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
     pub feed_forward: bool,
+    /// The firmware in whose form the gains are stated.
+    pub form: Option<Form>,
+    /// Torque of a unit of command, N·m, for a form that takes a torque.
+    pub torque_constant: Option<f64>,
+    /// Supply voltage, V, for a form that puts out a share of it.
+    pub bus_voltage: Option<f64>,
+    /// The largest current, A, for a form that puts out a share of it.
+    pub max_current: Option<f64>,
 }
 
 /// A condition that is not known and must be stated.
@@ -92,7 +100,7 @@ impl Conditions {
         let command = beyond_the_load(result, limit)?;
         let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
         let command_delay = self.command_delay.unwrap_or(known.command_delay);
-        Ok(TuningSettings {
+        let mut settings = TuningSettings {
             sample_time: self.sample_time.unwrap_or(result.sample_time),
             resolution,
             noise: noise_beside_rounding(result, resolution),
@@ -108,7 +116,11 @@ impl Conditions {
             resonance: self.resonance,
             notch: true,
             feed_forward: self.feed_forward,
-        })
+        };
+        if let Some(form) = self.form {
+            form.prepare(&mut settings, self);
+        }
+        Ok(settings)
     }
 }
 
@@ -127,6 +139,12 @@ pub struct KnownConditions {
     pub is_step_of_log: bool,
     /// True if the limit is the largest command of a log.
     pub is_command_of_log: bool,
+    /// The unit of the command, where a scenario states it.
+    pub command_unit: Option<CommandUnit>,
+    /// Torque of a unit of command, N·m.
+    pub torque_constant: Option<f64>,
+    /// True for an axis in m.
+    pub is_linear: bool,
 }
 
 impl KnownConditions {
@@ -146,6 +164,9 @@ impl KnownConditions {
             angle: Angle::of_scenario(scenario),
             is_step_of_log: false,
             is_command_of_log: false,
+            command_unit: Some(scenario.physical.command_unit),
+            torque_constant: scenario.physical.torque_constant,
+            is_linear: scenario.is_linear(),
         }
     }
 

@@ -1,13 +1,15 @@
 //! Gains from the result of an identification.
 //!
 //! result.json → [`IdentifiedResult`]; with [`Conditions`] from options and scenario → the core's tuner →
-//! [`Tuned`].
+//! [`Tuned`], and for a drive's firmware → [`Form`].
 
 mod conditions;
+mod form;
 mod known_forces;
 mod result;
 
 pub use conditions::{ConditionError, Conditions, KnownConditions};
+pub use form::Form;
 pub use known_forces::{Angle, Effects, Estimated};
 pub use result::{IdentifiedResult, ResultError};
 
@@ -15,13 +17,13 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, Gains, KnownForces, StiffPromise, Summary, TuningConditions,
-    TuningResult,
+    DelayedServo, FeedForward, FormResult, Gains, KnownForces, StiffPromise, Summary,
+    TuningConditions, TuningResult,
 };
 use crate::scenario::Scenario;
 
 /// Gains, and what they were found for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Tuned {
     /// The servo.
     pub servo: IdentifiedServo,
@@ -31,14 +33,19 @@ pub struct Tuned {
     pub settings: TuningSettings,
     /// The gains.
     pub tuning: Tuning,
+    /// The same in the form of a drive's firmware, where that was asked for.
+    pub form: Option<FormResult>,
 }
 
 /// The reason why there are no gains.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoGains {
     /// The core's refusal.
     #[error(transparent)]
     Error(TuningError),
+    /// They do not get the form of the drive, in a sentence.
+    #[error("{0}")]
+    Form(String),
     /// Less would do.
     #[error("{cap} allows {most:.2} rad/s")]
     TooFast {
@@ -80,6 +87,7 @@ impl Tuned {
             forces,
             settings: *settings,
             tuning,
+            form: None,
         })
     }
 
@@ -112,6 +120,22 @@ impl Tuned {
         };
         let tuning = settings.tune(&self.servo).ok()?;
         (tuning.kp > 1.01 * self.tuning.kp).then_some(tuning)
+    }
+
+    /// Tunes for a result in the form that the conditions state, if they do.
+    ///
+    /// # Errors
+    /// The reason why there are no gains, or none in that form.
+    pub fn of_conditions(
+        result: &IdentifiedResult,
+        known: &KnownConditions,
+        conditions: &Conditions,
+        settings: &TuningSettings,
+    ) -> Result<Self, NoGains> {
+        match conditions.form {
+            Some(form) => form.tune(result, known, conditions, settings),
+            None => Self::new(result, known.angle.as_ref(), settings),
+        }
     }
 
     /// The tuner that found them.
@@ -148,6 +172,7 @@ impl Tuned {
                 stiffness: 1.0 / tuning.promise.compliance,
             },
             feed_forward: self.feed_forward(),
+            form: self.form.clone(),
             servo: DelayedServo {
                 parameters: servo.parameters,
                 delay: servo.delay,

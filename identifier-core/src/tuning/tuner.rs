@@ -2,7 +2,7 @@ use super::closed_loop::{PredictedSample, PredictedStep};
 use super::margins::Margins;
 use super::measured_line::MeasuredLine;
 use super::placement::Design;
-use super::possible_servos::PossibleServos;
+use super::possible_servos::{PossibleServo, PossibleServos};
 use super::prediction::{PromisePrediction, Scene};
 use super::resonance::Resonance;
 use super::response_time::ByTime;
@@ -182,6 +182,12 @@ impl Tuner {
     pub fn sensitivity(&self, tuning: &Tuning, frequency: f64) -> Option<[f64; 2]> {
         self.judge
             .sensitivity(&Design::from_tuning(tuning), frequency)
+    }
+
+    /// The identified servo, first, and the corners of its uncertainty, each with all of its delay.
+    #[must_use]
+    pub fn possible_servos(&self) -> &[PossibleServo] {
+        self.scene.servos.iter().as_slice()
     }
 
     /// The step that gains promise.

@@ -192,17 +192,23 @@ def _batch(file: str, text: str, seed: int, start: int, count: int) -> tuple[dic
     return _native.sweep(file, text, start, count, seed)
 
 
-def tune(result: Result, *, accept_unconverged: bool = False, **conditions: float) -> Gains:
+def tune(
+    result: Result, *, form: str | None = None, accept_unconverged: bool = False, **conditions: float
+) -> Gains:
     """PID gains for a servo, with the response that they promise.
 
     The goal is ``response_time`` (s, from 10 to 90 % of a step) or ``bandwidth`` (rad/s), by default as stiff as the servo
     allows. Further conditions: sample_time, counts or resolution, limit, command_delay, cutoff, max_sensitivity, max_noise,
     resonance, step.
+
+    ``form`` states them in the form of a drive's firmware too (``gains.form``): pid, cascade, simplefoc, odrive, moteus,
+    vesc, dynamixel, wpilib, sparkmax, linuxcnc or cia402, with torque_constant (N·m per unit of command), bus_voltage (V) or
+    max_current (A) where that form needs it.
     """
     if {"response_time", "bandwidth"} <= conditions.keys():
         raise ValueError("response_time and bandwidth are two goals: state one")
     stated = {name: float(value) for name, value in conditions.items()}
-    text, assumptions = _native.tune(result.text, stated, accept_unconverged)
+    text, assumptions = _native.tune(result.text, stated, form, accept_unconverged)
     return Gains(text, tuple(assumptions))
 
 

@@ -38,7 +38,10 @@ def sweep(
     file: str, text: str, first: int, count: int, seed: int
 ) -> tuple[_Columns, list[str]]: ...
 def tune(
-    result: str, conditions: Mapping[str, float], accept_unconverged: bool
+    result: str,
+    conditions: Mapping[str, float],
+    form: str | None,
+    accept_unconverged: bool,
 ) -> tuple[str, list[str]]: ...
 def export(
     joints: Sequence[tuple[str, str, float | None, float | None, float, float | None]],

@@ -168,6 +168,12 @@ class Gains:
         """Rise time, overshoot, margins and stiffness of the loop."""
         return self.json["promise"]
 
+    @property
+    def form(self) -> dict[str, Any] | None:
+        """The gains in the form of a drive's firmware, where one was named: name, parameters (each with name, value and
+        unit), exactness, margins and steps of what the firmware stores, remarks."""
+        return self.json.get("form")
+
     def __repr__(self) -> str:
         return ", ".join(f"{name} = {value:.5g}" for name, value in self.gains.items())
 

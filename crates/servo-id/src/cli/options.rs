@@ -2,7 +2,7 @@
 
 use host_sim::recognise::Stated;
 use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
-use host_sim::tune::Conditions;
+use host_sim::tune::{Conditions, Form};
 
 /// Declares the options that the fields of a type are.
 macro_rules! options {
@@ -142,6 +142,19 @@ options! {
         /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
         #[arg(long, conflicts_with = "response_time")]
         feed_forward: bool,
+        /// State the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
+        /// wpilib, sparkmax, linuxcnc or cia402.
+        #[arg(long = "for", value_name = "FORM", conflicts_with = "feed_forward")]
+        form: Option<Form>,
+        /// Torque of a unit of command, N·m, where the form takes a torque; the result's by default.
+        #[arg(long, value_name = "K", requires = "form", allow_negative_numbers = true)]
+        torque_constant: Option<f64>,
+        /// Supply voltage, V, where the form puts out a share of it.
+        #[arg(long, value_name = "V", requires = "form", allow_negative_numbers = true)]
+        bus_voltage: Option<f64>,
+        /// The largest current, A, where the form puts out a share of it.
+        #[arg(long, value_name = "A", requires = "form", allow_negative_numbers = true)]
+        max_current: Option<f64>,
     }
 }
 

@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let settings = conditions
         .settings(arguments.goal(), &result, &known)
         .map_err(|error| of_result(&error))?;
-    let tuned = Tuned::new(&result, known.angle.as_ref(), &settings)
+    let tuned = Tuned::of_conditions(&result, &known, &conditions, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
     let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
@@ -154,6 +154,7 @@ impl Arguments {
                 format!("--step {step}: {}", TuningError::DoesNotArrive)
             }
             NoGains::Error(error) => format!("{result}: {error}"),
+            NoGains::Form(ref error) => format!("--for: {error}"),
         }
     }
 }

@@ -11,6 +11,7 @@ mod envelope;
 mod estimates;
 mod experiment;
 mod figure;
+mod form;
 mod formats;
 mod heat_map;
 mod log;

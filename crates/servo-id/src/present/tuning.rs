@@ -26,6 +26,11 @@ pub fn tuning(
 ) -> Result<Page, TuningError> {
     let figures = figures(tuned)?;
     let promise = &tuned.tuning.promise;
+    let step = tuned.form.as_ref().and_then(|form| form.steps.last());
+    let (rise_time, overshoot) = match step {
+        Some(step) => (step.rise_time.unwrap_or(f64::INFINITY), step.overshoot),
+        None => (promise.rise_time, promise.overshoot),
+    };
     let verdict = Verdict {
         tone: match warnings {
             [] => Tone::Good,
@@ -34,8 +39,8 @@ pub fn tuning(
         status: "tuned".to_owned(),
         headline: format!(
             "A step will rise in {} ms and overshoot by {} % at most.",
-            figure(1e3 * promise.rise_time),
-            figure(100.0 * promise.overshoot)
+            figure(1e3 * rise_time),
+            figure(100.0 * overshoot)
         ),
         detail: match warnings {
             [] => "It is the response of the identified servo in simulation.".to_owned(),
@@ -43,7 +48,12 @@ pub fn tuning(
         },
     };
     let warnings = warnings.iter().cloned().map(Block::Warning);
-    let found = warnings.chain(gains(tuned)).collect();
+    let found = match &tuned.form {
+        Some(form) => warnings
+            .chain(super::form::form(form, &remarks(tuned)))
+            .collect(),
+        None => warnings.chain(gains(tuned)).collect(),
+    };
     let sections = [
         Section::brief("What was found", found),
         Section::full("What it looks like", vec![Block::Figures(figures)]),
@@ -66,27 +76,21 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     let tuner = tuned.tuner()?;
     let settling_time = tuning.promise.settling_time;
     let until = (SHOWN / tuning.bandwidth).max(SETTLING_TIMES * settling_time);
-    let samples: Vec<_> = tuner
+    let own = tuner
         .step(tuning)?
-        .take_while(|sample| sample.time <= until)
-        .collect();
+        .take_while(|sample| sample.time <= until);
+    let in_form = tuned.form.as_ref().map(|form| form.response.clone());
+    let samples = in_form.unwrap_or_else(|| own.collect());
     let course = |name: &str, value: fn(&PredictedSample) -> f64| {
         let points = samples.iter().map(|sample| (sample.time, value(sample)));
         vec![Trace::new(name, points.collect())]
     };
     let position = course("position", |sample| sample.position);
     let command = course("command", |sample| sample.command);
-    let mut step = Figure::new("Predicted step", SINCE, "q [rad]", position)
+    let step = Figure::new("Predicted step", SINCE, "q [rad]", position)
         .with_level("reference", settings.step)
         .from_zero();
-    step.stretches = samples.last().map_or_else(Vec::new, |last| {
-        vec![Stretch {
-            name: "settled within 2 %".to_owned(),
-            extent: [settling_time.min(last.time), last.time],
-            colour: 7,
-        }]
-    });
-    Ok(vec![
+    let mut figures = vec![
         step,
         Figure::new(
             "Command beyond what holds the load",
@@ -94,8 +98,17 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
             "u [command units]",
             command,
         ),
-        sensitivity(&tuner, tuning, settings, &[]),
-    ])
+    ];
+    // What is known of the design and not of its form.
+    if let (None, Some(last)) = (&tuned.form, samples.last()) {
+        figures[0].stretches.push(Stretch {
+            name: "settled within 2 %".to_owned(),
+            extent: [settling_time.min(last.time), last.time],
+            colour: 7,
+        });
+        figures.push(sensitivity(&tuner, tuning, settings, &[]));
+    }
+    Ok(figures)
 }
 
 fn conditions(tuned: &Tuned) -> Block {

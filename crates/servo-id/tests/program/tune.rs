@@ -302,3 +302,54 @@ fn a_step_that_friction_holds_is_refused() {
     let message = refusal("tune-friction", &result(), &arguments);
     assert!(message.contains("--step 0.01: "), "{message}");
 }
+
+/// The parameters of a firmware, to be typed in, and the same in the JSON.
+#[test]
+fn gains_are_stated_in_the_form_of_a_drive() {
+    let folder = folder("tune-form");
+    let asked = with(&["--for", "odrive"]);
+    let output = tune(&folder, &result(), &asked);
+    assert_done(&output);
+    let page = String::from_utf8(output.stdout).expect("text");
+    let form = &printed_json(&tune(
+        &folder,
+        &result(),
+        &[&asked[..], &["--json", "-"]].concat(),
+    ))["form"];
+    for parameter in form["parameters"].as_array().expect("parameters") {
+        let of = |key: &str| parameter[key].as_str().expect("a text");
+        let line = format!(
+            "{} = {} {}",
+            of("name"),
+            parameter["value"].as_f64().expect("a number"),
+            of("unit")
+        );
+        assert!(page.contains(line.trim_end()), "{line}: {page}");
+    }
+    assert_eq!(form["name"], json!("odrive"));
+    assert_eq!(form["exactness"], json!("needs ki cut"));
+    assert!(form["margins"]["sensitivity"].as_f64().expect("a number") < 1.61);
+    assert!(page.contains("The conversion: needs ki cut."), "{page}");
+    assert!(page.contains("taken to be in Nm"), "{page}");
+}
+
+#[test]
+fn what_a_form_lacks_is_named() {
+    for (arguments, part) in [
+        (
+            "--for vesc",
+            "--for: vesc needs --max-current for its command, a number above 0: for example",
+        ),
+        ("--for sparkmax --bus-voltage -1", "--bus-voltage 12"),
+        ("--for esc", "one of pid, cascade, simplefoc"),
+        ("--max-current 60", "--for"),
+        (
+            "--for odrive --response-time 0.002",
+            "--response-time 0.002: ",
+        ),
+    ] {
+        let arguments: Vec<&str> = KNOWN.into_iter().chain(arguments.split(' ')).collect();
+        let message = refusal("tune-form-asked", &result(), &arguments);
+        assert!(message.contains(part), "{message}");
+    }
+}

@@ -55,7 +55,10 @@ pub(super) fn outlines((x, y): (f64, f64), text: &str, size: u32, scale: f64) ->
 }
 
 fn units_per_em(face: &FontRef<'_>) -> f64 {
-    f64::from(face.metrics(Size::unscaled(), LocationRef::default()).units_per_em)
+    f64::from(
+        face.metrics(Size::unscaled(), LocationRef::default())
+            .units_per_em,
+    )
 }
 
 fn glyph(face: &FontRef<'_>, letter: char) -> GlyphId {

@@ -1,0 +1,41 @@
+//! Gains in the form of a drive's firmware.
+
+use host_sim::result::FormResult;
+
+use super::Block;
+use super::number::{figure, sentence};
+
+/// The parameters, what their loop does, and remarks.
+pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
+    let parameters = of.parameters.iter().map(|of| {
+        // As it is stored, with every digit.
+        let line = format!("{} = {} {}", of.name, of.value, of.unit);
+        line.trim_end().to_owned()
+    });
+    let text = parameters.collect::<Vec<_>>().join("\n");
+    let ms = |time: f64| figure(1e3 * time);
+    let [fall, rise] = of.margins.gain_margins.map(figure);
+    let (period, sensitivity) = (ms(of.sample_time), figure(of.margins.sensitivity));
+    let mut list = vec![
+        format!("For {}, whose loop runs every {period} ms.", of.firmware),
+        format!("The conversion: {}.", of.exactness),
+        format!(
+            "Largest sensitivity Ms: {sensitivity}. The gain may fall to {fall} and rise to {rise} times."
+        ),
+    ];
+    for step in &of.steps {
+        let through = match step.smoothing {
+            0.0 => "at once".to_owned(),
+            time => format!("through a filter of {} ms in your program", ms(time)),
+        };
+        let rise = ms(step.rise_time.unwrap_or(f64::INFINITY));
+        let overshoot = figure(100.0 * step.overshoot);
+        list.push(format!(
+            "A step {through} rises in {rise} ms and overshoots by {overshoot} %."
+        ));
+    }
+    list.extend(remarks.iter().map(|remark| sentence(remark)));
+    list.extend(of.remarks.iter().cloned());
+    let caption = of.firmware.to_owned();
+    vec![Block::Code { caption, text }, Block::List(list)]
+}

@@ -1,0 +1,122 @@
+//! The rows of the table of firmwares, firmwares.toml.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+/// A firmware and its controller; the table explains its keys.
+#[derive(Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Firmware {
+    pub(super) name: String,
+    pub(super) title: String,
+    pub(super) sample_time: Option<f64>,
+    pub(super) delay: f64,
+    pub(super) filter: Filter,
+    pub(super) cutoff: Option<f64>,
+    pub(super) law: Law,
+    pub(super) older: f64,
+    pub(super) command: Option<String>,
+    pub(super) share_of: Option<Share>,
+    pub(super) angle: Option<f64>,
+    pub(super) parameters: Vec<Parameter>,
+    /// Its usual limit of the velocity, rad/s.
+    pub(super) velocity_limit: Option<f64>,
+    pub(super) remarks: Vec<String>,
+}
+
+/// A parameter: a quantity times a factor, with six digits or these decimal places, up to the largest.
+#[derive(Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Parameter {
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) of: Of,
+    pub(super) factor: Option<f64>,
+    pub(super) places: Option<usize>,
+    pub(super) most: Option<f64>,
+}
+
+/// The structure of a controller.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+pub(super) enum Law {
+    /// kp e + ki ∫e − kd v, with the gains kd, kp and ki.
+    #[default]
+    Pid,
+    /// The same with the derivative of the error.
+    PidOnError,
+    /// (Kv + Kvi ∫)(Kx e − v), with the gains Kx, Kv and Kvi.
+    Cascade,
+    /// kp e alone.
+    Proportional,
+}
+
+/// The whole that an output is a share of.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub(super) enum Share {
+    MaxCurrent,
+    BusVoltage,
+    /// The command for 2π rad/s², so that the gain of the velocity is its bandwidth in Hz.
+    Acceleration,
+}
+
+/// The quantity that a parameter is.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub(super) enum Of {
+    /// The gains of the law: kd, kp and ki, or Kx, Kv and Kvi.
+    First,
+    Second,
+    Third,
+    /// Kv/Kvi, s.
+    ResetTime,
+    /// The filter: its frequency, rad/s, the reciprocal of that, or the share of the newest sample in it.
+    Cutoff,
+    TimeConstant,
+    NewestShare,
+    /// The feed-forward: 1/b, a/b, c/b.
+    Acceleration,
+    Velocity,
+    Friction,
+    /// The largest command.
+    Limit,
+}
+
+/// A velocity filter of a frequency ω, as an α-β filter of the position: prediction p + w, innovation e,
+/// p = prediction + α e, w += β e, with w the motion of a sample. The velocity is w + γ α e over a sample, the position
+/// p + γ w: with γ = 1 the next prediction. With α = 1 it is a low-pass filter of the difference; a phase-locked loop is one too.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+pub(super) enum Filter {
+    /// Low-pass filter of the difference, with the pole e^(−ωT).
+    #[default]
+    LowPass,
+    /// The same with the pole 1/(1 + ωT).
+    BackwardLowPass,
+    /// Phase-locked loop whose velocity is its integral: ω²/(s + ω)².
+    Observer,
+    /// Phase-locked loop: (2ωs + ω²)/(s + ω)².
+    LockedLoop,
+}
+
+impl Filter {
+    /// [α, β, γ] for a frequency, rad/s, at a sample time, s, and the cut-off, rad/s, of the low-pass filter that gains are
+    /// designed with in its place: that of the same pole, of the same lag, or where there is none, of the same noise.
+    pub(super) fn of(self, frequency: f64, time: f64) -> ([f64; 3], f64) {
+        let x = frequency * time;
+        let (filter, cutoff) = match self {
+            Self::LowPass => ([1.0, -(-x).exp_m1(), 0.0], frequency),
+            Self::BackwardLowPass => ([1.0, x / (1.0 + x), 0.0], x.ln_1p() / time),
+            Self::Observer => ([2.0 * x, x * x, 0.0], 0.5 * frequency),
+            Self::LockedLoop => ([2.0 * x, x * x, 1.0], 2.5 * frequency),
+        };
+        (filter, cutoff.min(0.99 * PI / time))
+    }
+}
+
+/// The table; a test reads it, so that it is not empty.
+pub(super) static FIRMWARES: LazyLock<Vec<Firmware>> = LazyLock::new(|| {
+    let table = toml::from_str::<BTreeMap<String, Vec<Firmware>>>(include_str!("firmwares.toml"));
+    let mut table = table.unwrap_or_default();
+    table.remove("firmware").unwrap_or_default()
+});
