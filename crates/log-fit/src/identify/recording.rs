@@ -74,7 +74,7 @@ impl<'a> Recording<'a> {
 
     /// Every sample of a log of which this has blocks.
     pub(super) fn every_sample(&self) -> Option<Self> {
-        (self.block != 1.0).then(|| Self::of(self.samples, 1, self.axis, Some(self.middle)))
+        (self.block > 1.0).then(|| Self::of(self.samples, 1, self.axis, Some(self.middle)))
     }
 
     /// In blocks of samples, or of every sample, with angles from a middle, rad; without one the mean.
