@@ -10,5 +10,5 @@ pub mod parallel;
 pub use cause::Cause;
 pub use identify::{
     Course, Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand,
-    Recording, effects, examine, identify,
+    Recording, SEPARATED, effects, examine, identify,
 };

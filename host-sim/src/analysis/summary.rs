@@ -314,7 +314,7 @@ impl Summariser {
                     of.uncertainty()
                 }),
                 state: match of {
-                    Some((_, of)) if !verdict.reason.hides_all() => of.state(unknown),
+                    Some((_, of)) if !verdict.hides_all() => of.state(unknown),
                     _ => State::Unknown,
                 },
                 unit: unknown.unit(),

@@ -7,7 +7,7 @@ use log_fit::fit::Effect;
 use super::assessment::Scales;
 use super::scaled_recording::{Scale, ScaledRecording, effect, term};
 use crate::experiment::TermEstimate;
-use crate::result::{EnteredEffect, FitNotes};
+use crate::result::{BrakingForce, EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
 use log_fit::{Identified, Logged, ModelDemand, identify};
@@ -148,6 +148,10 @@ impl Scale {
             notes: FitNotes {
                 samples,
                 command_recorded_late: found.lateness,
+                braking: found.braking.map(|[value, std_error]| BrakingForce {
+                    value: value * self.of(Effect::Load),
+                    std_error: std_error * self.of(Effect::Load),
+                }),
                 effects: effects.collect(),
             },
             scales: self.scales(&found.survey, found.survey.command),

@@ -5,13 +5,25 @@ use serde::Serialize;
 /// Findings of a fit to a whole record besides the estimates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitNotes {
-    /// Samples that were fitted, the last of the run: a longer one is not fitted whole.
+    /// Samples that were fitted.
     pub samples: u64,
     /// Samples by which the command was recorded late, that is in a row after the one from which it acted; none
     /// where it was not. The estimates are those with the command where it acted.
     pub command_recorded_late: Option<f64>,
+    /// Of a motion in one direction what brakes it of friction and load together, rad/s²: the two are one force then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub braking: Option<BrakingForce>,
     /// The effects that the record shows, in the order in which they entered; then a load that steps, and the delay.
     pub effects: Vec<EnteredEffect>,
+}
+
+/// A value and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BrakingForce {
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
 }
 
 /// An effect that the record shows beyond friction, load and delay.

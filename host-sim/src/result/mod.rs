@@ -26,7 +26,7 @@ pub use drive_status::DriveStatus;
 pub use experiment::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
-pub use fit::{EnteredEffect, FitNotes};
+pub use fit::{BrakingForce, EnteredEffect, FitNotes};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};

@@ -180,7 +180,7 @@ keys! {
     "how the velocity is taken from the counts, { kind = \"low-pass\", cutoff = 500.0 }";
 "controller.velocity_filter.kind": OneOf(Velocity::CHOICES, |s, i| s.velocity = Velocity::ALL[i]), FirstChoice, "", "kind of velocity estimate";
 "controller.velocity_filter.cutoff": Number(BelowNyquist, |s, v| s.stated.cutoff = v), Value(CUTOFF), "rad/s",
-    "cut-off of the low-pass";
+    "cut-off of the low-pass; of a slow loop by default half of what is allowed";
 
 "excitation": Table(Always), Derived("the paper's"), "", "the reference that the servo follows";
 "excitation.kind": OneOf(ExcitationKind::CHOICES, |s, i| s.excitation.kind = ExcitationKind::ALL[i]), FirstChoice, "", "kind of reference";
@@ -296,7 +296,7 @@ keys! {
 "identifier.forgetting": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| s.identifier.rival.forgetting = v),
     Value(TYPICAL.forgetting), "", "forgetting factor of a sample";
 "identifier.filter_cutoff": Number(BelowNyquist, |s, v| s.identifier.rival.filter_cutoff = v), Value(TYPICAL.filter_cutoff), "rad/s",
-    "cut-off of the filters of position and command";
+    "cut-off of the filters of position and command; of a slow loop by default half of what is allowed";
 
 "run": Table(Always), Derived("60 s"), "", "the simulated experiment";
 "run.duration": Number(Duration, |s, v| s.duration = v), Value(60.0), "s",

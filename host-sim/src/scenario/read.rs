@@ -1,11 +1,14 @@
 //! From the text of a scenario to its settings, key by key.
 
+use std::f64::consts::PI;
+
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, shown};
 use super::key::{Default, Key, examples, nearest};
 use super::keys::KEYS;
 use super::kind::{self, Choice, Entries, Kind, Value, When};
+use super::range::Range;
 use super::source::Source;
 use super::{Purpose, Scenario};
 use crate::gone::{self, Place};
@@ -96,6 +99,11 @@ impl<'a, 'b> Reading<'a, 'b> {
             (Default::Required(_), _) => return Err(self.missing(key)),
             (Default::Initial(_), _) if self.scenario.identifier.law.fits() => {}
             (Default::Value(number) | Default::Initial(number), kind) => {
+                let most = match kind {
+                    Kind::Number(Range::BelowNyquist, _) => PI / self.scenario.stated.sample_time,
+                    _ => f64::INFINITY,
+                };
+                let number = if number < most { number } else { 0.5 * most };
                 kind.set_number(number, &mut self.scenario);
             }
             (_, Kind::Choice(..)) => self.choose(key, 0),
@@ -239,5 +247,22 @@ fn check_table(key: &Key, value: &Value<'_>) -> Result<(), Fault> {
         DeValue::Array(_) => Err(kind::other(key, value, "one table")
             .advising(format!("write [{}] once, in single brackets", key.path))),
         _ => Err(kind::other(key, value, "a table")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Purpose, Scenario};
+
+    #[test]
+    fn the_usual_cut_off_suits_a_slow_loop() {
+        for (sample_time, cutoff) in [(1e-3, 500.0), (6e-3, 500.0), (8e-3, 196.35)] {
+            let text = format!(
+                "[encoder]\ncounts_per_rev = 1771\n[controller]\nsample_time = {sample_time}\n[identifier]\nlaw = \"fit\"\n\
+                 [log]\ntime = \"t\"\nposition = \"q\"\ncommand = \"u\"\n"
+            );
+            let read = Scenario::parse("slow.toml", &text, Purpose::Replay).expect("a scenario");
+            assert!((read.stated.cutoff - cutoff).abs() < 0.01, "{sample_time}");
+        }
     }
 }

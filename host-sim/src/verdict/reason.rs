@@ -159,9 +159,8 @@ impl VerdictReason {
         }
     }
 
-    /// True if no estimate means anything.
-    #[must_use]
-    pub const fn hides_all(&self) -> bool {
+    /// True if no estimate means anything, whatever the status is.
+    pub(super) const fn hides_all(&self) -> bool {
         matches!(
             self,
             Self::EndedEarly
@@ -169,7 +168,6 @@ impl VerdictReason {
                 | Self::NoMotion { .. }
                 | Self::NotAServo
                 | Self::LongestDelay
-                | Self::NotSeparated { .. }
                 | Self::NoEstimate { .. }
         )
     }

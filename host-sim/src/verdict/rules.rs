@@ -2,6 +2,7 @@ use std::fmt;
 
 use identifier_core::parameters::{Tolerance, Unknown};
 use identifier_core::reason::Reason;
+use log_fit::SEPARATED;
 use serde::Serialize;
 
 use super::{Evidence, UnknownEvidence, VerdictReason};
@@ -94,6 +95,14 @@ const MAX_PREDICTION_ERROR: f64 = 0.1;
 const MAX_ACCUMULATED_ERROR: f64 = 0.3;
 
 impl Verdict {
+    /// True if no estimate means anything.
+    #[must_use]
+    pub const fn hides_all(&self) -> bool {
+        let is_a_guess = matches!(self.status, Status::NoInformation)
+            && matches!(self.reason, VerdictReason::NotSeparated { .. });
+        is_a_guess || self.reason.hides_all()
+    }
+
     /// The verdict on the evidence. Where much speaks against the estimates, what must be mended first
     /// is the reason.
     #[must_use]
@@ -202,23 +211,28 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((Status::NoInformation, reason))
 }
 
-/// The least increase of −2 ln L by which a gain a quarter off must be worse.
-const MIN_PROFILE: f64 = 9.0;
-
 fn not_separated(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let fit = evidence.fit.as_ref().or(evidence.judged_by.as_ref())?;
     let increase = fit.profile[0].min(fit.profile[1]);
-    let reason = if fit.delay_at_bound {
-        VerdictReason::LongestDelay
-    } else if increase.is_nan() || increase < MIN_PROFILE {
-        VerdictReason::NotSeparated {
-            increase,
-            needed: MIN_PROFILE,
-        }
-    } else {
-        return None;
+    if fit.delay_at_bound {
+        return Some((Status::NoInformation, VerdictReason::LongestDelay));
+    }
+    let reason = VerdictReason::NotSeparated {
+        increase,
+        needed: SEPARATED,
     };
-    Some((Status::NoInformation, reason))
+    let is_separated = increase >= SEPARATED;
+    (!is_separated).then(|| (unless_gain_is_known(evidence), reason))
+}
+
+/// The status of a result of which not all is known.
+fn unless_gain_is_known(evidence: &Evidence) -> Status {
+    let mut unknowns = evidence.unknowns();
+    let gain = unknowns.find(|(unknown, _)| *unknown == Unknown::B);
+    match gain {
+        Some((unknown, of)) if of.state(unknown) == State::Known => Status::Partial,
+        _ => Status::NoInformation,
+    }
 }
 
 /// Friction and load are one force in a motion that does not turn back.
@@ -250,16 +264,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             needs_sizes: of.needs_sizes,
         })
     })?;
-    let gain = evidence
-        .unknowns()
-        .find(|(unknown, _)| *unknown == Unknown::B);
-    let is_known = gain.is_some_and(|(unknown, of)| of.state(unknown) == State::Known);
-    let status = if is_known {
-        Status::Partial
-    } else {
-        Status::NoInformation
-    };
-    Some((status, reason))
+    Some((unless_gain_is_known(evidence), reason))
 }
 
 /// What the model lacks, where it holds an estimate off where the data say: it is the reason for movement, too.

@@ -6,7 +6,7 @@ use crate::fit::{Effect, Fitter, Horizon, Search, Survey, Values};
 use super::candidate::Range;
 use super::recording::Recording;
 use super::tournament::{Entered, Model, Tournament};
-use super::uncertainty::{self, Beyond};
+use super::uncertainty::{self, Beyond, Profile};
 
 /// Estimates and their model, counts and samples of a recording.
 #[derive(Debug, Clone)]
@@ -103,10 +103,13 @@ pub fn examine(
         has_spread: law.is_thorough,
         none_is_known: true,
     };
-    let (std_errors, needs_sizes) =
+    let (mut std_errors, needs_sizes) =
         uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
     let has_profile = law.is_thorough && model.free.contains(&Effect::B);
-    let profile = has_profile.then(|| uncertainty::profile(fitter, &model));
+    let profile = has_profile.then(|| Profile::new(fitter, &model));
+    if let Some(profile) = &profile {
+        profile.widen(&model, &mut std_errors);
+    }
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
     let (values, estimated) = recording.about_zero(&model.fitted.values, &estimated);
     Some(Examined {
@@ -116,7 +119,7 @@ pub fn examine(
         noise,
         correlation,
         lacking,
-        profile,
+        profile: profile.map(|profile| profile.increases),
         survey: fitter.survey,
     })
 }

@@ -35,6 +35,8 @@ pub use candidate::effects;
 pub use course::Course;
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use recording::{Logged, MAX_SAMPLES, Recording};
+use uncertainty::Profile;
+pub use uncertainty::SEPARATED;
 
 /// A servo identified from a record, counts and samples.
 #[derive(Debug, Clone)]
@@ -65,6 +67,9 @@ pub struct Identified {
     horizon: Horizon,
     /// True if the servo moved in both directions.
     pub reverses: bool,
+    /// Of a motion in one direction what brakes it of friction and load together, and its standard error: c − d ahead, c + d
+    /// back.
+    pub braking: Option<[f64; 2]>,
 }
 
 /// The model with which a record is fitted.
@@ -148,7 +153,10 @@ pub fn identify(recording: &Recording<'_>, demand: &ModelDemand) -> Option<Ident
     let beyond = uncertainty::Beyond::ALL;
     let (mut std_errors, needs_sizes) =
         uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
-    let profile = uncertainty::profile(&fitter, &model);
+    let profile = Profile::new(&fitter, &model);
+    profile.widen(&model, &mut std_errors);
+    let direction = recording.direction();
+    let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
     let load =
         every_sample::refine(&fitter, recording, &mut model, &mut std_errors).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
@@ -174,11 +182,12 @@ pub fn identify(recording: &Recording<'_>, demand: &ModelDemand) -> Option<Ident
         last_load: steps.map(|steps| recording.place(steps.last)),
         jitter: jitter.map(|jitter| jitter.deviation),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
-        profile,
+        profile: profile.increases,
         delay_at_bound,
         survey: fitter.survey,
         horizon: model.fitted.horizon,
-        reverses: recording.reverses(),
+        reverses: direction.is_none(),
+        braking,
     })
 }
 
@@ -187,6 +196,23 @@ fn start(fitter: &Fitter<'_>, has_gravity: bool) -> Option<Values> {
     let beginnings: Vec<Beginning> = fitter.beginnings(has_gravity).collect();
     let searched = parallel::map(&beginnings, |one| fitter.search_from(one));
     likeliest(searched.flatten())
+}
+
+/// What brakes a motion in one direction, where friction and load are one force: by a fit without friction.
+fn braking(fitter: &Fitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2]> {
+    const SEARCH: Search = Search {
+        steps: 4,
+        tolerance: 1e-6,
+    };
+    let values = &model.fitted.values;
+    let load = values.get(Effect::Load) - direction * values.get(Effect::Coulomb);
+    let values = values.with(Effect::Coulomb, 0.0).with(Effect::Load, load);
+    let free: Vec<Effect> = (model.free.iter().copied())
+        .filter(|effect| *effect != Effect::Coulomb)
+        .collect();
+    let fitted = fitter.fit(&values, &free, model.fitted.horizon, SEARCH)?;
+    let (load, error) = fitter.load(&fitted, &free);
+    error.is_finite().then_some([-direction * load, error])
 }
 
 /// By how much a load is larger than the force that held the servo against it: that much of it is the error of an effect's form.

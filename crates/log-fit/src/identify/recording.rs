@@ -233,8 +233,8 @@ impl<'a> Recording<'a> {
         (Self::turned(values, -self.middle), estimated)
     }
 
-    /// True if the servo moved in both directions, by more than its encoder's noise can.
-    pub(super) fn reverses(&self) -> bool {
+    /// The direction in which the servo moved; none if it moved in both, by more than its encoder's noise can.
+    pub(super) fn direction(&self) -> Option<f64> {
         /// Part of the way to either side.
         const SHARE: f64 = 0.02;
         let [mut ahead, mut back] = [0.0; 2];
@@ -243,7 +243,7 @@ impl<'a> Recording<'a> {
             ahead += step.max(0.0);
             back -= step.min(0.0);
         }
-        ahead.min(back) > SHARE * (ahead + back)
+        (ahead.min(back) <= SHARE * (ahead + back)).then_some(f64::signum(ahead - back))
     }
 
     /// The magnitude of the command below which a part of it lies, for each of some parts.

@@ -137,6 +137,35 @@ fn a_load_is_as_uncertain_as_the_mean_of_a_ripple_beside_it() {
     assert!((load - 0.03).abs() < 2.0 * error, "{load} ± {error}");
 }
 
+#[test]
+fn of_a_motion_in_one_direction_what_brakes_it_is_one_number() {
+    let level = |k: usize| {
+        if (k / 500).is_multiple_of(2) {
+            0.5
+        } else {
+            0.25
+        }
+    };
+    let pushed = |sign: f64| {
+        let law = move |k, _, _| sign * level(k);
+        let found = identified(&controlled(SAMPLES, law, COULOMB, |_, _, _| -0.03, 0.0));
+        found.braking.expect("it moves one way")
+    };
+    for (sign, braking) in [(1.0, COULOMB + 0.03), (-1.0, COULOMB - 0.03)] {
+        let [value, error] = pushed(sign);
+        assert!(
+            (value - braking).abs() < 3.0 * error + 1e-4,
+            "{sign}: {value} ± {error}"
+        );
+        assert!(error < 0.02, "{error}");
+    }
+    assert!(
+        identified(&recorded(COULOMB, |_, _, _| 0.0, 400.0))
+            .braking
+            .is_none()
+    );
+}
+
 /// Blocks, and pieces of a long log, leave out what the servo did within and between them: the last fit does not.
 #[test]
 fn of_a_longer_log_no_less_is_known() {

@@ -1,6 +1,6 @@
 //! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
 
-use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search};
+use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search, Values};
 
 use super::candidate::Usual;
 use super::scan::Answer;
@@ -262,14 +262,50 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
     spread
 }
 
-/// The increases of −2 ln L in independent rows where b is fixed at 0.8 and 1.25 of itself and the rest is fitted again.
-pub(super) fn profile(fitter: &Fitter<'_>, model: &Model) -> [f64; 2] {
-    let mut increases = parallel::map(&[0.8, 1.25], |&factor| increase(fitter, model, factor));
-    std::array::from_fn(|_| increases.next().unwrap_or(f64::NAN))
+/// The least increase of −2 ln L by which a gain a quarter off must be worse for the curvature at the best one to say how
+/// well it is known.
+pub const SEPARATED: f64 = 9.0;
+
+/// Fits with b fixed beside its estimate.
+pub(super) struct Profile {
+    /// The increases of −2 ln L in independent rows at 0.8 and 1.25 of it.
+    pub(super) increases: [f64; 2],
+    values: [Option<Values>; 2],
 }
 
-/// The same at one multiple.
-fn increase(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
+impl Profile {
+    /// Fixes b at either multiple and fits the rest again.
+    pub(super) fn new(fitter: &Fitter<'_>, model: &Model) -> Self {
+        let mut fits = parallel::map(&[0.8, 1.25], |&factor| increase(fitter, model, factor));
+        let sides = [fits.next(), fits.next()].map(|fit| fit.unwrap_or((f64::NAN, None)));
+        Self {
+            increases: sides.map(|(increase, _)| increase),
+            values: sides.map(|(_, values)| values),
+        }
+    }
+
+    /// Where b is hardly separated from the rest the valley is no parabola: errors are then as wide as it.
+    pub(super) fn widen(&self, model: &Model, std_errors: &mut [f64]) {
+        if self.increases.iter().all(|increase| *increase >= SEPARATED) {
+            return;
+        }
+        for (increase, values) in self.increases.iter().zip(&self.values) {
+            // The part of the way to this side that is one standard error.
+            let part = 1.0 / increase.max(f64::MIN_POSITIVE).sqrt();
+            for (error, &effect) in std_errors.iter_mut().zip(&model.free) {
+                let way = values.map_or(f64::INFINITY, |values| {
+                    (values.get(effect) - model.fitted.values.get(effect)).abs()
+                });
+                if way > 0.0 {
+                    *error = error.max(way * part);
+                }
+            }
+        }
+    }
+}
+
+/// The increase at one multiple, and the values there.
+fn increase(fitter: &Fitter<'_>, model: &Model, factor: f64) -> (f64, Option<Values>) {
     const SEARCH: Search = Search {
         steps: 5,
         tolerance: 1e-6,
@@ -290,16 +326,16 @@ fn increase(fitter: &Fitter<'_>, model: &Model, factor: f64) -> f64 {
     let rest: Vec<Effect> = (model.free.iter().copied())
         .filter(|&effect| effect != Effect::B)
         .collect();
-    let Some((_, sums)) = fitter.search(&values, &rest, model.fitted.horizon, SEARCH) else {
-        return f64::INFINITY;
+    let Some((values, sums)) = fitter.search(&values, &rest, model.fitted.horizon, SEARCH) else {
+        return (f64::INFINITY, None);
     };
-    (sums.squares - model.fitted.sums.squares) / (model.fitted.sums.noise() * model.rows_per_row)
+    let own = &model.fitted.sums;
+    let increase = (sums.squares - own.squares) / (own.noise() * model.rows_per_row);
+    (increase, Some(values))
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::fit::Values;
-
     use super::super::candidate::Candidate;
     use super::super::{Logged, Recording};
     use super::*;

@@ -12,7 +12,7 @@ use crate::support::{folder, standard_error};
 use drive_link::Law;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
-const ELSEWHERE: [(&str, &str); 8] = [
+const ELSEWHERE: [(&str, &str); 10] = [
     (
         "cargo install",
         "builds everything anew; what it installs is run here",
@@ -28,6 +28,11 @@ const ELSEWHERE: [(&str, &str); 8] = [
     (
         "servo-id identify emps_train",
         "takes the measured log: its tests run where it is",
+    ),
+    ("pip install", "builds the package: its own tests do"),
+    (
+        "python -m servo_id",
+        "takes the package: its own tests run it",
     ),
     ("cargo test", "runs every test: CI does"),
     ("cargo xtask", "takes an emulator: CI does"),

@@ -1,7 +1,7 @@
 //! The page of a run or a replay.
 
 use host_sim::analysis::{LoopFigures, Response, Seen};
-use host_sim::result::{FitNotes, OutputError, Residual, Summary};
+use host_sim::result::{BrakingForce, FitNotes, OutputError, Residual, Summary};
 use host_sim::scenario::Scenario;
 use host_sim::tune::Tuned;
 use host_sim::verdict::{State, Status};
@@ -14,7 +14,9 @@ pub use traces::ExperimentTraces;
 use super::estimates::{self, Estimated};
 use super::log::Sentence;
 use super::noise::sensor_noise;
-use super::number::{DASH, SIDES, figure, fixed, known_to, per_cent, plain, rough, sentence};
+use super::number::{
+    DASH, SIDES, figure, fixed, known_to, per_cent, plain, rough, sentence, with_error,
+};
 use super::physical;
 use super::remedies::remedies;
 use super::tuning::{self, advice};
@@ -186,7 +188,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
     if let Some(fit) = summary
         .fit
         .as_ref()
-        .filter(|_| !summary.verdict.reason.hides_all())
+        .filter(|_| !summary.verdict.hides_all())
     {
         blocks.extend(fit_notes(fit));
     }
@@ -258,6 +260,12 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
         lines.push(format!(
             "The command was recorded {} samples late; the estimates are those with the command where it acted.",
             fixed(late, 2)
+        ));
+    }
+    if let Some(BrakingForce { value, std_error }) = fit.braking {
+        lines.push(format!(
+            "Friction and load together brake the motion by {} rad/s².",
+            with_error(value, Some(std_error))
         ));
     }
     for effect in &fit.effects {
