@@ -88,15 +88,18 @@ fn a_fully_identified_servo_is_converged() {
 
 #[test]
 fn a_fit_that_does_not_separate_gain_from_friction_is_not_converged() {
-    type Objection = fn(&mut FitEvidence);
-    let objections: [(u8, Objection); 3] = [
-        (25, |fit| fit.profile[0] = 8.0),
-        (25, |fit| fit.profile[1] = 8.0),
-        (28, |fit| fit.delay_at_bound = true),
-    ];
-    for (code, objection) in objections {
-        assert_verdict(&fitted(objection), Status::NoInformation, code, None);
+    for side in [0, 1] {
+        // The errors of the fit are as wide as the valley, and b may be known all the same.
+        let evidence = fitted(|fit| fit.profile[side] = 8.0);
+        assert_verdict(&evidence, Status::Partial, 25, None);
+        let mut unsure = with(Unknown::B, |of| of.std_error = Some(0.2 * of.estimate));
+        unsure.fit = evidence.fit;
+        assert_verdict(&unsure, Status::NoInformation, 25, None);
+        let verdicts = [&evidence, &unsure].map(|evidence| Verdict::on(evidence).hides_all());
+        assert_eq!(verdicts, [false, true]);
     }
+    let late = fitted(|fit| fit.delay_at_bound = true);
+    assert_verdict(&late, Status::NoInformation, 28, None);
     let one_way = fitted(|fit| fit.reverses = false);
     assert_verdict(&one_way, Status::Partial, 26, None);
 }
