@@ -94,6 +94,44 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
 }
 
+/// Of a model that is the servo the rounding of the encoder is left, sample by sample; of one with another gain more.
+#[test]
+fn what_a_model_leaves_of_every_sample_is_beside_it() {
+    let (log, scenario) = trace("left");
+    let left = |scenario: &Path| -> f64 {
+        let rows = log.with_file_name("beside.csv");
+        let [log, scenario, rows] = [&log, scenario, &rows].map(|path| argument(path));
+        let call = [
+            "identify",
+            &log,
+            "--scenario",
+            &scenario,
+            "--csv",
+            &rows,
+            "--force",
+        ];
+        assert_done(&servo_id(&call));
+        let text = std::fs::read_to_string(&rows).expect("rows");
+        let mut lines = text
+            .lines()
+            .map(|line| line.split(',').nth(4).expect("a cell"));
+        assert_eq!(lines.next(), Some("output_error_rad"));
+        let errors: Vec<f64> = lines.flat_map(str::parse).collect();
+        assert!(errors.len() > 7500, "{} of 8000", errors.len());
+        let squares: f64 = errors.iter().map(|error| error * error).sum();
+        (squares / errors.len() as f64).sqrt() * 10_000.0 / std::f64::consts::TAU
+    };
+    let counts = left(&scenario);
+    assert!((0.27..0.35).contains(&counts), "{counts}");
+    // A delay that changes in the middle is none that a model has.
+    with_commands(&log, |commands| {
+        let half = commands.len() / 2;
+        commands[half..].rotate_right(6);
+    });
+    let counts = left(&scenario);
+    assert!(counts > 0.5, "{counts}");
+}
+
 #[test]
 fn all_of_a_long_log_is_fitted_and_tells_no_less() {
     let (short, scenario) = trace("long");

@@ -99,7 +99,10 @@ fn messages_name_a_default_as_such() {
             "[excitation]\nkind = \"none\"",
             ["s.toml:5: excitation.kind", ""],
         ),
-        ("[controller]\nsample_time = 0.01", ["cutoff = 500", "314"]),
+        (
+            "[controller]\nsample_time = 0.3",
+            ["sample_time = 0.1", "0.6"],
+        ),
         (
             "[excitation]\nkind = \"square\"\namplitude = 0.1\nperiod = 0.001",
             ["0.002", ""],

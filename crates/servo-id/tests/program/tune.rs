@@ -353,3 +353,36 @@ fn what_a_form_lacks_is_named() {
         assert!(message.contains(part), "{message}");
     }
 }
+
+/// The report of a log, and the verb tune on its result: one function, with the largest command as limit in both.
+#[test]
+fn a_report_and_tune_print_the_same_gains() {
+    let folder = folder("tune-report");
+    let log = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../host-sim/logs/simulated-servo.csv.gz")
+        .display()
+        .to_string();
+    let [result, report] =
+        ["result.json", "report.html"].map(|name| folder.join(name).display().to_string());
+    let outputs = ["--json", &result, "--report", &report];
+    assert_done(&servo_id(&[&["identify", &log][..], &outputs].concat()));
+    let of_tune = servo_id(&["tune", &result]);
+    assert_done(&of_tune);
+    let of_tune = String::from_utf8(of_tune.stdout).expect("text");
+    let report = std::fs::read_to_string(&report).expect("a report");
+    let gains = |text: &str| -> Vec<String> {
+        let lines = text
+            .lines()
+            .map(|line| line.rsplit('>').next().unwrap_or(line).trim());
+        let lines = lines.filter(|line| {
+            ["kp = ", "kd = ", "ki = "]
+                .iter()
+                .any(|name| line.starts_with(name))
+        });
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!(gains(&of_tune).len(), 3, "{of_tune}");
+    assert_eq!(gains(&report), gains(&of_tune));
+    let limit = "the limit is taken to be the largest command of the log";
+    assert!(report.contains(limit), "said beside the gains");
+}
