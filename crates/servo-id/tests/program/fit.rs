@@ -100,7 +100,7 @@ fn what_a_model_leaves_of_every_sample_is_beside_it() {
     let (log, scenario) = trace("left");
     let left = |scenario: &Path| -> f64 {
         let rows = log.with_file_name("beside.csv");
-        let [log, scenario, rows] = [&log, scenario, &rows].map(|path| argument(path));
+        let [log, scenario, rows] = [&log, scenario, &rows].map(argument);
         let call = [
             "identify",
             &log,
