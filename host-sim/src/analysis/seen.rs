@@ -98,9 +98,9 @@ impl Motion<'_> {
     /// Means by velocity of what brakes: b u + d and the forces of the angle less the acceleration. The second difference of
     /// positions is the mean acceleration with triangular weights, and so the command is taken with the same.
     fn friction(self, whole: &WholeRecord, noise: f64) -> Vec<Braking> {
-        /// Part of the usual acceleration that the noise of a second difference has at most, and longest span, rows.
+        /// Part of the usual acceleration that the noise of a second difference has at most, and longest span, s.
         const NOISE: f64 = 0.05;
-        const LONGEST: usize = 200;
+        const LONGEST: f64 = 0.2;
         const BINS: usize = 40;
         const FEWEST: usize = 5;
         let WholeRecord { servo, terms, .. } = whole;
@@ -112,12 +112,10 @@ impl Motion<'_> {
         let time = self.sample_time;
         let all = self.samples;
         let usual = servo.b * (mean(all.iter().map(|one| one.command * one.command))).sqrt();
-        let span = (6.0_f64.sqrt() * noise / (NOISE * usual)).sqrt() / time;
-        let span = (span.ceil().max(1.0) as usize)
-            .min(LONGEST)
-            .min(all.len() / 20);
+        let span = (6.0_f64.sqrt() * noise / (NOISE * usual)).sqrt();
+        let span = (span.min(LONGEST) / time).ceil() as usize;
+        let span = span.min(all.len() / 20).max(1);
         let late = (term(Unknown::Delay) / time).round().max(0.0) as usize;
-        let span = span.max(1);
         let mut points: Vec<[f64; 2]> = Vec::new();
         let mut centre = span + late;
         while centre + span < all.len() {
@@ -184,44 +182,44 @@ impl Motion<'_> {
     fn response(self, errors: &[f64]) -> Vec<FoundResponse> {
         const FREQUENCIES: usize = 30;
         const WINDOWS: usize = 16;
-        /// Samples of a window.
+        /// Steps of a window, which are rows, or several together where a twelfth of the log has more.
         const LENGTH: [usize; 2] = [64, 2048];
-        let all = self.samples;
-        let length = (all.len() / 12).clamp(LENGTH[0], LENGTH[1]);
-        let step = (length / 2)
-            .max(all.len().saturating_sub(length) / WINDOWS)
-            .max(1);
-        let firsts: Vec<usize> = (1..)
-            .map(|k| 1 + (k - 1) * step)
-            .take_while(|first| first + length <= all.len())
-            .filter(|&first| !all[first..first + length].iter().any(|one| one.begins))
+        let each = (self.samples.len() / 12).div_ceil(LENGTH[1]).max(1);
+        let time = each as f64 * self.sample_time;
+        // Where a window begins the model is where the servo is.
+        let left = |at: usize| Some(errors[at]).filter(|error| error.is_finite());
+        let steps: Vec<Option<[f64; 3]>> = (1..self.samples.len() / each)
+            .map(|step| {
+                let (from, to) = ((step - 1) * each, step * each);
+                let rows = &self.samples[from..=to];
+                let moved = rows[each].position - rows[0].position;
+                let model = moved - left(to).unwrap_or(0.0) + left(from).unwrap_or(0.0);
+                let command = mean(rows[..each].iter().map(|row| row.command));
+                let is_one = rows[1..].iter().all(|row| !row.begins);
+                is_one.then_some([command, moved / time, model / time])
+            })
             .collect();
-        if firsts.len() < 4 {
+        let length = (steps.len() / 12).clamp(LENGTH[0], LENGTH[1]);
+        let apart = (length / 2).max(steps.len().saturating_sub(length) / WINDOWS);
+        let windows: Vec<Vec<[f64; 3]>> = (0..)
+            .map(|k| k * apart)
+            .take_while(|first| first + length <= steps.len())
+            .filter_map(|first| steps[first..first + length].iter().copied().collect())
+            .collect();
+        if windows.len() < 4 {
             return Vec::new();
         }
-        let velocities =
-            |of: &dyn Fn(usize) -> f64, at: usize| (of(at) - of(at - 1)) / self.sample_time;
-        let measured = |at: usize| all[at].position;
-        // Where a window begins the model is where the servo is.
-        let known = |at: usize| Some(errors[at]).filter(|error| error.is_finite());
-        let model = |at: usize| all[at].position - known(at).unwrap_or(0.0);
         let lowest = 3.0 * TAU / length as f64;
         let ratio = (0.8 * std::f64::consts::PI / lowest).powf(1.0 / (FREQUENCIES - 1) as f64);
         (0..FREQUENCIES)
             .map(|k| {
                 let frequency = lowest * ratio.powi(k as i32);
                 let mut sums = [0.0_f64; 6];
-                for &first in &firsts {
+                for window in &windows {
                     let mut spectra = [[0.0_f64; 2]; 3];
-                    for place in 0..length {
-                        let at = first + place;
+                    for (place, values) in window.iter().enumerate() {
                         let weight = 1.0 - (TAU * place as f64 / length as f64).cos();
                         let (sine, cosine) = (frequency * place as f64).sin_cos();
-                        let values = [
-                            all[at - 1].command,
-                            velocities(&measured, at),
-                            velocities(&model, at),
-                        ];
                         for (spectrum, value) in spectra.iter_mut().zip(values) {
                             spectrum[0] += weight * value * cosine;
                             spectrum[1] -= weight * value * sine;
@@ -246,7 +244,7 @@ impl Motion<'_> {
                 }
                 let [uu, vv, x, y, p, q] = sums;
                 FoundResponse {
-                    frequency: frequency / self.sample_time,
+                    frequency: frequency / time,
                     measured: x.hypot(y) / uu,
                     model: p.hypot(q) / uu,
                     coherence: (x * x + y * y) / (uu * vv),

@@ -19,9 +19,8 @@ pub struct Course {
     pub correlation: f64,
 }
 
-/// Windows in shortest horizons of the filter, and the fewest samples of one.
+/// Windows in shortest horizons of the filter.
 const HORIZONS: f64 = 30.0;
-const FEWEST: usize = 50;
 
 /// Variance of a prediction over that of a measurement below which the start of a window is known.
 const KNOWN: f64 = 1.5;
@@ -49,7 +48,7 @@ impl Identified {
             rows += 1.0;
         });
         let shortest = fitter.survey.shortest_horizon(record.len());
-        let window = ((HORIZONS * shortest) as usize).max(FEWEST);
+        let window = (HORIZONS * shortest) as usize;
         let begins: Vec<usize> = (record.motions())
             .flat_map(|(first, end)| {
                 // No window is a short rest.
