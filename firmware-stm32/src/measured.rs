@@ -15,7 +15,7 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::measurement::{Counter, VelocityEstimate};
-use identifier_core::parameters::Ab;
+use identifier_core::parameters::Unknowns;
 use identifier_core::settings::{FromSettings, SettingsError};
 use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
 use virtual_servo::{Encoder, Plant};
@@ -27,9 +27,9 @@ type Filter = LowPass<f32>;
 /// The PID with an identifier.
 pub type Loop<I> = ServoLoop<f32, Filter, I>;
 /// The paper's law.
-pub type Gradient = GradientIdentifier<f32, Filter, Ab, 2>;
+pub type Gradient = GradientIdentifier<f32, Filter, Unknowns<2>, 2>;
 /// The loop with it in fixed point.
-pub type Fixed = FixedServoLoop<LowPass<Word>, Ab, 2>;
+pub type Fixed = FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>;
 /// Gauss–Newton's half in the interrupt.
 pub type GaussNewton<S, const P: usize> = GaussNewtonRecursion<f32, S, P, 64>;
 /// Its half in the background.

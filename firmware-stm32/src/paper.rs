@@ -1,8 +1,10 @@
 //! The paper's experiment, from the same file as the simulator's.
 
+use identifier_core::Settings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::settings::{BoxSettings, IdentifierSettings, SettingsError, diagonal};
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::settings::{
+    BoxSettings, ControllerSettings, IdentifierSettings, SettingsError, diagonal,
+};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 

@@ -9,7 +9,7 @@ use host_sim::simulate::{self, Simulation};
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
-use identifier_core::parameters::Ab;
+use identifier_core::parameters::Unknowns;
 
 /// Length of the recording that the identifier is fed with, again and again, s.
 const RECORDED: f64 = 10.0;
@@ -41,7 +41,8 @@ fn recording<N: Number>(scenario: &Scenario) -> Vec<(i32, N)> {
 fn identifier_sample<N: Number>(criterion: &mut Criterion, name: &str) {
     let scenario = scenario();
     let settings = scenario.settings().expect("valid");
-    let identifier: GradientIdentifier<N, LowPass<N>, Ab, 2> = settings.build().expect("certified");
+    let identifier: GradientIdentifier<N, LowPass<N>, Unknowns<2>, 2> =
+        settings.build().expect("certified");
     let samples = recording::<N>(&scenario);
     let mut state = identifier.start();
     let mut next = samples.iter().cycle();

@@ -44,11 +44,45 @@ mod linalg;
 pub mod model;
 mod unrolled;
 
-use identifier::{GradientIdentifier, ServoLoop};
-use measurement::velocity::LowPass;
+use identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify, ServoLoop, ServoLoopState};
+use measurement::velocity::{LowPass, LowPassState};
+use parameters::Unknowns;
 
-pub use settings::{ControllerSettings, Settings};
+pub use settings::Settings;
 
-/// Our PID with a low-pass velocity estimate and the paper's identifier with a diagonal Γ.
-pub type GradientLoop<N, S, const P: usize> =
-    ServoLoop<N, LowPass<N>, GradientIdentifier<N, LowPass<N>, S, P>>;
+/// The unknowns a and b.
+pub const AB: usize = 2;
+
+/// The unknowns a, b and Coulomb friction.
+pub const AB_COULOMB: usize = 3;
+
+/// The unknowns a, b, Coulomb friction and load.
+pub const AB_COULOMB_LOAD: usize = 4;
+
+/// The unknowns a, b, Coulomb friction, delay and load.
+pub const AB_COULOMB_DELAY_LOAD: usize = 5;
+
+/// The paper's identifier of P unknowns behind a low-pass filter: [`AB`] or [`AB_COULOMB`].
+pub type Gradient<N = f32, const P: usize = AB_COULOMB> =
+    GradientIdentifier<N, LowPass<N>, Unknowns<P>, P>;
+
+/// The state of a [`Gradient`].
+pub type GradientState<N = f32, const P: usize = AB_COULOMB> = StateOf<N, Gradient<N, P>>;
+
+/// Recursive Gauss–Newton for P unknowns. Its first fit uses a record of W blocks.
+pub type GaussNewton<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize = 256> =
+    GaussNewtonIdentifier<N, Unknowns<P>, P, W>;
+
+/// The state of a [`GaussNewton`].
+pub type GaussNewtonState<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize = 256> =
+    StateOf<N, GaussNewton<N, P, W>>;
+
+/// The PID with a [`Gradient`] beside it.
+pub type GradientLoop<N = f32, const P: usize = AB_COULOMB> =
+    ServoLoop<N, LowPass<N>, Gradient<N, P>>;
+
+/// The state of a [`GradientLoop`].
+pub type GradientLoopState<N = f32, const P: usize = AB_COULOMB> =
+    ServoLoopState<N, LowPassState<N>, GradientState<N, P>>;
+
+type StateOf<N, I> = <I as Identify<N>>::State;

@@ -3,10 +3,9 @@
 use host_sim::analysis::Status;
 use host_sim::result::Summary;
 use host_sim::scenario::{Scenario, Velocity};
-use identifier_core::ControllerSettings;
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
-use identifier_core::settings::BoxSettings;
+use identifier_core::settings::{BoxSettings, ControllerSettings};
 use identifier_core::stability::SampledLoop;
 use identifier_core::stability::{Certificate, PlantBox};
 use integration_tests::{Random, environment, in_parallel, run, servo};

@@ -15,12 +15,13 @@ use commissioning::{
     Decision, Limits, Phase, RecordEvent,
 };
 use heapless::spsc::{Consumer, Producer, Queue};
+use identifier_core::Settings;
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonRecursion, Identify, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::AbCoulombLoad;
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::parameters::Unknowns;
+use identifier_core::settings::ControllerSettings;
 
 const SAMPLE_TIME: f64 = 1e-3;
 const COUNTS_PER_REV: f64 = 10_000.0;
@@ -32,7 +33,7 @@ const SETTINGS: CommissionSettings = CommissionSettings::new(
     Limits::new([-0.3, 0.3], 15.0, COMMAND),
 );
 
-type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4>;
+type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4>;
 type Loop = ServoLoop<f32, LowPass<f32>, Recursion>;
 
 /// The sample interrupt's half of the commissioning.
@@ -254,7 +255,9 @@ fn main() {
         axis.advance(running.sample(count).expect("no fault"));
     }
     let identifier = running.servo_loop.identifier();
-    let learnt = identifier.estimates(running.state.identification());
+    let learnt = identifier
+        .estimates(running.state.identification())
+        .expect("estimates");
     println!("gains: {:?}", state.tuning());
     println!(
         "at {count} of {} counts; estimates: {learnt:?}",

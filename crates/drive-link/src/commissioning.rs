@@ -1,9 +1,9 @@
 use core::fmt;
 
 use commissioning::{Phase, TrialResult};
-use identifier_core::ControllerSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Tuning;
 use serde::{Deserialize, Serialize};
 

@@ -1,11 +1,10 @@
 use core::fmt;
 
-use identifier_core::ControllerSettings;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::Parameter;
-use identifier_core::settings::GainError;
 use identifier_core::settings::MatrixError;
 use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
+use identifier_core::settings::{ControllerSettings, GainError};
 use serde::{Deserialize, Serialize};
 
 use crate::guidance::{Homing, TargetSource};

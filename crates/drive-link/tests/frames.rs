@@ -6,12 +6,13 @@ use drive_link::{
     MAX_FRAME_BYTES, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal, Report, Request,
     ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
 };
-use identifier_core::ControllerSettings;
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
 use identifier_core::reason::Reason;
-use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
+use identifier_core::settings::{
+    BoxSettings, ControllerSettings, IdentifierSettings, RangeSettings, TermSettings,
+};
 use identifier_core::tuning::{Cap, Goal, Promise, Tuning};
 use proptest::prelude::*;
 

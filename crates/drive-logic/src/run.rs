@@ -5,12 +5,12 @@ use commissioning::watch::{
     KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
 };
 use drive_link::{Ended, Fault, Law, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
-use identifier_core::ControllerSettings;
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::background_watch::DRIVEN_PATIENCE;

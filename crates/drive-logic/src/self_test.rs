@@ -1,11 +1,11 @@
 //! A test of the chip's arithmetic by a known computation.
 
 use drive_link::Fault;
+use identifier_core::Settings;
 use identifier_core::identifier::{GradientIdentifier, Identify, ServoLoop};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{AbCoulomb, PerParameter};
-use identifier_core::settings::{IdentifierSettings, SettingsError};
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::parameters::{PerParameter, Unknowns};
+use identifier_core::settings::{ControllerSettings, IdentifierSettings, SettingsError};
 
 /// Samples of the known computation.
 const SAMPLES: i32 = 200;
@@ -65,7 +65,7 @@ fn settings() -> Settings {
 }
 
 fn answer() -> Result<[u64; 3], SettingsError> {
-    let servo_loop: ServoLoop<f32, Filter, GradientIdentifier<f32, Filter, AbCoulomb, 3>> =
+    let servo_loop: ServoLoop<f32, Filter, GradientIdentifier<f32, Filter, Unknowns<3>, 3>> =
         settings().build()?;
     let mut state = servo_loop.start(START);
     for k in 0..SAMPLES {
@@ -76,7 +76,8 @@ fn answer() -> Result<[u64; 3], SettingsError> {
         // A sample that is refused leaves the state, and so another answer.
         let _ = servo_loop.process(&mut state, count, beyond, count);
     }
-    let found = servo_loop.identifier().estimates(state.identification());
+    let identifier = servo_loop.identifier();
+    let found = identifier.estimates_in(&identifier.snapshot(state.identification()));
     Ok([found.a, found.b, found.coulomb].map(f64::to_bits))
 }
 

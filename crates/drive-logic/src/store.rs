@@ -311,11 +311,12 @@ mod tests {
         Commissioned, Dither, Estimates, Homing, Law, LoopSettings, Protection, Record,
         ServoChanges, Settings, TargetSource, TermSizes,
     };
-    use identifier_core::ControllerSettings;
     use identifier_core::control::FeedForwardSettings;
     use identifier_core::parameters::PerParameter;
     use identifier_core::parameters::{IdentifiedServo, ServoParameters};
-    use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
+    use identifier_core::settings::{
+        BoxSettings, ControllerSettings, IdentifierSettings, RangeSettings, TermSettings,
+    };
     use identifier_core::tuning::Tuning;
     use identifier_core::tuning::{Cap, Promise};
 

@@ -12,9 +12,8 @@ use drive_link::{
 use drive_logic::{
     Channel, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store, self_test,
 };
-use identifier_core::ControllerSettings;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
-use identifier_core::settings::{BoxSettings, IdentifierSettings};
+use identifier_core::settings::{BoxSettings, ControllerSettings, IdentifierSettings};
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, COUNTS, Flash, HEALTHY, STAGE, settings};
 

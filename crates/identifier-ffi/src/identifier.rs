@@ -37,7 +37,7 @@ impl Estimates {
         let at_bounds: PerParameter<bool> = identifier.at_bounds(state);
         let errors = identifier.standard_errors(state).map(in_order);
         Self {
-            value: in_order(identifier.estimates(state)),
+            value: in_order(identifier.estimates_in(&identifier.snapshot(state))),
             std_error: errors.unwrap_or([f64::NAN; 4]),
             at_bound: Parameter::ALL.map(|parameter| at_bounds.get(parameter).into()),
         }
@@ -53,8 +53,11 @@ pub(crate) trait Readiness<N: Copy>: Identify<N> {
     fn begin(&self, _: &mut Self::State, _: &Self::Known) {}
 
     /// The status of the estimates: before a first fit they are no result.
-    fn readiness(&self, _: &Self::State) -> i32 {
-        status::OK
+    fn readiness(&self, state: &Self::State) -> i32 {
+        match self.has_estimates(state) {
+            true => status::OK,
+            false => status::NO_FIT,
+        }
     }
 }
 
@@ -240,10 +243,10 @@ macro_rules! listening_to_words {
 pub mod gradient {
     use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
-    use identifier_core::parameters::Ab;
+    use identifier_core::parameters::Unknowns;
 
     listening_to_numbers! {
-        Gradient: GradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0002, 52 words;
+        Gradient: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0002, 52 words;
         servo_id_gradient_init servo_id_gradient_sample servo_id_gradient_resume
         servo_id_gradient_estimates servo_id_gradient_learn
         servo_id_gradient_init_from_constants servo_id_gradient_machine_estimates;
@@ -258,10 +261,10 @@ pub mod gradient {
 pub mod gradient_coulomb {
     use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
-    use identifier_core::parameters::AbCoulomb;
+    use identifier_core::parameters::Unknowns;
 
     listening_to_numbers! {
-        GradientCoulomb: GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0003, 66 words;
+        GradientCoulomb: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0003, 66 words;
         servo_id_gradient_coulomb_init servo_id_gradient_coulomb_sample servo_id_gradient_coulomb_resume
         servo_id_gradient_coulomb_estimates servo_id_gradient_coulomb_learn
         servo_id_gradient_coulomb_init_from_constants servo_id_gradient_coulomb_machine_estimates;
@@ -275,10 +278,10 @@ pub mod gradient_coulomb {
 /// Recursive Gauss–Newton for a, b, Coulomb friction and load.
 pub mod gauss_newton {
     use identifier_core::identifier::{GaussNewtonIdentifier, PreparedServo};
-    use identifier_core::parameters::AbCoulombLoad;
+    use identifier_core::parameters::Unknowns;
 
     listening_to_numbers! {
-        GaussNewton: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0004, 680 words;
+        GaussNewton: GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 0x5e1d_0004, 680 words;
         servo_id_gauss_newton_init servo_id_gauss_newton_sample servo_id_gauss_newton_resume
         servo_id_gauss_newton_estimates servo_id_gauss_newton_learn
         servo_id_gauss_newton_init_from_constants servo_id_gauss_newton_machine_estimates;
@@ -298,14 +301,6 @@ pub mod gauss_newton {
         fn begin(&self, state: &mut Self::State, known: &Self::Known) {
             *state = self.start_from(known);
         }
-
-        fn readiness(&self, state: &Self::State) -> i32 {
-            if self.is_running(state) {
-                status::OK
-            } else {
-                status::NO_FIT
-            }
-        }
     }
 }
 
@@ -313,10 +308,10 @@ pub mod gauss_newton {
 pub mod fixed {
     use identifier_core::fixed_point::FixedGradientIdentifier;
     use identifier_core::measurement::LowPass;
-    use identifier_core::parameters::Ab;
+    use identifier_core::parameters::Unknowns;
 
     listening_to_words! {
-        Fixed: FixedGradientIdentifier<LowPass<Word>, Ab, 2>, 0x5e1d_0005, 64 words;
+        Fixed: FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2>, 0x5e1d_0005, 64 words;
         servo_id_fixed_init servo_id_fixed_sample servo_id_fixed_resume servo_id_fixed_estimates
         servo_id_fixed_scale
         servo_id_fixed_init_from_constants servo_id_fixed_machine_estimates;
@@ -331,10 +326,10 @@ pub mod fixed {
 pub mod fixed_coulomb {
     use identifier_core::fixed_point::FixedGradientIdentifier;
     use identifier_core::measurement::LowPass;
-    use identifier_core::parameters::AbCoulomb;
+    use identifier_core::parameters::Unknowns;
 
     listening_to_words! {
-        FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>, 0x5e1d_0006, 72 words;
+        FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, Unknowns<3>, 3>, 0x5e1d_0006, 72 words;
         servo_id_fixed_coulomb_init servo_id_fixed_coulomb_sample servo_id_fixed_coulomb_resume
         servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale
         servo_id_fixed_coulomb_init_from_constants servo_id_fixed_coulomb_machine_estimates;

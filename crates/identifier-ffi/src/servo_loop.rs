@@ -255,10 +255,10 @@ macro_rules! closed_on_words {
 /// With the paper's law for a and b.
 pub mod gradient {
     use identifier_core::identifier::GradientIdentifier;
-    use identifier_core::parameters::Ab;
+    use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Ab, 2>, 0x5e1d_0012, 72 words;
+        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0012, 72 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
         servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
         servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
@@ -268,10 +268,10 @@ pub mod gradient {
 /// The same with Coulomb friction.
 pub mod gradient_coulomb {
     use identifier_core::identifier::GradientIdentifier;
-    use identifier_core::parameters::AbCoulomb;
+    use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>, 0x5e1d_0013, 84 words;
+        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0013, 84 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
         servo_id_gradient_coulomb_loop_estimates
@@ -282,10 +282,10 @@ pub mod gradient_coulomb {
 /// With Gauss–Newton.
 pub mod gauss_newton {
     use identifier_core::identifier::GaussNewtonIdentifier;
-    use identifier_core::parameters::AbCoulombLoad;
+    use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GaussNewtonLoop: GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 0x5e1d_0014, 690 words;
+        GaussNewtonLoop: GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 0x5e1d_0014, 690 words;
         servo_id_gauss_newton_loop_init servo_id_gauss_newton_loop_process
         servo_id_gauss_newton_loop_control servo_id_gauss_newton_loop_learn
         servo_id_gauss_newton_loop_estimates
@@ -304,10 +304,10 @@ pub mod gauss_newton {
 
 /// With the paper's law in fixed point for a and b.
 pub mod fixed_point {
-    use identifier_core::parameters::Ab;
+    use identifier_core::parameters::Unknowns;
 
     closed_on_words! {
-        FixedLoop: Ab, 2, 0x5e1d_0015, 84 words;
+        FixedLoop: Unknowns<2>, 2, 0x5e1d_0015, 84 words;
         servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
         servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale
         servo_id_fixed_loop_init_from_constants servo_id_fixed_loop_machine_estimates;
@@ -316,10 +316,10 @@ pub mod fixed_point {
 
 /// The same with Coulomb friction.
 pub mod fixed_point_coulomb {
-    use identifier_core::parameters::AbCoulomb;
+    use identifier_core::parameters::Unknowns;
 
     closed_on_words! {
-        FixedCoulombLoop: AbCoulomb, 3, 0x5e1d_0016, 92 words;
+        FixedCoulombLoop: Unknowns<3>, 3, 0x5e1d_0016, 92 words;
         servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
         servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
         servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale

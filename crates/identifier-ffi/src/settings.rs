@@ -1,12 +1,14 @@
 //! Settings: parameters by number.
 
+use identifier_core::Settings as CoreSettings;
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Prbs;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Ab, AbCoulomb, PerParameter};
-use identifier_core::settings::{BoxSettings, RangeSettings, SettingsError, diagonal};
-use identifier_core::{ControllerSettings, Settings as CoreSettings};
+use identifier_core::parameters::{PerParameter, Unknowns};
+use identifier_core::settings::{
+    BoxSettings, ControllerSettings, RangeSettings, SettingsError, diagonal,
+};
 
 use crate::object::{Content, Object, answered, content, fill, shared, storage};
 use crate::parameter::{self, Kind, PLACES, row};
@@ -188,9 +190,9 @@ unsafe fn choose_gamma(
     // SAFETY: the caller's promise.
     let given = unsafe { content(settings) }?;
     let chosen = if with_coulomb {
-        gamma::<AbCoulomb, 3>(given, amplitude, hold, samples)
+        gamma::<Unknowns<3>, 3>(given, amplitude, hold, samples)
     } else {
-        gamma::<Ab, 2>(given, amplitude, hold, samples)
+        gamma::<Unknowns<2>, 2>(given, amplitude, hold, samples)
     };
     let chosen = chosen.map_err(|refused| Error::settings(&refused, |number| given.has(number)))?;
     let numbers = [

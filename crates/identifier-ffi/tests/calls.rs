@@ -5,7 +5,7 @@ use std::ptr::null_mut;
 
 use identifier_core::identifier::GradientIdentifier;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::Ab;
+use identifier_core::parameters::Unknowns;
 use identifier_ffi::commission::*;
 use identifier_ffi::identifier::{Estimates, fixed, gauss_newton, gradient};
 use identifier_ffi::judge::{Verdict, servo_id_judge};
@@ -107,7 +107,7 @@ fn constants() -> Vec<u32> {
     given.identifier.gamma = Some(identifier_core::settings::diagonal([
         23.0, 1700.0, 0.0, 0.0,
     ]));
-    let built: GradientIdentifier<f32, LowPass<f32>, Ab, 2> =
+    let built: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2> =
         given.build().expect("right settings");
     let mut constants = Vec::new();
     identifier_core::constants::words(&(built, ()), |word| constants.push(word));

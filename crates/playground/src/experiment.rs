@@ -6,7 +6,7 @@ use host_sim::result::Summary;
 use host_sim::scenario::{ExcitationKind, ExcitationSettings, Fault, Law, Purpose, Scenario};
 use host_sim::simulate;
 use host_sim::tune::Tuned;
-use identifier_core::ControllerSettings;
+use identifier_core::settings::ControllerSettings;
 
 /// A run that has ended.
 #[derive(Debug, Clone)]

@@ -6,8 +6,8 @@ use std::fmt::Write;
 use host_sim::recognise::Stated;
 use host_sim::result::Summary;
 use host_sim::tune::{Conditions, Tuned};
-use identifier_core::ControllerSettings;
 use identifier_core::parameters::Parameter;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Tuning;
 
 use crate::experiment::Experiment;

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use host_sim::scenario::{
     Arithmetic, ExcitationKind, ExcitationSettings, Fault, Law, Purpose, Scenario,
 };
-use identifier_core::ControllerSettings;
 use identifier_core::parameters::{Parameter, ServoParameters};
+use identifier_core::settings::ControllerSettings;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 /// The settings of the page, SI.

@@ -13,13 +13,12 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use identifier_core::Settings;
-use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::identifier::Identify;
+use identifier_core::{AB_COULOMB_LOAD, GaussNewton, Settings};
 use servo::{COUNTS_PER_REV, RAD_PER_COUNT, SAMPLE_TIME, Servo};
 
 /// With a start record of 64 blocks, two kilobytes of state in all.
-type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
+type Identifier = GaussNewton<f32, AB_COULOMB_LOAD, 64>;
 
 #[entry]
 fn main() -> ! {
@@ -46,7 +45,7 @@ fn run() -> Option<f64> {
         // The rest of the time until the next sample.
         identifier.work(&mut learnt, 8);
     }
-    Some(identifier.estimates(&learnt).b)
+    Some(identifier.estimates(&learnt)?.b)
 }
 
 /// The firmware's controller: P of the position, PI of the velocity, the wanted velocity fed forward.

@@ -18,16 +18,15 @@ use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use identifier_core::identifier::{GradientIdentifier, Identify};
-use identifier_core::measurement::{Counter, LowPass};
-use identifier_core::parameters::Ab;
-use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
-use identifier_core::{ControllerSettings, GradientLoop, Settings};
+use identifier_core::identifier::Identify;
+use identifier_core::measurement::Counter;
+use identifier_core::settings::SettingsError;
+use identifier_core::{AB, Gradient, GradientLoop, Settings};
 use lm3s6965::{Interrupt, interrupt};
 use servo::{COUNTS_PER_REV, SAMPLE_TIME, Servo, setpoint};
 
-type Loop = GradientLoop<f32, Ab, 2>;
-type Snapshot = <GradientIdentifier<f32, LowPass<f32>, Ab, 2> as Identify<f32>>::Snapshot;
+type Loop = GradientLoop<f32, AB>;
+type Snapshot = <Gradient<f32, AB> as Identify<f32>>::Snapshot;
 
 /// Samples between two reports.
 const REPORT: u32 = 1000;
@@ -53,16 +52,10 @@ fn SSI0() {
 
 /// PID and gradient law, certified for a box of servos.
 fn build() -> Result<Loop, SettingsError> {
-    let mut settings = Settings {
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-        ..Settings::new(SAMPLE_TIME.into(), COUNTS_PER_REV.into())
-    };
-    settings.identifier.plant_box = Some(BoxSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
-    settings.identifier.gamma = Some(diagonal([20.0, 3000.0, 0.0, 0.0]));
-    settings.build()
+    Settings::new(SAMPLE_TIME.into(), COUNTS_PER_REV.into())
+        .with_pid(9.0, 0.19, 4.0, 2.0)
+        .with_servo_range([0.0, 50.0], [110.0, 1000.0])
+        .build()
 }
 
 #[embassy_executor::main]

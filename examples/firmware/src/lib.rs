@@ -4,7 +4,6 @@
 
 pub mod settings;
 
-use identifier_core::identifier::Identify;
 use identifier_core::measurement::Counter;
 use servo::{Servo, setpoint};
 use settings::Loop;
@@ -20,5 +19,5 @@ pub fn run(servo_loop: &Loop) -> Option<f64> {
         let step = servo_loop.process(&mut state, setpoint(sample), 0.0, count);
         servo.output(step.ok()?.control.command);
     }
-    Some(servo_loop.identifier().estimates(state.identification()).b)
+    Some(servo_loop.estimates(&state)?.b)
 }

@@ -1,13 +1,13 @@
 //! The step response of a loop, by the simulator's exact position.
 
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::Settings;
 use std::f64::consts::TAU;
 use virtual_servo::{Effects, SensorEffects};
 
 use commissioning::HoldingGains;
 use identifier_core::control::{ControlState, Controller, Setpoint};
 use identifier_core::measurement::LowPass;
-use identifier_core::settings::SettingsError;
+use identifier_core::settings::{ControllerSettings, SettingsError};
 
 use super::{Axis, Outcome};
 use crate::scenario::{Fault, Scenario};

@@ -55,7 +55,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
             velocity: Some(controller.velocity(step.control.velocity)),
             output_error: Some(identifier.output_error(&step.seen)),
             event: Some(step.seen.event),
-            estimates: identifier.estimates(self.state.identification()),
+            estimates: identifier.estimates_in(&identifier.snapshot(self.state.identification())),
             standard_errors: None,
             at_bounds: identifier.at_bounds(self.state.identification()),
         })
@@ -120,7 +120,8 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifie
     }
 
     fn estimates(&self) -> ServoParameters {
-        self.identifier.estimates(&self.state)
+        let snapshot = self.identifier.snapshot(&self.state);
+        self.identifier.estimates_in(&snapshot)
     }
 
     fn at_bounds(&self) -> PerParameter<bool> {

@@ -141,7 +141,8 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
     }
 
     fn estimates(&self) -> ServoParameters {
-        self.identifier.estimates(&self.state)
+        let snapshot = self.identifier.snapshot(&self.state);
+        self.identifier.estimates_in(&snapshot)
     }
 
     fn standard_errors(&self) -> Option<ServoParameters> {

@@ -198,10 +198,10 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
 
 #[cfg(test)]
 mod tests {
-    use identifier_core::ControllerSettings;
     use identifier_core::control::Controller;
     use identifier_core::measurement::LowPass;
     use identifier_core::parameters::ServoParameters;
+    use identifier_core::settings::ControllerSettings;
     use virtual_servo::Plant;
 
     use super::*;

@@ -51,13 +51,13 @@ macro_rules! with_velocity {
 #[macro_export]
 macro_rules! with_set {
     ($scenario:expr => $function:ident::<$($given:ty),+> ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad};
+        use ::identifier_core::parameters::{Unknowns, AbLoad};
         use $crate::scenario::ModelSet;
         match $scenario.model_set() {
-            ModelSet::Ab => $function::<$($given,)+ Ab, 2>($($argument),*),
-            ModelSet::AbCoulomb => $function::<$($given,)+ AbCoulomb, 3>($($argument),*),
+            ModelSet::Ab => $function::<$($given,)+ Unknowns<2>, 2>($($argument),*),
+            ModelSet::AbCoulomb => $function::<$($given,)+ Unknowns<3>, 3>($($argument),*),
             ModelSet::AbLoad => $function::<$($given,)+ AbLoad, 3>($($argument),*),
-            ModelSet::AbCoulombLoad => $function::<$($given,)+ AbCoulombLoad, 4>($($argument),*),
+            ModelSet::AbCoulombLoad => $function::<$($given,)+ Unknowns<4>, 4>($($argument),*),
         }
     }};
 }

@@ -4,11 +4,12 @@
 //! and the meaning. Reading, messages, help and schema all follow from it.
 
 use commissioning::{CommissionSettings, Limits};
-use identifier_core::ControllerSettings;
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
-use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
+use identifier_core::settings::{
+    BoxSettings, ControllerSettings, IdentifierSettings, RangeSettings,
+};
 use identifier_core::tuning::TuningSettings;
 use identifier_core::units::Units;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};

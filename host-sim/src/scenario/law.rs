@@ -1,7 +1,7 @@
 //! The laws: all that is known of each in one table.
 
-use identifier_core::ControllerSettings;
 use identifier_core::parameters::Parameter;
+use identifier_core::settings::ControllerSettings;
 
 use super::Identification;
 use super::kind::Choice;

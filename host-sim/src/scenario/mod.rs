@@ -46,9 +46,10 @@ pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceStat
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
+use identifier_core::Settings;
 use identifier_core::parameters::{Parameter, ServoParameters};
+use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
-use identifier_core::{ControllerSettings, Settings};
 use names::named;
 use virtual_servo::faults::InjectedFault;
 use virtual_servo::{Effects, SensorEffects};

@@ -5,7 +5,7 @@ use identifier_core::Settings;
 use identifier_core::control::Controller;
 use identifier_core::identifier::GaussNewtonIdentifier;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{AbCoulombLoad, Parameter};
+use identifier_core::parameters::{Parameter, Unknowns};
 use identifier_core::settings::SettingsError;
 
 use super::{Rig, Simulation};
@@ -40,7 +40,7 @@ pub(crate) fn identifier(
     scenario: &Scenario,
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
-    type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
+    type Identifier = GaussNewtonIdentifier<f32, Unknowns<4>, 4>;
     let absent = |key: &str| Fault::new(key, "only the program `servo-id` has it");
     let chosen = &scenario.identifier;
     if scenario.velocity != Velocity::LowPass {

@@ -1,9 +1,8 @@
+use crate::AB_COULOMB_DELAY_LOAD;
 use crate::linalg::Lower;
 use crate::model::{AngledInputs, DelayedInputs, KnownInputs};
 use crate::number::Number;
-use crate::parameters::{
-    Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, Unknown, UnknownSet,
-};
+use crate::parameters::{AbLoad, AllUnknowns, Unknown, UnknownSet, Unknowns};
 
 /// A set of unknowns with the memory that identifying them takes, as types, so that a model without a
 /// term keeps nothing for it.
@@ -38,7 +37,7 @@ pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
 }
 
 macro_rules! without_terms {
-    ($($set:ident, $count:literal, $lower:literal;)*) => {$(
+    ($($set:ty, $count:literal, $lower:literal;)*) => {$(
         impl IdentifiableSet<$count> for $set {
             type Lower<N: Number> = [N; $lower];
             type Inputs<N: Number> = ();
@@ -47,13 +46,13 @@ macro_rules! without_terms {
 }
 
 without_terms! {
-    Ab, 2, 1;
-    AbCoulomb, 3, 3;
+    Unknowns<2>, 2, 1;
+    Unknowns<3>, 3, 3;
     AbLoad, 3, 3;
-    AbCoulombLoad, 4, 6;
+    Unknowns<4>, 4, 6;
 }
 
-impl IdentifiableSet<5> for AbCoulombDelayLoad {
+impl IdentifiableSet<AB_COULOMB_DELAY_LOAD> for Unknowns<AB_COULOMB_DELAY_LOAD> {
     type Lower<N: Number> = [N; 10];
     type Inputs<N: Number> = DelayedInputs<N, 8>;
 }

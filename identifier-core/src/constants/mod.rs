@@ -8,10 +8,10 @@
 //! ```
 //! use identifier_core::constants::{Constants, words};
 //! use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
-//! use identifier_core::parameters::AbCoulombLoad;
+//! use identifier_core::parameters::Unknowns;
 //! use identifier_core::Settings;
 //!
-//! type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
+//! type Identifier = GaussNewtonIdentifier<f32, Unknowns<4>, 4>;
 //!
 //! // On the PC:
 //! let built: Identifier = Settings::new(1e-3, 10_000.0).build()?;
@@ -32,8 +32,8 @@
 //! ```compile_fail
 //! # use identifier_core::constants::Constants;
 //! # use identifier_core::identifier::GaussNewtonIdentifier;
-//! # use identifier_core::parameters::AbCoulombLoad;
-//! const IDENTIFIER: Constants<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>> =
+//! # use identifier_core::parameters::Unknowns;
+//! const IDENTIFIER: Constants<GaussNewtonIdentifier<f32, Unknowns<4>, 4>> =
 //!     match Constants::new(&[1, 2, 3]) {
 //!         Ok(constants) => constants,
 //!         Err(error) => panic!("{}", error.remedy()),

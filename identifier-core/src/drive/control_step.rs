@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use crate::identifier::GradientIdentifier;
     use crate::measurement::velocity::BackwardDifference;
-    use crate::parameters::Ab;
+    use crate::parameters::Unknowns;
     use crate::settings::{ControllerSettings, Settings};
 
     struct Sensor(Result<i32, &'static str>);
@@ -100,8 +100,11 @@ mod tests {
         }
     }
 
-    type Loop =
-        ServoLoop<f32, BackwardDifference, GradientIdentifier<f32, BackwardDifference, Ab, 2>>;
+    type Loop = ServoLoop<
+        f32,
+        BackwardDifference,
+        GradientIdentifier<f32, BackwardDifference, Unknowns<2>, 2>,
+    >;
 
     fn servo_loop() -> Loop {
         let mut settings = Settings {

@@ -14,7 +14,7 @@ use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
 use crate::model::{Acting, FrictionStep, KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprint};
+use crate::parameters::{PerQuantity, Unknown, Unknowns, unknowns_fingerprint};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
@@ -40,7 +40,7 @@ use crate::parameters::{AbCoulombLoad, PerQuantity, Unknown, unknowns_fingerprin
 ///
 /// P is the number of unknowns in S. All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fitter<N, S = AbCoulombLoad, const P: usize = 4> {
+pub struct Fitter<N, S = Unknowns<4>, const P: usize = 4> {
     pub(super) step: FrictionStep<N>,
     /// Blocks in motion after which a first fit is overdue.
     pub(super) patience: u32,

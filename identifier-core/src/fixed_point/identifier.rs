@@ -7,7 +7,7 @@ use super::model::{FixedModelLoop, FixedModelState, FixedObserved, FixedParamete
 use super::ranges::{FullScales, bounds};
 use super::rest::{FixedRest, FixedRestState};
 use crate::constants::{Encode, encode};
-use crate::error::{Allowed, StepError};
+use crate::error::{Allowed, OutOfRange, StepError};
 use crate::identifier::{Event, Identify, MachineEstimates, Update};
 use crate::interval::Interval;
 use crate::measurement::velocity::VelocityEstimate;
@@ -122,9 +122,25 @@ where
         }
         let scales = FullScales::from_settings(settings)?;
         let units = plan.units;
+        let mut law = FixedGradient::new::<S>(&plan, &scales);
+        if settings.identifier.gamma.is_none() {
+            // A chosen Γ takes the room that there is: each parameter has a bound, and all of them have one together.
+            for _ in 0..=P {
+                let Err(OutOfRange {
+                    parameter: "gamma",
+                    value,
+                    allowed: Allowed::PositiveUpTo(most),
+                }) = law
+                else {
+                    break;
+                };
+                plan.gamma = plan.gamma.scaled([libm::sqrt(most / value); P])?;
+                law = FixedGradient::new::<S>(&plan, &scales);
+            }
+        }
         Ok(Self {
             model: FixedModelLoop::new(velocity, &units, &plan.gains, &scales),
-            law: FixedGradient::new::<S>(&plan, &scales)?,
+            law: law?,
             rest: FixedRest::new(&units, &scales),
             increment: IncrementWord::new(&scales),
             most: scales.most_increment(settings)?,

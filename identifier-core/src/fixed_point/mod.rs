@@ -82,3 +82,14 @@ pub use arithmetic::Word;
 pub use controller::FixedController;
 pub use identifier::FixedGradientIdentifier;
 pub use servo_loop::{FixedServoLoop, FixedServoLoopState};
+
+use crate::AB;
+use crate::measurement::velocity::{LowPass, VelocityEstimate};
+use crate::parameters::Unknowns;
+
+/// The PID with a gradient identifier of P unknowns: [`AB`] or [`AB_COULOMB`](crate::AB_COULOMB).
+pub type FixedLoop<const P: usize = AB> = FixedServoLoop<LowPass<Word>, Unknowns<P>, P>;
+
+/// The state of a [`FixedLoop`].
+pub type FixedLoopState<const P: usize = AB> =
+    FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, P>;

@@ -8,7 +8,7 @@ use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::identifier::{Identify, LoopStep, Update};
 use crate::measurement::velocity::VelocityEstimate;
-use crate::parameters::ParameterSet;
+use crate::parameters::{ParameterSet, ServoParameters};
 use crate::settings::{FromSettings, Settings, SettingsError};
 
 /// Controller and gradient identifier together on words: what
@@ -89,6 +89,12 @@ where
     #[must_use]
     pub fn identifier(&self) -> &FixedGradientIdentifier<V, S, P> {
         &self.identifier
+    }
+
+    /// The estimates, SI.
+    #[must_use]
+    pub fn estimates(&self, state: &FixedServoLoopState<V::State, P>) -> Option<ServoParameters> {
+        self.identifier.estimates(&state.identification)
     }
 
     /// At rest at a count.

@@ -18,11 +18,11 @@ use crate::reason::Reason;
 /// ```
 /// use identifier_core::Settings;
 /// use identifier_core::identifier::{BehindAmplifier, GaussNewtonIdentifier};
-/// use identifier_core::parameters::AbCoulombLoad;
+/// use identifier_core::parameters::Unknowns;
 ///
 /// let mut settings = Settings::new(1e-3, 10_000.0);
 /// settings.identifier.terms.delay = 1.6e-3;
-/// let identifier: BehindAmplifier<f32, GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 8> =
+/// let identifier: BehindAmplifier<f32, GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 8> =
 ///     settings.build()?;
 /// # Ok::<(), identifier_core::settings::SettingsError>(())
 /// ```
@@ -118,8 +118,8 @@ impl<N: Number, I: Identify<N>, const L: usize> Identify<N> for BehindAmplifier<
         self.identifier.at_bounds_in(shown)
     }
 
-    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
-        self.identifier.standard_errors(&state.identification)
+    fn has_estimates(&self, state: &Self::State) -> bool {
+        self.identifier.has_estimates(&state.identification)
     }
 
     fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {

@@ -143,8 +143,8 @@ where
         self.recorder.place(&mut state.recorder, position);
     }
 
-    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
-        self.recorder.standard_errors(&state.recorder)
+    fn has_estimates(&self, state: &Self::State) -> bool {
+        self.recorder.has_estimates(&state.recorder)
     }
 
     fn bandwidth(&self, state: &Self::State) -> Option<f64> {

@@ -21,12 +21,12 @@ use crate::reason::Reason;
 /// use identifier_core::identifier::{
 ///     FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, Identify, RecordBlocks,
 /// };
-/// use identifier_core::parameters::AbCoulombLoad;
+/// use identifier_core::parameters::Unknowns;
 ///
 /// # let settings = Settings::new(1e-3, 10_000.0);
 /// # let (moved, command) = (0, 0.0);
-/// let identifier: GaussNewtonRecursion<f32, AbCoulombLoad, 4, 64> = settings.build()?;
-/// let fitter: GaussNewtonFitter<f32, AbCoulombLoad, 4, 64> = settings.build()?;
+/// let identifier: GaussNewtonRecursion<f32, Unknowns<4>, 4, 64> = settings.build()?;
+/// let fitter: GaussNewtonFitter<f32, Unknowns<4>, 4, 64> = settings.build()?;
 /// let (mut state, mut fitting) = (identifier.start(), fitter.start());
 /// # let (mut there, mut back) = (Queue::<_, 8>::new(), Queue::<_, 2>::new());
 /// # let (mut send_block, mut next_block) = there.split();

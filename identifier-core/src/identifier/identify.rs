@@ -82,9 +82,16 @@ pub trait Identify<N: Copy> {
     /// Which of the estimates that were shown are at a bound: such a value is no result.
     fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool>;
 
-    /// The estimates, SI.
-    fn estimates(&self, state: &Self::State) -> ServoParameters {
-        self.estimates_in(&self.snapshot(state))
+    /// True once there are estimates: at once for an identifier that starts from initial values, after
+    /// the first fit for one that starts by a fit.
+    fn has_estimates(&self, _: &Self::State) -> bool {
+        true
+    }
+
+    /// The estimates, SI; none before there are any.
+    fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {
+        self.has_estimates(state)
+            .then(|| self.estimates_in(&self.snapshot(state)))
     }
 
     /// Which estimates are at a bound.
@@ -92,9 +99,15 @@ pub trait Identify<N: Copy> {
         self.at_bounds_in(&self.snapshot(state))
     }
 
-    /// Their standard errors, SI, for laws that have them.
-    fn standard_errors(&self, _: &Self::State) -> Option<ServoParameters> {
-        None
+    /// Their standard errors, SI, for laws that have them; zero for a parameter that the model lacks.
+    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
+        let of = |unknown| self.standard_error_of(state, unknown);
+        Some(ServoParameters {
+            a: of(Unknown::A)?,
+            b: of(Unknown::B)?,
+            coulomb: of(Unknown::Coulomb).unwrap_or(0.0),
+            load: of(Unknown::Load).unwrap_or(0.0),
+        })
     }
 
     /// The estimate of an unknown that was shown, SI; none if the model does not have it. For a term
@@ -105,9 +118,8 @@ pub trait Identify<N: Copy> {
     }
 
     /// Its standard error, SI, for laws that have it.
-    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
-        let parameter = unknown.parameter()?;
-        Some(parameter.value_in(&self.standard_errors(state)?))
+    fn standard_error_of(&self, _: &Self::State, _: Unknown) -> Option<f64> {
+        None
     }
 
     /// The optional terms that are estimated by now.

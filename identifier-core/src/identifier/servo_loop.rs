@@ -4,6 +4,7 @@ use crate::control::{ControlSample, ControlState, Controller, Setpoint};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::Number;
+use crate::parameters::ServoParameters;
 
 /// Controller and identifier as one loop.
 ///
@@ -84,6 +85,15 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     #[must_use]
     pub fn identifier(&self) -> &I {
         &self.identifier
+    }
+
+    /// The estimates, SI; none before there are any.
+    #[must_use]
+    pub fn estimates(
+        &self,
+        state: &ServoLoopState<N, V::State, I::State>,
+    ) -> Option<ServoParameters> {
+        self.identifier.estimates(&state.identification)
     }
 
     /// At rest at a count.

@@ -14,9 +14,7 @@ pub use identified_servo::IdentifiedServo;
 pub(crate) use model_parameters::ModelParameters;
 pub use per_parameter::PerParameter;
 pub use servo::ServoParameters;
-pub use sets::{
-    Ab, AbCoulomb, AbCoulombDelayLoad, AbCoulombLoad, AbLoad, AllUnknowns, ParameterSet, UnknownSet,
-};
+pub use sets::{AbLoad, AllUnknowns, ParameterSet, UnknownSet, Unknowns};
 pub(crate) use sets::{set_fingerprint, unknowns_fingerprint};
 pub use terms::Terms;
 pub use tolerance::Tolerance;

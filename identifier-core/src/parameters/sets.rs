@@ -1,6 +1,7 @@
 use super::unknowns::Changed;
 use super::{Parameter, Terms, Unknown};
 use crate::constants::fingerprint;
+use crate::{AB, AB_COULOMB, AB_COULOMB_DELAY_LOAD, AB_COULOMB_LOAD};
 
 /// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
 ///
@@ -14,29 +15,21 @@ pub trait ParameterSet<const P: usize>: Copy + core::fmt::Debug {
     const HAS_COULOMB: bool;
 }
 
-/// [a, b].
+/// Unknowns of a model by their number: [`AB`], [`AB_COULOMB`], [`AB_COULOMB_LOAD`] or [`AB_COULOMB_DELAY_LOAD`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ab;
-
-/// [a, b, coulomb].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AbCoulomb;
+pub struct Unknowns<const P: usize>;
 
 /// [a, b, load].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AbLoad;
 
-/// [a, b, coulomb, load].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AbCoulombLoad;
-
-impl ParameterSet<2> for Ab {
-    const PARAMETERS: [Parameter; 2] = [Parameter::A, Parameter::B];
+impl ParameterSet<AB> for Unknowns<AB> {
+    const PARAMETERS: [Parameter; AB] = [Parameter::A, Parameter::B];
     const HAS_COULOMB: bool = false;
 }
 
-impl ParameterSet<3> for AbCoulomb {
-    const PARAMETERS: [Parameter; 3] = [Parameter::A, Parameter::B, Parameter::Coulomb];
+impl ParameterSet<AB_COULOMB> for Unknowns<AB_COULOMB> {
+    const PARAMETERS: [Parameter; AB_COULOMB] = [Parameter::A, Parameter::B, Parameter::Coulomb];
     const HAS_COULOMB: bool = true;
 }
 
@@ -45,13 +38,8 @@ impl ParameterSet<3> for AbLoad {
     const HAS_COULOMB: bool = false;
 }
 
-impl ParameterSet<4> for AbCoulombLoad {
-    const PARAMETERS: [Parameter; 4] = [
-        Parameter::A,
-        Parameter::B,
-        Parameter::Coulomb,
-        Parameter::Load,
-    ];
+impl ParameterSet<AB_COULOMB_LOAD> for Unknowns<AB_COULOMB_LOAD> {
+    const PARAMETERS: [Parameter; AB_COULOMB_LOAD] = Parameter::ALL;
     const HAS_COULOMB: bool = true;
 }
 
@@ -114,16 +102,12 @@ const fn terms(unknowns: &[Unknown]) -> Terms {
     terms
 }
 
-/// [a, b, coulomb, delay, load].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AbCoulombDelayLoad;
-
 /// Every unknown, for a PC or a large chip: the unwanted ones are left out at run time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AllUnknowns;
 
 macro_rules! unknown_sets {
-    ($($set:ident, $count:literal: [$($unknown:ident),*];)*) => {$(
+    ($($set:ty, $count:tt: [$($unknown:ident),*];)*) => {$(
         impl UnknownSet<$count> for $set {
             const UNKNOWNS: [Unknown; $count] = [$(Unknown::$unknown),*];
         }
@@ -131,11 +115,11 @@ macro_rules! unknown_sets {
 }
 
 unknown_sets! {
-    Ab, 2: [A, B];
-    AbCoulomb, 3: [A, B, Coulomb];
+    Unknowns<AB>, AB: [A, B];
+    Unknowns<AB_COULOMB>, AB_COULOMB: [A, B, Coulomb];
     AbLoad, 3: [A, B, Load];
-    AbCoulombLoad, 4: [A, B, Coulomb, Load];
-    AbCoulombDelayLoad, 5: [A, B, Coulomb, Delay, Load];
+    Unknowns<AB_COULOMB_LOAD>, AB_COULOMB_LOAD: [A, B, Coulomb, Load];
+    Unknowns<AB_COULOMB_DELAY_LOAD>, AB_COULOMB_DELAY_LOAD: [A, B, Coulomb, Delay, Load];
 }
 
 impl UnknownSet<{ Unknown::COUNT }> for AllUnknowns {

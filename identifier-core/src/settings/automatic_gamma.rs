@@ -1,11 +1,10 @@
 use core::fmt;
 
-use super::gradient::plant_box;
+use super::gradient::nominal_box;
 use super::{ControllerSettings, Settings, SettingsError, diagonal};
 use crate::adaptation::Gradient;
-use crate::control::{ControlState, Controller};
+use crate::control::{ControlState, Controller, Gains};
 use crate::excitation::Excitation;
-use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::ZeroOrderHoldStep;
@@ -65,18 +64,15 @@ impl Settings {
         let units = self.units()?;
         let gains = self.correction_gains()?;
         let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
-        let automatic = AutomaticGain {
-            units,
-            plant_box: self.assumed_box()?,
-            kd: gains.kd(),
-            samples,
-        };
+        let range = nominal_box(self)?;
         let in_loop = Self {
             controller: self.controller.or(Some(like_the_correction)),
             ..*self
         };
         let controller: Controller<f64, V> = in_loop.build()?;
-        let gamma = automatic.gamma::<S, V, _, P>(&controller, reference)?;
+        let moments = corners(&range)
+            .map(|(a, b)| simulated_moments(&units, &controller, reference, samples, a, b));
+        let gamma = gamma_for::<S, P>(&units, &range, gains.kd(), moments)?;
         let place = |parameter| Parameter::ALL.iter().position(|&one| one == parameter);
         let mut spread = diagonal([1.0; 4]);
         for (row, of) in gamma.entries().iter().zip(S::PARAMETERS) {
@@ -88,150 +84,131 @@ impl Settings {
         }
         Ok(spread)
     }
-
-    /// The box that Γ is chosen for: the stated one, or the servo of the initial estimates.
-    fn assumed_box(&self) -> Result<PlantBox, SettingsError> {
-        if let Some(stated) = plant_box(self)? {
-            return Ok(stated);
-        }
-        let initial = &self.identifier.initial;
-        let b = initial.b.ok_or(SettingsError::NotGiven {
-            setting: "initial.b",
-        })?;
-        let a = initial.a.unwrap_or(0.0).max(0.0);
-        Ok(PlantBox::new(
-            Interval::new("initial.a", a, a)?,
-            Interval::new("initial.b", b, b)?,
-        )?)
-    }
 }
 
-/// The automatic Γ: from the box, the excitation and the sample time.
+/// The corner servos of a box: a, 1/s, and b, rad/s² per command unit.
+fn corners(range: &PlantBox) -> [(f64, f64); 4] {
+    let (a, b) = (range.a(), range.b());
+    [
+        (a.min(), b.min()),
+        (a.min(), b.max()),
+        (a.max(), b.min()),
+        (a.max(), b.max()),
+    ]
+}
+
+/// The Γ of a loop whose reference is not known: its command is taken to be an eighth of the limit in the root mean
+/// square, at the loop's natural frequency ω = √(b k_p), where b u = ω q̇.
 ///
-/// The sampled loop around each corner servo of the box is simulated with the reference, and the
-/// second moments of the regressor (9) are taken, E q̇² and E u². From these:
+/// A larger share learns slowly from a small motion; a smaller one disturbs the estimates of a servo that runs at its limit.
+///
+/// # Errors
+/// See [`GainError`].
+pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
+    units: &Units,
+    range: &PlantBox,
+    gains: &Gains,
+    limit: f64,
+) -> Result<PositiveDefinite<P>, GainError> {
+    /// Root mean square of the command over its limit.
+    const SHARE: f64 = 0.125;
+    let command = SHARE * limit * SHARE * limit;
+    let moments = corners(range).map(|(_, b)| Moments {
+        velocity: command * b / gains.kp(),
+        command,
+    });
+    gamma_for::<S, P>(units, range, gains.kd(), moments)
+}
+
+/// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
+const STRENGTH: f64 = 1.0;
+
+/// The automatic Γ for the parameters of a set, SI, from the second moments of the regressor (9), E q̇² and E u², at the
+/// corners of a box.
 ///
 /// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates ask for
 ///   Γ_a/Γ_b = E u²/E q̇², and Γ_c/Γ_b = E u² for friction and load; the smallest such ratio of the
 ///   corners is taken, since a Γ_a too large in proportion to Γ_b makes â oscillate (one too small
 ///   only makes it slower).
 /// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ
-///   reaches [`AutomaticGain::STRENGTH`] times that bound at the corner where it is smallest: the
+///   reaches [`STRENGTH`] times that bound at the corner where it is smallest: the
 ///   guard then sets the pace in the transients, where the information is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct AutomaticGain {
-    /// Sample time and resolution of the loop, SI.
-    units: Units,
-    /// The box of servos.
-    plant_box: PlantBox,
-    /// The derivative gain k_d, for the smallest α.
+///
+/// # Errors
+/// No Γ follows from a servo at rest or a loop that is unstable.
+fn gamma_for<S: ParameterSet<P>, const P: usize>(
+    units: &Units,
+    range: &PlantBox,
     kd: f64,
-    /// Samples that are simulated at each corner.
-    samples: u32,
+    moments: [Moments; 4],
+) -> Result<PositiveDefinite<P>, GainError> {
+    let any = |is: fn(f64) -> bool| moments.iter().any(|m| is(m.command) || is(m.velocity));
+    if any(|moment| !moment.is_finite()) {
+        return Err(GainError::Unstable);
+    }
+    if any(|moment| moment == 0.0) {
+        return Err(GainError::AtRest);
+    }
+    // Friction and load have regressors of magnitude one.
+    let moment = |m: &Moments, parameter: Parameter| match parameter {
+        Parameter::A => m.velocity,
+        Parameter::B => m.command,
+        Parameter::Coulomb | Parameter::Load => 1.0,
+    };
+    let least = |of: &dyn Fn(&Moments) -> f64| moments.iter().map(of).fold(f64::INFINITY, f64::min);
+    let ratios = S::PARAMETERS.map(|p| least(&|m: &Moments| m.command / moment(m, p)));
+    let strength = least(&|m: &Moments| {
+        let terms = S::PARAMETERS.iter().zip(ratios);
+        terms.map(|(&p, ratio)| ratio * moment(m, p)).sum()
+    });
+    let bound = Gradient::<f64, P>::GUARD * range.slowest_decay(kd) / units.sample_time();
+    let gamma_b = STRENGTH * bound / strength;
+    PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b)).map_err(|_| GainError::Unstable)
 }
 
-impl AutomaticGain {
-    /// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
-    const STRENGTH: f64 = 1.0;
-
-    /// Γ for the parameters of a set under a controller and an excitation, SI.
-    ///
-    /// # Errors
-    /// If the excitation leaves a corner servo at rest, or the loop around one is unstable, no Γ
-    /// follows from what is seen.
-    fn gamma<S, V, E, const P: usize>(
-        &self,
-        controller: &Controller<f64, V>,
-        excitation: &E,
-    ) -> Result<PositiveDefinite<P>, GainError>
-    where
-        S: ParameterSet<P>,
-        V: VelocityEstimate<f64>,
-        E: Excitation<f64>,
-    {
-        let (a, b) = (self.plant_box.a(), self.plant_box.b());
-        let corners = [
-            (a.min(), b.min()),
-            (a.min(), b.max()),
-            (a.max(), b.min()),
-            (a.max(), b.max()),
-        ]
-        .map(|(a, b)| self.moments(controller, excitation, a, b));
-        if corners
-            .iter()
-            .any(|m| !m.command.is_finite() || !m.velocity.is_finite())
-        {
-            return Err(GainError::Unstable);
-        }
-        if corners
-            .iter()
-            .any(|m| m.command == 0.0 || m.velocity == 0.0)
-        {
-            return Err(GainError::AtRest);
-        }
-        // Friction and load have regressors of magnitude one.
-        let moment = |m: &Moments, parameter: Parameter| match parameter {
-            Parameter::A => m.velocity,
-            Parameter::B => m.command,
-            Parameter::Coulomb | Parameter::Load => 1.0,
+/// E q̇² and E u² of the loop around one servo, SI, over as many samples of a reference.
+fn simulated_moments<V, E>(
+    units: &Units,
+    controller: &Controller<f64, V>,
+    reference: &E,
+    samples: u32,
+    a: f64,
+    b: f64,
+) -> Moments
+where
+    V: VelocityEstimate<f64>,
+    E: Excitation<f64>,
+{
+    let step = ZeroOrderHoldStep::<f64>::new();
+    let x = a * units.rate();
+    let gain = b * units.acceleration();
+    let mut excitation = reference.start();
+    let mut control = ControlState::default();
+    let (mut position, mut velocity, mut increment) = (0.0, 0.0, 0.0);
+    let mut sum = Moments {
+        velocity: 0.0,
+        command: 0.0,
+    };
+    for _ in 0..samples {
+        let wanted = reference.process(&mut excitation);
+        let error = wanted - position;
+        let Ok(sample) = controller.process(&mut control, error, increment) else {
+            // Beyond the format's range: no number is large enough for it.
+            sum.command = f64::INFINITY;
+            break;
         };
-        let least =
-            |of: &dyn Fn(&Moments) -> f64| corners.iter().map(of).fold(f64::INFINITY, f64::min);
-        let ratios = S::PARAMETERS.map(|p| least(&|m: &Moments| m.command / moment(m, p)));
-        let strength = least(&|m: &Moments| {
-            let terms = S::PARAMETERS.iter().zip(ratios);
-            terms.map(|(&p, ratio)| ratio * moment(m, p)).sum()
-        });
-        let decay = self.plant_box.slowest_decay(self.kd);
-        let bound = Gradient::<f64, P>::GUARD * decay / self.units.sample_time();
-        let gamma_b = Self::STRENGTH * bound / strength;
-        PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b))
-            .map_err(|_| GainError::Unstable)
+        sum.velocity += velocity * velocity;
+        sum.command += sample.command * sample.command;
+        let motion = step.process(x, gain * sample.command, velocity);
+        position += motion.increment;
+        increment = motion.increment;
+        velocity = motion.velocity;
     }
-
-    /// E q̇² and E u² of the loop around one servo, SI.
-    fn moments<V, E>(
-        &self,
-        controller: &Controller<f64, V>,
-        excitation: &E,
-        a: f64,
-        b: f64,
-    ) -> Moments
-    where
-        V: VelocityEstimate<f64>,
-        E: Excitation<f64>,
-    {
-        let step = ZeroOrderHoldStep::<f64>::new();
-        let x = a * self.units.rate();
-        let gain = b * self.units.acceleration();
-        let mut reference = excitation.start();
-        let mut control = ControlState::default();
-        let (mut position, mut velocity, mut increment) = (0.0, 0.0, 0.0);
-        let mut sum = Moments {
-            velocity: 0.0,
-            command: 0.0,
-        };
-        for _ in 0..self.samples {
-            let wanted = excitation.process(&mut reference);
-            let error = wanted - position;
-            let Ok(sample) = controller.process(&mut control, error, increment) else {
-                // Beyond the format's range: no number is large enough for it.
-                sum.command = f64::INFINITY;
-                break;
-            };
-            sum.velocity += velocity * velocity;
-            sum.command += sample.command * sample.command;
-            let motion = step.process(x, gain * sample.command, velocity);
-            position += motion.increment;
-            increment = motion.increment;
-            velocity = motion.velocity;
-        }
-        let count = f64::from(self.samples);
-        let per_velocity = self.units.velocity();
-        Moments {
-            velocity: sum.velocity / (count * per_velocity * per_velocity),
-            command: sum.command / count,
-        }
+    let count = f64::from(samples);
+    let per_velocity = units.velocity();
+    Moments {
+        velocity: sum.velocity / (count * per_velocity * per_velocity),
+        command: sum.command / count,
     }
 }
 

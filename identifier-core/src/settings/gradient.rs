@@ -1,5 +1,6 @@
 use core::marker::PhantomData;
 
+use super::automatic_gamma::gamma_by_limit;
 use super::{FromSettings, Settings, SettingsError};
 use crate::adaptation::{Gradient, GradientConfig};
 use crate::control::Gains;
@@ -159,16 +160,18 @@ impl<const P: usize> GradientPlan<P> {
                 SampledLoop::new(&units, &gains, velocity).check_estimates(from, bounds.max())?;
             }
         }
-        let Some(gamma) = given.gamma else {
-            return Err(SettingsError::NotGiven { setting: "gamma" });
-        };
         let place = |parameter: Parameter| parameter as usize;
+        let gamma = match (given.gamma, settings.largest_command()) {
+            (Some(gamma), _) => PositiveDefinite::new(core::array::from_fn(|i| {
+                core::array::from_fn(|j| gamma[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])])
+            }))?,
+            (None, Some(limit)) => gamma_by_limit::<S, P>(&units, &nominal, &gains, limit)?,
+            (None, None) => return Err(SettingsError::NotGiven { setting: "gamma" }),
+        };
         Ok(Self {
             units,
             gains,
-            gamma: PositiveDefinite::new(core::array::from_fn(|i| {
-                core::array::from_fn(|j| gamma[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])])
-            }))?,
+            gamma,
             mu,
             decay: match &plant_box {
                 Some(plant_box) => Decay::Known(plant_box.slowest_decay(gains.kd())),

@@ -21,7 +21,8 @@ pub struct IdentifierSettings {
     /// Where the true servo may lie, to be certified. None: nothing is certified.
     pub plant_box: Option<BoxSettings>,
     /// Γ of the gradient law, symmetric positive definite over a, b, Coulomb friction and load in
-    /// this order; only the rows and columns of the model's parameters count.
+    /// this order; only the rows and columns of the model's parameters count. None: chosen from box, gains and the limit
+    /// of the controller, which then has to be stated.
     pub gamma: Option<[[f64; 4]; 4]>,
     /// μ of the gradient law, 1/s. None: chosen from gains and box.
     pub mu: Option<f64>,

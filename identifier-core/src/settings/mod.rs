@@ -193,11 +193,28 @@ impl Settings {
         }
     }
 
+    /// The same with a PID and its largest command: see [`ControllerSettings`].
+    #[must_use]
+    pub fn with_pid(self, kp: f64, kd: f64, ki: f64, limit: f64) -> Self {
+        Self {
+            controller: Some(ControllerSettings::pid(kp, kd, ki).limited(limit)),
+            ..self
+        }
+    }
+
+    /// The same to be certified for every servo with a (1/s) and b (rad/s² per command unit) in these ranges.
+    #[must_use]
+    pub fn with_servo_range(mut self, a: [f64; 2], b: [f64; 2]) -> Self {
+        self.identifier.plant_box = Some(BoxSettings { a, b });
+        self
+    }
+
     /// Builds a part: a controller, an identifier, or a loop of both.
     ///
     /// # Errors
-    /// The setting that is not allowed, by name, and the allowed range.
+    /// The first setting that is not allowed, by name, and the allowed range.
     pub fn build<T: FromSettings>(&self) -> Result<T, SettingsError> {
+        self.units()?;
         T::from_settings(self)
     }
 

@@ -9,11 +9,9 @@ use identifier_core::identifier::{
     GradientIdentifier, Identify, MachineEstimates, PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
-use identifier_core::parameters::{
-    Ab, AbCoulomb, AbCoulombLoad, AbLoad, IdentifiedServo, Parameter, ServoParameters,
-};
-use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
-use identifier_core::{ControllerSettings, GradientLoop, Settings};
+use identifier_core::parameters::{AbLoad, IdentifiedServo, Parameter, ServoParameters, Unknowns};
+use identifier_core::settings::{BoxSettings, ControllerSettings, FromSettings, diagonal};
+use identifier_core::{GradientLoop, Settings};
 use virtual_servo::{Encoder, Plant, ServoParameters as TrueServo};
 
 type GaussNewtonLoop<I> = ServoLoop<f32, LowPass<f32>, I>;
@@ -100,7 +98,8 @@ where
         let step = servo_loop.process(&mut state, setpoint, 0.0, count);
         let identifier = servo_loop.identifier();
         identifier.work(state.identification_mut(), 8);
-        let estimates = in_order(identifier.estimates(state.identification()));
+        let estimates =
+            in_order(identifier.estimates_in(&identifier.snapshot(state.identification())));
         let machine = identifier.machine_estimates(state.identification());
         for (parameter, si) in Parameter::ALL.into_iter().zip(estimates) {
             let found = f64::from(machine.get(parameter)) * identifier.machine_unit(parameter);
@@ -124,7 +123,8 @@ where
     bits(settings, |setpoint, count| {
         let step = servo_loop.process(&mut state, setpoint, I16F16::ZERO, count);
         let identifier = servo_loop.identifier();
-        let estimates = in_order(identifier.estimates(state.identification()));
+        let estimates =
+            in_order(identifier.estimates_in(&identifier.snapshot(state.identification())));
         let machine = identifier.machine_estimates(state.identification());
         for (parameter, si) in Parameter::ALL.into_iter().zip(estimates) {
             let off =
@@ -151,17 +151,17 @@ fn a_loop_of_constants_has_the_bits_of_the_one_that_was_built() {
         }
         same!(
             run_floating,
-            GradientLoop<f32, Ab, 2>,
-            GradientLoop<f32, AbCoulomb, 3>,
-            GradientLoop<f32, AbLoad, 3>,
-            GradientLoop<f32, AbCoulombLoad, 4>,
-            GaussNewtonLoop<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>
+            GradientLoop<f32, 2>,
+            GradientLoop<f32, 3>,
+            ServoLoop<f32, LowPass<f32>, GradientIdentifier<f32, LowPass<f32>, AbLoad, 3>>,
+            GradientLoop<f32, 4>,
+            GaussNewtonLoop<GaussNewtonIdentifier<f32, Unknowns<4>, 4>>
         );
         same!(
             run_fixed,
-            FixedServoLoop<LowPass<Word>, Ab, 2>,
-            FixedServoLoop<LowPass<Word>, AbCoulomb, 3>,
-            FixedServoLoop<LowPass<Word>, AbCoulombLoad, 4>
+            FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>,
+            FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>,
+            FixedServoLoop<LowPass<Word>, Unknowns<4>, 4>
         );
     }
 }
@@ -169,14 +169,14 @@ fn a_loop_of_constants_has_the_bits_of_the_one_that_was_built() {
 #[test]
 fn every_other_configuration_is_the_same_after_it_was_written() {
     let settings = settings(3);
-    both::<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>(&settings);
-    both::<GradientIdentifier<f32, BackwardDifference, Ab, 2>>(&settings);
-    both::<GradientIdentifier<f32, AveragedDifference<f32>, Ab, 2>>(&settings);
+    both::<GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>>(&settings);
+    both::<GradientIdentifier<f32, BackwardDifference, Unknowns<2>, 2>>(&settings);
+    both::<GradientIdentifier<f32, AveragedDifference<f32>, Unknowns<2>, 2>>(&settings);
     let mut delayed = settings;
     delayed.identifier.terms.delay = 1.6e-3;
     delayed.identifier.memory = Some(3.0);
     delayed.identifier.bandwidth = Some(40.0);
-    both::<BehindAmplifier<f32, GaussNewtonIdentifier<f32, AbCoulombLoad, 4>, 8>>(&delayed);
+    both::<BehindAmplifier<f32, GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 8>>(&delayed);
 }
 
 /// A recursion that starts from a servo that is known needs no first fit: the servo is prepared where the configuration
@@ -184,11 +184,11 @@ fn every_other_configuration_is_the_same_after_it_was_written() {
 #[test]
 fn a_recursion_starts_from_constants() {
     type Constant = (
-        GaussNewtonLoop<GaussNewtonRecursion<f32, AbCoulombLoad, 4>>,
+        GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>>,
         PreparedServo<f32>,
     );
     let settings = settings(1);
-    let built: GaussNewtonLoop<GaussNewtonRecursion<f32, AbCoulombLoad, 4>> =
+    let built: GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>> =
         settings.build().expect("valid");
     let servo = IdentifiedServo {
         parameters: TRUTH,
@@ -212,17 +212,21 @@ fn a_recursion_starts_from_constants() {
     let written: &'static [u32] = words_of(&(built, prepared)).leak();
     let constants = Constants::<Constant>::new(written).expect("written so");
     let (read, known) = constants.build();
-    let run = |servo_loop: &GaussNewtonLoop<GaussNewtonRecursion<f32, AbCoulombLoad, 4>>, start| {
+    let run = |servo_loop: &GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>>, start| {
         let mut state = servo_loop.start(0);
         *state.identification_mut() = start;
         let identifier = servo_loop.identifier();
         assert!(identifier.is_running(state.identification()));
         let bits = bits(&settings, |setpoint, count| {
             let step = servo_loop.process(&mut state, setpoint, 0.0, count);
-            let estimates = in_order(identifier.estimates(state.identification()));
+            let estimates =
+                in_order(identifier.estimates_in(&identifier.snapshot(state.identification())));
             (step.expect("in range").control.command.into(), estimates)
         });
-        (bits, identifier.estimates(state.identification()))
+        (
+            bits,
+            identifier.estimates_in(&identifier.snapshot(state.identification())),
+        )
     };
     let (bits_read, found) = run(&read, read.identifier().start_from(&known));
     let (bits_built, _) = run(&built, built.identifier().start_from_known(&servo, &motion));
@@ -232,7 +236,7 @@ fn a_recursion_starts_from_constants() {
 
 #[test]
 fn words_that_were_not_written_so_are_refused() {
-    type Loop = GradientLoop<f32, Ab, 2>;
+    type Loop = GradientLoop<f32, 2>;
     let (built, _) = both::<Loop>(&settings(2));
     let written = words_of(&built);
     let refusal = |words: &[u32]| Constants::<Loop>::check(words).expect_err("not as written");
@@ -265,11 +269,13 @@ fn words_that_were_not_written_so_are_refused() {
     assert_eq!(refusal(&[]), ConstantsError::Changed);
 
     let other = |check: Result<(), ConstantsError>| assert_eq!(check, Err(ConstantsError::Type));
-    other(Constants::<GradientLoop<f64, Ab, 2>>::check(&written));
-    other(Constants::<GradientLoop<f32, AbCoulomb, 3>>::check(
-        &written,
-    ));
-    other(Constants::<GradientIdentifier<f32, LowPass<f32>, Ab, 2>>::check(&written));
-    let three = words_of(&both::<GradientLoop<f32, AbCoulomb, 3>>(&settings(2)).0);
-    other(Constants::<GradientLoop<f32, AbLoad, 3>>::check(&three));
+    other(Constants::<GradientLoop<f64, 2>>::check(&written));
+    other(Constants::<GradientLoop<f32, 3>>::check(&written));
+    other(Constants::<
+        GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>,
+    >::check(&written));
+    let three = words_of(&both::<GradientLoop<f32, 3>>(&settings(2)).0);
+    other(Constants::<
+        ServoLoop<f32, LowPass<f32>, GradientIdentifier<f32, LowPass<f32>, AbLoad, 3>>,
+    >::check(&three));
 }

@@ -1,14 +1,14 @@
 //! The paper's loop in fixed point with bounds on every estimate: under any input, and beside floating point.
 
 use fixed::types::I16F16;
+use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller, Setpoint};
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::{FixedController, FixedServoLoop, Word};
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::AbCoulomb;
-use identifier_core::settings::BoxSettings;
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::parameters::Unknowns;
+use identifier_core::settings::{BoxSettings, ControllerSettings};
 use proptest::prelude::*;
 
 fn settings(sample_time: f64) -> Settings {
@@ -53,7 +53,7 @@ fn reference_filters() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 1e-3_f64..0.3, Just(100.0)]
 }
 
-type Words = FixedServoLoop<LowPass<Word>, AbCoulomb, 3>;
+type Words = FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>;
 
 proptest! {
     /// With any sensor readings nothing wraps (the tests check every sum for it), no estimate
@@ -81,7 +81,7 @@ proptest! {
                 }
                 Err(error) => prop_assert_eq!(error, StepError::CountJumped),
             }
-            let found = words.identifier().estimates(state.identification());
+            let found = words.identifier().estimates(state.identification()).expect("estimates");
             prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
             prop_assert!((5.0 - 1e-4..=5000.0 + 1e-3).contains(&found.b), "{found:?}");
             prop_assert!((0.0..=100.0 + 1e-6).contains(&found.coulomb), "{found:?}");

@@ -9,13 +9,11 @@ use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
     FixedController, FixedGradientIdentifier, FixedServoLoop, Word,
 };
-use identifier_core::identifier::{Event, Identify};
+use identifier_core::identifier::{Event, GradientIdentifier, Identify, ServoLoop};
 use identifier_core::measurement::{
     AveragedDifference, BackwardDifference, LowPass, VelocityEstimate,
 };
-use identifier_core::parameters::{
-    Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet, ServoParameters,
-};
+use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, ServoParameters, Unknowns};
 use identifier_core::settings::{
     BoxSettings, ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
 };
@@ -89,7 +87,8 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
     servo: &ServoParameters,
     seconds: f64,
 ) -> ([Distance; 3], [ServoParameters; 2]) {
-    let exact: GradientLoop<f64, S, P> = settings.build().expect("valid");
+    let exact: ServoLoop<f64, LowPass<f64>, GradientIdentifier<f64, LowPass<f64>, S, P>> =
+        settings.build().expect("valid");
     let words: FixedServoLoop<LowPass<Word>, S, P> = settings.build().expect("it fits");
     let start = i32::MAX - 500;
     let mut bench = Bench::new(servo, settings, start);
@@ -130,8 +129,14 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
         bench.plant.advance(step.control.command);
     }
     let estimates = [
-        exact.identifier().estimates(exact_state.identification()),
-        words.identifier().estimates(state.identification()),
+        exact
+            .identifier()
+            .estimates(exact_state.identification())
+            .expect("estimates"),
+        words
+            .identifier()
+            .estimates(state.identification())
+            .expect("estimates"),
     ];
     (distances, estimates)
 }
@@ -150,7 +155,7 @@ fn on_the_same_measurements_fixed_and_floating_point_agree() {
         ..SERVO
     };
     let ([velocity, command, output_error], [exact, found]) =
-        side_by_side::<Ab, 2>(&settings(), &servo, 20.0);
+        side_by_side::<Unknowns<2>, 2>(&settings(), &servo, 20.0);
     let decibel = [velocity, command, output_error].map(|distance| distance.decibel());
     println!("velocity, command, output error: {decibel:.0?} dB; {exact:?} {found:?}");
     assert!(decibel[0] > 145.0 && decibel[1] > 135.0 && decibel[2] > 75.0);
@@ -165,9 +170,9 @@ fn with_friction_fixed_and_floating_point_agree() {
         load: 20.0,
         ..SERVO
     };
-    let (_, [exact, found]) = side_by_side::<AbCoulomb, 3>(&settings(), &servo, 20.0);
+    let (_, [exact, found]) = side_by_side::<Unknowns<3>, 3>(&settings(), &servo, 20.0);
     assert_alike(&exact, &found, 2e-3);
-    let (_, [exact, found]) = side_by_side::<AbCoulombLoad, 4>(&settings(), &servo, 20.0);
+    let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings(), &servo, 20.0);
     assert_alike(&exact, &found, 2e-3);
     let (_, [exact, found]) = side_by_side::<AbLoad, 3>(&settings(), &servo, 20.0);
     assert_alike(&exact, &found, 2e-3);
@@ -187,7 +192,7 @@ fn without_a_box_and_under_a_limit_fixed_and_floating_point_agree() {
         load: 40.0,
         ..SERVO
     };
-    let (_, [exact, found]) = side_by_side::<Ab, 2>(&settings, &servo, 20.0);
+    let (_, [exact, found]) = side_by_side::<Unknowns<2>, 2>(&settings, &servo, 20.0);
     println!("{exact:?} {found:?}");
     assert!((exact.load - 40.0).abs() < 0.5, "{exact:?}");
     assert_alike(&exact, &found, 1e-3);
@@ -220,10 +225,10 @@ fn fast_loops_fit_and_give_the_same_estimates() {
             cutoff: 500.0,
             ..settings()
         };
-        let (_, [exact, found]) = side_by_side::<AbCoulombLoad, 4>(&settings, &servo, 5.0);
+        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &servo, 5.0);
         assert_alike(&exact, &found, 5e-3);
         settings.identifier.gamma = Some(diagonal([0.2, 110.0, 10.0, 10.0]));
-        let (_, [exact, found]) = side_by_side::<AbCoulombLoad, 4>(&settings, &servo, 5.0);
+        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &servo, 5.0);
         assert_alike(&exact, &found, 5e-3);
     }
 }
@@ -239,7 +244,7 @@ fn it_identifies_beside_any_controller() {
         velocity: 200.0,
         command: 12.0,
     });
-    let identifier: FixedGradientIdentifier<LowPass<Word>, Ab, 2> =
+    let identifier: FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2> =
         settings.build().expect("it fits");
     let mut bench = Bench::new(&SERVO, &settings, 0);
     let mut state = identifier.start();
@@ -257,7 +262,7 @@ fn it_identifies_beside_any_controller() {
         last = count;
         bench.plant.advance(command);
     }
-    let found = identifier.estimates(&state);
+    let found = identifier.estimates(&state).expect("estimates");
     assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
     assert!(!identifier.at_bounds(&state).b);
 }
@@ -265,11 +270,11 @@ fn it_identifies_beside_any_controller() {
 #[test]
 fn nothing_is_learnt_from_a_servo_at_rest() {
     let settings = settings();
-    let words: FixedServoLoop<LowPass<Word>, AbCoulomb, 3> = settings.build().expect("it fits");
+    let words: FixedServoLoop<LowPass<Word>, Unknowns<3>, 3> = settings.build().expect("it fits");
     let identifier = words.identifier();
     let mut state = identifier.start();
     let small = identifier.command_word(0.0);
-    let before = identifier.estimates(&state);
+    let before = identifier.estimates(&state).expect("estimates");
     for _ in 0..200 {
         let seen = identifier.process(&mut state, 0, small).expect("in reach");
         assert_eq!(seen.event, Event::Standing);
@@ -283,7 +288,7 @@ fn nothing_is_learnt_from_a_servo_at_rest() {
         .expect("it is reported");
     // Not before the servo has had a tenth of a second to move.
     assert_eq!(reported, 100);
-    let after = identifier.estimates(&state);
+    let after = identifier.estimates(&state).expect("estimates");
     assert!((after.b - before.b).abs() < 1e-9 && (after.coulomb - before.coulomb).abs() < 1e-9);
 }
 
@@ -291,7 +296,7 @@ fn nothing_is_learnt_from_a_servo_at_rest() {
 fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     let mut settings = settings();
     settings.identifier.max_speed = Some(60.0);
-    let words: FixedServoLoop<LowPass<Word>, Ab, 2> = settings.build().expect("it fits");
+    let words: FixedServoLoop<LowPass<Word>, Unknowns<2>, 2> = settings.build().expect("it fits");
     let mut state = words.start(0);
     let before = state;
     let jump = words.process(&mut state, 0, I16F16::ZERO, 5000);
@@ -305,7 +310,7 @@ fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     assert!(words.process(&mut state, 0, I16F16::ZERO, 180).is_ok());
 }
 
-type Words = FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>;
+type Words = FixedGradientIdentifier<LowPass<Word>, Unknowns<3>, 3>;
 
 fn refusal(change: impl FnOnce(&mut Settings)) -> String {
     let mut settings = settings();
@@ -443,7 +448,11 @@ where
         let seen = identifier.update(state.identification_mut(), control.increment, command);
         prop_assert!(seen.output_error.abs() <= Word::ONE);
         for parameter in S::PARAMETERS {
-            let found = parameter.value_in(&identifier.estimates(state.identification()));
+            let found = parameter.value_in(
+                &identifier
+                    .estimates(state.identification())
+                    .expect("estimates"),
+            );
             let bounds = identifier.bounds(parameter).expect("one of the set");
             let room = 1e-6 * (bounds.max() - bounds.min());
             let within = found >= bounds.min() - room && found <= bounds.max() + room;
@@ -487,7 +496,10 @@ where
         prop_assert!(seen.output_error.abs() <= Word::ONE);
         let applied = words.controller().command(control.command);
         prop_assert!(applied.abs() <= 10.0 + 1e-6);
-        let found = words.identifier().estimates(state.identification());
+        let found = words
+            .identifier()
+            .estimates(state.identification())
+            .expect("estimates");
         prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
         let most = words.identifier().bounds(Parameter::B);
         let most = most.expect("every model has it").max();
@@ -524,16 +536,16 @@ proptest! {
     #[test]
     fn nothing_wraps_with_any_input(samples in any_samples()) {
         let mut settings = settings();
-        nothing_wraps::<LowPass<Word>, Ab, 2>(&settings, &samples)?;
-        nothing_wraps::<LowPass<Word>, AbCoulombLoad, 4>(&settings, &samples)?;
-        nothing_wraps::<AveragedDifference<Word>, AbCoulomb, 3>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<2>, 2>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
+        nothing_wraps::<AveragedDifference<Word>, Unknowns<3>, 3>(&settings, &samples)?;
         nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples)?;
         // Steps that are large, and a guard that follows b̂.
         settings.identifier.gamma = Some(diagonal([400.0, 30_000.0, 400.0, 400.0]));
         settings.identifier.plant_box = None;
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
-        nothing_wraps::<LowPass<Word>, AbCoulombLoad, 4>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
     }
 
     /// The same for any servo, gains, limit, rate and encoder that are taken.
@@ -574,7 +586,7 @@ proptest! {
             gamma * omega,
             gamma * omega,
         ]));
-        let words: Result<FixedServoLoop<LowPass<Word>, AbCoulombLoad, 4>, _> = settings.build();
+        let words: Result<FixedServoLoop<LowPass<Word>, Unknowns<4>, 4>, _> = settings.build();
         match words {
             Ok(words) => run_any(&words, &samples)?,
             Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
@@ -588,7 +600,7 @@ proptest! {
         start in prop_oneof![any::<i32>(), i32::MAX - 20..=i32::MAX],
     ) {
         let settings = settings();
-        let exact: GradientLoop<f64, Ab, 2> = settings.build().expect("valid");
+        let exact: GradientLoop<f64, 2> = settings.build().expect("valid");
         let words: FixedController<LowPass<Word>> = settings.build().expect("it fits");
         let mut exact_state = exact.start(start);
         let mut state = words.start();

@@ -8,17 +8,15 @@ use identifier_core::identifier::{
     BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify,
 };
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{
-    AbCoulombDelayLoad, AbCoulombLoad, ServoParameters, Term, Terms, Unknown,
-};
+use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown, Unknowns};
 use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagonal};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
 type Behind<I> = BehindAmplifier<f64, I, 8>;
-type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>>;
-type GaussNewton = Behind<GaussNewtonIdentifier<f64, AbCoulombLoad, 4>>;
+type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>>;
+type GaussNewton = Behind<GaussNewtonIdentifier<f64, Unknowns<4>, 4>>;
 
 /// Effects of the amplifier, the settings that declare them, and a name.
 fn effects() -> [(&'static str, Effects, TermSettings); 3] {
@@ -82,7 +80,7 @@ fn found<I: FromSettings + Identify<f64>>(
         plant.advance(command);
     }
     let delay = identifier.value_in(&identifier.snapshot(&state), Unknown::Delay);
-    (identifier.estimates(&state), delay)
+    (identifier.estimates(&state).expect("estimates"), delay)
 }
 
 /// The largest errors of a law over a few seeds: of a (1/s), b and c (relative).
@@ -151,7 +149,7 @@ fn a_declared_delay_that_is_estimated_counts_once() {
         };
         let mut settings = settings(&terms);
         settings.identifier.known.load = false;
-        let (found, total) = found::<Behind<GaussNewtonIdentifier<f64, AbCoulombDelayLoad, 5>>>(
+        let (found, total) = found::<Behind<GaussNewtonIdentifier<f64, Unknowns<5>, 5>>>(
             &settings, &effects, 1, 20.0,
         );
         let total = total.expect("it has a delay");
@@ -165,9 +163,9 @@ fn a_declared_delay_that_is_estimated_counts_once() {
 
 #[test]
 fn declarations_without_effect_are_refused_by_name() {
-    type BareGradient = GradientIdentifier<f64, LowPass<f64>, AbCoulombLoad, 4>;
-    type WithoutDelay = GaussNewtonIdentifier<f64, AbCoulombLoad, 4>;
-    type BareGaussNewton = GaussNewtonIdentifier<f64, AbCoulombDelayLoad, 5>;
+    type BareGradient = GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>;
+    type WithoutDelay = GaussNewtonIdentifier<f64, Unknowns<4>, 4>;
+    type BareGaussNewton = GaussNewtonIdentifier<f64, Unknowns<5>, 5>;
     fn refusal<I: FromSettings>(declared: TermSettings) -> String {
         let built = settings(&declared).build::<I>();
         built.err().expect("refused").to_string()

@@ -7,10 +7,10 @@ use crate::support::{
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::number::Number;
-use identifier_core::parameters::{AbCoulombLoad, PerParameter, ServoParameters};
+use identifier_core::parameters::{PerParameter, ServoParameters, Unknowns};
 use identifier_core::settings::FromSettings;
 
-type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
+type Identifier<N> = GaussNewtonIdentifier<N, Unknowns<4>, 4>;
 
 fn settings(servo: &Servo) -> Settings {
     Settings::new(servo.sample_time, servo.counts_per_rev)
@@ -79,7 +79,7 @@ fn run<N: Number>(
     }
     Outcome {
         servo: *servo,
-        found: identifier.estimates(&state),
+        found: identifier.estimates_in(&identifier.snapshot(&state)),
         rms: (sum / count as f64 * 12.0).sqrt(),
         started,
         saturation: run.saturation(),
@@ -247,11 +247,11 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
             path += increment.abs();
             error += f64::from(seen.output_error).powi(2);
             if before.is_none() {
-                before = Some(identifier.estimates(&state));
+                before = Some(identifier.estimates_in(&identifier.snapshot(&state)));
             }
         }
     }
-    let found = identifier.estimates(&state);
+    let found = identifier.estimates_in(&identifier.snapshot(&state));
     let truth = servo.parameters;
     let off = (found.b / truth.b - 1.0).abs();
     let deviation = identifier
@@ -379,7 +379,11 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
                 first = first.min(k as f64 * servo.sample_time);
             }
         }
-        (identifier.estimates(&state), steps, first)
+        (
+            identifier.estimates_in(&identifier.snapshot(&state)),
+            steps,
+            first,
+        )
     };
     let (mut before, _, _) = feed(&mut run, SETTLED);
     let mut results = Vec::new();

@@ -7,11 +7,11 @@ use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::number::Number;
-use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::IdentifierSettings;
 use proptest::prelude::*;
 
-type Identifier<N> = GaussNewtonIdentifier<N, AbCoulombLoad, 4>;
+type Identifier<N> = GaussNewtonIdentifier<N, Unknowns<4>, 4>;
 
 fn settings(servo: &Servo) -> Settings {
     Settings::new(servo.sample_time, servo.counts_per_rev)
@@ -35,7 +35,10 @@ fn in_format<N: Number>(
         identifier.work(&mut state, u32::MAX);
     }
     let errors = identifier.standard_errors(&state).expect("started");
-    (identifier.estimates(&state), errors)
+    (
+        identifier.estimates_in(&identifier.snapshot(&state)),
+        errors,
+    )
 }
 
 #[test]
@@ -87,11 +90,11 @@ fn an_amplifier_that_is_off_is_reported_and_not_learnt_from() {
         let mut run = Loop::new(Kind::Pid, &servo, amplitude);
         let mut noticed = f64::INFINITY;
         let second = (1.0 / servo.sample_time) as u64;
-        let mut before = identifier.estimates(&state);
+        let mut before = identifier.estimates_in(&identifier.snapshot(&state));
         for k in 0..9 * second {
             run.powered = !(4 * second..6 * second).contains(&k);
             if k == 4 * second {
-                before = identifier.estimates(&state);
+                before = identifier.estimates_in(&identifier.snapshot(&state));
             }
             let (increment, command) = run.sample();
             let seen = identifier
@@ -102,7 +105,7 @@ fn an_amplifier_that_is_off_is_reported_and_not_learnt_from() {
                 noticed = noticed.min(k as f64 * servo.sample_time - 4.0);
             }
         }
-        let after = identifier.estimates(&state);
+        let after = identifier.estimates_in(&identifier.snapshot(&state));
         (
             servo,
             noticed,
@@ -200,7 +203,7 @@ proptest! {
         let mut config = milliradians();
         config.identifier.start_time = Some(time);
         config.identifier.initial.b = guess;
-        let identifier: GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64> = config.build().expect("settings");
+        let identifier: GaussNewtonIdentifier<f32, Unknowns<4>, 4, 64> = config.build().expect("settings");
         let mut state = identifier.start();
         for (k, &(increment, command)) in samples.iter().enumerate() {
             // A motion that follows the command every other while, so that fits are found.
@@ -209,7 +212,7 @@ proptest! {
                 prop_assert!(seen.output_error.is_finite());
             }
             identifier.work(&mut state, 200);
-            prop_assert!(is_finite(&identifier.estimates(&state)));
+            prop_assert!(is_finite(&identifier.estimates_in(&identifier.snapshot(&state))));
             if let Some(errors) = identifier.standard_errors(&state) {
                 prop_assert!(is_finite(&errors), "{errors:?}");
             }

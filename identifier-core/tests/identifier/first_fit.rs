@@ -3,12 +3,12 @@
 use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo};
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
-use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::reason::Reason;
 use identifier_core::settings::FromSettings;
 
 /// As many blocks as a drive has.
-type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
+type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4, 64>;
 
 /// 250 Hz to 20 kHz.
 const SAMPLE_TIMES: [f64; 4] = [4e-3, 1e-3, 0.25e-3, 50e-6];
@@ -269,7 +269,8 @@ fn later_motion_identifies<I: Identify<f32> + FromSettings>(sample_time: f64) {
         run.run(2.5, || motion.sample());
         assert_eq!(run.obstacle(), None, "after {reason:?}");
         assert!(run.started.is_some(), "after {reason:?}");
-        let off = run.identifier.estimates(&run.state).b / servo.parameters.b - 1.0;
+        let off =
+            run.identifier.estimates(&run.state).expect("estimates").b / servo.parameters.b - 1.0;
         assert!(off.abs() < 0.01, "after {reason:?}: {off}");
     }
 }

@@ -6,7 +6,7 @@ use crate::support::{
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Ab, AbCoulomb, ParameterSet, ServoParameters};
+use identifier_core::parameters::{ParameterSet, ServoParameters, Unknowns};
 use identifier_core::settings::{BoxSettings, diagonal};
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
@@ -55,14 +55,14 @@ fn run<S: ParameterSet<P>, const P: usize>(kind: Kind, servo: &Servo, time: f64)
         restarts += u32::from(seen.event == Event::Restarted);
         if 4 * k > 3 * samples {
             travelled += increment.abs();
-            let b = identifier.estimates(&state).b / servo.parameters.b;
+            let b = identifier.estimates(&state).expect("estimates").b / servo.parameters.b;
             low = low.min(b);
             high = high.max(b);
         }
     }
     Outcome {
         servo: *servo,
-        found: identifier.estimates(&state),
+        found: identifier.estimates(&state).expect("estimates"),
         travelled,
         restarts,
         unrest: high - low,
@@ -109,7 +109,7 @@ fn report(name: &str, outcomes: &[Outcome]) -> [f64; 3] {
 fn it_identifies_under_any_controller_that_is_not_declared() {
     for kind in [Kind::Pid, Kind::Cascade, Kind::PiD, Kind::Relay] {
         let outcomes = on_all_cores(60, |i| {
-            run::<Ab, 2>(kind, &without_friction(ordinary_servo(i)), 30.0)
+            run::<Unknowns<2>, 2>(kind, &without_friction(ordinary_servo(i)), 30.0)
         });
         let [b, _, d] = report(&format!("{kind:?}"), &outcomes);
         // A relay answers every edge of the encoder with its whole command, so that the noise in φ and
@@ -128,7 +128,7 @@ fn friction_is_found_and_nothing_latches() {
         servo.sample_time = draw.one_of(&[4e-3, 1e-3, 2.5e-4]);
         servo.bandwidth = servo.bandwidth.min(0.1 / servo.sample_time);
         servo.parameters.coulomb = draw.between(0.01, 0.1) * servo.authority();
-        run::<AbCoulomb, 3>(Kind::Pid, &servo, 30.0)
+        run::<Unknowns<3>, 3>(Kind::Pid, &servo, 30.0)
     });
     let [b, c, d] = report("friction", &outcomes);
     // Standing still at a wrong value while the servo moves.

@@ -11,14 +11,14 @@ use identifier_core::identifier::{
     Event, FitBlocks, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, Identify,
     NumberedBlock, RecordBlocks, Update,
 };
-use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::FromSettings;
 
 /// Blocks of a record.
 const W: usize = 64;
 
-type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4, W>;
-type FirstFit = GaussNewtonFitter<f32, AbCoulombLoad, 4, W>;
+type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4, W>;
+type FirstFit = GaussNewtonFitter<f32, Unknowns<4>, 4, W>;
 
 fn servo(seed: u32) -> Servo {
     Servo {
@@ -131,7 +131,10 @@ where
             recording,
             ..
         } = &halves;
-        assert_eq!(recorder.estimates(recording), whole.estimates(&state));
+        assert_eq!(
+            recorder.estimates_in(&recorder.snapshot(recording)),
+            whole.estimates_in(&whole.snapshot(&state))
+        );
         assert_eq!(recorder.at_bounds(recording), whole.at_bounds(&state));
         assert_eq!(
             recorder.standard_errors(recording),
@@ -140,13 +143,13 @@ where
         started += u32::from(seen.is_ok_and(|seen| seen.event == Event::Started));
     }
     assert!(started > 0);
-    assert!(off(&whole.estimates(&state)) < 0.02);
+    assert!(off(&whole.estimates_in(&whole.snapshot(&state))) < 0.02);
 }
 
 #[test]
 fn halves_without_a_backlog_equal_the_whole_identifier() {
     for budget in [u32::MAX, 20, 1] {
-        compare::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4, W>, Recursion, FirstFit>(budget);
+        compare::<GaussNewtonIdentifier<f32, Unknowns<4>, 4, W>, Recursion, FirstFit>(budget);
     }
 }
 
@@ -209,7 +212,9 @@ fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
         let fitted = halves
             .find(&mut motion, 4000)
             .expect("a motion with enough information");
-        let before = halves.recorder.estimates(&halves.recording);
+        let before = halves
+            .recorder
+            .estimates_in(&halves.recorder.snapshot(&halves.recording));
 
         let mut joined = halves.recording.clone();
         halves.recorder.resume_moving(&mut joined, 0.0);
@@ -217,12 +222,22 @@ fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
         let (increment, command) = sample(&mut motion);
         let seen = halves.recorder.learn(&mut joined, increment, command);
         assert_eq!(seen.map(|seen| seen.event), Ok(Event::None));
-        assert_eq!(halves.recorder.estimates(&joined), before);
+        assert_eq!(
+            halves
+                .recorder
+                .estimates_in(&halves.recorder.snapshot(&joined)),
+            before
+        );
 
         // The same without the gap.
         halves.recorder.take_over(&mut halves.recording, &fitted);
         assert_eq!(halves.learn((increment, command)).event, Event::Started);
-        assert!(off(&halves.recorder.estimates(&halves.recording)) < 0.05);
+        assert!(
+            off(&halves
+                .recorder
+                .estimates_in(&halves.recorder.snapshot(&halves.recording)))
+                < 0.05
+        );
     }
     check::<Recursion, FirstFit>();
 }
@@ -329,7 +344,9 @@ where
             happened.started += u32::from(seen.event == Event::Started);
             happened.restarted += u32::from(seen.event == Event::Restarted);
             if happened.started > 0 {
-                happened.worst = happened.worst.max(off(&recorder.estimates(&state)));
+                happened.worst = happened
+                    .worst
+                    .max(off(&recorder.estimates_in(&recorder.snapshot(&state))));
             }
             if let Some(block) = recorder.take_block(&mut state) {
                 happened.blocks += 1;
@@ -371,7 +388,7 @@ fn the_interrupt_keeps_neither_record_nor_fit() {
         size_of::<NumberedBlock<f32>>(),
         size_of::<<Recursion as RecordBlocks<f32>>::Fitted>(),
     );
-    let recursion = GaussNewtonIdentifier::<f32, AbCoulombLoad, 4, W>::RECURSION_BYTES;
+    let recursion = GaussNewtonIdentifier::<f32, Unknowns<4>, 4, W>::RECURSION_BYTES;
     assert!(interrupt <= recursion + 200, "{interrupt}");
     assert!(background >= W * 12);
 }

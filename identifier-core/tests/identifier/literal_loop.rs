@@ -5,7 +5,7 @@ use crate::support::Draw;
 use identifier_core::GradientLoop;
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
-use identifier_core::parameters::{Ab, ServoParameters};
+use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::{BoxSettings, ControllerSettings, Settings};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
@@ -120,7 +120,7 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
             b: [b / 1.5, b * 1.5],
         });
         settings.identifier.gamma = Some(diagonal(gamma));
-        let servo_loop: GradientLoop<f64, Ab, 2> = settings.build().expect("certified");
+        let servo_loop: GradientLoop<f64, 2> = settings.build().expect("certified");
         let identifier = servo_loop.identifier();
 
         let servo = ServoParameters {
@@ -154,7 +154,9 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
             furthest = furthest.max((own - output_error).abs());
             bench.plant.advance(step.control.command);
         }
-        let found = identifier.estimates(state.identification());
+        let found = identifier
+            .estimates(state.identification())
+            .expect("estimates");
         let apart = [found.a - literal.theta[0], found.b - literal.theta[1]];
         assert!(
             apart[0].abs() < 1e-9 * (1.0 + found.a) && apart[1].abs() < 1e-9 * found.b,

@@ -1,6 +1,7 @@
 //! The laws over whole records: random servos, any controller, any input.
 
 mod behind_amplifier;
+mod chosen_gamma;
 mod command_driven;
 mod command_driven_robustness;
 mod first_fit;

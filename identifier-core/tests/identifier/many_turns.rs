@@ -3,9 +3,9 @@
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::Counter;
-use identifier_core::parameters::{Ab, ServoParameters};
-use identifier_core::settings::BoxSettings;
-use identifier_core::{ControllerSettings, GradientLoop, Settings};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::{BoxSettings, ControllerSettings};
+use identifier_core::{GradientLoop, Settings};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
@@ -47,7 +47,7 @@ fn travel(start: i64, speed: i32) -> ServoParameters {
     let (sample_time, duration) = (1e-3, 60.0);
     let settings = settings(sample_time);
     let units = settings.units().expect("valid");
-    let servo_loop: GradientLoop<f32, Ab, 2> = settings.build().expect("certified");
+    let servo_loop: GradientLoop<f32, 2> = settings.build().expect("certified");
 
     let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
     let mut noise_state = Excitation::<f64>::start(&noise);
@@ -77,7 +77,10 @@ fn travel(start: i64, speed: i32) -> ServoParameters {
             .expect("within reach");
         plant.advance(f64::from(step.control.command));
         if k >= samples * 3 / 4 {
-            let now = servo_loop.identifier().estimates(state.identification());
+            let now = servo_loop
+                .identifier()
+                .estimates(state.identification())
+                .expect("estimates");
             tail.0.a += now.a;
             tail.0.b += now.b;
             tail.0.load += now.load;

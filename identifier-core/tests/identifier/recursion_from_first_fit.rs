@@ -1,11 +1,12 @@
 //! The recursive law stays near its own first fit.
 
+use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::{AbLoad, ServoParameters};
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::settings::ControllerSettings;
 use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};
 use virtual_servo::{Encoder, Plant};
 
@@ -89,7 +90,7 @@ fn the_recursive_law_starts_from_its_first_fit_and_stays_near() {
             recursive.work(&mut state, 100);
             assert!(k < 1000 || recursive.is_running(&state), "seed {seed}");
             if recursive.is_running(&state) {
-                let found = recursive.estimates(&state);
+                let found = recursive.estimates(&state).expect("estimates");
                 assert!(
                     (found.b / 257.7 - 1.0).abs() < 0.02,
                     "seed {seed}, sample {k}: {found:?}"

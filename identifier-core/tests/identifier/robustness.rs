@@ -1,19 +1,21 @@
 //! Under any input: no panic, no NaN, no estimate outside its bounds.
 
+use identifier_core::Settings;
 use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
-use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
+use identifier_core::parameters::{ServoParameters, Unknowns};
+use identifier_core::settings::{
+    BoxSettings, ControllerSettings, FromSettings, IdentifierSettings, SettingsError,
+};
 use identifier_core::stability::PlantBox;
 use identifier_core::units::Units;
-use identifier_core::{ControllerSettings, Settings};
 use proptest::prelude::*;
 
-type Identifier<N> = GradientIdentifier<N, LowPass<N>, Ab, 2>;
+type Identifier<N> = GradientIdentifier<N, LowPass<N>, Unknowns<2>, 2>;
 
 /// A loop that is certified.
 fn settings(limit: Option<f64>) -> Settings {
@@ -149,7 +151,7 @@ where
             [a, b, coulomb, load].iter().all(|value| value.is_finite())
         };
         let (found, errors) = (
-            identifier.estimates(&state),
+            identifier.estimates_in(&identifier.snapshot(&state)),
             identifier.standard_errors(&state),
         );
         prop_assert!(finite(found), "{found:?}");
@@ -170,7 +172,7 @@ fn mislead_fits<N: Number>(inputs: &[(f64, f64)]) -> Result<(), TestCaseError> {
         ..guessing
     };
     for settings in [guessing, knowing_nothing] {
-        mislead_fit::<N, GaussNewtonIdentifier<N, AbCoulombLoad, 4, 32>>(&settings, inputs)?;
+        mislead_fit::<N, GaussNewtonIdentifier<N, Unknowns<4>, 4, 32>>(&settings, inputs)?;
     }
     Ok(())
 }
@@ -180,7 +182,7 @@ fn assert_within<N: Number>(
     identifier: &Identifier<N>,
     state: &<Identifier<N> as Identify<N>>::State,
 ) -> Result<(), TestCaseError> {
-    let estimates = identifier.estimates(state);
+    let estimates = identifier.estimates_in(&identifier.snapshot(state));
     prop_assert!((-1e-6..=100.001).contains(&estimates.a), "{estimates:?}");
     prop_assert!((4.999..=5000.1).contains(&estimates.b), "{estimates:?}");
     prop_assert!(estimates.load.is_finite(), "{estimates:?}");
@@ -264,7 +266,7 @@ proptest! {
                 prop_assert!(sample.command.is_finite(), "{sample:?}");
                 identifier.update_with_velocity(&mut state, &sample);
             }
-            let estimates = identifier.estimates(&state);
+            let estimates = identifier.estimates_in(&identifier.snapshot(&state));
             prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");
             prop_assert!(estimates.load.is_finite(), "{estimates:?}");
         }

@@ -5,7 +5,7 @@ use crate::support::{Kind, Loop, Servo};
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Ab, AbCoulombLoad, ServoParameters};
+use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
 
 const SERVO: Servo = Servo {
@@ -58,7 +58,10 @@ fn shown_later<N: Copy, I: Identify<N>>(
         if k % 500 != 499 {
             continue;
         }
-        let now = (identifier.estimates(&state), identifier.at_bounds(&state));
+        let now = (
+            identifier.estimates_in(&identifier.snapshot(&state)),
+            identifier.at_bounds(&state),
+        );
         if let Some((shown, then)) = waiting.replace((identifier.snapshot(&state), now)) {
             let later = (
                 identifier.estimates_in(&shown),
@@ -85,14 +88,14 @@ fn of_numbers<I: Identify<f32> + FromSettings>(settings: &Settings) -> (u32, u32
 
 #[test]
 fn a_gradient_snapshot_gives_the_sample_s_estimates() {
-    assert_moved_to_the_bound(of_numbers::<GradientIdentifier<f32, LowPass<f32>, Ab, 2>>(
-        &settings(),
-    ));
+    assert_moved_to_the_bound(of_numbers::<
+        GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>,
+    >(&settings()));
 }
 
 #[test]
 fn a_gauss_newton_snapshot_gives_the_sample_s_estimates() {
-    assert_moved_to_the_bound(of_numbers::<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>>(
+    assert_moved_to_the_bound(of_numbers::<GaussNewtonIdentifier<f32, Unknowns<4>, 4>>(
         &settings(),
     ));
 }
@@ -102,7 +105,7 @@ fn a_gauss_newton_snapshot_gives_the_sample_s_estimates() {
 fn a_fixed_point_snapshot_gives_the_sample_s_estimates() {
     use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
     use identifier_core::settings::RangeSettings;
-    type Identifier = FixedGradientIdentifier<LowPass<Word>, Ab, 2>;
+    type Identifier = FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2>;
     assert!(size_of::<<Identifier as Identify<_>>::Snapshot>() <= 6 * size_of::<u32>());
     let mut settings = settings();
     settings.identifier.ranges = Some(RangeSettings {

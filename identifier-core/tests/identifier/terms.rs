@@ -167,7 +167,7 @@ fn run(case: &Case, seed: u32, effects: &Effects, demanded: Terms) -> Found {
     let shown = identifier.snapshot(&state);
     let size = |unknown| Some((unknown, identifier.value_in(&shown, unknown)?));
     Found {
-        parameters: identifier.estimates(&state),
+        parameters: identifier.estimates(&state).expect("estimates"),
         sizes: Unknown::ALL.into_iter().filter_map(size).collect(),
         entered: identifier.entered(&state),
     }

@@ -1,14 +1,14 @@
 //! Why the sampled model loop must be the sampled real loop: the textbook's discretisation beside
 //! the matched one, and the core beside an independent statement of its equations.
 
+use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Ab, ServoParameters};
-use identifier_core::settings::{BoxSettings, diagonal};
+use identifier_core::parameters::{ServoParameters, Unknowns};
+use identifier_core::settings::{BoxSettings, ControllerSettings, diagonal};
 use identifier_core::units::Units;
-use identifier_core::{ControllerSettings, Settings};
 use virtual_servo::Plant;
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 
@@ -162,7 +162,7 @@ fn identify_by_the_core(load: f64, duration: f64) -> Vec<[f64; 2]> {
     learning.mu = Some(MU);
     let units = settings.units().expect("valid");
     let controller: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
-    let identifier: GradientIdentifier<f64, LowPass<f64>, Ab, 2> =
+    let identifier: GradientIdentifier<f64, LowPass<f64>, Unknowns<2>, 2> =
         settings.build().expect("certified");
     let noise = noise(&units);
     let mut reference = Excitation::<f64>::start(&noise);
@@ -183,7 +183,7 @@ fn identify_by_the_core(load: f64, duration: f64) -> Vec<[f64; 2]> {
                 .learn(&mut state, step.increment, step.command)
                 .expect("a possible sample");
             plant.advance(step.command);
-            let found = identifier.estimates(&state);
+            let found = identifier.estimates(&state).expect("estimates");
             [found.a, found.b]
         })
         .collect()

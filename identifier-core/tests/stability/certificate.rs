@@ -4,10 +4,10 @@
 use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{Ab, ServoParameters};
-use identifier_core::settings::{BoxSettings, SettingsError, diagonal};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::{BoxSettings, ControllerSettings, SettingsError, diagonal};
 use identifier_core::stability::{Certificate, CertificateError, PlantBox, SampledLoop};
-use identifier_core::{ControllerSettings, GradientLoop, Settings};
+use identifier_core::{GradientLoop, Settings};
 use virtual_servo::Plant;
 use virtual_servo::excitation::NormalSource;
 
@@ -241,7 +241,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
     let gains = Gains::new(9.0, 0.19, 4.0).expect("positive");
     assert!(Certificate::new(&gains, &plant_box, 10.0).is_ok());
     let refused = settings
-        .build::<GradientLoop<f32, Ab, 2>>()
+        .build::<GradientLoop<f32, 2>>()
         .expect_err("unstable when sampled");
     assert!(
         matches!(refused, SettingsError::SampledLoop(_)),
@@ -250,7 +250,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
     // The paper's own rate and filter.
     settings.sample_time = 1e-3;
     settings.cutoff = 500.0;
-    assert!(settings.build::<GradientLoop<f32, Ab, 2>>().is_ok());
+    assert!(settings.build::<GradientLoop<f32, 2>>().is_ok());
 }
 
 #[test]

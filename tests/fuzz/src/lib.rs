@@ -1,7 +1,7 @@
 //! Settings that targets begin with.
 
-use identifier_core::settings::{BoxSettings, diagonal};
-use identifier_core::{ControllerSettings, Settings};
+use identifier_core::settings::{ControllerSettings, BoxSettings, diagonal};
+use identifier_core::Settings;
 
 /// A loop that is certified.
 #[must_use]

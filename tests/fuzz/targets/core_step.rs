@@ -9,7 +9,7 @@ use fuzz::certified;
 use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{AbCoulombLoad, ServoParameters};
+use identifier_core::parameters::{Unknowns, ServoParameters};
 use identifier_core::settings::FromSettings;
 use libfuzzer_sys::fuzz_target;
 
@@ -19,9 +19,9 @@ const MAX_SAMPLES: usize = 64;
 /// Passes of the work between two samples, so that fits are in it.
 const WORK: u32 = 100;
 
-type Gradient = GradientIdentifier<f32, LowPass<f32>, AbCoulombLoad, 4>;
-type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 32>;
-type Fixed = FixedGradientIdentifier<LowPass<Word>, AbCoulombLoad, 4>;
+type Gradient = GradientIdentifier<f32, LowPass<f32>, Unknowns<4>, 4>;
+type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4, 32>;
+type Fixed = FixedGradientIdentifier<LowPass<Word>, Unknowns<4>, 4>;
 
 #[derive(Debug, Arbitrary)]
 enum Law {
@@ -55,17 +55,17 @@ fn is_finite(found: ServoParameters) -> bool {
 fn run<N: Copy, I: Identify<N>>(identifier: &I, samples: &[[f32; 2]], number: impl Fn(f32) -> N) {
     let mut state = identifier.start();
     for &[increment, command] in samples {
-        let before = identifier.estimates(&state);
+        let before = identifier.estimates(&state).expect("estimates");
         let learnt = identifier.learn(&mut state, number(increment), number(command));
         if learnt.is_err() {
             assert_eq!(
-                identifier.estimates(&state),
+                identifier.estimates(&state).expect("estimates"),
                 before,
                 "a refused sample changed the estimates"
             );
         }
         identifier.work(&mut state, WORK);
-        let found = identifier.estimates(&state);
+        let found = identifier.estimates(&state).expect("estimates");
         assert!(is_finite(found), "{found:?}");
         assert!(
             (-1e-3..=100.1).contains(&found.a) && (4.99..=5000.1).contains(&found.b),

@@ -9,13 +9,13 @@ use identifier_core::Settings;
 use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::parameters::Unknowns;
 use identifier_core::settings::FromSettings;
 use libfuzzer_sys::fuzz_target;
 
-type Gradient = GradientIdentifier<f32, LowPass<f32>, AbCoulombLoad, 4>;
-type GaussNewton = GaussNewtonIdentifier<f64, AbCoulombLoad, 4, 32>;
-type Fixed = FixedGradientIdentifier<LowPass<Word>, AbCoulombLoad, 4>;
+type Gradient = GradientIdentifier<f32, LowPass<f32>, Unknowns<4>, 4>;
+type GaussNewton = GaussNewtonIdentifier<f64, Unknowns<4>, 4, 32>;
+type Fixed = FixedGradientIdentifier<LowPass<Word>, Unknowns<4>, 4>;
 
 fn build<N: Copy, I: Identify<N> + FromSettings>(
     settings: &Settings,
@@ -26,7 +26,7 @@ fn build<N: Copy, I: Identify<N> + FromSettings>(
             let mut state = identifier.start();
             // Either is allowed: a command beyond a declared limit is refused.
             let _ = identifier.learn(&mut state, increment, command);
-            let found = identifier.estimates(&state);
+            let found = identifier.estimates(&state).expect("estimates");
             assert!(found.a.is_finite() && found.b.is_finite(), "{found:?}");
         }
         Err(error) => assert!(!error.to_string().is_empty()),

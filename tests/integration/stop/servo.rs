@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 use commissioning::{CommissionSettings, Limits};
 use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
-use identifier_core::ControllerSettings;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
 use virtual_servo::{Encoder, Plant};
 

@@ -3,13 +3,13 @@
 
 use commissioning::{CommissionInputs, Phase, SynchronousCommission};
 use identifier_core::identifier::{ExpectedMotion, GaussNewtonRecursion, Identify};
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::parameters::Unknowns;
 use identifier_core::settings::Settings;
 use virtual_servo::{Encoder, Servo};
 
 use crate::rig::ordinary;
 
-type Recursion = GaussNewtonRecursion<f32, AbCoulombLoad, 4>;
+type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4>;
 
 #[test]
 fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_servo() {

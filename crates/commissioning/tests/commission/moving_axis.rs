@@ -3,17 +3,16 @@
 use std::f64::consts::TAU;
 
 use commissioning::servo_change::{PromisedServo, ServoChange, ServoChangeState};
-use identifier_core::ControllerSettings;
 use identifier_core::identifier::{
     Event, ExpectedMotion, GaussNewtonIdentifier, Identify, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{AbCoulombLoad, IdentifiedServo, ServoParameters};
-use identifier_core::settings::Settings;
+use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknowns};
+use identifier_core::settings::{ControllerSettings, Settings};
 use identifier_core::tuning::{Goal, Tuning, TuningSettings};
 use virtual_servo::{Encoder, Plant, SplitMix64};
 
-type Identifier = GaussNewtonIdentifier<f32, AbCoulombLoad, 4, 64>;
+type Identifier = GaussNewtonIdentifier<f32, Unknowns<4>, 4, 64>;
 type Loop = ServoLoop<f32, LowPass<f32>, Identifier>;
 type State = ServoLoopState<
     f32,

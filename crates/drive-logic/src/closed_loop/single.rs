@@ -9,9 +9,7 @@ use identifier_core::identifier::{
     Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::{
-    Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, ServoParameters, Unknown,
-};
+use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown, Unknowns};
 use identifier_core::settings::{FromSettings, Settings};
 
 use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
@@ -24,7 +22,7 @@ type Velocity = LowPass<f32>;
 type Behind<I> = BehindAmplifier<f32, I, MAX_DELAYED>;
 
 /// Gauss–Newton in the sample interrupt; its first fit is made in the background.
-type Recursion = Behind<GaussNewtonRecursion<f32, AbCoulombLoad, 4, BLOCKS>>;
+type Recursion = Behind<GaussNewtonRecursion<f32, Unknowns<4>, 4, BLOCKS>>;
 
 /// The same with the terms that are demanded.
 type Termed = Behind<GaussNewtonRecursion<f32, WithTerms, UNKNOWNS, BLOCKS>>;
@@ -45,8 +43,8 @@ enum Laws {
     WithTerms(With<Termed>),
 }
 
-type Gradient = Behind<GradientIdentifier<f32, Velocity, Ab, 2>>;
-type GradientWithFriction = Behind<GradientIdentifier<f32, Velocity, AbCoulomb, 3>>;
+type Gradient = Behind<GradientIdentifier<f32, Velocity, Unknowns<2>, 2>>;
+type GradientWithFriction = Behind<GradientIdentifier<f32, Velocity, Unknowns<3>, 3>>;
 
 /// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,9 +8,8 @@ use drive_link::{
     Outcome, Protection, Record, Refusal, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
-use identifier_core::ControllerSettings;
 use identifier_core::reason::Reason;
-use identifier_core::settings::IdentifierSettings;
+use identifier_core::settings::{ControllerSettings, IdentifierSettings};
 
 use super::Supervisor;
 use super::memory::Slot;

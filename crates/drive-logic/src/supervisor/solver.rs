@@ -4,7 +4,7 @@
 use commissioning::{CommissionSettings, CommissionSolver};
 use drive_link::{Law, LoopSettings, NotAllowed};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
-use identifier_core::parameters::{AbCoulombLoad, IdentifiedServo};
+use identifier_core::parameters::{IdentifiedServo, Unknowns};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
@@ -20,7 +20,7 @@ const SLICE: u32 = 8;
 
 pub(super) type CommissioningSolver = CommissionSolver<f32, MOTION_BLOCKS>;
 
-type Fitter = GaussNewtonFitter<f32, AbCoulombLoad, 4, BLOCKS>;
+type Fitter = GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS>;
 type FitterState = <Fitter as FitBlocks<f32>>::State;
 
 /// The background's half of a mode.

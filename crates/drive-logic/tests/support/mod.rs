@@ -15,10 +15,9 @@ use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use identifier_core::ControllerSettings;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::BoxSettings;
+use identifier_core::settings::{BoxSettings, ControllerSettings};
 use virtual_servo::{Encoder, Plant};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use commissioning::{CommissionInputs, CommissionSettings, Limits, Phase, SynchronousCommission};
 use fixed::types::I16F16;
+use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
 use identifier_core::excitation::Prbs;
 use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
@@ -13,11 +14,10 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{
-    Ab, AbCoulomb, AbCoulombLoad, IdentifiedServo, Parameter, PerParameter, ServoParameters,
+    IdentifiedServo, Parameter, PerParameter, ServoParameters, Unknowns,
 };
-use identifier_core::settings::{BoxSettings, FromSettings};
+use identifier_core::settings::{BoxSettings, ControllerSettings, FromSettings};
 use identifier_core::tuning::Goal;
-use identifier_core::{ControllerSettings, Settings};
 
 const SAMPLES: i32 = 12_000;
 const TIME: f64 = 1e-3;
@@ -139,9 +139,9 @@ fn settings(coulomb: bool) -> Settings {
     let units = given.units().expect("units");
     let reference = Prbs::<f64>::new(&units, 0.3, 0.05, 9).expect("a reference");
     let gamma = if coulomb {
-        given.automatic_gamma::<LowPass<f64>, AbCoulomb, 3>(&reference, 2000)
+        given.automatic_gamma::<LowPass<f64>, Unknowns<3>, 3>(&reference, 2000)
     } else {
-        given.automatic_gamma::<LowPass<f64>, Ab, 2>(&reference, 2000)
+        given.automatic_gamma::<LowPass<f64>, Unknowns<2>, 2>(&reference, 2000)
     };
     given.identifier.gamma = Some(gamma.expect("gamma"));
     given
@@ -177,7 +177,7 @@ where
         last = now;
     }
     at.end(&identifier.machine_estimates(&state));
-    at.line(name, identifier.estimates(&state))
+    at.line(name, identifier.estimates(&state).expect("estimates"))
 }
 
 fn close<I: MachineEstimates<f32>>(
@@ -200,7 +200,12 @@ fn close<I: MachineEstimates<f32>>(
         own.identifier().work(state.identification_mut(), 50);
     }
     at.end(&own.identifier().machine_estimates(state.identification()));
-    at.line(name, own.identifier().estimates(state.identification()))
+    at.line(
+        name,
+        own.identifier()
+            .estimates(state.identification())
+            .expect("estimates"),
+    )
 }
 
 macro_rules! close_fixed {
@@ -219,7 +224,12 @@ macro_rules! close_fixed {
             at.take(step.seen.event as i32, command as f32);
         }
         at.end(&own.identifier().machine_estimates(state.identification()));
-        at.line($name, own.identifier().estimates(state.identification()))
+        at.line(
+            $name,
+            own.identifier()
+                .estimates(state.identification())
+                .expect("estimates"),
+        )
     }};
 }
 
@@ -267,14 +277,14 @@ fn commission() -> String {
     at.line("commission", servo) + &at.line("commission_gains", gains)
 }
 
-type Gradient = GradientIdentifier<f32, LowPass<f32>, Ab, 2>;
-type GradientCoulomb = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
-type GaussNewton = GaussNewtonIdentifier<f32, AbCoulombLoad, 4>;
-type Fixed = FixedGradientIdentifier<LowPass<Word>, Ab, 2>;
-type FixedCoulomb = FixedGradientIdentifier<LowPass<Word>, AbCoulomb, 3>;
+type Gradient = GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>;
+type GradientCoulomb = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
+type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4>;
+type Fixed = FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2>;
+type FixedCoulomb = FixedGradientIdentifier<LowPass<Word>, Unknowns<3>, 3>;
 type Closed<I> = ServoLoop<f32, LowPass<f32>, I>;
-type FixedLoop = FixedServoLoop<LowPass<Word>, Ab, 2>;
-type FixedCoulombLoop = FixedServoLoop<LowPass<Word>, AbCoulomb, 3>;
+type FixedLoop = FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>;
+type FixedCoulombLoop = FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>;
 
 /// The loop or identifier of a type.
 fn built<T: FromSettings>(coulomb: bool) -> T {

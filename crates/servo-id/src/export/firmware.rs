@@ -15,7 +15,7 @@ use identifier_core::identifier::{
     IdentifiableSet, MachineEstimates, ServoLoop,
 };
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, AbLoad, Parameter, ParameterSet};
+use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, Unknowns};
 use identifier_core::settings::SettingsError;
 
 use super::number;
@@ -254,10 +254,10 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
 /// The parameters of a scenario's model.
 fn parameters(scenario: &Scenario) -> &'static [Parameter] {
     match scenario.model_set() {
-        ModelSet::Ab => &Ab::PARAMETERS,
-        ModelSet::AbCoulomb => &AbCoulomb::PARAMETERS,
+        ModelSet::Ab => &Unknowns::<2>::PARAMETERS,
+        ModelSet::AbCoulomb => &Unknowns::<3>::PARAMETERS,
         ModelSet::AbLoad => &AbLoad::PARAMETERS,
-        ModelSet::AbCoulombLoad => &AbCoulombLoad::PARAMETERS,
+        ModelSet::AbCoulombLoad => &Unknowns::<4>::PARAMETERS,
     }
 }
 
@@ -408,10 +408,10 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
         Velocity::AveragedDifference => format!("{measurement}::AveragedDifference<{number}>"),
     };
     let (set, parameters) = match scenario.model_set() {
-        ModelSet::Ab => ("Ab", 2),
-        ModelSet::AbCoulomb => ("AbCoulomb", 3),
+        ModelSet::Ab => ("Unknowns<2>", 2),
+        ModelSet::AbCoulomb => ("Unknowns<3>", 3),
         ModelSet::AbLoad => ("AbLoad", 3),
-        ModelSet::AbCoulombLoad => ("AbCoulombLoad", 4),
+        ModelSet::AbCoulombLoad => ("Unknowns<4>", 4),
     };
     let set = format!("::identifier_core::parameters::{set}, {parameters}");
     let of = "::identifier_core::identifier";

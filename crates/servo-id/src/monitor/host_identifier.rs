@@ -3,12 +3,12 @@
 
 use drive_link::{Estimates, Settings};
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
-use identifier_core::parameters::AbCoulombLoad;
+use identifier_core::parameters::Unknowns;
 
 use super::frame::Frame;
 use super::telemetry::Order;
 
-type Identifier = GaussNewtonIdentifier<f64, AbCoulombLoad, 4>;
+type Identifier = GaussNewtonIdentifier<f64, Unknowns<4>, 4>;
 type State = <Identifier as Identify<f64>>::State;
 
 /// An identifier that receives every sample.
@@ -77,7 +77,7 @@ impl HostIdentifier {
     /// The estimates with their standard errors, once there is a fit.
     pub(super) fn estimates(&self) -> Option<Estimates> {
         let standard_errors = self.identifier.standard_errors(&self.state)?;
-        let found = self.identifier.estimates(&self.state);
+        let found = self.identifier.estimates(&self.state)?;
         (found.b > 0.0).then(|| Estimates {
             servo: found,
             at_bounds: self.identifier.at_bounds(&self.state),

@@ -9,7 +9,7 @@ use identifier_core::identifier::{
     PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Ab, AbCoulomb, AbCoulombLoad, Parameter};
+use identifier_core::parameters::{Parameter, Unknowns};
 
 use crate::support::{assert_done, folder, refusal_message, scenario, servo_id};
 
@@ -78,7 +78,7 @@ fn begins_at<N: Copy, I: MachineEstimates<N>>(
     parameters: &[Parameter],
 ) {
     let machine = identifier.machine_estimates(state);
-    let found = identifier.estimates(state);
+    let found = identifier.estimates(state).expect("estimates");
     for &parameter in parameters {
         let place = parameter as usize;
         let expected = estimates[place];
@@ -100,7 +100,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     let with_friction = [Parameter::A, Parameter::B, Parameter::Coulomb];
 
     let rust = exported(&[&result, "--firmware", "rust", "--scenario", &scenario]);
-    let own: Closed<Gradient<AbCoulomb, 3>> = read(&rust);
+    let own: Closed<Gradient<Unknowns<3>, 3>> = read(&rust);
     let (identifier, state) = (own.identifier(), own.start(0));
     let state = state.identification();
     begins_at(
@@ -114,7 +114,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     assert!(identifier.certificate().is_some());
     for part in [
         "pub type Loop = ::identifier_core::identifier::ServoLoop<f32,",
-        "::identifier_core::parameters::AbCoulomb, 3>>;",
+        "::identifier_core::parameters::Unknowns<3>, 3>>;",
         "pub const LOOP: ::identifier_core::constants::Constants<Loop>",
         "kp = 9, kd = 0.19, ki = 4",
         "a of 0 to 50 1/s and b of 110 to 1000",
@@ -131,7 +131,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
         "--joint",
         "elbow",
     ]);
-    let (of_c, ()): (Closed<Gradient<AbCoulomb, 3>>, ()) = read(&c);
+    let (of_c, ()): (Closed<Gradient<Unknowns<3>, 3>>, ()) = read(&c);
     assert!(of_c == own);
     begins_at(identifier, state, f64::from, &c, estimates, &with_friction);
     for part in [
@@ -150,7 +150,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
         "parameters = [\"a\", \"b\"]\narithmetic = \"fixed\"",
     );
     let rust = exported(&[&result, "--firmware", "rust", "--scenario", &fixed]);
-    let own: FixedServoLoop<LowPass<Word>, Ab, 2> = read(&rust);
+    let own: FixedServoLoop<LowPass<Word>, Unknowns<2>, 2> = read(&rust);
     let (identifier, state) = (own.identifier(), own.start(0));
     let (state, known) = (state.identification(), &with_friction[..2]);
     begins_at(
@@ -165,7 +165,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     let bits = |word: Word| f64::from(word.to_bits());
     begins_at(identifier, state, bits, &c, estimates, known);
     assert!(c.contains("servo_id_fixed_loop_init_from_constants"), "{c}");
-    assert!(read::<(FixedServoLoop<LowPass<Word>, Ab, 2>, ())>(&c).0 == own);
+    assert!(read::<(FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>, ())>(&c).0 == own);
 
     // Beside a controller of the firmware's own.
     let beside = changed(
@@ -175,7 +175,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
         "[identifier]\ncorrection = { kp = 9.0, kd = 0.19, ki = 4.0 }",
     );
     let rust = exported(&[&result, "--firmware", "rust", "--scenario", &beside]);
-    let own: Gradient<AbCoulomb, 3> = read(&rust);
+    let own: Gradient<Unknowns<3>, 3> = read(&rust);
     begins_at(
         &own,
         &own.start(),
@@ -194,7 +194,7 @@ fn gauss_newton_starts_from_the_servo_of_the_result() {
     let (result, estimates) = result(&folder);
     // The scenario of the result itself.
     let rust = exported(&[&result, "--firmware", "rust"]);
-    let (own, known): Known<GaussNewtonRecursion<f32, AbCoulombLoad, 4>> = read(&rust);
+    let (own, known): Known<GaussNewtonRecursion<f32, Unknowns<4>, 4>> = read(&rust);
     let state = own.identifier().start_from(&known);
     begins_at(
         own.identifier(),
@@ -218,7 +218,7 @@ fn gauss_newton_starts_from_the_servo_of_the_result() {
     );
 
     let c = exported(&[&result, "--firmware", "c"]);
-    let (own, known): Known<GaussNewtonIdentifier<f32, AbCoulombLoad, 4>> = read(&c);
+    let (own, known): Known<GaussNewtonIdentifier<f32, Unknowns<4>, 4>> = read(&c);
     let state = own.identifier().start_from(&known);
     begins_at(
         own.identifier(),

@@ -9,8 +9,8 @@ use drive_link::{
     BootChecks, Dither, Ended, Estimates, Fault, Home, Kept, Law, LoopSettings, Noticed, Progress,
     Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status, TargetSource,
 };
-use identifier_core::ControllerSettings;
 use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::ControllerSettings;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use servo_id::monitor::{Dialogue, MIN_SIZE, Note, Shown, State, draw};

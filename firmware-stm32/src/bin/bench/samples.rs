@@ -13,10 +13,10 @@ use firmware_stm32::paper;
 use identifier_core::Settings;
 use identifier_core::identifier::{FitBlocks, GradientIdentifier, Identify, RecordBlocks};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{AbCoulomb, AbCoulombLoad, ServoParameters};
+use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
 
-type GradientWithFriction = GradientIdentifier<f32, LowPass<f32>, AbCoulomb, 3>;
+type GradientWithFriction = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 
 pub(crate) fn run() -> Result<(), &'static str> {
     laws(&Instructions::start()).map_err(|_| "a law could not be built")
@@ -55,15 +55,15 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
         mut running,
     } = Course::run(instructions, COULOMB)?;
     running.take_max(&without);
-    let state = size_of::<<GaussNewton<AbCoulombLoad, 4> as Identify<f32>>::State>();
+    let state = size_of::<<GaussNewton<Unknowns<4>, 4> as Identify<f32>>::State>();
     recording.print("gauss-newton-recording", state);
     beginning.print(
         "gauss-newton-beginning",
-        size_of::<<GaussNewton<AbCoulombLoad, 4> as RecordBlocks<f32>>::Fitted>(),
+        size_of::<<GaussNewton<Unknowns<4>, 4> as RecordBlocks<f32>>::Fitted>(),
     );
     fitting.print(
         "gauss-newton-fitting",
-        size_of::<<Fitter<AbCoulombLoad, 4> as FitBlocks<f32>>::State>(),
+        size_of::<<Fitter<Unknowns<4>, 4> as FitBlocks<f32>>::State>(),
     );
     running.print("gauss-newton-f32-4", state);
     // The report of a sample that is shown.
@@ -80,7 +80,7 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
 /// Gauss–Newton without any guess: the samples that it records, in each of which the background takes a block of its
 /// first fit, the one that takes this over, and those of the recursion.
 struct Course {
-    halves: Halves<AbCoulombLoad, 4>,
+    halves: Halves<Unknowns<4>, 4>,
     recording: Tally,
     beginning: Tally,
     fitting: Tally,
@@ -96,7 +96,7 @@ impl Course {
             identifier: IdentifierSettings::UNSTATED,
             ..paper::settings()
         };
-        let mut halves = Halves::<AbCoulombLoad, 4>::build(&settings)?;
+        let mut halves = Halves::<Unknowns<4>, 4>::build(&settings)?;
         let mut experiment = Experiment::start(coulomb)?;
         let (mut recording, mut fitting) = (Tally::default(), Tally::default());
         let mut beginning = Tally::default();

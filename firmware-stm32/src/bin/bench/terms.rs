@@ -8,7 +8,7 @@ use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::Identify;
 use identifier_core::identifier::{AngledInputs, DelayedInputs};
 use identifier_core::number::Number;
-use identifier_core::parameters::{AbCoulombDelayLoad, Term, Terms, Unknown, UnknownSet};
+use identifier_core::parameters::{Term, Terms, Unknown, UnknownSet, Unknowns};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
 
 /// Samples after which a term that is demanded has entered, and the law has settled.
@@ -20,7 +20,7 @@ pub(crate) fn run() -> Result<(), &'static str> {
 
 /// Every term for itself.
 fn terms(instructions: &Instructions) -> Result<(), SettingsError> {
-    with_term::<AbCoulombDelayLoad, 5>(instructions, Term::Delay, "gauss-newton-with-delay")?;
+    with_term::<Unknowns<5>, 5>(instructions, Term::Delay, "gauss-newton-with-delay")?;
     with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry, "gauss-newton-with-asymmetry")?;
     with_term::<WithLowSpeed, 5>(instructions, Term::LowSpeed, "gauss-newton-with-low-speed")?;
     with_term::<WithDeadBand, 5>(instructions, Term::DeadBand, "gauss-newton-with-dead-band")?;

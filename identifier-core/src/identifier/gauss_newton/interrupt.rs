@@ -153,13 +153,8 @@ where
             .to_si(&self.units)
     }
 
-    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
-        if matches!(state.recursion.mode, Mode::Recording) && state.recursion.omega == N::ZERO {
-            return None;
-        }
-        let errors = self.law.standard_errors(&state.recursion.law);
-        let errors = ModelValues::from_values::<S, P>(&errors.map(N::from_f64));
-        Some(errors.parameters.to_si(&self.units))
+    fn has_estimates(&self, state: &Self::State) -> bool {
+        !matches!(state.recursion.mode, Mode::Recording) || state.recursion.omega != N::ZERO
     }
 
     fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
@@ -169,7 +164,7 @@ where
 
     fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
         let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
-        if matches!(state.recursion.mode, Mode::Recording) && state.recursion.omega == N::ZERO {
+        if !self.has_estimates(state) {
             return None;
         }
         let errors = self.law.standard_errors(&state.recursion.law);

@@ -3,10 +3,10 @@ use super::{DELAY, PARAMETERS};
 use identifier_core::fit::{Fit, FitResult, Fitter};
 use identifier_core::identifier::DelayedInputs;
 use identifier_core::number::Number;
-use identifier_core::parameters::AbCoulombDelayLoad;
+use identifier_core::parameters::Unknowns;
 
 /// The model of a motion: a, b, c, the delay and d.
-pub(super) type MotionModel = AbCoulombDelayLoad;
+pub(super) type MotionModel = Unknowns<5>;
 
 /// Its last commands.
 pub(super) type MotionInputs<N> = DelayedInputs<N, 8>;

@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
 use drive_logic::{Chip, Lines, OutputStage};
-use identifier_core::ControllerSettings;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::ControllerSettings;
 use servo_id::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
 use virtual_servo::{Encoder, Plant};
 
