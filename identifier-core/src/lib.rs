@@ -48,19 +48,8 @@ use identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify, ServoLoop,
 use measurement::velocity::{LowPass, LowPassState};
 use parameters::Unknowns;
 
+pub use parameters::sets::{AB, AB_COULOMB, AB_COULOMB_DELAY_LOAD, AB_COULOMB_LOAD};
 pub use settings::Settings;
-
-/// The unknowns a and b.
-pub const AB: usize = 2;
-
-/// The unknowns a, b and Coulomb friction.
-pub const AB_COULOMB: usize = 3;
-
-/// The unknowns a, b, Coulomb friction and load.
-pub const AB_COULOMB_LOAD: usize = 4;
-
-/// The unknowns a, b, Coulomb friction, delay and load.
-pub const AB_COULOMB_DELAY_LOAD: usize = 5;
 
 /// The paper's identifier of P unknowns behind a low-pass filter: [`AB`] or [`AB_COULOMB`].
 pub type Gradient<N = f32, const P: usize = AB_COULOMB> =

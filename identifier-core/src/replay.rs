@@ -10,7 +10,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::measurement::angle::AngleSettings;
 use crate::model::{
     Acting, Amplifier, AmplifierState, FrictionPhase, FrictionStep, Innovation, KnownInputs,
-    ModelStep, ModelValues, ObserverModel, Response, SlidingStep,
+    ModelStep, ModelValues, ObserverModel, Response, SlidingStep, sensitivity,
 };
 use crate::parameters::{AllUnknowns, ServoParameters, Unknown};
 use crate::settings::TermSettings;
@@ -217,7 +217,7 @@ impl ReplayModel {
             direction: sample.direction,
             bell: sample.moved.bell,
         };
-        self.values.push_of(unknown, &sample.acting, &slid)
+        sensitivity(&self.values, unknown, &sample.acting, &slid)
     }
 
     /// The derivatives of the model's position and velocity by the size of an effect one sample later: in

@@ -1,7 +1,7 @@
-use crate::AB_COULOMB_DELAY_LOAD;
 use crate::linalg::Lower;
 use crate::model::{AngledInputs, DelayedInputs, KnownInputs};
 use crate::number::Number;
+use crate::parameters::sets::AB_COULOMB_DELAY_LOAD;
 use crate::parameters::{AbLoad, AllUnknowns, Unknown, UnknownSet, Unknowns};
 
 /// A set of unknowns with the memory that identifying them takes, as types, so that a model without a

@@ -1,6 +1,5 @@
 use super::block::Block;
-use super::levenberg_marquardt::Explanation;
-use super::pass::PassSums;
+use crate::linalg::NormalEquations;
 use crate::model::{FrictionPhase, Innovation};
 use crate::number::Number;
 
@@ -86,7 +85,8 @@ pub(crate) enum EarlyCommand {
 /// Whether a pass shows that the command acted before it was recorded, as the cause of some of what the pass leaves.
 /// `samples` are those of a block, `blocks` those of the pass.
 pub(super) fn early_command<N: Number, const P: usize>(
-    pass: &Explanation<N, P, PassSums<N, P>>,
+    equations: &NormalEquations<N, P>,
+    sums: &EarlySums<N, P>,
     free: &[bool; P],
     samples: N,
     blocks: usize,
@@ -98,14 +98,11 @@ pub(super) fn early_command<N: Number, const P: usize>(
     const SHARE: f64 = 0.1;
     /// Standard errors beyond half of that time from which it is certain.
     const CERTAIN: f64 = 4.0;
-    let Explanation {
-        equations, sums, ..
-    } = pass;
     let EarlySums {
         square,
         error,
         with,
-    } = &sums.early;
+    } = sums;
     let step = equations.solve(N::ZERO, free);
     let [taken] = equations.variances(&[*with]);
     let mut left = *error;

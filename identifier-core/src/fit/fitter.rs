@@ -200,6 +200,21 @@ where
         }
     }
 
+    /// The initial unknowns of the model of a fit with this prior; zero for those that are not known.
+    pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; P] {
+        core::array::from_fn(|i| {
+            let own = |values: &[Option<N>; P]| values.get(i).copied().flatten();
+            let fixed = own(&self.prior.initial);
+            own(&prior.initial).or(fixed).unwrap_or(N::ZERO)
+        })
+    }
+
+    /// True if a fit has an initial value of one of the parameters.
+    pub(super) fn knows_a_parameter(prior: &Prior<N, P>) -> bool {
+        let mut known = prior.initial.iter().zip(S::UNKNOWNS);
+        known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
+    }
+
     /// Begins a fit to a record of so many blocks.
     pub fn begin_fit(&self, blocks: usize) -> Fit<N, S::Inputs<N>, P> {
         let inputs = S::Inputs::START;

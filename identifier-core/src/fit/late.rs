@@ -8,7 +8,7 @@ use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
 use super::record::Blocks;
 use crate::adaptation::IdentifiableSet;
-use crate::model::{Acting, FrictionPhase, ModelValues, SlidingStep};
+use crate::model::{Acting, FrictionPhase, ModelValues, SlidingStep, sensitivity};
 use crate::number::Number;
 use crate::parameters::Unknown;
 
@@ -109,7 +109,7 @@ where
                     continue;
                 };
                 let velocity = pass.tangents.velocity[i];
-                let own = values.push_of(unknown, &acting, &slid);
+                let own = sensitivity(&values, unknown, &acting, &slid);
                 let acceleration = (own - parameters.x * velocity - pushes[i]) * time;
                 pass.tangents.position[i] += (velocity + whole.way * acceleration) * time;
                 pass.tangents.velocity[i] = (velocity + whole.velocity * acceleration) * kept;

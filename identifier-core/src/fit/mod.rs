@@ -8,9 +8,11 @@
 //! Positions are in counts, times in samples and commands in command units, unless something else is stated.
 
 pub(crate) mod block;
+mod block_pass;
 pub(crate) mod colour;
 mod command;
 mod early;
+mod errors;
 mod fit_result;
 mod fits;
 mod fitter;

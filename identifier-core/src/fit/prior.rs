@@ -1,5 +1,3 @@
-use super::Fitter;
-use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::measurement::angle::AngleSettings;
 use crate::number::Number;
@@ -51,26 +49,5 @@ impl<N: Number, const P: usize> Prior<N, P> {
                 )
             }),
         }
-    }
-}
-
-impl<N, S, const P: usize> Fitter<N, S, P>
-where
-    N: Number,
-    S: IdentifiableSet<P>,
-{
-    /// The initial unknowns of the model of a fit with this prior; zero for those that are not known.
-    pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; P] {
-        core::array::from_fn(|i| {
-            let own = |values: &[Option<N>; P]| values.get(i).copied().flatten();
-            let fixed = own(&self.prior.initial);
-            own(&prior.initial).or(fixed).unwrap_or(N::ZERO)
-        })
-    }
-
-    /// True if a fit has an initial value of one of the parameters.
-    pub(super) fn knows_a_parameter(prior: &Prior<N, P>) -> bool {
-        let mut known = prior.initial.iter().zip(S::UNKNOWNS);
-        known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
     }
 }

@@ -1,6 +1,6 @@
 use super::{Acting, FrictionPhase, Innovation, ModelStep, ModelValues, SlidingStep};
 use crate::number::Number;
-use crate::parameters::UnknownSet;
+use crate::parameters::{Unknown, UnknownSet};
 use crate::unrolled::each;
 
 /// The motion of a [`ObserverModel`](super::ObserverModel) per unit of each of Q unknowns, the first P of them the
@@ -59,7 +59,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             let position = self.position[i];
             let kept = braked * self.velocity[i] - innovation.velocity * position;
             let velocity = match S::UNKNOWNS.get(i) {
-                Some(&unknown) => kept + values.push_of(unknown, acting, slid),
+                Some(&unknown) => kept + sensitivity(values, unknown, acting, slid),
                 None => kept,
             };
             self.position[i] = followed * position + velocity;
@@ -98,5 +98,31 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             self.slide::<S, P>(values, acting, innovation, &slid);
         }
         each::<Q>(|i| self.velocity[i] = self.velocity[i] * kept);
+    }
+}
+
+/// The acceleration per unit of an unknown over a sample in which the model moved in one direction, on
+/// the whole.
+#[inline]
+#[must_use]
+pub(crate) fn sensitivity<N: Number>(
+    values: &ModelValues<N>,
+    unknown: Unknown,
+    acting: &Acting<N>,
+    slid: &SlidingStep<N>,
+) -> N {
+    match unknown {
+        Unknown::A => -slid.displacement,
+        Unknown::B => acting.command,
+        Unknown::Coulomb => -slid.direction,
+        Unknown::Load => N::ONE,
+        Unknown::Delay => values.parameters.gain * acting.per_delay,
+        Unknown::Asymmetry => -slid.displacement.magnitude(),
+        Unknown::LowSpeed => -(slid.direction * slid.bell),
+        Unknown::GravitySine => acting.waves[0],
+        Unknown::GravityCosine => acting.waves[1],
+        Unknown::RippleSine => acting.waves[2],
+        Unknown::RippleCosine => acting.waves[3],
+        Unknown::DeadBand => values.parameters.gain * acting.per_dead_band,
     }
 }

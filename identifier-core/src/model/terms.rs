@@ -1,4 +1,3 @@
-use super::{Acting, SlidingStep};
 use crate::number::Number;
 use crate::parameters::{ModelParameters, Unknown, UnknownSet};
 use crate::unrolled::each;
@@ -31,7 +30,7 @@ impl<N: Number> TermValues<N> {
         dead_band: N::ZERO,
     };
 
-    /// The addition of terms to Coulomb friction, the bell being that of [`SlidingStep::bell`].
+    /// The addition of terms to Coulomb friction, from the Stribeck factor of the sample.
     #[inline]
     pub(super) fn coulomb(&self, bell: N) -> N {
         self.low_speed * bell
@@ -84,25 +83,5 @@ impl<N: Number> ModelValues<N> {
             *place = values[i];
         });
         Self { parameters, terms }
-    }
-    /// The acceleration per unit of an unknown over a sample in which the model moved in one direction, on
-    /// the whole.
-    #[inline]
-    #[must_use]
-    pub(crate) fn push_of(&self, unknown: Unknown, acting: &Acting<N>, slid: &SlidingStep<N>) -> N {
-        match unknown {
-            Unknown::A => -slid.displacement,
-            Unknown::B => acting.command,
-            Unknown::Coulomb => -slid.direction,
-            Unknown::Load => N::ONE,
-            Unknown::Delay => self.parameters.gain * acting.per_delay,
-            Unknown::Asymmetry => -slid.displacement.magnitude(),
-            Unknown::LowSpeed => -(slid.direction * slid.bell),
-            Unknown::GravitySine => acting.waves[0],
-            Unknown::GravityCosine => acting.waves[1],
-            Unknown::RippleSine => acting.waves[2],
-            Unknown::RippleCosine => acting.waves[3],
-            Unknown::DeadBand => self.parameters.gain * acting.per_dead_band,
-        }
     }
 }

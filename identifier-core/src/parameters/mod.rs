@@ -5,7 +5,7 @@ mod identified_servo;
 mod model_parameters;
 mod per_parameter;
 mod servo;
-mod sets;
+pub(crate) mod sets;
 mod terms;
 mod tolerance;
 mod unknowns;

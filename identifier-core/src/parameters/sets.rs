@@ -1,7 +1,6 @@
 use super::unknowns::Changed;
 use super::{Parameter, Terms, Unknown};
 use crate::constants::fingerprint;
-use crate::{AB, AB_COULOMB, AB_COULOMB_DELAY_LOAD, AB_COULOMB_LOAD};
 
 /// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
 ///
@@ -18,6 +17,18 @@ pub trait ParameterSet<const P: usize>: Copy + core::fmt::Debug {
 /// Unknowns of a model by their number: [`AB`], [`AB_COULOMB`], [`AB_COULOMB_LOAD`] or [`AB_COULOMB_DELAY_LOAD`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unknowns<const P: usize>;
+
+/// The unknowns a and b.
+pub const AB: usize = 2;
+
+/// The unknowns a, b and Coulomb friction.
+pub const AB_COULOMB: usize = 3;
+
+/// The unknowns a, b, Coulomb friction and load.
+pub const AB_COULOMB_LOAD: usize = 4;
+
+/// The unknowns a, b, Coulomb friction, delay and load.
+pub const AB_COULOMB_DELAY_LOAD: usize = 5;
 
 /// [a, b, load].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

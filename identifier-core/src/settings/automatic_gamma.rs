@@ -1,7 +1,5 @@
-use core::fmt;
-
-use super::gradient::nominal_box;
-use super::{ControllerSettings, Settings, SettingsError, diagonal};
+use super::plant_box::nominal_box;
+use super::{ControllerSettings, GainError, Settings, SettingsError, diagonal};
 use crate::adaptation::Gradient;
 use crate::control::{ControlState, Controller, Gains};
 use crate::excitation::Excitation;
@@ -11,35 +9,6 @@ use crate::model::ZeroOrderHoldStep;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::stability::PlantBox;
 use crate::units::Units;
-
-/// Why no Γ can be chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum GainError {
-    /// The reference leaves a servo of the box at rest.
-    AtRest,
-    /// The loop around a servo of the box leaves the range of numbers.
-    Unstable,
-}
-
-impl fmt::Display for GainError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::AtRest => {
-                "the reference does not move the servo, so that nothing can be learnt and no gamma \
-                 follows from it: choose a reference that moves, or state gamma"
-            }
-            Self::Unstable => {
-                "the loop around a servo of the box is unstable, so that no gamma follows from it: \
-                 lower the gains, sample faster, or shrink the box"
-            }
-        })
-    }
-}
-
-impl core::error::Error for GainError {}
 
 impl Settings {
     /// The automatic Γ for the parameters of the set S in the loop of these settings with the velocity

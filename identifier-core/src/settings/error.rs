@@ -1,10 +1,38 @@
 use core::fmt;
 
-use super::GainError;
 use crate::error::OutOfRange;
 use crate::linalg::MatrixError;
 use crate::parameters::Term;
 use crate::stability::{CertificateError, EstimateError, SampledLoopError};
+
+/// Why no Γ can be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum GainError {
+    /// The reference leaves a servo of the box at rest.
+    AtRest,
+    /// The loop around a servo of the box leaves the range of numbers.
+    Unstable,
+}
+
+impl fmt::Display for GainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AtRest => {
+                "the reference does not move the servo, so that nothing can be learnt and no gamma \
+                 follows from it: choose a reference that moves, or state gamma"
+            }
+            Self::Unstable => {
+                "the loop around a servo of the box is unstable, so that no gamma follows from it: \
+                 lower the gains, sample faster, or shrink the box"
+            }
+        })
+    }
+}
+
+impl core::error::Error for GainError {}
 
 /// Why a part cannot be built from its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,11 @@
 use core::marker::PhantomData;
 
 use super::automatic_gamma::gamma_by_limit;
+use super::plant_box::{nominal_box, plant_box};
 use super::{FromSettings, Settings, SettingsError};
 use crate::adaptation::{Gradient, GradientConfig};
 use crate::control::Gains;
-use crate::error::{Allowed, OutOfRange};
+use crate::error::Allowed;
 use crate::identifier::GradientIdentifier;
 use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
@@ -13,7 +14,7 @@ use crate::measurement::velocity::{Transfer, VelocityEstimate};
 use crate::model::{CommandCorrection, ModelLoop, ZeroOrderHoldStep};
 use crate::number::Number;
 use crate::parameters::{Parameter, ParameterSet};
-use crate::stability::{Certificate, PlantBox, SampledLoop, StabilityCheck, automatic_mu};
+use crate::stability::{Certificate, SampledLoop, StabilityCheck, automatic_mu};
 use crate::units::Units;
 
 /// The checked settings of the gradient identifiers, SI.
@@ -48,37 +49,6 @@ pub(crate) const LARGEST: f64 = 1e9;
 
 /// The smallest b̂, SI, where no bound is given.
 pub(crate) const SMALLEST_GAIN: f64 = 1e-6;
-
-/// The box of a configuration.
-pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRange> {
-    let Some(given) = settings.identifier.plant_box else {
-        return Ok(None);
-    };
-    let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
-    let plant_box = PlantBox::new(side("plant_box.a", given.a)?, side("plant_box.b", given.b)?)?;
-    Ok(Some(plant_box))
-}
-
-/// The box, or the servo that the initial estimates describe.
-///
-/// # Errors
-/// [`SettingsError::NotGiven`] if there are neither.
-pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
-    if let Some(given) = plant_box(settings)? {
-        return Ok(given);
-    }
-    let point = |name, value| Interval::new(name, value, value);
-    let Some(b) = settings.identifier.initial.b else {
-        return Err(SettingsError::NotGiven {
-            setting: "initial.b",
-        });
-    };
-    let a = settings.identifier.initial.a.unwrap_or(0.0).max(0.0);
-    Ok(PlantBox::new(
-        point("initial.a", a)?,
-        point("initial.b", b)?,
-    )?)
-}
 
 /// The range of an estimate, and the names of bounds and initial value.
 pub(crate) fn allowed(

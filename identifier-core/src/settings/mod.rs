@@ -11,15 +11,17 @@ mod fitting;
 mod gauss_newton;
 mod gradient;
 mod identifier;
+mod plant_box;
 mod servo_loop;
 mod terms;
 
 pub use crate::linalg::MatrixError;
-pub use automatic_gamma::GainError;
-pub use error::SettingsError;
+pub use error::{GainError, SettingsError};
 #[cfg(feature = "fixed")]
-pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN, plant_box};
+pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN};
 pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
+#[cfg(feature = "fixed")]
+pub(crate) use plant_box::plant_box;
 
 use crate::control::{
     CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter,

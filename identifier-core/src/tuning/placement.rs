@@ -222,3 +222,23 @@ impl Placement {
         design.noise = libm::sqrt(variance * (first * first + later));
     }
 }
+
+impl Tuning {
+    /// The largest command of a step of the reference, over the step, command units per rad.
+    #[must_use]
+    pub fn command_of_step(&self) -> f64 {
+        Design::from_tuning(self).command_of_step()
+    }
+
+    /// The gain crossover around one mass, rad/s.
+    #[must_use]
+    pub fn crossover(&self) -> f64 {
+        Placement::crossover(&Design::from_tuning(self))
+    }
+
+    /// The largest speed of a step of the reference, over the step, 1/s.
+    #[must_use]
+    pub fn speed_of_step(&self) -> f64 {
+        Design::from_tuning(self).speed_of_step()
+    }
+}

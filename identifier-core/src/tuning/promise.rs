@@ -1,5 +1,4 @@
 use super::Cap;
-use super::placement::{Design, Placement};
 use crate::control::FeedForwardSettings;
 
 /// Gains and their predicted performance, SI.
@@ -26,26 +25,6 @@ pub struct Tuning {
     pub cap: Option<Cap>,
     /// Its promise.
     pub promise: Promise,
-}
-
-impl Tuning {
-    /// The largest command of a step of the reference, over the step, command units per rad.
-    #[must_use]
-    pub fn command_of_step(&self) -> f64 {
-        Design::from_tuning(self).command_of_step()
-    }
-
-    /// The gain crossover around one mass, rad/s.
-    #[must_use]
-    pub fn crossover(&self) -> f64 {
-        Placement::crossover(&Design::from_tuning(self))
-    }
-
-    /// The largest speed of a step of the reference, over the step, 1/s.
-    #[must_use]
-    pub fn speed_of_step(&self) -> f64 {
-        Design::from_tuning(self).speed_of_step()
-    }
 }
 
 /// Predicted behaviour of a loop, for the identified servo and the worst within its uncertainty.

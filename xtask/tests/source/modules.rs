@@ -1,26 +1,28 @@
-//! The modules of every crate are a tree: no module depends on one that depends on it. A module depends on
-//! the modules that it names by `use`, or in a path from `crate` or `super`; its tests do not count.
+//! The modules of every crate are a tree, and so are its files: none depends on one that depends on it. A module depends
+//! on the modules that it names by `use`, or in a path from `crate` or `super`; its tests do not count. A file depends on
+//! those that define what it names: a name that a module passes on is that of its own file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::rust::{code, imports, without_tests};
+use super::rust::{code, imports, uses, without_tests};
 
 #[test]
 fn the_modules_of_every_crate_are_a_tree() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut modules = 0;
+    let mut files = 0;
     let mut cycles = Vec::new();
     for member in members(&root) {
         let sources = Sources::read(&root.join(&member).join("src"));
-        let graph = sources.graph();
-        modules += graph.len();
-        for cycle in cycles_of(&graph) {
-            cycles.push(format!("{member}: {cycle}"));
+        files += sources.0.len();
+        for graph in [sources.graph(), sources.files()] {
+            for cycle in cycles_of(&graph) {
+                cycles.push(format!("{member}: {cycle}"));
+            }
         }
     }
-    assert!(modules > 100, "only {modules} modules were found");
+    assert!(files > 500, "only {files} files were found");
     assert!(cycles.is_empty(), "in a circle:\n{}", cycles.join("\n"));
 }
 
@@ -94,6 +96,74 @@ impl Sources {
             }
         }
         graph
+    }
+
+    /// The dependencies between the files.
+    fn files(&self) -> Graph {
+        let mut graph = Graph::new();
+        for (module, text) in &self.0 {
+            let mut paths: Vec<_> = inline(text)
+                .iter()
+                .filter_map(|path| absolute(module, path))
+                .collect();
+            for (passes_on, path) in uses(text) {
+                let Some(path) = self.own(module, &path).filter(|_| !passes_on) else {
+                    continue;
+                };
+                if self.has(&path)
+                    && let Some(name) = path.last()
+                {
+                    // A module: what is named in it.
+                    for (at, _) in text.match_indices(&format!("{name}::")) {
+                        let rest = &text[at + name.len() + 2..];
+                        let item = rest.split(|next: char| !next.is_alphanumeric() && next != '_');
+                        paths.extend(
+                            item.take(1)
+                                .map(|item| [&path[..], &[item.to_owned()]].concat()),
+                        );
+                    }
+                }
+                paths.push(path);
+            }
+            let others = paths.iter().filter_map(|path| self.file_of(path, 0));
+            let others = others.filter(|other| other != module);
+            let name = |module: &[String]| match module {
+                [] => "the root".to_owned(),
+                _ => module.join("/"),
+            };
+            let others = others.map(|other| name(&other)).collect();
+            graph.insert(name(module), others);
+        }
+        graph
+    }
+
+    fn has(&self, module: &[String]) -> bool {
+        self.0.iter().any(|(own, _)| own == module)
+    }
+
+    /// A path from the root, also of one that begins at a module of the module.
+    fn own(&self, module: &[String], path: &[String]) -> Option<Vec<String>> {
+        let below = [module, &path[..1]].concat();
+        absolute(module, path).or_else(|| self.has(&below).then(|| [module, path].concat()))
+    }
+
+    /// The file that defines what a path from the root names.
+    fn file_of(&self, path: &[String], passed: usize) -> Option<Vec<String>> {
+        let deepest = (0..=path.len()).rev().find(|&end| self.has(&path[..end]))?;
+        let (module, item) = path.split_at(deepest);
+        let name = item.first()?;
+        let (_, text) = self.0.iter().find(|(own, _)| own == module)?;
+        let further = uses(text)
+            .into_iter()
+            .filter(|(passes_on, _)| *passes_on)
+            .filter_map(|(_, path)| self.own(module, &path))
+            .find(|path| path.last() == Some(name));
+        match further {
+            Some(further) if passed < 8 => {
+                self.file_of(&[&further[..], &item[1..]].concat(), passed + 1)
+            }
+            _ => Some(module.to_vec()),
+        }
     }
 
     /// The names that the root passes on, with the module that each is from.
@@ -208,6 +278,32 @@ fn cycles_of(graph: &Graph) -> Vec<String> {
         }
     }
     cycles.into_iter().collect()
+}
+
+#[test]
+fn two_files_of_a_module_that_name_each_other_are_a_circle() {
+    let cycles = |back: &str| {
+        let mut sources = Sources::default();
+        let path = |path: &[&str]| path.iter().map(|&name| name.to_owned()).collect();
+        sources.add(vec![], "mod a;");
+        sources.add(path(&["a"]), "mod b; mod c; pub use b::B; pub use c::C;");
+        sources.add(path(&["a", "b"]), "use super::C; pub struct B;");
+        sources.add(path(&["a", "c"]), back);
+        cycles_of(&sources.files())
+    };
+    assert_eq!(cycles("pub struct C;"), [""; 0]);
+    assert_eq!(
+        cycles("#[cfg(test)] mod tests { use super::super::B; }"),
+        [""; 0]
+    );
+    for back in [
+        "use super::B;",
+        "use crate::a::B;",
+        "fn f() -> super::b::B { todo() }",
+        "use super::b; fn f() -> b::B {}",
+    ] {
+        assert_eq!(cycles(back), ["a/b → a/c; a/c → a/b"], "{back}");
+    }
 }
 
 #[test]

@@ -105,16 +105,29 @@ fn matching(text: &str) -> usize {
 
 /// The paths that are imported.
 pub(crate) fn imports(code: &str) -> Vec<Vec<String>> {
-    let mut paths = Vec::new();
+    uses(code).into_iter().map(|(_, path)| path).collect()
+}
+
+/// The paths that are imported, and for each whether the module passes it on.
+pub(crate) fn uses(code: &str) -> Vec<(bool, Vec<String>)> {
+    let mut uses = Vec::new();
     for (at, _) in code.match_indices("use ") {
-        let begins = code[..at].chars().next_back();
-        if begins.is_none_or(|before| before.is_whitespace() || before == '}') {
+        let before = &code[..at];
+        if before
+            .chars()
+            .next_back()
+            .is_none_or(|before| before.is_whitespace() || before == '}')
+        {
             let tree = &code[at + 4..];
             let tree = &tree[..tree.find(';').unwrap_or(tree.len())];
+            let mut paths = Vec::new();
             leaves(&[], tree, &mut paths);
+            let word = before.trim_end().rsplit([';', '}', ']']).next();
+            let passes_on = word.is_some_and(|word| word.trim().starts_with("pub"));
+            uses.extend(paths.into_iter().map(|path| (passes_on, path)));
         }
     }
-    paths
+    uses
 }
 
 /// The paths of a tree of imports.

@@ -1,7 +1,7 @@
 use core::marker::PhantomData;
 
 use super::super::halves::FitBlocks;
-use super::beginning::{FITTED, FirstFitSolution, GaussNewtonFitted};
+use super::fitted::{FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::fit::{EarlyCommand, FitResult, Fits, Fitter, NumberedBlock};

@@ -1,5 +1,5 @@
 use super::GaussNewtonRecursion;
-use super::beginning::FirstFitSolution;
+use super::fitted::FirstFitSolution;
 use super::interrupt::GaussNewtonRecursionState;
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};

@@ -1,5 +1,6 @@
 mod beginning;
 mod first_fit;
+mod fitted;
 mod interrupt;
 mod known;
 mod learning;

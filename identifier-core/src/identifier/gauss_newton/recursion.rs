@@ -1,8 +1,8 @@
 use super::load_step::Suspicion;
-use super::terms::Entered;
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
+use crate::parameters::Terms;
 use crate::unrolled::each;
 
 /// The state of the half that runs every sample.
@@ -153,6 +153,30 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
             narrower
         } else {
             self.omega
+        }
+    }
+}
+
+/// The terms that have entered, and the blocks in which the model has moved since the last of them.
+///
+/// A term is distinguished from the parameters only by motion in both directions, and one term from
+/// another only when it is estimated; so they enter one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Entered {
+    pub(super) terms: Terms,
+    pub(super) forwards: u16,
+    pub(super) backwards: u16,
+}
+
+impl Entered {
+    /// No term, and no motion.
+    pub(super) const NONE: Self = Self::with(Terms::NONE);
+
+    pub(super) const fn with(terms: Terms) -> Self {
+        Self {
+            terms,
+            forwards: 0,
+            backwards: 0,
         }
     }
 }

@@ -1,36 +1,12 @@
 use super::GaussNewtonRecursion;
-use super::recursion::Recursion;
+use super::recursion::{Entered, Recursion};
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::ModelValues;
 use crate::number::Number;
-use crate::parameters::{PerQuantity, Term, Terms, Unknown, UsualSizes};
+use crate::parameters::{PerQuantity, Term, Unknown, UsualSizes};
 
 /// The factor on the variances of the estimates when a term enters: they contain its effect.
 const VARIANCE_FACTOR: f64 = 100.0;
-
-/// The terms that have entered, and the blocks in which the model has moved since the last of them.
-///
-/// A term is distinguished from the parameters only by motion in both directions, and one term from
-/// another only when it is estimated; so they enter one after the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Entered {
-    pub(super) terms: Terms,
-    forwards: u16,
-    backwards: u16,
-}
-
-impl Entered {
-    /// No term, and no motion.
-    pub(super) const NONE: Self = Self::with(Terms::NONE);
-
-    const fn with(terms: Terms) -> Self {
-        Self {
-            terms,
-            forwards: 0,
-            backwards: 0,
-        }
-    }
-}
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>
 where
