@@ -1,11 +1,12 @@
 //! The evidence of the end of a run for a law's estimates: the record is fitted once more, from the estimates, with the
 //! law's own model, so that every law is judged alike.
 
-use identifier_core::parameters::{PerQuantity, ServoParameters, Unknown};
+use identifier_core::parameters::{ServoParameters, Unknown};
 use log_fit::fit::{Effect, Survey, Values};
 
 use super::Statistics;
 use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
+use super::scales::Scales;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
 use crate::result::{Finding, Residual};
@@ -77,31 +78,6 @@ pub(super) struct Asked {
     pub(super) std_error: f64,
     /// True if a command of other sizes would tell more of it.
     pub(super) needs_sizes: bool,
-}
-
-/// Usual sizes of the motion, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scales {
-    /// Deviation of the velocity, rad/s.
-    pub(super) velocity: f64,
-    /// Deviation of the command; of a fit the largest.
-    pub(super) command: f64,
-}
-
-impl Scales {
-    /// The size beside which an error of an unknown is small or large, in its unit.
-    pub(super) fn scale_of(&self, unknown: Unknown, b: f64) -> f64 {
-        let acceleration = b.abs() * self.command;
-        let rate = acceleration / self.velocity.max(f64::MIN_POSITIVE);
-        let scales = PerQuantity {
-            rate,
-            gain: b.abs(),
-            acceleration,
-            time: 1.0 / rate.max(f64::MIN_POSITIVE),
-            command: self.command,
-        };
-        scales.get(unknown)
-    }
 }
 
 impl Assessment {

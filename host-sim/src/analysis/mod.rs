@@ -7,6 +7,7 @@ mod evidence;
 mod information;
 mod reachable;
 mod scaled_recording;
+mod scales;
 mod seen;
 mod sensor_noise;
 mod statistics;

@@ -4,8 +4,8 @@ use identifier_core::parameters::{ServoParameters, Terms, Unknown};
 use identifier_core::settings::TermSettings;
 use log_fit::fit::Effect;
 
-use super::assessment::Scales;
 use super::scaled_recording::{Scale, ScaledRecording, effect, term};
+use super::scales::Scales;
 use crate::experiment::TermEstimate;
 use crate::result::{BrakingForce, EnteredEffect, FitNotes};
 use crate::scenario::Scenario;

@@ -8,12 +8,14 @@ mod course;
 mod frequency_response;
 mod record;
 mod response;
+mod sample;
 
 pub use axis::Axis;
 pub use course::{Course, Excursion, Stretch};
 pub use frequency_response::FrequencyResponse;
-pub use record::{End, Known, Outcome, Sample};
+pub use record::{End, Known, Outcome};
 pub use response::StepResponse;
+pub use sample::Sample;
 
 use commissioning::{
     CommissionIsr, CommissionSettings, CommissionSolver, CommissionState, HoldingGains,

@@ -4,7 +4,8 @@ use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 use serde::Serialize;
 
-use super::{FrozenServo, Squares, State};
+use super::frozen_servo::{FrozenServo, State};
+use super::squares::Squares;
 use crate::log::Row;
 use crate::replay::DeclaredPid;
 use crate::scenario::{Fault, Scenario};

@@ -8,6 +8,7 @@
 mod closed_loop;
 mod frozen_servo;
 mod open_loop;
+mod squares;
 mod start;
 
 pub use closed_loop::ClosedLoop;
@@ -54,24 +55,4 @@ pub fn predict(scenario: &Scenario, found: &Replayed, log: &Log) -> Result<Predi
         open_loop,
         closed_loop,
     })
-}
-
-/// Squares of an error and of its reference quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Squares {
-    error: f64,
-    whole: f64,
-}
-
-impl Squares {
-    fn add(&mut self, recorded: f64, simulated: f64) {
-        let error = recorded - simulated;
-        self.error += error * error;
-        self.whole += recorded * recorded;
-    }
-
-    /// ‖recorded − simulated‖/‖recorded‖.
-    fn relative(&self) -> f64 {
-        (self.error / self.whole).sqrt()
-    }
 }

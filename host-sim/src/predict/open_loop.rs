@@ -1,5 +1,6 @@
+use super::frozen_servo::FrozenServo;
+use super::squares::Squares;
 use super::start::{Motion, StartFit};
-use super::{FrozenServo, Squares};
 use crate::log::Row;
 
 /// Deviation of an open-loop simulation from the recorded positions.

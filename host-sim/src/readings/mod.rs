@@ -5,9 +5,11 @@
 //! output tells about its own encoder it tells one row ahead alone; so the smaller saving of two neighbouring thinnings counts.
 
 mod grid;
+mod line;
 mod signals;
 
 pub(crate) use grid::{Positions, is_usual, is_whole};
+use line::line;
 use signals::{Effort, Told};
 pub(crate) use signals::{Order, Signals, held};
 
@@ -215,20 +217,6 @@ pub(crate) fn kin(signals: &Signals) -> (Vec<Option<usize>>, Vec<Option<usize>>)
         }
     }
     (copies, rates)
-}
-
-/// The slope of a column over another, and the part of its variance that this line leaves.
-fn line(of: &[f64], over: &[f64]) -> (f64, f64) {
-    let count = of.len().max(1) as f64;
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
-    let (m, n) = (mean(of), mean(over));
-    let [mut xx, mut xy, mut yy] = [0.0; 3];
-    for (y, x) in of.iter().zip(over) {
-        xx += (x - n) * (x - n);
-        xy += (x - n) * (y - m);
-        yy += (y - m) * (y - m);
-    }
-    (xy / xx, 1.0 - xy * xy / (xx * yy))
 }
 
 #[cfg(test)]

@@ -5,6 +5,8 @@
 //! constant) and the held command. The measure is the length of the code of the raw column in cells of its smallest step,
 //! with coefficients and scale from the other half of the blocks of rows: bits that a command saves there are no chance.
 
+use super::line::line;
+
 /// Columns with one time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Signals {
@@ -160,7 +162,7 @@ impl Signals {
     /// True for columns of which one is nearly a line over the other.
     pub(crate) fn are_alike(&self, one: usize, other: usize) -> bool {
         const LEFT: f64 = 0.1;
-        super::line(&self.held[one], &self.held[other]).1 < LEFT
+        line(&self.held[one], &self.held[other]).1 < LEFT
     }
 
     pub(super) fn dt(&self) -> &[f64] {

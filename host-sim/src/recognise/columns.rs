@@ -1,7 +1,7 @@
 //! Which column holds which quantity: readings of the columns compete, and names are doubts.
 
 use super::name::{Named, Quantity, Unit, of_column};
-use super::{Question, Stated};
+use super::{question::Question, stated::Stated};
 use crate::log::{Table, TableColumn, extremes};
 use crate::readings::{Contest, HEARD, Order, Reading, Signals, Trial, held, kin};
 use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit, TimeUnit};

@@ -6,6 +6,7 @@
 mod columns;
 mod name;
 mod position;
+mod question;
 mod stated;
 mod text;
 
@@ -15,6 +16,7 @@ use crate::scenario::{InnerLoop, LogSettings, PhysicalSettings, TimeUnit};
 use columns::{Candidates, Chosen};
 use name::Unit;
 
+pub use question::Question;
 pub use stated::Stated;
 
 /// A log as it was recognised.
@@ -38,15 +40,6 @@ pub struct Finding {
     /// Its subject, one word.
     pub about: &'static str,
     /// The finding with its evidence, without an end.
-    pub text: String,
-}
-
-/// A fact that a log does not show and its user knows.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Question {
-    /// The option that answers it.
-    pub flag: &'static str,
-    /// The unknown fact, and the allowed answers.
     pub text: String,
 }
 

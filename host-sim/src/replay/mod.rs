@@ -12,6 +12,7 @@ mod passes;
 mod progress;
 mod recorded;
 mod scaled;
+mod settling;
 
 pub use agreement::Agreement;
 pub(crate) use declared::DeclaredPid;

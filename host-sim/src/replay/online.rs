@@ -3,9 +3,10 @@
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 
-use super::passes::{sampled_every, settling_in_motion};
+use super::passes::sampled_every;
 use super::progress::{InStretch, Progress};
 use super::recorded::RecordedReference;
+use super::settling::settling_in_motion;
 use crate::log::Row;
 use crate::scenario::{Fault, LogQuantity, Scenario};
 use crate::simulate::identifier;

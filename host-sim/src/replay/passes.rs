@@ -9,10 +9,11 @@ use super::Agreement;
 use super::declared::Declared;
 use super::progress::{InStretch, Progress};
 use super::recorded::RecordedReference;
+use super::settling::{MIN_SETTLING, settling_in_motion};
 use crate::experiment::{Outcome, Sample};
 use crate::log::{Log, Stretch};
 use crate::scenario::dispatch::with_velocity;
-use crate::scenario::{Closing, Fault, Scenario, Velocity};
+use crate::scenario::{Closing, Fault, Scenario};
 use crate::simulate::identifier;
 
 /// The result of a replay.
@@ -75,22 +76,6 @@ pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
     settling_in_motion(scenario)
         .min((stretch.samples / SETTLING_DIVISOR).max(MIN_SETTLING))
         .min(stretch.samples - 1)
-}
-
-/// Samples of a velocity estimate without a pole, and the first row, whose motion is unknown.
-const MIN_SETTLING: u64 = 3;
-
-/// The samples in which the velocity estimate settles on a motion that it joins.
-pub(super) fn settling_in_motion(scenario: &Scenario) -> u64 {
-    /// Time constants after which a low-pass has settled to 0.03 % of a step.
-    const TIME_CONSTANTS: f64 = 8.0;
-    let stated = &scenario.stated;
-    match scenario.velocity {
-        Velocity::LowPass => {
-            MIN_SETTLING + (TIME_CONSTANTS / (stated.cutoff * stated.sample_time)) as u64
-        }
-        Velocity::Difference | Velocity::AveragedDifference => MIN_SETTLING,
-    }
 }
 
 /// The default time of the core's first fits, and the shortest that it takes, s.

@@ -4,8 +4,8 @@ use identifier_core::error::StepError;
 use identifier_core::measurement::VelocityEstimate;
 
 use super::declared::Declared;
-use super::passes::settling_in_motion;
 use super::scaled::RowScaler;
+use super::settling::settling_in_motion;
 use crate::experiment::{Outcome, Sample};
 use crate::log::Row;
 use crate::loops::DynIdentifier;

@@ -9,7 +9,7 @@ use identifier_core::parameters::{ParameterSet, ServoParameters};
 use identifier_core::settings::{BoxSettings, SettingsError};
 
 use super::dispatch::{with_types, with_words};
-use super::parts::{MAX_PLAYED, index_of};
+use super::reference::MAX_PLAYED;
 use super::{Arithmetic, Scenario};
 
 /// The box of servos around one where none is stated: b within a factor of three, a up to three times.
@@ -81,7 +81,7 @@ where
 pub(crate) fn gamma_over<S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
 ) -> Option<Vec<Vec<f64>>> {
-    let places = S::PARAMETERS.map(index_of);
+    let places = S::PARAMETERS.map(|parameter| parameter as usize);
     settings.identifier.gamma.map(|gamma| {
         let row = |i: usize| places.iter().map(|&j| gamma[i][j]).collect();
         places.iter().map(|&i| row(i)).collect()

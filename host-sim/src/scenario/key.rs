@@ -1,53 +1,8 @@
-//! A key of a scenario: the columns of the table [`KEYS`](super::keys::KEYS).
+//! A key of a scenario: the columns of the table `KEYS`.
 
-use super::error::shown;
-use super::keys::KEYS;
-use super::kind::{Choice, Kind};
-
-/// A key: a line of the table.
-#[derive(Debug, Clone, Copy)]
-pub struct Key {
-    /// Its path, table and key.
-    pub path: &'static str,
-    /// The kind of its value, and the place of the value in the scenario.
-    pub(super) kind: Kind,
-    /// The default.
-    pub(super) default: Default,
-    /// Its unit; empty where it has none.
-    pub unit: &'static str,
-    /// Its meaning, in one sentence.
-    pub about: &'static str,
-}
-
-/// The value of an absent key.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Default {
-    /// Nothing: the key is required; this value is shown as an example.
-    Required(&'static str),
-    /// This number.
-    Value(f64),
-    /// This initial estimate; the laws that fit need none.
-    Initial(f64),
-    /// The first choice.
-    FirstChoice,
-    /// A value that is derived from something else.
-    Derived(&'static str),
-}
+use super::kind::{Choice, Default, Key, Kind};
 
 impl Key {
-    /// The line of a path.
-    #[must_use]
-    pub fn at(path: &str) -> Option<&'static Self> {
-        KEYS.iter().find(|key| key.path == path)
-    }
-
-    /// The key that a name or a path is most likely meant to be, wherever it stands.
-    #[must_use]
-    pub fn nearest(word: &str) -> Option<&'static Self> {
-        let named = KEYS.iter().find(|key| key.place().1 == word);
-        named.or_else(|| Self::at(nearest(word, KEYS.iter().map(|key| key.path))?))
-    }
-
     /// The path of its table, empty for a table of the file, and its name in it.
     #[must_use]
     pub fn place(&self) -> (&'static str, &'static str) {
@@ -61,11 +16,6 @@ impl Key {
             Kind::Tables(_) => format!("[[{}]]", self.path),
             _ => format!("[{}]", self.path),
         }
-    }
-
-    /// The keys of a table; for the empty path, the tables.
-    pub fn children(table: &str) -> impl Iterator<Item = &'static Self> {
-        KEYS.iter().filter(move |key| key.place().0 == table)
     }
 
     /// True for a table of further keys.
@@ -91,26 +41,6 @@ impl Key {
                 first.map_or(String::new(), |first| format!("\"{}\"", first.name))
             }
             Default::Derived(text) => text.to_owned(),
-        }
-    }
-
-    /// The names, of a key beside, that it belongs to; empty for a key that always holds.
-    #[must_use]
-    pub fn belongs_to(&self) -> Vec<&'static str> {
-        let (table, name) = self.place();
-        Self::children(table)
-            .flat_map(|key| key.kind.choices())
-            .filter(|choice| choice.takes.contains(&name))
-            .map(|choice| choice.name)
-            .collect()
-    }
-
-    /// Its meaning, and the choices that it belongs to.
-    #[must_use]
-    pub fn description(&self) -> String {
-        match self.belongs_to() {
-            owners if owners.is_empty() => self.about.to_owned(),
-            owners => format!("{} ({})", self.about, owners.join(", ")),
         }
     }
 
@@ -144,9 +74,4 @@ pub(super) fn examples(keys: impl Iterator<Item = &'static Key>) -> String {
         true => lines,
         false => format!("write, for example:\n{lines}"),
     }
-}
-
-/// The name that a word is most likely meant to be.
-pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-    crate::nearest::name(&shown(word), names)
 }

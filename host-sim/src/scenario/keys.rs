@@ -15,14 +15,13 @@ use identifier_core::units::Units;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, SensorEffects};
 
-use super::key::Default::{Derived, FirstChoice, Initial, Required, Value};
-use super::key::Key;
+use super::kind::Default::{Derived, FirstChoice, Initial, Required, Value};
 use super::kind::Kind::{
     Choice as OneOf, Column as ColumnOf, Flag, Limit, Matrix, Number, Numbers, Pair, Pairs,
     Parameters, Reach, Table, Tables, Terms as TermList, Two, Whole,
 };
 use super::kind::When::{Always, InRun, Simulated, Stated};
-use super::kind::{Choice, Entries};
+use super::kind::{Choice, Entries, Key, nearest};
 use super::range::Range::{
     self, BelowNyquist, Delay, Duration, EvenSamples, FaultSize, Fixed, HalfRadian, Samples,
 };
@@ -583,7 +582,7 @@ fn weigh(s: &mut Scenario, rows: &[Vec<f64>]) -> Result<(), String> {
             ));
         }
         for (value, beside) in values.iter().zip(parameters) {
-            matrix[parts::index_of(*of)][parts::index_of(*beside)] = *value;
+            matrix[*of as usize][*beside as usize] = *value;
         }
     }
     s.stated.identifier.gamma = Some(matrix);
@@ -613,4 +612,44 @@ pub fn listing() -> String {
             )
         })
         .collect()
+}
+
+impl Key {
+    /// The line of a path.
+    #[must_use]
+    pub fn at(path: &str) -> Option<&'static Self> {
+        KEYS.iter().find(|key| key.path == path)
+    }
+
+    /// The key that a name or a path is most likely meant to be, wherever it stands.
+    #[must_use]
+    pub fn nearest(word: &str) -> Option<&'static Self> {
+        let named = KEYS.iter().find(|key| key.place().1 == word);
+        named.or_else(|| Self::at(nearest(word, KEYS.iter().map(|key| key.path))?))
+    }
+
+    /// The keys of a table; for the empty path, the tables.
+    pub fn children(table: &str) -> impl Iterator<Item = &'static Self> {
+        KEYS.iter().filter(move |key| key.place().0 == table)
+    }
+
+    /// The names, of a key beside, that it belongs to; empty for a key that always holds.
+    #[must_use]
+    pub fn belongs_to(&self) -> Vec<&'static str> {
+        let (table, name) = self.place();
+        Self::children(table)
+            .flat_map(|key| key.kind.choices())
+            .filter(|choice| choice.takes.contains(&name))
+            .map(|choice| choice.name)
+            .collect()
+    }
+
+    /// Its meaning, and the choices that it belongs to.
+    #[must_use]
+    pub fn description(&self) -> String {
+        match self.belongs_to() {
+            owners if owners.is_empty() => self.about.to_owned(),
+            owners => format!("{} ({})", self.about, owners.join(", ")),
+        }
+    }
 }

@@ -10,7 +10,6 @@ use toml::Spanned;
 use toml::de::{DeArray, DeValue};
 
 use super::error::{Fault, shown};
-use super::key::{Key, nearest};
 use super::range::Range;
 use super::{Column, Scenario};
 use crate::gone::{self, Place};
@@ -95,6 +94,36 @@ pub(super) struct Choice {
     pub(super) name: &'static str,
     /// Keys beside that other choices do not take, unless they name them too.
     pub(super) takes: &'static [&'static str],
+}
+
+/// A key: a line of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its path, table and key.
+    pub path: &'static str,
+    /// The kind of its value, and the place of the value in the scenario.
+    pub(super) kind: Kind,
+    /// The default.
+    pub(super) default: Default,
+    /// Its unit; empty where it has none.
+    pub unit: &'static str,
+    /// Its meaning, in one sentence.
+    pub about: &'static str,
+}
+
+/// The value of an absent key.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Default {
+    /// Nothing: the key is required; this value is shown as an example.
+    Required(&'static str),
+    /// This number.
+    Value(f64),
+    /// This initial estimate; the laws that fit need none.
+    Initial(f64),
+    /// The first choice.
+    FirstChoice,
+    /// A value that is derived from something else.
+    Derived(&'static str),
 }
 
 impl Kind {
@@ -473,4 +502,9 @@ fn matrix(key: &Key, value: &Value<'_>) -> Result<Vec<Vec<f64>>, Fault> {
         }
     };
     entries.iter().enumerate().map(row).collect()
+}
+
+/// The name that a word is most likely meant to be.
+pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    crate::nearest::name(&shown(word), names)
 }

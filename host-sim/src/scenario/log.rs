@@ -5,6 +5,7 @@ use std::fmt;
 use super::Scenario;
 use super::error::Fault;
 use super::inner::InnerLoop;
+use super::log_quantity::LogQuantity;
 use super::log_units::{LogUnits, PositionUnit, TimeUnit};
 
 /// Which column of a log is what, and in which unit.
@@ -40,35 +41,6 @@ pub struct LogSettings {
     pub wrap: Option<f64>,
     /// True if the column of the position is that of a velocity, whose integral is the position.
     pub is_velocity: bool,
-}
-
-/// The quantity in a column of a log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(
-    missing_docs,
-    reason = "each is documented at its column in LogSettings"
-)]
-pub enum LogQuantity {
-    Time,
-    Reference,
-    Position,
-    Command,
-    Injection,
-    Velocity,
-}
-
-impl LogQuantity {
-    /// The key that states its column.
-    const fn key(self) -> &'static str {
-        match self {
-            Self::Time => "log.time",
-            Self::Reference => "log.reference",
-            Self::Position => "log.position",
-            Self::Command => "log.command",
-            Self::Injection => "log.injection",
-            Self::Velocity => "log.velocity",
-        }
-    }
 }
 
 /// A column of a log.

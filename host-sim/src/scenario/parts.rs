@@ -3,15 +3,12 @@
 use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
 use super::{Arithmetic, ExcitationKind, Fault, Reference, Scenario};
-
-/// The most samples of a reference that a Γ is chosen from.
-pub(crate) const MAX_PLAYED: usize = 200_000;
 
 impl Scenario {
     /// The scenario with the loop that its law closes in place of the declared one, where it has one
@@ -177,16 +174,6 @@ fn bound_by_the_box(settings: &mut Settings) {
     let bounds = &mut settings.identifier.bounds;
     bounds.coulomb.get_or_insert([0.0, most]);
     bounds.load.get_or_insert([-most, most]);
-}
-
-/// The row and column of a parameter in a matrix over all four.
-pub(super) fn index_of(parameter: Parameter) -> usize {
-    match parameter {
-        Parameter::A => 0,
-        Parameter::B => 1,
-        Parameter::Coulomb => 2,
-        Parameter::Load => 3,
-    }
 }
 
 /// The matrix of which nothing is stated yet.

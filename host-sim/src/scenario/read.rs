@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, shown};
-use super::key::{Default, Key, examples, nearest};
+use super::key::examples;
 use super::keys::KEYS;
 use super::kind::{self, Choice, Entries, Kind, Value, When};
+use super::kind::{Default, Key, nearest};
 use super::range::Range;
 use super::source::Source;
 use super::{Purpose, Scenario};

@@ -29,6 +29,9 @@ named! {
     }
 }
 
+/// The most samples of a reference that a Γ is chosen from.
+pub(crate) const MAX_PLAYED: usize = 200_000;
+
 /// The settings of the reference, SI; each kind takes its own part.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::key::{Default, Key};
 use super::kind::Choice;
+use super::kind::{Default, Key};
 
 /// The schema of a scenario.
 #[must_use]
@@ -84,9 +84,9 @@ mod tests {
     use serde_json::Value;
     use toml::de::{DeTable, DeValue};
 
-    use super::super::key::{Default, Key};
     use super::super::keys::KEYS;
     use super::super::kind::Kind;
+    use super::super::kind::{Default, Key};
     use super::super::{Purpose, Scenario};
     use super::schema;
 

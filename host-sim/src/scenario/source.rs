@@ -7,7 +7,8 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, ScenarioError, shown};
-use super::key::{Default, Key, examples};
+use super::key::examples;
+use super::kind::{Default, Key};
 use crate::nearest;
 
 /// The longest scenario, bytes; those of the repository have about a thousand.

@@ -1,22 +1,9 @@
 //! What is known of the forces on a servo beside inertia and friction, for the formula of a feed-forward.
 
 use super::IdentifiedResult;
+use super::effects::{Effects, Estimated};
 use crate::result::KnownForces;
 use crate::scenario::Scenario;
-
-/// An estimate and its standard error, infinite where that is not known.
-pub type Estimated = [f64; 2];
-
-/// Sizes of the effects that a feed-forward can compensate, zero where they were not identified.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Effects {
-    /// g_s and g_c, rad/s².
-    pub gravity: [Estimated; 2],
-    /// r_s and r_c, rad/s².
-    pub ripple: [Estimated; 2],
-    /// δ, command units.
-    pub dead_band: Estimated,
-}
 
 /// An angle that is the same one in every run.
 #[derive(Debug, Clone, Copy, PartialEq)]

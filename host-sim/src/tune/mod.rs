@@ -4,13 +4,15 @@
 //! [`Tuned`], and for a drive's firmware → [`Form`].
 
 mod conditions;
+mod effects;
 mod form;
 mod known_forces;
 mod result;
 
 pub use conditions::{ConditionError, Conditions, KnownConditions};
+pub use effects::{Effects, Estimated};
 pub use form::Form;
-pub use known_forces::{Angle, Effects, Estimated};
+pub use known_forces::Angle;
 pub use result::{IdentifiedResult, ResultError};
 
 use identifier_core::parameters::IdentifiedServo;

@@ -3,7 +3,7 @@ use std::fmt;
 use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
 use serde_json::Value;
 
-use super::known_forces::{Effects, Estimated};
+use super::effects::{Effects, Estimated};
 use crate::result::Summary;
 
 /// The servo in the result of a run or a replay, SI.

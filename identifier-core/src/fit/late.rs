@@ -109,7 +109,7 @@ where
                     continue;
                 };
                 let velocity = pass.tangents.velocity[i];
-                let own = sensitivity(&values, unknown, &acting, &slid);
+                let own = sensitivity(values, unknown, &acting, &slid);
                 let acceleration = (own - parameters.x * velocity - pushes[i]) * time;
                 pass.tangents.position[i] += (velocity + whole.way * acceleration) * time;
                 pass.tangents.velocity[i] = (velocity + whole.velocity * acceleration) * kept;

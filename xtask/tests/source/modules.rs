@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::rust::{code, imports, uses, without_tests};
+use super::rust::{code, imports, matching, uses, without_tests};
 
 #[test]
 fn the_modules_of_every_crate_are_a_tree() {
@@ -102,6 +102,7 @@ impl Sources {
     fn files(&self) -> Graph {
         let mut graph = Graph::new();
         for (module, text) in &self.0 {
+            let text = &without_inline_modules(text);
             let mut paths: Vec<_> = inline(text)
                 .iter()
                 .filter_map(|path| absolute(module, path))
@@ -226,6 +227,22 @@ fn absolute(module: &[String], path: &[String]) -> Option<Vec<String>> {
         }
     }
     Some(absolute)
+}
+
+/// The code without modules that are written in it, whose `super` is the file itself.
+fn without_inline_modules(code: &str) -> String {
+    let mut kept = String::new();
+    let mut rest = code;
+    while let Some(at) = rest.find("mod ") {
+        let end = rest[at..]
+            .find(['{', ';'])
+            .map_or(rest.len(), |end| at + end);
+        let is_inline = rest[end..].starts_with('{');
+        kept.push_str(&rest[..end]);
+        let past = if is_inline { matching(&rest[end..]) } else { 0 };
+        rest = &rest[end + past..];
+    }
+    kept + rest
 }
 
 /// The paths that begin with `crate` or `super` anywhere.

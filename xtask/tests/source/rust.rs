@@ -90,7 +90,7 @@ pub(crate) fn without_tests(code: &str) -> String {
 }
 
 /// The length up to the brace that closes the first.
-fn matching(text: &str) -> usize {
+pub(crate) fn matching(text: &str) -> usize {
     let mut depth = 0;
     for (at, character) in text.char_indices() {
         match character {

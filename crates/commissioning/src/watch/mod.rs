@@ -20,7 +20,7 @@
 //! that must move it. That is called a dead actuator. A reversed encoder and a reversed actuator are the
 //! same to a loop, and have one reason.
 //!
-//! A load may step by [`ServoWatch::LOAD_STEP`] of the command limit without being taken for a fault. In operation,
+//! A load may step by 0.3 of the command limit without being taken for a fault. In operation,
 //! [`Use::Operation`], loads may act at any time and inertia may change: there a command that does not act as the model
 //! says is a fault only where the servo does not follow its setpoint, and no fault at all of a servo that is not known.
 
@@ -28,6 +28,7 @@ mod blocks;
 mod bounds;
 mod following;
 mod known_servo;
+mod model;
 mod oscillation;
 mod readings;
 mod response;

@@ -1,7 +1,7 @@
 //! Detection of readings that the encoder cannot have.
 
 use super::WatchSettings;
-use super::known_servo::Model;
+use super::model::Model;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::units::Units;

@@ -18,7 +18,7 @@
 
 use super::blocks::BlockPart;
 use super::blocks::{Blocks, BlocksState, WatchBlock};
-use super::known_servo::{MODEL_ERROR, Model};
+use super::model::{MODEL_ERROR, Model};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 

@@ -64,8 +64,6 @@ const SHORTER_BLOCKS: usize = 0;
 const LONGER_BLOCKS: usize = 1;
 
 impl<N: Number> ServoWatch<N> {
-    /// The share of the command limit by which a load may step without being a fault.
-    pub const LOAD_STEP: f64 = 0.3;
     /// Length of the shorter blocks over which motion and command are compared, s,
     const SHORT_BLOCK_TIME: f64 = 2.5e-3;
     /// and in samples at least, so that what is not known of a delay is a small part.

@@ -1,7 +1,7 @@
 //! Detection of a standstill that is none: a stuck encoder, a dead actuator.
 
 use super::blocks::WatchBlock;
-use super::known_servo::{MODEL_ERROR, Model};
+use super::model::{MODEL_ERROR, Model};
 use super::{Use, WatchSettings};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;

@@ -2,6 +2,7 @@
 
 use super::acting::Acting;
 use super::state::State;
+use super::twisting::Twisting;
 use super::{Effect, Values};
 
 /// A load of the share ρ of the inertia behind a spring, ω being the resonance of motor and load, both free, and ζ its damping:
@@ -63,36 +64,6 @@ impl Coupling {
     /// The pieces in which it moves over a part of a sample.
     pub(super) fn pieces(&self, length: f64) -> u32 {
         (self.frequency * length / Self::ANGLE) as u32 + 1
-    }
-}
-
-/// The twist of the spring over a piece of a sample.
-#[derive(Clone, Copy)]
-pub(super) struct Twisting {
-    /// w and ẇ.
-    twist: f64,
-    pub(super) rate: f64,
-    /// The acceleration of the load.
-    carried: f64,
-}
-
-impl Twisting {
-    pub(super) const NONE: Self = Self {
-        twist: 0.0,
-        rate: 0.0,
-        carried: 0.0,
-    };
-
-    /// In the middle of a piece of this length.
-    fn middle(&self, length: f64) -> f64 {
-        self.twist + 0.5 * length * self.rate
-    }
-
-    /// At the end of the piece, the motor being faster by this.
-    fn end(&mut self, length: f64, faster: f64) {
-        let before = self.rate;
-        self.rate += faster - length * self.carried;
-        self.twist += 0.5 * length * (before + self.rate);
     }
 }
 

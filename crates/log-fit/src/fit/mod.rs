@@ -25,6 +25,7 @@ mod start;
 mod state;
 mod sums;
 mod survey;
+mod twisting;
 mod waves;
 mod weak_form;
 

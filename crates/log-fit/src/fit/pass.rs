@@ -1,10 +1,11 @@
 //! A pass of the model over a record, with the derivatives of its output error.
 
 use super::acting::Acting;
-use super::coupling::{Coupling, Twisting};
+use super::coupling::Coupling;
 use super::front_end::{Current, FrontEnd, Part};
 use super::gain::{Diffuse, Riccati};
 use super::state::{Response, State, Tangents};
+use super::twisting::Twisting;
 use super::waves::Waves;
 use super::{Column, Effect, Horizon, Record, Values};
 

@@ -1,8 +1,8 @@
 //! The motion of the model with its derivatives, moved over a part of a sample.
 
 use super::acting::{Acting, Shape};
-use super::coupling::Twisting;
 use super::front_end::FrontEnd;
+use super::twisting::Twisting;
 use super::{Column, Effect, Values};
 
 /// The motion of the model and its derivatives, relative to the record. A `PLAIN` one has the effects of every servo

@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use crate::fit::{Column, Effect, Fitter, Survey, Values};
 
 use super::recording::Recording;
-use super::scan::Answer;
 use crate::cause::Cause;
 
 /// An effect in one of its forms, as columns of a pass.
@@ -380,6 +379,31 @@ pub fn effects(cause: Cause) -> &'static [Effect] {
         Cause::TorqueRipple => &[E::TorqueRippleSine, E::TorqueRippleCosine],
         Cause::Eccentricity => &[E::EccentricitySine, E::EccentricityCosine],
         _ => &[],
+    }
+}
+
+/// A candidate's answer.
+#[derive(Debug, Clone)]
+pub(super) struct Answer {
+    pub(super) candidate: Candidate,
+    /// Gain in −2 ln L, in independent rows, in segments that it was not fitted to.
+    pub(super) held_out: f64,
+    /// Mean of that gain over its standard error.
+    pub(super) consistency: f64,
+    /// The same in all segments.
+    pub(super) gain: f64,
+    /// χ² of its sizes by the segments' disagreement.
+    pub(super) significance: f64,
+    /// Its sizes.
+    pub(super) sizes: Vec<f64>,
+    /// By how much it would move the free effects.
+    pub(super) shifts: Vec<f64>,
+}
+
+impl Answer {
+    /// False if its size would be negative and cannot be.
+    pub(super) fn is_possible(&self) -> bool {
+        !self.candidate.is_positive() || self.sizes[0] > 0.0
     }
 }
 

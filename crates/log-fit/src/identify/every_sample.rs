@@ -3,8 +3,8 @@
 
 use crate::fit::{Effect, Fitter, Horizon, Record, Search, Survey, Values};
 
+use super::model::Model;
 use super::recording::Recording;
-use super::tournament::Model;
 
 const SEARCH: Search = Search {
     steps: 6,

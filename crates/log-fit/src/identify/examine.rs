@@ -4,8 +4,9 @@
 use crate::fit::{Effect, Fitter, Horizon, Search, Survey, Values};
 
 use super::candidate::Range;
+use super::model::{Entered, Model};
 use super::recording::Recording;
-use super::tournament::{Entered, Model, Tournament};
+use super::tournament::Tournament;
 use super::uncertainty::{self, Beyond, Profile};
 
 /// Estimates and their model, counts and samples of a recording.

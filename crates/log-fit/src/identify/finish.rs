@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use crate::fit::{Effect, Fitted};
 
 use super::candidate::effects;
-use super::tournament::{Entered, MIN_GAIN, Model, Tournament};
+use super::model::{Entered, Model};
+use super::tournament::{MIN_GAIN, Tournament};
 use crate::cause::Cause;
 use crate::parallel;
 

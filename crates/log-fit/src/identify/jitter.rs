@@ -3,7 +3,8 @@
 
 use crate::fit::{Fitted, Fitter};
 
-use super::tournament::{Entered, MIN_GAIN};
+use super::model::Entered;
+use super::tournament::MIN_GAIN;
 use crate::cause::Cause;
 
 /// Parts of the samples by their speed, up to twice a large one, and the fewest samples of a part and parts.

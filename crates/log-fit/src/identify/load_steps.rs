@@ -2,7 +2,7 @@
 
 use crate::fit::{Effect, Fitted, Fitter, Horizon};
 
-use super::tournament::Entered;
+use super::model::Entered;
 use crate::cause::Cause;
 
 /// Parts of the record over which the load is averaged.

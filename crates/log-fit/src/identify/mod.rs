@@ -9,6 +9,7 @@ mod finish;
 mod grams;
 mod jitter;
 mod load_steps;
+mod model;
 mod recording;
 mod scan;
 mod tournament;
@@ -24,12 +25,13 @@ use crate::fit::{
 use candidate::Range;
 use jitter::Jitter;
 use load_steps::LoadSteps;
-use tournament::{Model, Tournament};
+use model::Model;
+use tournament::Tournament;
 
 use crate::cause::Cause;
 use crate::parallel;
 
-pub use tournament::Entered;
+pub use model::Entered;
 
 pub use candidate::effects;
 pub use course::Course;

@@ -3,35 +3,10 @@
 use crate::fit::{Column, Effect, Fitter};
 
 use super::beside::{Own, product};
-use super::candidate::{Candidate, Range};
+use super::candidate::{Answer, Candidate, Range};
 use super::grams::Grams;
-use super::tournament::Model;
+use super::model::Model;
 use crate::cause::Cause;
-
-/// A candidate's answer.
-#[derive(Debug, Clone)]
-pub(super) struct Answer {
-    pub(super) candidate: Candidate,
-    /// Gain in −2 ln L, in independent rows, in segments that it was not fitted to.
-    pub(super) held_out: f64,
-    /// Mean of that gain over its standard error.
-    pub(super) consistency: f64,
-    /// The same in all segments.
-    pub(super) gain: f64,
-    /// χ² of its sizes by the segments' disagreement.
-    pub(super) significance: f64,
-    /// Its sizes.
-    pub(super) sizes: Vec<f64>,
-    /// By how much it would move the free effects.
-    pub(super) shifts: Vec<f64>,
-}
-
-impl Answer {
-    /// False if its size would be negative and cannot be.
-    pub(super) fn is_possible(&self) -> bool {
-        !self.candidate.is_positive() || self.sizes[0] > 0.0
-    }
-}
 
 /// Asks some candidates beside a model, whose columns are with its own no more than a pass has.
 pub(super) fn scan(

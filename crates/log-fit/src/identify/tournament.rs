@@ -3,68 +3,11 @@
 
 use crate::fit::{Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments};
 
-use super::candidate::{Candidate, Range, Usual};
-use super::scan::{Answer, scan};
+use super::candidate::{Answer, Candidate, Range, Usual};
+use super::model::{Entered, Model};
+use super::scan::scan;
 use crate::cause::Cause;
 use crate::parallel;
-
-/// The state of a tournament: the model so far.
-#[derive(Debug, Clone)]
-pub(super) struct Model {
-    pub(super) free: Vec<Effect>,
-    pub(super) fitted: Fitted,
-    pub(super) entered: Vec<Entered>,
-    /// Rows that count as one: how coloured the innovations are.
-    pub(super) rows_per_row: f64,
-}
-
-impl Model {
-    /// Takes a fit of the same effects.
-    pub(super) fn fit_is(&mut self, fitted: Fitted) {
-        self.rows_per_row = fitted.covariances.rows_per_independent_row();
-        self.fitted = fitted;
-    }
-
-    /// Gain in −2 ln L over another fit, in independent rows.
-    pub(super) fn gain_over(&self, other: &Fitted) -> f64 {
-        let change = Tournament::likelihood(other) - Tournament::likelihood(&self.fitted);
-        change / self.rows_per_row
-    }
-}
-
-/// An effect that has entered.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Entered {
-    /// The effect.
-    pub cause: Cause,
-    /// Gain in −2 ln L, in independent rows.
-    pub gain: f64,
-    /// The next best, and its gain.
-    pub(super) runner_up: Option<(Cause, f64)>,
-    /// The effect of whose form this one may be the error, or from which the motion is too short to tell it.
-    pub(super) error_of: Option<Cause>,
-}
-
-impl Entered {
-    /// An effect with no rival.
-    pub(super) const fn certain(cause: Cause, gain: f64) -> Self {
-        Self {
-            cause,
-            gain,
-            runner_up: None,
-            error_of: None,
-        }
-    }
-
-    /// Another effect that explains the record nearly as well, or whose form may need this one, where there is one.
-    pub fn rival(&self) -> Option<Cause> {
-        /// Factor by which the gain must be above the next best's: of drawn servos 25 of 26 that are above by this to 1.35 have
-        /// the effect, and of 22 below it 15.
-        const CLEAR: f64 = 1.1;
-        let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
-        close.map(|(cause, _)| cause).or(self.error_of)
-    }
-}
 
 /// The least gain with which an effect enters, in independent rows.
 pub(super) const MIN_GAIN: f64 = 30.0;
@@ -86,10 +29,6 @@ pub(super) struct Tournament<'a> {
 }
 
 impl Tournament<'_> {
-    pub(super) fn likelihood(fitted: &Fitted) -> f64 {
-        fitted.sums.minus_two_log_likelihood()
-    }
-
     /// A round: false if no effect enters.
     pub(super) fn round(&self, model: &mut Model) -> bool {
         // A model that is not at its best yet would let any effect gain.
@@ -115,7 +54,8 @@ impl Tournament<'_> {
             let Some((fitted, free)) = with else {
                 continue;
             };
-            let change = Self::likelihood(&model.fitted) - Self::likelihood(&fitted);
+            let change = model.fitted.sums.minus_two_log_likelihood()
+                - fitted.sums.minus_two_log_likelihood();
             let added = (free.len() - model.free.len()) as f64;
             let gain = change / model.rows_per_row - added * price;
             let usual = Usual::new(self.fitter, &fitted.values);

@@ -2,9 +2,8 @@
 
 use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search, Values};
 
-use super::candidate::Usual;
-use super::scan::Answer;
-use super::tournament::Model;
+use super::candidate::{Answer, Usual};
+use super::model::Model;
 use crate::cause::Cause;
 use crate::parallel;
 

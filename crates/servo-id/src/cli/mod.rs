@@ -26,6 +26,7 @@ mod replay;
 mod reproduce;
 mod required;
 mod run;
+mod same_result;
 mod standard_output;
 mod streamed;
 mod sweep;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::fault::Fault;
 use super::files::{self, Drawing, Files, Picture};
 use super::output_file::Output;
-use super::reproduce;
+use super::same_result;
 use super::standard_output::show;
 use super::terminal::width;
 use crate::present::Page;
@@ -181,7 +181,7 @@ impl Results {
             }
         }
         if let Some(kept) = &kept {
-            reproduce::compare(kept, result, silent)?;
+            same_result::compare(kept, result, silent)?;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use host_sim::commission::Axis;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::reason::Reason;
 
-use super::SimulatedPins;
+use super::pins::SimulatedPins;
 
 /// An axis behind the pins of a chip.
 pub(super) struct SimulatedChip {

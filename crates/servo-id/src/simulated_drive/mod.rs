@@ -4,6 +4,7 @@
 mod chip;
 mod clock;
 mod flash;
+mod pins;
 mod wire;
 
 use std::fmt;
@@ -16,7 +17,7 @@ use drive_link::{
     Command, Dither, Protection, Refusal, Report, Request, ServoChanges, Settings, TargetSource,
 };
 use drive_logic::{
-    Channel, Chip, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
+    Channel, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
 };
 use host_sim::commission::Axis;
 use host_sim::scenario::{Fault, Scenario};
@@ -24,6 +25,7 @@ use host_sim::scenario::{Fault, Scenario};
 use self::chip::SimulatedChip;
 pub use self::clock::Clock;
 pub use self::flash::FlashInMemory;
+pub use self::pins::SimulatedPins;
 pub use self::wire::Wire;
 
 /// From the reading of the encoder to the change of the output, s: in the simulation there is none.
@@ -145,20 +147,6 @@ impl SimulatedDrive {
                 &mut self.chip,
             )
             .map_err(SimulatedDriveError::Refused)
-    }
-}
-
-/// The pins of a chip, led to a simulated servo.
-pub trait SimulatedPins: Chip {
-    /// Latches encoder and lines at the beginning of a sample.
-    fn begin_sample(&mut self) {}
-
-    /// Moves the servo until the next sample.
-    fn pass(&mut self, sample_time: f64);
-
-    /// The drive has power.
-    fn is_powered(&self) -> bool {
-        true
     }
 }
 

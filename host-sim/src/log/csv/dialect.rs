@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::{LogError, other};
 use super::cell::is_value;
-use super::text;
+use super::line::{bare, squeezed, uncommented};
 use crate::gone;
 
 /// The dialect of a text.
@@ -61,7 +61,7 @@ impl Dialect {
         /// Lines that are examined.
         const LINES: usize = 400;
         let mut lines: Vec<_> = (beginning.split(|&byte| byte == b'\n').zip(1..))
-            .map(|(line, number)| (text::uncommented(line), number))
+            .map(|(line, number)| (uncommented(line), number))
             .filter(|(line, _)| !line.is_empty())
             .take(LINES)
             .collect();
@@ -160,10 +160,10 @@ impl Cells {
         let squeezed;
         let line = match separator {
             b' ' => {
-                squeezed = text::squeezed(text::bare(line, separator));
+                squeezed = self::squeezed(bare(line, separator));
                 &squeezed[..]
             }
-            _ => text::bare(line, separator),
+            _ => bare(line, separator),
         };
         let mut cells = Self {
             all: 0,

@@ -2,6 +2,7 @@
 
 mod cell;
 mod dialect;
+mod line;
 mod stamp;
 mod table;
 mod text;

@@ -6,6 +6,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::rc::Rc;
 
 use super::dialect::Dialect;
+use super::line::{bare, squeezed, uncommented};
 
 /// The longest row, bytes, whatever a file unpacks to.
 const MAX_ROW: usize = 1 << 20;
@@ -125,63 +126,9 @@ impl<R: BufRead> Uncommented<R> {
     }
 }
 
-/// A line without byte-order mark, spaces at its ends and the mark of a comment: `#`, `%` or `//`.
-pub(super) fn uncommented(line: &[u8]) -> &[u8] {
-    const MARK: &[u8] = b"\xef\xbb\xbf";
-    let line = line.strip_prefix(MARK).unwrap_or(line).trim_ascii();
-    let marks = [&b"//"[..], b"#", b"%"];
-    let mark = marks.iter().find_map(|mark| line.strip_prefix(*mark));
-    mark.unwrap_or(line).trim_ascii()
-}
-
 fn is_comment(line: &[u8]) -> bool {
     let line = line.trim_ascii_start();
     line.starts_with(b"#") || line.starts_with(b"%") || line.starts_with(b"//")
-}
-
-/// A row without quotation marks around all of it, and without the brackets of a matrix: `[` counts at the beginning, perhaps
-/// behind a name, and before a number, `]` and `;` at the end.
-pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
-    let quoted = line
-        .strip_prefix(b"\"")
-        .and_then(|line| line.strip_suffix(b"\""));
-    let line = quoted
-        .filter(|inside| !inside.contains(&b'"'))
-        .unwrap_or(line);
-    let is_of_number = |byte: &u8| byte.is_ascii_digit() || b"+-.".contains(byte);
-    let is_name = |byte: &u8| byte.is_ascii_alphabetic() || b"_= ".contains(byte);
-    let opened = memchr::memchr(b'[', line)
-        .filter(|place| line[..*place].iter().all(is_name))
-        .map(|place| line[place + 1..].trim_ascii_start())
-        .filter(|rest| rest.first().is_some_and(is_of_number));
-    let mut bare = opened.unwrap_or(line);
-    while let Some((b']' | b';', rest)) = bare.split_last().map(|(last, rest)| (*last, rest)) {
-        if separator == b';' && bare.last() == Some(&b';') {
-            break;
-        }
-        // The unit of the last column may stand in brackets.
-        if bare.last() == Some(&b']') && memchr::memchr(b'[', rest).is_some() {
-            break;
-        }
-        bare = rest.trim_ascii_end();
-    }
-    bare
-}
-
-/// A line with one space for every run of spaces and tabs, and none at its ends; within quotation marks it is as it was.
-pub(super) fn squeezed(line: &[u8]) -> Vec<u8> {
-    let mut squeezed = Vec::with_capacity(line.len());
-    let mut quoted = false;
-    for &byte in line.trim_ascii() {
-        quoted ^= byte == b'"';
-        let is_space = !quoted && (byte == b' ' || byte == b'\t');
-        match is_space {
-            true if squeezed.last() == Some(&b' ') => {}
-            true => squeezed.push(b' '),
-            false => squeezed.push(byte),
-        }
-    }
-    squeezed
 }
 
 impl<R: BufRead> Read for Uncommented<R> {

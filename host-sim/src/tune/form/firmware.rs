@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::str::FromStr;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
@@ -120,3 +121,20 @@ pub(super) static FIRMWARES: LazyLock<Vec<Firmware>> = LazyLock::new(|| {
     let mut table = table.unwrap_or_default();
     table.remove("firmware").unwrap_or_default()
 });
+
+/// The form of a drive's firmware.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Form(pub(super) &'static Firmware);
+
+impl FromStr for Form {
+    /// All names.
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = FIRMWARES.iter().find(|firmware| firmware.name == name);
+        found.map(Self).ok_or_else(|| {
+            let names: Vec<_> = FIRMWARES.iter().map(|firmware| &*firmware.name).collect();
+            format!("one of {}", names.join(", "))
+        })
+    }
+}

@@ -9,32 +9,15 @@ mod firmware_loop;
 mod tests;
 
 use std::f64::consts::TAU;
-use std::str::FromStr;
 
 use identifier_core::tuning::{Cap, Goal, Promise, Tuning, TuningSettings};
 
-use self::firmware::{FIRMWARES, Firmware, Law, Of, Share};
+pub use self::firmware::Form;
+use self::firmware::{Law, Of, Share};
 use self::firmware_loop::FirmwareLoop;
 use super::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use crate::result::{FormParameter, FormResult};
 use crate::scenario::CommandUnit;
-
-/// The form of a drive's firmware.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Form(&'static Firmware);
-
-impl FromStr for Form {
-    /// All names.
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let found = FIRMWARES.iter().find(|firmware| firmware.name == name);
-        found.map(Self).ok_or_else(|| {
-            let names: Vec<_> = FIRMWARES.iter().map(|firmware| &*firmware.name).collect();
-            format!("one of {}", names.join(", "))
-        })
-    }
-}
 
 impl Form {
     /// Takes rate, filter and delay of the firmware into the settings of a tuning.

@@ -8,6 +8,7 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::StepMeasure;
 
 use super::super::Effects;
+use super::firmware::FIRMWARES;
 use super::*;
 
 /// The number of small steps in a period.

@@ -10,6 +10,7 @@ mod effect;
 mod effect_model;
 mod effect_search;
 mod motion;
+mod motion_model;
 mod piece;
 mod prediction;
 mod scales;

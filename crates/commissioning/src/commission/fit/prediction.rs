@@ -1,10 +1,8 @@
 use super::PARAMETERS;
 use super::motion::MotionRecord;
-use super::servo_fit::{MotionFit, MotionFitter};
-use super::servo_fitter::ServoFitter;
+use super::motion_model::{MotionFit, MotionFitter};
 use identifier_core::fit::{Blocks, Predicted, ROUNDING};
 use identifier_core::number::Number;
-use identifier_core::parameters::IdentifiedServo;
 
 /// The errors of a known servo's prediction of a motion, only position and velocity at its beginning being estimated;
 /// rad.
@@ -126,33 +124,5 @@ impl<N: Number> PredictionRun<N> {
             most_uncertain: libm::sqrt(self.most_uncertain.to_f64()) * resolution,
             range: motion.range().to_f64() * resolution,
         }
-    }
-}
-
-impl<N: Number> ServoFitter<N> {
-    /// Begins the prediction of a motion by a servo that is known.
-    #[must_use]
-    pub(crate) fn begin_prediction<const W: usize>(
-        &self,
-        servo: &IdentifiedServo,
-        motion: &MotionRecord<N, W>,
-    ) -> PredictionRun<N> {
-        let scale = self.scale();
-        let fitter = self.fitter_for(motion, None, true);
-        let covariance = core::array::from_fn(|i| {
-            core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
-        });
-        let fit = self.fit_to(&fitter, motion);
-        PredictionRun::begin(&fitter, fit, &self.parameters(servo), covariance)
-    }
-
-    /// Continues by a block of the record. Returns once it has ended.
-    pub(crate) fn predict<const W: usize>(
-        &self,
-        predicting: &mut PredictionRun<N>,
-        motion: &MotionRecord<N, W>,
-    ) -> Option<PredictionErrors> {
-        let ended = predicting.advance(motion);
-        ended.then(|| predicting.errors(motion, self.resolution()))
     }
 }

@@ -1,21 +1,8 @@
+use super::motion_model::{MotionFit, MotionFitter};
 use super::prediction::PredictionRun;
 use super::{DELAY, PARAMETERS};
-use identifier_core::fit::{Fit, FitResult, Fitter};
-use identifier_core::identifier::DelayedInputs;
+use identifier_core::fit::FitResult;
 use identifier_core::number::Number;
-use identifier_core::parameters::Unknowns;
-
-/// The model of a motion: a, b, c, the delay and d.
-pub(super) type MotionModel = Unknowns<5>;
-
-/// Its last commands.
-pub(super) type MotionInputs<N> = DelayedInputs<N, 8>;
-
-/// A fitter of it.
-pub(super) type MotionFitter<N> = Fitter<N, MotionModel, PARAMETERS>;
-
-/// A fit of it under way.
-pub(super) type MotionFit<N> = Fit<N, MotionInputs<N>, PARAMETERS>;
 
 /// A fit under way, and then the prediction of its own motion by the result.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 use super::motion::MotionRecord;
+use super::motion_model::{MotionFit, MotionFitter};
 use super::prediction::{PredictionErrors, PredictionRun};
-use super::servo_fit::{MotionFit, MotionFitter, ServoFit};
+use super::servo_fit::ServoFit;
 use super::whitening::inverse_factor;
 use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS, POSITION, UNKNOWNS, VELOCITY};
 use identifier_core::fit::{Blocking, FitResult, Fitter};
@@ -274,5 +275,31 @@ impl<N: Number> ServoFitter<N> {
         } else {
             Err(Reason::PartlyExplained)
         }
+    }
+
+    /// Begins the prediction of a motion by a servo that is known.
+    #[must_use]
+    pub(crate) fn begin_prediction<const W: usize>(
+        &self,
+        servo: &IdentifiedServo,
+        motion: &MotionRecord<N, W>,
+    ) -> PredictionRun<N> {
+        let scale = self.scale();
+        let fitter = self.fitter_for(motion, None, true);
+        let covariance = core::array::from_fn(|i| {
+            core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
+        });
+        let fit = self.fit_to(&fitter, motion);
+        PredictionRun::begin(&fitter, fit, &self.parameters(servo), covariance)
+    }
+
+    /// Continues by a block of the record. Returns once it has ended.
+    pub(crate) fn predict<const W: usize>(
+        &self,
+        predicting: &mut PredictionRun<N>,
+        motion: &MotionRecord<N, W>,
+    ) -> Option<PredictionErrors> {
+        let ended = predicting.advance(motion);
+        ended.then(|| predicting.errors(motion, self.resolution()))
     }
 }

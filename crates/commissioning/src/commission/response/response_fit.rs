@@ -1,7 +1,7 @@
 use super::super::corrected::{know_alone, scale};
 use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
 use super::pass::ResponsePass;
-use super::scan::{Scan, Starts};
+use super::scan::{Scan, Starts, delay_and_lag};
 use identifier_core::fit::{Descent, DescentSettings, Explanation};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{MeasuredLine, Resonance};
@@ -155,7 +155,7 @@ impl ResponseFit {
         if lines.len() < FEWEST {
             return None;
         }
-        let [late, lag] = Self::parts(delay);
+        let [late, lag] = delay_and_lag(delay);
         let start = [libm::log(servo.parameters.b), late, lag, a, 0.0, 0.0, 0.0];
         Some(Self {
             sample_time,
@@ -165,13 +165,6 @@ impl ResponseFit {
             one_mass: None,
             two_masses: None,
         })
-    }
-
-    /// A delay (samples) in parts from which a fit begins: delay and lag. Without lag it would stay so, as a small one changes the
-    /// response as a delay does.
-    pub(super) fn parts(delay: f64) -> [f64; 2] {
-        let lag = (0.5 * delay).clamp(0.1, 1.0);
-        [(delay - lag).max(0.0), lag]
     }
 
     /// A slice; at the end the masses that the response shows.

@@ -1,4 +1,3 @@
-use super::ResponseFit;
 use super::model::{ResponseModel, Unknowns};
 use identifier_core::replay::NormalEquations;
 use identifier_core::tuning::MeasuredLine;
@@ -71,7 +70,7 @@ impl Scan {
     /// The unknowns of a frequency with gain and share.
     fn unknowns(&self, gain: f64, ratio: f64) -> Unknowns {
         let frequency = self.lowest * libm::pow(self.ratio, f64::from(self.place));
-        let [delay, lag] = ResponseFit::parts(self.delay);
+        let [delay, lag] = delay_and_lag(self.delay);
         [
             libm::log(gain),
             delay,
@@ -162,4 +161,11 @@ impl Starts {
         self.next += 1;
         start.map(|start| start.unknowns)
     }
+}
+
+/// A delay (samples) in parts from which a fit begins: delay and lag. Without lag it would stay so, as a small one changes the
+/// response as a delay does.
+pub(super) fn delay_and_lag(delay: f64) -> [f64; 2] {
+    let lag = (0.5 * delay).clamp(0.1, 1.0);
+    [(delay - lag).max(0.0), lag]
 }

@@ -21,7 +21,8 @@ mod window;
 
 pub(crate) use lines::{LineRotations, Lines};
 pub(crate) use plan::SlidePlan;
-pub(super) use slide::{Slide, SlideProgress, Sliding};
+pub(super) use slide::{Slide, SlideProgress};
+pub(super) use window::Sliding;
 
 /// The motion beneath the lines in the window of a slide, means weighted with h: friction and load, as the constant speed
 /// takes their balance. Counts and samples.

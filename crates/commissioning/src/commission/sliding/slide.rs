@@ -1,7 +1,7 @@
 use super::following::Following;
 use super::line::LineState;
 use super::plan::Motion;
-use super::window::Window;
+use super::window::{Sliding, Window};
 use super::{LineSums, Lines, SlideBalance, SlidePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
@@ -51,17 +51,6 @@ enum Handed {
     Sums { inverted: bool },
     /// None: the amplitudes are adapted, and become smaller if the servo stopped.
     Nothing { has_stopped: bool },
-}
-
-/// A sample of the servo.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::commission) struct Sliding<N> {
-    pub(in crate::commission) position: N,
-    pub(in crate::commission) increment: N,
-    /// A smoothed velocity.
-    pub(in crate::commission) velocity: N,
-    /// The command that acts from now on.
-    pub(in crate::commission) command: N,
 }
 
 /// The state of the slides after a sample.

@@ -1,6 +1,17 @@
+use super::SlideBalance;
 use super::line::product;
-use super::{SlideBalance, Sliding};
 use identifier_core::number::Number;
+
+/// A sample of the servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::commission) struct Sliding<N> {
+    pub(in crate::commission) position: N,
+    pub(in crate::commission) increment: N,
+    /// A smoothed velocity.
+    pub(in crate::commission) velocity: N,
+    /// The command that acts from now on.
+    pub(in crate::commission) command: N,
+}
 
 /// The window of a slide: Hann's weight h_k = 1 − cos(2πk/n), and the motion beneath the lines.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,68 +1,17 @@
 //! The line to the drive, in a thread of its own: however long a screen or a disk takes, reports are read and the
 //! link is kept alive.
 
+mod event;
 mod talk;
 
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread::{self, JoinHandle};
 
-use drive_link::{Command, Refusal, Report};
+use drive_link::Command;
 
+pub use self::event::{AtEnd, Ending, LinkError, LinkEvent};
 use self::talk::Talk;
-use crate::drive::{Client, DriveError, Silence};
-
-/// The end of a session whose servo is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AtEnd {
-    /// The servo is released.
-    Stop,
-    /// The servo stays driven.
-    Leave,
-}
-
-/// The state in which the servo was left.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
-    /// It was released already.
-    WasReleased,
-    /// It was released for the end.
-    Stopped,
-    /// It stays driven.
-    Left,
-}
-
-/// An event of the line.
-#[derive(Debug)]
-pub enum LinkEvent {
-    /// A report, but for answers.
-    Report(Report),
-    /// An order was done.
-    Done(Command),
-    /// An order was refused.
-    Refused(Refusal),
-    /// No answer came: unknown whether the command was done.
-    Unanswered(Command),
-    /// The drive is lost.
-    Lost(LinkError),
-}
-
-/// Why a drive is lost.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinkError {
-    /// The line broke.
-    #[error(transparent)]
-    Drive(#[from] DriveError),
-    /// The line works, and the drive is silent.
-    #[error(
-        "the drive has been silent for {} s: is it switched on, and its line connected?",
-        Silence::MAX.as_secs()
-    )]
-    Silent,
-    /// The thread of the line has ended by a defect of this program.
-    #[error("the thread of the line has ended")]
-    Ended,
-}
+use crate::drive::Client;
 
 /// The line to a drive, served by a thread. However it is dropped, the servo is left as [`AtEnd`] orders.
 #[derive(Debug)]

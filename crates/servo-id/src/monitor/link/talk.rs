@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use drive_link::{Command, Report, State};
 
-use super::{AtEnd, Ending, LinkError, LinkEvent};
+use super::event::{AtEnd, Ending, LinkError, LinkEvent};
 use crate::drive::{Client, DriveError, Silence};
 
 /// Longest wait of a command.

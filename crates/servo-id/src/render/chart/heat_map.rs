@@ -1,7 +1,8 @@
 //! Heat maps side by side.
 
-use super::canvas::{Align, Canvas, Colour, Frame, LETTER, SMALL, TINY};
+use super::canvas::{Canvas, LETTER, SMALL, TINY};
 use super::font::width;
+use super::surface::{Align, Colour, Frame};
 use super::{MARGIN, Size};
 use crate::present::{HeatMap, HeatMaps, Tint};
 

@@ -1,8 +1,9 @@
 //! Meaning of colours, in lines that cover nothing.
 
-use super::canvas::{Align, Canvas, Colour, Frame, SMALL, Stroke};
+use super::canvas::{Canvas, SMALL};
 use super::font::width;
 use super::plot::{BAND_OPACITY, LEVEL, STRETCH_OPACITY, trace_stroke};
+use super::surface::{Align, Colour, Frame, Stroke};
 use crate::present::Figure;
 
 /// Height of a line, points.

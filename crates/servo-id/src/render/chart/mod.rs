@@ -8,20 +8,22 @@ mod legend;
 mod plot;
 mod raster;
 mod scale;
+mod surface;
 
 use std::path::Path;
 
 pub use canvas::Canvas;
-use canvas::{Align, Colour, Frame, LETTER};
+use canvas::LETTER;
 pub use heat_map::heat_maps;
 use legend::Legend;
 use plot::{BELOW, Plot, RIGHT, room_at_left};
+use surface::{Align, Colour, Frame};
 
 use crate::present::Figure;
 
 /// Number of colours of traces and of stretches.
-pub(super) const TRACE_COLOURS: usize = canvas::TRACES.len();
-pub(super) const STRETCH_COLOURS: usize = canvas::STRETCHES.len();
+pub(super) const TRACE_COLOURS: usize = surface::TRACES.len();
+pub(super) const STRETCH_COLOURS: usize = surface::STRETCHES.len();
 
 /// Format of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

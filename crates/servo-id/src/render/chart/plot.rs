@@ -2,9 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use super::canvas::{Align, Canvas, Colour, Frame, SMALL, Stroke, TINY};
+use super::canvas::{Canvas, SMALL, TINY};
 use super::font::width;
 use super::scale::Scale;
+use super::surface::{Align, Colour, Frame, Stroke};
 use crate::present::{Figure, Trace};
 
 /// Room of what is written to the left of the frame, to its right and below it, points; to the left at least.

@@ -6,8 +6,8 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use zeno::{Join, Mask, PathData, Style, Transform};
 
-use super::canvas::{Colour, Frame, Label, Stroke, Surface};
 use super::font;
+use super::surface::{Colour, Frame, Label, Stroke, Surface};
 
 /// Pixels to a point: 216 to an inch.
 const SCALE: f64 = 3.0;

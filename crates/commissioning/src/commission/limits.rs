@@ -1,0 +1,14 @@
+/// Limits of a commissioning, SI. For a linear axis read m for rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Limits {
+    /// Lowest and highest position, rad from where the servo stands when it begins: the first at most
+    /// zero, the second at least zero.
+    pub travel: [f64; 2],
+    /// The largest speed, rad/s.
+    pub speed: f64,
+    /// Lowest and highest command, command units: the first below zero, the second above.
+    pub command: [f64; 2],
+    /// The longest time that a motion may take, s.
+    pub duration: f64,
+}

@@ -1,0 +1,61 @@
+use crate::cause::Cause;
+use crate::fit::{Effect, Fitted};
+
+/// The state of a tournament: the model so far.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    pub(super) free: Vec<Effect>,
+    pub(super) fitted: Fitted,
+    pub(super) entered: Vec<Entered>,
+    /// Rows that count as one: how coloured the innovations are.
+    pub(super) rows_per_row: f64,
+}
+
+impl Model {
+    /// Takes a fit of the same effects.
+    pub(super) fn fit_is(&mut self, fitted: Fitted) {
+        self.rows_per_row = fitted.covariances.rows_per_independent_row();
+        self.fitted = fitted;
+    }
+
+    /// Gain in −2 ln L over another fit, in independent rows.
+    pub(super) fn gain_over(&self, other: &Fitted) -> f64 {
+        let change =
+            other.sums.minus_two_log_likelihood() - self.fitted.sums.minus_two_log_likelihood();
+        change / self.rows_per_row
+    }
+}
+
+/// An effect that has entered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entered {
+    /// The effect.
+    pub cause: Cause,
+    /// Gain in −2 ln L, in independent rows.
+    pub gain: f64,
+    /// The next best, and its gain.
+    pub(super) runner_up: Option<(Cause, f64)>,
+    /// The effect of whose form this one may be the error, or from which the motion is too short to tell it.
+    pub(super) error_of: Option<Cause>,
+}
+
+impl Entered {
+    /// An effect with no rival.
+    pub(super) const fn certain(cause: Cause, gain: f64) -> Self {
+        Self {
+            cause,
+            gain,
+            runner_up: None,
+            error_of: None,
+        }
+    }
+
+    /// Another effect that explains the record nearly as well, or whose form may need this one, where there is one.
+    pub fn rival(&self) -> Option<Cause> {
+        /// Factor by which the gain must be above the next best's: of drawn servos 25 of 26 that are above by this to 1.35 have
+        /// the effect, and of 22 below it 15.
+        const CLEAR: f64 = 1.1;
+        let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
+        close.map(|(cause, _)| cause).or(self.error_of)
+    }
+}
