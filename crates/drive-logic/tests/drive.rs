@@ -525,7 +525,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
     fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
         &mut settings.closed_loop.core.identifier
     }
-    let changes: [(&str, Change); 24] = [
+    let changes: [(&str, Change); 23] = [
         ("kp", |s| pid(s).kp = 0.0),
         ("kp", |s| pid(s).kp = 1.0),
         ("kd", |s| pid(s).kd = f64::NAN),
