@@ -32,6 +32,16 @@ fn refusal(change: impl FnOnce(&mut Settings)) -> String {
 }
 
 #[test]
+fn the_first_thing_that_is_named_is_the_first_thing_wrong() {
+    let nothing_else_stated = Settings::new(-1.0, 10_000.0);
+    let refused = nothing_else_stated.build::<GradientLoop>();
+    let Err(SettingsError::Range(refused)) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!(refused.parameter, "sample_time");
+}
+
+#[test]
 fn every_setting_out_of_range_is_named() {
     assert!(valid().build::<GradientLoop<f32, 3>>().is_ok());
     type Change = fn(&mut Settings);
