@@ -34,3 +34,6 @@ pub mod render;
 pub mod simulated_drive;
 
 pub use program::VERSION;
+
+/// Standard errors to each side of an estimate that contain the true value in 95 % of cases.
+pub(crate) const SIDES: f64 = 2.0;

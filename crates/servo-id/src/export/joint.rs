@@ -289,7 +289,7 @@ impl Joint {
                 unit,
             } = quantity;
             let error = std_error.map_or(String::new(), |error| {
-                format!(" ± {:.1e}", crate::present::number::SIDES * error)
+                format!(" ± {:.1e}", crate::SIDES * error)
             });
             format!("{name} {value:.4e}{error} {unit}")
         };

@@ -1,10 +1,9 @@
 //! Numbers as people read them: the one place that formats a value with its uncertainty.
 
+use crate::SIDES;
+
 /// Digits behind the point that a table has room for.
 const MAX_PLACES: f64 = 9.0;
-
-/// Standard errors to each side of an estimate that contain the true value in 95 % of cases.
-pub(crate) const SIDES: f64 = 2.0;
 
 /// A value ± half of its interval of 95 %, both with the digits that two of the latter take; without a standard error the
 /// value alone, four digits of it. A dash where there is no value, or the standard error is infinite.

@@ -3,8 +3,9 @@
 use host_sim::result::{Distribution, Spread, SweepResult};
 use host_sim::scenario::Scenario;
 
-use super::number::{SIDES, figure, fixed, plain};
+use super::number::{figure, fixed, plain};
 use super::{Block, Column, Envelope, Figure, Page, Section, Table, Tone, Verdict};
+use crate::SIDES;
 
 /// The page of a sweep around a scenario.
 #[must_use]

@@ -136,10 +136,7 @@ fn line(progress: &Progress, sample_time: f64) -> String {
         format!("command {command:+.3}")
     });
     let known = match gain {
-        Some([b, error]) => format!(
-            ", b {b:.2} ± {:.2}",
-            present::number::SIDES * f64::from(*error)
-        ),
+        Some([b, error]) => format!(", b {b:.2} ± {:.2}", crate::SIDES * f64::from(*error)),
         None if *recorded > 0 => format!(", {recorded} pieces recorded"),
         None => String::new(),
     };

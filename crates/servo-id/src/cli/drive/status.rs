@@ -8,11 +8,11 @@ use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 
 use super::fault;
+use crate::SIDES;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::standard_output::show;
 use crate::drive::Client;
-use crate::present::number::SIDES;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {

@@ -14,9 +14,7 @@ pub use traces::ExperimentTraces;
 use super::estimates::{self, Estimated};
 use super::log::Sentence;
 use super::noise::sensor_noise;
-use super::number::{
-    DASH, SIDES, figure, fixed, known_to, per_cent, plain, rough, sentence, with_error,
-};
+use super::number::{DASH, figure, fixed, known_to, per_cent, plain, rough, sentence, with_error};
 use super::physical;
 use super::remedies::remedies;
 use super::tuning::{self, advice};
@@ -241,7 +239,7 @@ fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
         true => format!(
             "{} ± {} {}",
             unknown.name(),
-            rough(SIDES * error),
+            rough(crate::SIDES * error),
             unknown.unit()
         ),
         false => format!("nothing of {}", unknown.name()),
