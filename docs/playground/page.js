@@ -201,7 +201,7 @@ function parse(text) {
     if (name === 'effect') found.effects.push(parts);
     else if (name === 'finding') found.findings.push(parts);
     else if (['status', 'reason', 'cap', 'none'].includes(name)) found[name] = parts[0];
-    else if (['gains', 'promise', 'margins', 'command', 'step', 'rows'].includes(name)) found[name] = parts.map(Number);
+    else if (['gains', 'promise', 'margins', 'command', 'step', 'rows', 'window'].includes(name)) found[name] = parts.map(Number);
     else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
   }
   return found;
@@ -546,22 +546,26 @@ function askAbout(file, stated, lines) {
 const MEANINGS = { a: 'a, viscous friction', b: 'b, gain over inertia', coulomb: 'c, Coulomb friction', load: 'd, load', delay: 'delay' };
 
 function showLog(file) {
-  const { findings, estimates, none, command } = recording;
+  const { findings, estimates, none, command, window: [free] = [] } = recording;
   const table = element('table', {}, element('tbody', {}, ...Object.entries(estimates).map(([name, { value, error, unit: own }]) =>
     element('tr', {}, element('th', { textContent: MEANINGS[name] ?? name }),
       element('td', { textContent: `${shown(value, 1.96 * error)} ± ${Number.isFinite(error) ? plain(Number((1.96 * error).toPrecision(2))) : '?'} ${own}` })))));
-  const canvas = element('canvas', { className: 'wide', id: 'log-motion' });
-  canvas.setAttribute('role', 'img');
-  canvas.setAttribute('aria-label', 'Position of the log over time');
-  const stepCanvas = element('canvas', { className: 'wide', id: 'log-step' });
-  stepCanvas.setAttribute('role', 'img');
-  stepCanvas.setAttribute('aria-label', 'Predicted step response under the tuned gains');
+  const figure = (id, label, ...caption) => {
+    const canvas = element('canvas', { className: 'wide', id: `log-${id}` });
+    canvas.setAttribute('role', 'img');
+    canvas.setAttribute('aria-label', label);
+    return element('figure', {}, element('figcaption', {}, ...caption), canvas);
+  };
+  const bold = (textContent) => element('b', { textContent });
+  const key = (...names) => element('span', { className: 'key' }, ...names.flatMap(([className, name]) => [element('i', { className }), name]));
   found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)), table,
-    element('figure', {}, element('figcaption', {}, element('b', { textContent: 'Position of the log, rad' })), canvas),
+    figure('motion', 'Position of the log over time', bold('Position of the log, rad'),
+      ...(free ? [key(['position', 'measured '], ['before', `model, free for ${plain(free)} s`])] : [])),
+    ...(free ? [figure('left', 'What the model leaves of the position over time', bold('What the model leaves, rad'))] : []),
     ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${none}.` })] : [
-      element('figure', {}, element('figcaption', {}, element('b', { textContent: 'The step that tuned gains promise, rad' })), stepCanvas,
-        element('p', { id: 'log-gains' }, ...gainsOf(recording),
-          ` For commands of up to ${plain(command[0])} beside what holds the load, the largest of the log.`))]),
+      figure('step', 'Predicted step response under the tuned gains', bold('The step that tuned gains promise, rad')),
+      element('p', { id: 'log-gains' }, ...gainsOf(recording),
+        ` For commands of up to ${plain(command[0])} beside what holds the load, the largest of the log.`)]),
     element('ul', {}, ...findings.map(([about, text]) => element('li', { textContent: `${about}: ${text}` }))));
   drawLog();
 }
@@ -570,10 +574,14 @@ function drawLog() {
   const canvas = byId('log-motion');
   if (!canvas || !recording) return;
   const of = recording.rows, count = of.length / 3;
-  const positions = [];
-  for (let i = 0; i < count; i += Math.max(1, Math.floor(count / 2000))) positions.push(of[3 * i + 1]);
-  draw(canvas, { x: [of[0], of[3 * (count - 1)]], y: ends(positions), unit: 's',
-    curves: [{ colour: '--estimate', count, x: (i) => of[3 * i], y: (i) => of[3 * i + 1] }] });
+  const over = (canvas, ...signals) => {
+    const some = [];
+    for (let i = 0; i < count; i += Math.max(1, Math.floor(count / 2000))) some.push(...signals.map(([, y]) => y(i)));
+    draw(canvas, { x: [of[0], of[3 * (count - 1)]], y: ends(some), unit: 's',
+      curves: signals.map(([colour, y]) => ({ colour, count, x: (i) => of[3 * i], y, thin: y !== signals[0][1] })) });
+  };
+  over(canvas, ['--estimate', (i) => of[3 * i + 1]], ['--other', (i) => of[3 * i + 1] - of[3 * i + 2]]);
+  if (byId('log-left')) over(byId('log-left'), ['--estimate', (i) => of[3 * i + 2]]);
   const stepped = byId('log-step');
   if (!stepped) return;
   const { step: [size, T], response } = recording;

@@ -11,12 +11,7 @@ use crate::playground::target;
 const MAX_WHEEL: u64 = 2_000_000;
 
 /// Packages of the environment: the builder, and those that the tests need.
-const PACKAGES: [&str; 4] = [
-    "maturin>=1.9,<2",
-    "numpy>=1.26",
-    "matplotlib>=3.8",
-    "distributed>=2024.1",
-];
+const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.26", "distributed>=2024.1"];
 
 /// The extras of the wheel whose libraries the tests of readers need, which are skipped without.
 const EXTRAS: &str = "mat,parquet,ros,ulog,wpilog";

@@ -41,63 +41,31 @@ impl Source {
     }
 }
 
-/// The names of a trace's columns, in the order of [`Trace::add`].
-const NAMES: [&str; 13] = [
-    "time",
-    "reference",
-    "position",
-    "command",
-    "output_error",
-    "a",
-    "b",
-    "coulomb",
-    "load",
-    "std_error_a",
-    "std_error_b",
-    "std_error_coulomb",
-    "std_error_load",
-];
-
-/// The samples of an experiment as columns.
-#[derive(Debug)]
-pub(crate) struct Trace {
-    columns: [Vec<f64>; NAMES.len()],
-    is_wanted: bool,
-}
-
-impl Trace {
-    /// An empty trace, which takes in samples if it `is_wanted`.
-    pub(crate) fn new(is_wanted: bool) -> Self {
-        Self {
-            columns: Default::default(),
-            is_wanted,
-        }
-    }
-
-    /// A sample; NaN where it has no number.
-    pub(crate) fn add(&mut self, sample: &Sample) {
-        if !self.is_wanted {
-            return;
-        }
+/// The samples of an experiment as columns by name; none of no samples.
+pub(crate) fn of_samples<'py>(py: Python<'py>, samples: &[Sample]) -> PyResult<Bound<'py, PyDict>> {
+    const NAMES: [&str; 13] = [
+        "time",
+        "reference",
+        "position",
+        "command",
+        "output_error",
+        "a",
+        "b",
+        "coulomb",
+        "load",
+        "std_error_a",
+        "std_error_b",
+        "std_error_coulomb",
+        "std_error_load",
+    ];
+    let mut columns: [Vec<f64>; NAMES.len()] = Default::default();
+    for sample in samples {
         let numbers = sample.measured().into_iter().chain(sample.identified());
-        for (column, number) in self.columns.iter_mut().zip(numbers) {
+        for (column, number) in columns.iter_mut().zip(numbers) {
             column.push(number.unwrap_or(f64::NAN));
         }
     }
-
-    /// What a model that is known at the end leaves of every sample, rad.
-    pub(crate) fn leaves(&mut self, errors: Vec<f64>) {
-        const OUTPUT_ERROR: usize = 4;
-        if self.is_wanted {
-            self.columns[OUTPUT_ERROR] = errors;
-        }
-    }
-
-    /// Its columns by name, each the bytes of float64.
-    pub(crate) fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-        let columns = NAMES.into_iter().zip(self.columns);
-        by_name(py, columns.filter(|_| self.is_wanted))
-    }
+    by_name(py, NAMES.into_iter().zip(columns).filter(|_| !samples.is_empty()))
 }
 
 /// Columns by name, each the bytes of float64.

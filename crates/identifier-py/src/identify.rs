@@ -11,9 +11,10 @@ use pyo3::types::PyDict;
 use servo_id::present::{self, Experiment};
 use servo_id::render::terminal;
 
-use crate::columns::{self, Source, Trace};
+use crate::columns::{self, Source};
 use crate::fault::value_error;
 use crate::origin::Read;
+use crate::picture::picture;
 
 /// The scenario of a log that has none: columns, units, sample time and encoder as they are found or `stated`, and the
 /// findings, each with its evidence.
@@ -35,7 +36,7 @@ pub(crate) fn recognise_log(
     })
 }
 
-/// Identifies from a log with the scenario of a `text`; the result as JSON, and its trace.
+/// Identifies from a log with the scenario of a `text`; the result as JSON, its trace and its picture.
 ///
 /// # Errors
 /// `ValueError`: the key of the scenario, or the line and column of the log.
@@ -47,30 +48,31 @@ pub(crate) fn identify_log<'py>(
     text: &str,
     log: Source,
     trace: bool,
-) -> PyResult<(String, Bound<'py, PyDict>)> {
+) -> PyResult<(String, Bound<'py, PyDict>, String)> {
     let table = log.table(py)?;
-    let (json, trace) = py.detach(|| {
+    let (json, samples, picture) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let is_file = table.path.is_file();
         let files = is_file.then(|| LogFile::read(&table.path).map_err(value_error));
-        let mut trace = Trace::new(trace);
+        let mut samples = Vec::new();
         let found = host_sim::identify(read.scenario.clone(), &[log], &mut |sample| {
-            trace.add(sample);
+            samples.extend(trace.then_some(*sample));
         });
-        let host_sim::Identified { summary, seen, .. } =
-            found.map_err(|fault| read.fault(fault))?;
-        if let Some(seen) = seen {
-            trace.leaves(seen.errors);
-        }
+        let host_sim::Identified {
+            scenario,
+            summary,
+            seen,
+        } = found.map_err(|fault| read.fault(fault))?;
+        let picture = picture(&scenario, &summary, seen.as_ref(), &mut samples);
         let task = Task::Replay {
             passes: 1,
             logs: files.transpose()?.into_iter().collect(),
             predict: Vec::new(),
         };
-        PyResult::Ok((read.json(task, &summary)?, trace))
+        PyResult::Ok((read.json(task, &summary)?, samples, picture))
     })?;
-    Ok((json, trace.into_python(py)?))
+    Ok((json, columns::of_samples(py, &samples)?, picture))
 }
 
 /// The page that the program `servo-id` prints of a log without a scenario, in at most `width` characters a line of a table.

@@ -10,6 +10,7 @@ mod fault;
 mod identify;
 mod online;
 mod origin;
+mod picture;
 mod simulate;
 mod sweep;
 mod tune;

@@ -6,10 +6,11 @@ use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::columns::Trace;
+use crate::columns;
 use crate::origin::Read;
+use crate::picture::picture;
 
-/// Runs a scenario; the result as JSON, and its trace.
+/// Runs a scenario; the result as JSON, its trace and its picture.
 ///
 /// # Errors
 /// `ValueError`: the key of the scenario that is missing or not allowed.
@@ -20,18 +21,20 @@ pub(crate) fn simulate<'py>(
     file: &str,
     text: &str,
     trace: bool,
-) -> PyResult<(String, Bound<'py, PyDict>)> {
-    let (json, trace) = py.detach(|| {
+) -> PyResult<(String, Bound<'py, PyDict>, String)> {
+    let (json, samples, picture) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Run)?;
-        let mut trace = Trace::new(trace);
+        let mut samples = Vec::new();
         let mut summariser = Summariser::new(&read.scenario);
         let outcome = host_sim::simulate::run(&read.scenario, &mut |sample| {
             summariser.add(sample);
-            trace.add(sample);
+            samples.extend(trace.then_some(*sample));
         })
         .map_err(|fault| read.fault(fault))?;
+        let seen = summariser.seen(&read.scenario);
         let summary = summariser.finish(&read.scenario, outcome);
-        PyResult::Ok((read.json(Task::Run, &summary)?, trace))
+        let picture = picture(&read.scenario, &summary, seen.as_ref(), &mut samples);
+        PyResult::Ok((read.json(Task::Run, &summary)?, samples, picture))
     })?;
-    Ok((json, trace.into_python(py)?))
+    Ok((json, columns::of_samples(py, &samples)?, picture))
 }

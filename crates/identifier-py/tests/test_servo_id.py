@@ -246,6 +246,17 @@ class OtherVerbs(unittest.TestCase):
                 own.pop("origin"), its.pop("origin")
                 self.assertEqual(own, its)
 
+    def test_gains_of_a_log_are_those_of_the_command_line(self):
+        program = os.environ.get("SERVO_ID_PROGRAM")
+        if not program:
+            self.skipTest("SERVO_ID_PROGRAM does not name the program")
+        with tempfile.TemporaryDirectory() as folder:
+            file = str(Path(folder, "result.json"))
+            subprocess.run([program, "identify", str(LOG), "--quiet", "--json", file], check=True)
+            words = [program, "tune", file, "--quiet", "--json", "-"]
+            its = json.loads(subprocess.run(words, check=True, capture_output=True).stdout)
+        self.assertEqual(servo_id.tune(servo_id.identify(LOG)).json, its)
+
     def test_a_simulation_is_identified_and_tuned(self):
         result = servo_id.simulate(SERVO)
         self.assertTrue(result.converged)
@@ -349,15 +360,19 @@ class Presentation(unittest.TestCase):
         self.assertIn("<table>", result._repr_html_())
         self.assertFalse(math.isnan(result.std_errors["b"]))
 
-    def test_a_picture_is_drawn(self):
-        try:
-            import matplotlib
-        except ImportError:
-            self.skipTest("matplotlib is not installed")
-        matplotlib.use("agg")
-        figure = servo_id.simulate(SERVO).plot()
-        self.assertEqual(len(figure.axes), 6)
-        self.assertTrue(all(axis.lines for axis in figure.axes))
+    def test_the_picture_is_the_one_that_the_program_draws(self):
+        result = servo_id.identify(LOG)
+        drawn = result.plot()
+        program = os.environ.get("SERVO_ID_PROGRAM")
+        if program:
+            words = [program, "identify", str(LOG), "--quiet", "--plot", "-"]
+            its = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+            self.assertEqual(drawn.svg, its)
+        for title in ["Position", "What the model leaves", "Friction over inertia", "coherence", "95 %", "Predicted step", "Sensitivity"]:
+            self.assertIn(title, drawn.svg)
+        with tempfile.TemporaryDirectory() as folder:
+            drawn.save(Path(folder, "axis.svg"))
+            self.assertEqual(Path(folder, "axis.svg").read_text(encoding="utf-8"), drawn._repr_svg_())
         with self.assertRaisesRegex(ValueError, "trace=True"):
             servo_id.simulate(SERVO, trace=False).plot()
 

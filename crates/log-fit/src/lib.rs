@@ -8,6 +8,7 @@ mod identify;
 pub mod parallel;
 
 pub use cause::Cause;
+pub use fit::GoesOn;
 pub use identify::{
     Course, Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand,
     Recording, SEPARATED, effects, examine, identify,

@@ -18,8 +18,11 @@ pub struct Identified {
     pub sample_time: f64,
     /// Samples.
     pub samples: u64,
-    /// Time, s, position, rad, and command of every sample.
-    pub rows: Vec<f64>,
+    /// Of every sample time, s, position, rad, and what the model leaves of it, rad, running free in windows; NaN where that is
+    /// not known.
+    pub rows: Vec<[f64; 3]>,
+    /// Length of a window, s.
+    pub window: Option<f64>,
     /// The result.
     pub summary: Summary,
     /// Gains for it under the largest command of the log, or why there are none.
@@ -67,17 +70,26 @@ pub fn identify(bytes: Vec<u8>, stated: &Stated) -> Result<Identified, String> {
         .map_err(|error| error.to_string())?;
     let mut rows = Vec::new();
     let found = host_sim::identify(scenario, std::slice::from_ref(&log), &mut |sample| {
-        rows.extend([sample.time, sample.position, sample.command]);
+        rows.push([sample.time, sample.position, f64::NAN]);
     });
     let host_sim::Identified {
-        scenario, summary, ..
+        scenario,
+        summary,
+        seen,
     } = found.map_err(|error| error.to_string())?;
+    for (row, error) in rows
+        .iter_mut()
+        .zip(seen.iter().flat_map(|seen| &seen.errors))
+    {
+        row[2] = *error;
+    }
     let tuned = Tuned::stiffest(&scenario, &summary).map(|(tuned, _)| tuned);
     Ok(Identified {
         recognised,
         sample_time: log.sample_time,
         samples: log.samples,
         rows,
+        window: seen.map(|seen| seen.window),
         summary,
         tuned,
     })

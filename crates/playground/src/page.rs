@@ -242,7 +242,7 @@ pub extern "C" fn scenario() -> u32 {
 }
 
 /// Identifies the log in the buffer, behind a text of `stated` bytes: answers to questions, a line each, the flag and the
-/// answer divided by a tab. The numbers are time, position and command of its samples; questions that are open are lines
+/// answer divided by a tab. The numbers are time, position and what the model leaves of its samples; questions that are open are lines
 /// that begin with a question mark. Behind the rows is the step that the gains for the result promise.
 #[unsafe(no_mangle)]
 pub extern "C" fn identify(stated: usize) -> u32 {
@@ -259,7 +259,10 @@ pub extern "C" fn identify(stated: usize) -> u32 {
         for finding in &found.recognised.findings {
             let _ = writeln!(page.text, "finding\t{}\t{}", finding.about, finding.text);
         }
-        page.numbers = found.rows;
+        page.numbers = found.rows.into_flattened();
+        if let Some(window) = found.window {
+            let _ = writeln!(page.text, "window\t{window}");
+        }
         if let Err(why) = found.tuned.and_then(|tuned| page.promised(&tuned)) {
             let _ = writeln!(page.text, "none\t{why}");
         }

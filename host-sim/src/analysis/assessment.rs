@@ -129,6 +129,7 @@ impl Assessment {
                 // The model of a law may have nothing for which that matters.
                 reverses: true,
                 delay_at_bound: false,
+                was_stopped: false,
             }),
             scales: scale.scales(&found.survey, command.deviation()?),
         })

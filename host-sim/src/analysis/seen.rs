@@ -217,7 +217,10 @@ impl Motion<'_> {
                 let mut sums = [0.0_f64; 6];
                 for window in &windows {
                     let mut spectra = [[0.0_f64; 2]; 3];
-                    for (place, values) in window.iter().enumerate() {
+                    for (place, pair) in window.windows(2).enumerate() {
+                        // Velocities are far larger at low frequencies, and would leak from there: their changes are not.
+                        let [[_, v, m], [command, next_v, next_m]] = [pair[0], pair[1]];
+                        let values = [command, next_v - v, next_m - m];
                         let weight = 1.0 - (TAU * place as f64 / length as f64).cos();
                         let (sine, cosine) = (frequency * place as f64).sin_cos();
                         for (spectrum, value) in spectra.iter_mut().zip(values) {
@@ -243,10 +246,11 @@ impl Motion<'_> {
                     }
                 }
                 let [uu, vv, x, y, p, q] = sums;
+                let change = 2.0 * (0.5 * frequency).sin();
                 FoundResponse {
                     frequency: frequency / time,
-                    measured: x.hypot(y) / uu,
-                    model: p.hypot(q) / uu,
+                    measured: x.hypot(y) / uu / change,
+                    model: p.hypot(q) / uu / change,
                     coherence: (x * x + y * y) / (uu * vv),
                 }
             })
@@ -261,4 +265,136 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
         count += 1.0;
     }
     sum / f64::max(count, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::Summariser;
+    use crate::scenario::Purpose;
+    use crate::simulate;
+
+    /// What is seen of the simulated servo a = 2, b = 180, c = 10, d = 12.
+    fn seen() -> Seen {
+        let text = "plant = { a = 2.0, b = 180.0, coulomb = 10.0, load = 12.0 }
+            identifier = { law = \"fit\" }
+            run = { duration = 20.0 }";
+        let scenario = Scenario::parse("seen", text, Purpose::Run).expect("a scenario");
+        let mut summariser = Summariser::new(&scenario);
+        simulate::run(&scenario, &mut |sample| summariser.add(sample)).expect("a run");
+        summariser.seen(&scenario).expect("a servo")
+    }
+
+    #[test]
+    fn friction_is_that_of_the_servo() {
+        let seen = seen();
+        let [mut ahead, mut back] = [0, 0];
+        for one in &seen.friction {
+            let true_force = 2.0 * one.velocity + 10.0 * one.velocity.signum();
+            let off = one.measured - true_force;
+            assert!(off.abs() < 0.3 + 4.0 * one.deviation, "{one:?}");
+            assert!((one.model - true_force).abs() < 0.3, "{one:?}");
+            let is_sharp = one.deviation < 1.0;
+            ahead += usize::from(is_sharp && one.velocity > 0.0);
+            back += usize::from(is_sharp && one.velocity < 0.0);
+        }
+        assert!(
+            ahead >= 5 && back >= 5,
+            "{ahead} {back}: {:?}",
+            seen.friction
+        );
+    }
+
+    const TIME: f64 = 1e-3;
+    const LAG: f64 = 4e-3;
+    const GAIN: f64 = 50.0;
+    const DEVIATION: f64 = 0.5;
+
+    /// The response of a double integrator behind a current loop, from held commands to the mean velocity from sample to
+    /// sample: b (T/2) (z + 1)/(z − 1) · (1 − p)/(z − p).
+    fn response(frequency: f64) -> f64 {
+        let pole = (-TIME / LAG).exp();
+        let half = 0.5 * frequency * TIME;
+        let distance = (1.0 - 2.0 * pole * (2.0 * half).cos() + pole * pole).sqrt();
+        0.5 * TIME * GAIN / half.tan() * (1.0 - pole) / distance
+    }
+
+    /// The response of that integrator under white commands, measured with white noise of a deviation, rad, beside a model
+    /// that is exact.
+    fn found(noise: f64) -> Vec<FoundResponse> {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5) * 12_f64.sqrt()
+        };
+        let [mut position, mut velocity, mut acting] = [0.0; 3];
+        let pole = (-TIME / LAG).exp();
+        let (mut samples, mut errors) = (Vec::new(), Vec::new());
+        for k in 0..24_000 {
+            let command = DEVIATION * uniform();
+            let error = noise * uniform();
+            samples.push(Logged {
+                position: position + error,
+                command,
+                begins: k == 0,
+            });
+            errors.push(error);
+            position += TIME * velocity + 0.5 * TIME * TIME * GAIN * acting;
+            velocity += TIME * GAIN * acting;
+            acting = pole * acting + (1.0 - pole) * command;
+        }
+        let motion = Motion {
+            samples: &samples,
+            sample_time: TIME,
+        };
+        motion.response(&errors)
+    }
+
+    /// Windows of that record, which hardly overlap.
+    const WINDOWS: f64 = 17.0;
+
+    /// Three standard errors of a gain at its coherence, part of it, and a hundredth for the window's width.
+    fn allowed(coherence: f64) -> f64 {
+        0.01 + 3.0 * ((1.0 - coherence) / (2.0 * WINDOWS * coherence)).sqrt()
+    }
+
+    #[test]
+    fn the_response_of_an_integrator_with_a_lag_is_its_own() {
+        let found = found(0.0);
+        assert_eq!(found.len(), 30);
+        for one in &found {
+            let wanted = response(one.frequency);
+            for gain in [one.measured, one.model] {
+                let off = (gain / wanted - 1.0).abs();
+                assert!(off < allowed(one.coherence), "{one:?}: {wanted}");
+            }
+        }
+        let coherence = mean(found.iter().map(|one| one.coherence));
+        assert!(coherence > 0.98, "{coherence}");
+    }
+
+    #[test]
+    fn coherence_falls_with_noise_as_it_must() {
+        for noise in [1e-5, 1e-4] {
+            let found = found(noise);
+            let wanted = |one: &FoundResponse| {
+                // Spectra of the motion, and of the difference of two measurements.
+                let motion = (DEVIATION * response(one.frequency)).powi(2);
+                let error = (2.0 * noise / TIME * (0.5 * one.frequency * TIME).sin()).powi(2);
+                let coherence = motion / (motion + error);
+                coherence + (1.0 - coherence).powi(2) / WINDOWS
+            };
+            let off = mean(found.iter().map(|one| one.coherence - wanted(one)));
+            assert!(off.abs() < 0.05, "{off}");
+            let lost = found.iter().filter(|one| wanted(one) < 0.5);
+            let seen = mean(lost.clone().map(|one| one.coherence));
+            assert!(lost.count() >= 5 && seen < 0.4, "{seen}");
+            for one in found.iter().filter(|one| one.coherence > 0.5) {
+                let off = (one.measured / response(one.frequency) - 1.0).abs();
+                assert!(off < allowed(one.coherence), "{one:?}");
+            }
+        }
+    }
 }

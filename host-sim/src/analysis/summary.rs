@@ -3,6 +3,8 @@
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 use identifier_core::settings::TermSettings;
 
+use log_fit::GoesOn;
+
 use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 
 use super::assessment::{Assessment, Effort, Judged};
@@ -51,8 +53,8 @@ pub struct Summariser {
     outside_b: Option<f64>,
     end: f64,
     prediction: Option<f64>,
-    /// Of a law that fits the whole record, once it has.
-    whole: Option<WholeRecord>,
+    /// Of a law that fits the whole record, once it has; none in it where nothing explains the record.
+    whole: Option<Option<WholeRecord>>,
     /// Of a simulated servo, for a page of the program.
     reachable: Option<Box<Reachable>>,
 }
@@ -208,16 +210,16 @@ impl Summariser {
         }
     }
 
-    /// The servo of the whole record, of a law that fits it at its end; none of another, or where nothing explains it.
-    pub fn fit_record(&mut self, scenario: &Scenario) -> Option<FoundServo> {
+    /// The servo of the whole record as far as the fit may go on, of a law that fits it at its end; none of another, or where
+    /// nothing explains it.
+    pub fn fit_record(&mut self, scenario: &Scenario, goes_on: GoesOn<'_>) -> Option<FoundServo> {
         if !scenario.identifier.law.takes_whole_record() {
             return None;
         }
-        if self.whole.is_none() {
-            let samples = self.stretch.samples();
-            self.whole = WholeRecord::identify(scenario, samples);
-        }
-        self.whole.as_ref().map(|whole| FoundServo {
+        let samples = self.stretch.samples();
+        let fit = || WholeRecord::identify(scenario, samples, goes_on);
+        let whole = self.whole.get_or_insert_with(fit);
+        whole.as_ref().map(|whole| FoundServo {
             servo: whole.servo,
             terms: whole.terms.clone(),
             settings: whole.settings,
@@ -226,8 +228,8 @@ impl Summariser {
 
     /// The samples beside the model, of a law that fits all of them; none of another, or where nothing explains them.
     pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
-        let _ = self.fit_record(scenario);
-        let whole = self.whole.as_ref()?;
+        let _ = self.fit_record(scenario, &|| true);
+        let whole = self.whole.as_ref()?.as_ref()?;
         Seen::new(scenario, self.stretch.samples(), whole)
     }
 
@@ -236,9 +238,9 @@ impl Summariser {
     pub fn finish(mut self, scenario: &Scenario, mut outcome: Outcome) -> Summary {
         let is_whole = scenario.identifier.law.takes_whole_record();
         if outcome.abort.is_none() {
-            let _ = self.fit_record(scenario);
+            let _ = self.fit_record(scenario, &|| true);
         }
-        let whole = self.whole.take();
+        let whole = self.whole.take().flatten();
         if let Some(whole) = &whole {
             self.take(whole);
             outcome.terms.clone_from(&whole.terms);

@@ -10,7 +10,7 @@ use crate::experiment::TermEstimate;
 use crate::result::{BrakingForce, EnteredEffect, FitNotes};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
-use log_fit::{Identified, Logged, ModelDemand, identify};
+use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
 
 /// The servo of a record.
 #[derive(Debug, Clone)]
@@ -43,8 +43,12 @@ impl WholeRecord {
         }
     }
 
-    /// Identifies the servo; none where there is no motion, or no servo explains it.
-    pub(super) fn identify(scenario: &Scenario, samples: &[Logged]) -> Option<Self> {
+    /// Identifies the servo as far as it may go on; none where there is no motion, or no servo explains it.
+    pub(super) fn identify(
+        scenario: &Scenario,
+        samples: &[Logged],
+        goes_on: GoesOn<'_>,
+    ) -> Option<Self> {
         /// Effects that may enter.
         const MAX_EFFECTS: usize = 4;
         let terms = &scenario.stated.identifier.terms;
@@ -57,6 +61,7 @@ impl WholeRecord {
                 required: required(terms.demanded),
                 max_effects: MAX_EFFECTS,
             },
+            goes_on,
         )?;
         Some(scale.in_si(found, terms, fitted))
     }
@@ -142,6 +147,7 @@ impl Scale {
                 profile: found.profile,
                 reverses: found.reverses,
                 delay_at_bound: found.delay_at_bound,
+                was_stopped: found.was_stopped,
             },
             needs_sizes: found.needs_sizes.clone(),
             noise: found.noise,

@@ -40,6 +40,8 @@ pub struct FitEvidence {
     pub reverses: bool,
     /// True if the delay is the longest that was looked for.
     pub delay_at_bound: bool,
+    /// True if it was stopped before its end.
+    pub was_stopped: bool,
 }
 
 /// The servo's motion.

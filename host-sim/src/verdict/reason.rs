@@ -79,6 +79,8 @@ pub enum VerdictReason {
         /// The most that counts as still.
         limit: f64,
     },
+    /// The fit of a whole record was stopped before its end.
+    Stopped,
     /// The model lacks an effect that would move an estimate.
     Lacks {
         /// The effect; none where none stands out.
@@ -110,8 +112,8 @@ pub enum VerdictReason {
 
 impl VerdictReason {
     /// All numbers in results.
-    pub const CODES: [u8; 17] = [
-        0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 40, 41, 42, 43,
+    pub const CODES: [u8; 18] = [
+        0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 40, 41, 42, 43,
     ];
 
     /// Its number in results, the same in every version: 0 is converged; from 10 aborted, from 20 no
@@ -132,6 +134,7 @@ impl VerdictReason {
     /// | 28 | the delay is the longest that is looked for |
     /// | 29 | a required term did not enter the model |
     /// | 30 | an estimate still moves |
+    /// | 31 | the fit was stopped before its end |
     /// | 40 | the model lacks an effect that has a name |
     /// | 41 | the model lacks something, nothing stands out |
     /// | 42 | the data would have an estimate elsewhere |
@@ -152,6 +155,7 @@ impl VerdictReason {
             Self::LongestDelay => 28,
             Self::TermNotEntered { .. } => 29,
             Self::StillMoving { .. } => 30,
+            Self::Stopped => 31,
             Self::Lacks { cause: Some(_), .. } => 40,
             Self::Lacks { cause: None, .. } => 41,
             Self::Elsewhere { .. } => 42,
@@ -278,6 +282,9 @@ impl fmt::Display for VerdictReason {
                 unknown.name(),
                 Quantity(movement, unknown),
                 Quantity(limit, unknown)
+            ),
+            Self::Stopped => f.write_str(
+                "the fit was stopped before its end: these are the estimates until then, and effects may be missing; let it end",
             ),
             Self::Lacks {
                 cause,

@@ -109,6 +109,7 @@ impl Verdict {
     pub fn on(evidence: &Evidence) -> Self {
         let (status, reason) = aborted(evidence)
             .or_else(|| without_estimate(evidence))
+            .or_else(|| stopped(evidence))
             .or_else(|| not_separated(evidence))
             .or_else(|| not_entered(evidence))
             .or_else(|| lacking(evidence))
@@ -178,6 +179,11 @@ fn aborted(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     evidence
         .aborted
         .then_some((Status::Aborted, VerdictReason::EndedEarly))
+}
+
+fn stopped(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let was_stopped = evidence.fit.is_some_and(|fit| fit.was_stopped);
+    was_stopped.then_some((Status::Moving, VerdictReason::Stopped))
 }
 
 fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {

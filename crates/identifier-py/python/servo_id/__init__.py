@@ -21,12 +21,13 @@ from ._experiments import (
 from ._export import export
 from ._native import VERSION as __version__
 from ._online import Identifier
-from ._results import Commissioning, Gains, Quantity, Result, Sweep
+from ._results import Commissioning, Gains, Picture, Quantity, Result, Sweep
 
 __all__ = [
     "Commissioning",
     "Gains",
     "Identifier",
+    "Picture",
     "Quantity",
     "Result",
     "Sweep",

@@ -65,8 +65,8 @@ def identify(
     else:
         source = _source(log, joint, stated)
         file, text, findings = _recognised(source, stated)
-    found, samples = _native.identify_log(file, text, source, trace=trace)
-    return Result(found, columns(samples), findings)
+    found, samples, picture = _native.identify_log(file, text, source, trace=trace)
+    return Result(found, columns(samples), findings, picture)
 
 
 def identify_joints(
@@ -154,8 +154,8 @@ def _recognised(source: Any, stated: Mapping[str, Any]) -> tuple[str, str, tuple
 
 def simulate(scenario: Scenario, *, trace: bool = True) -> Result:
     """Identification on the simulated servo of a scenario."""
-    found, samples = _native.simulate(*_scenario.read(scenario), trace=trace)
-    return Result(found, columns(samples))
+    found, samples, picture = _native.simulate(*_scenario.read(scenario), trace=trace)
+    return Result(found, columns(samples), picture=picture)
 
 
 def commission(scenario: Scenario) -> Commissioning:

@@ -4,13 +4,12 @@ import html
 import json
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Columns: TypeAlias = dict[str, npt.NDArray[np.float64]]
 
@@ -50,6 +49,8 @@ class Result:
     std_error_a … where the law knows them. Empty where no trace was asked for."""
     findings: tuple[tuple[str, str], ...] = ()
     """How a log without a scenario was taken: columns, time, position, each with its evidence."""
+    picture: str = ""
+    """The picture of ``servo-id --plot`` as SVG. Empty where no trace was asked for."""
 
     @cached_property
     def json(self) -> dict[str, Any]:
@@ -129,12 +130,27 @@ class Result:
             f"<table><tr>{heading}</tr>{rows}</table>"
         )
 
-    def plot(self) -> "Figure":
-        """Position, command, output error and the estimates over time, each with its band of two standard errors.
-        It needs matplotlib and a trace."""
-        from ._figures import of_result
+    def plot(self) -> "Picture":
+        """The picture of ``servo-id --plot``, which needs a trace. Of a fit: the model beside the measurement and what it
+        leaves, friction by velocity, the response with its coherence, the estimates with their intervals of 95 %, and the step
+        and the margins of gains for it. Of other laws: the estimates over time."""
+        if not self.picture:
+            raise ValueError("there is no trace to draw: identify or simulate with trace=True")
+        return Picture(self.picture)
 
-        return of_result(self)
+
+@dataclass(frozen=True, repr=False)
+class Picture:
+    """A picture, which a notebook shows."""
+
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def save(self, file: str | PathLike[str]) -> None:
+        """Writes it as SVG."""
+        Path(file).write_text(self.svg, encoding="utf-8")
 
 
 @dataclass(frozen=True)

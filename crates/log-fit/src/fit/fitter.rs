@@ -1,10 +1,15 @@
 //! A record with the range in which its servo may lie.
 
+use std::fmt;
+
 use super::gain::Diffuse;
 use super::{Effect, Horizon, ModelPass, Record, Survey, Values};
 
+/// Whether work goes on: asked before every step of a search, and from any thread. Once it is false it stays so.
+pub type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
+
 /// A record and the range in which its servo may lie.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub struct Fitter<'a> {
     /// The record.
     pub record: &'a Record<'a>,
@@ -12,6 +17,17 @@ pub struct Fitter<'a> {
     pub survey: Survey,
     /// The earliest that the command acts, samples: negative where it was recorded late.
     pub earliest: f64,
+    /// A search that may not go on ends where it is.
+    pub goes_on: GoesOn<'a>,
+}
+
+impl fmt::Debug for Fitter<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Fitter")
+            .field("survey", &self.survey)
+            .field("earliest", &self.earliest)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<'a> Fitter<'a> {
@@ -33,6 +49,7 @@ impl<'a> Fitter<'a> {
             record,
             survey: Survey::new(record)?,
             earliest: Self::EARLIEST,
+            goes_on: &|| true,
         })
     }
 

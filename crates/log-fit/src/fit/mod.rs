@@ -30,7 +30,7 @@ mod waves;
 mod weak_form;
 
 pub use effect::{Column, Effect, Values};
-pub use fitter::Fitter;
+pub use fitter::{Fitter, GoesOn};
 pub use gain::Horizon;
 pub use pass::{MAX_COLUMNS, ModelPass, Row};
 pub use record::Record;

@@ -117,6 +117,9 @@ impl Fitter<'_> {
         let mut sums = Sums::new(&pass, &values, free)?;
         let [mut damping, least, factor] = DAMPING;
         for _ in 0..search.steps {
+            if !(self.goes_on)() {
+                break;
+            }
             let mut better = None;
             for number in 0..TRIALS {
                 let trial = self.trial(&values, free, horizon, &sums, damping);

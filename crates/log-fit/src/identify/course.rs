@@ -36,6 +36,7 @@ impl Identified {
             record: &whole,
             survey: self.survey,
             earliest: 0.0,
+            goes_on: &|| true,
         };
         let values = recording.about_middle(&self.values);
         let of_blocks = (&fitter, &values, self.horizon);

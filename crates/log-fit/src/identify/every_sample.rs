@@ -20,7 +20,7 @@ pub(super) fn refine(
     model: &mut Model,
     std_errors: &mut [f64],
 ) -> Option<f64> {
-    let every = recording.every_sample()?;
+    let every = recording.every_sample().filter(|_| (fitter.goes_on)())?;
     let record = every.record();
     let block = recording.block;
     let Model { free, fitted, .. } = model;
@@ -47,7 +47,7 @@ fn in_samples(effect: Effect, block: f64) -> f64 {
 
 /// Range, values and horizon of blocks of so many samples as those of a record of the samples.
 pub(super) fn of_samples<'a>(
-    (fitter, values, horizon): (&Fitter<'_>, &Values, Horizon),
+    (fitter, values, horizon): (&Fitter<'a>, &Values, Horizon),
     record: &'a Record<'a>,
     block: f64,
 ) -> (Fitter<'a>, Values, Horizon) {
@@ -60,6 +60,7 @@ pub(super) fn of_samples<'a>(
         record,
         survey,
         earliest: fitter.earliest * block,
+        goes_on: fitter.goes_on,
     };
     let horizon = Horizon {
         white: horizon.white * block,

@@ -19,7 +19,8 @@ mod uncertainty;
 mod tests;
 
 use crate::fit::{
-    Beginning, Effect, Fitter, Horizon, ROUNDING_DEVIATION, Search, Survey, Values, likeliest,
+    Beginning, Effect, Fitter, GoesOn, Horizon, ROUNDING_DEVIATION, Search, Survey, Values,
+    likeliest,
 };
 
 use candidate::Range;
@@ -72,6 +73,8 @@ pub struct Identified {
     /// Of a motion in one direction what brakes it of friction and load together, and its standard error: c − d ahead, c + d
     /// back.
     pub braking: Option<[f64; 2]>,
+    /// True if it was stopped before its end: this is what was known then.
+    pub was_stopped: bool,
 }
 
 /// The model with which a record is fitted.
@@ -85,10 +88,18 @@ pub struct ModelDemand {
     pub max_effects: usize,
 }
 
-/// Identifies the servo of a record; none where there is no motion or nothing explains it.
-pub fn identify(recording: &Recording<'_>, demand: &ModelDemand) -> Option<Identified> {
+/// Identifies the servo of a record; none where there is no motion or nothing explains it. Where it may not go on, the result is
+/// the best model until then.
+pub fn identify(
+    recording: &Recording<'_>,
+    demand: &ModelDemand,
+    goes_on: GoesOn<'_>,
+) -> Option<Identified> {
     let record = recording.record();
-    let earliest = Fitter::new(&record)?;
+    let earliest = Fitter {
+        goes_on,
+        ..Fitter::new(&record)?
+    };
     let without = start(&earliest, false);
     // A pendulum that nothing holds cannot be told as a servo without gravity.
     let has_gravity = without.is_none();
@@ -190,6 +201,7 @@ pub fn identify(recording: &Recording<'_>, demand: &ModelDemand) -> Option<Ident
         horizon: model.fitted.horizon,
         reverses: direction.is_none(),
         braking,
+        was_stopped: !goes_on(),
     })
 }
 
@@ -284,7 +296,7 @@ fn model(
         }
     };
     for round in 0..demand.max_effects {
-        if !tournament.round(&mut model) {
+        if !tournament.round(&mut model) || !(fitter.goes_on)() {
             break;
         }
         rehorizon(&mut model, AGAIN, round == 0);

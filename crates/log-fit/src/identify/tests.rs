@@ -1,4 +1,5 @@
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 
@@ -58,12 +59,20 @@ fn identified(samples: &[Logged]) -> Identified {
 }
 
 fn identified_with(max_effects: usize, recording: &Recording<'_>) -> Identified {
+    identified_while(&|| true, max_effects, recording)
+}
+
+fn identified_while(
+    goes_on: GoesOn<'_>,
+    max_effects: usize,
+    recording: &Recording<'_>,
+) -> Identified {
     let demand = ModelDemand {
         known: Values::NONE,
         required: Vec::new(),
         max_effects,
     };
-    identify(recording, &demand).expect("a servo")
+    identify(recording, &demand, goes_on).expect("a servo")
 }
 
 fn std_error(found: &Identified, wanted: Effect) -> f64 {
@@ -99,6 +108,28 @@ fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
         !several.contains(&Effect::Coulomb) && error < 0.005 * GAIN * 0.5,
         "{several:?} {error}"
     );
+}
+
+#[test]
+fn a_fit_that_is_stopped_has_what_it_knew_then() {
+    let ripple = |_, q: f64, _| 0.05 * (TAU * 7.0 * q / 10_000.0).sin();
+    let samples = recorded(COULOMB, ripple, 400.0);
+    let recording = Recording::new(&samples, 1.0, 10_000.0);
+    let after = |most: usize| {
+        let steps = AtomicUsize::new(0);
+        let goes_on = || steps.fetch_add(1, Ordering::Relaxed) < most;
+        let found = identified_while(&goes_on, 4, &recording);
+        (found, steps.into_inner())
+    };
+    let (whole, steps) = after(usize::MAX);
+    assert!(!whole.was_stopped && !whole.entered.is_empty());
+    let (none, asked) = after(0);
+    assert!(none.was_stopped && none.entered.is_empty() && none.values.get(Effect::B) > 0.0);
+    assert!(asked < steps / 2, "{asked} of {steps}");
+    let (most, _) = after(9 * steps / 10);
+    assert!(most.was_stopped && !most.entered.is_empty());
+    let b = most.values.get(Effect::B);
+    assert!((b / GAIN - 1.0).abs() < 0.01, "{b}");
 }
 
 #[test]

@@ -5,6 +5,8 @@ use std::process::ExitCode;
 
 use host_sim::scenario::ScenarioError;
 
+use super::interruption::INTERRUPTED;
+
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Fault {
@@ -14,6 +16,9 @@ pub(super) enum Fault {
     /// The verdict is not the required one: exit status 3.
     #[error("{0}")]
     Unmet(String),
+    /// The user ended it, with what was known until then: exit status 130.
+    #[error("{0}")]
+    Interrupted(String),
     /// Something else failed: exit status 1.
     #[error("{0}")]
     Other(String),
@@ -24,6 +29,7 @@ impl Fault {
         match self {
             Self::Input(_) => ExitCode::from(2),
             Self::Unmet(_) => ExitCode::from(3),
+            Self::Interrupted(_) => ExitCode::from(INTERRUPTED),
             Self::Other(_) => ExitCode::from(1),
         }
     }

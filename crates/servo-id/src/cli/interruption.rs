@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The exit status of a program that SIGINT ended, as shells have it.
-const INTERRUPTED: i32 = 130;
+pub(super) const INTERRUPTED: u8 = 130;
 
 /// The temporary files of this process. The lock is held while one is made, so that an interruption
 /// finds all there are.
@@ -82,7 +82,7 @@ fn interrupt() {
         // Most are gone: they were renamed or removed when they were complete.
         let _ = std::fs::remove_file(path);
     }
-    process::exit(INTERRUPTED);
+    process::exit(INTERRUPTED.into());
 }
 
 fn temporaries() -> MutexGuard<'static, Vec<PathBuf>> {

@@ -37,6 +37,12 @@ impl Progress {
         Self::new(None, "samples", 64)
     }
 
+    /// Of a fit, whose steps nothing counts beforehand.
+    pub(super) fn of_a_search() -> Self {
+        let what = "steps of the fit (Ctrl-C ends with what is known)";
+        Self::new(None, what, 1)
+    }
+
     fn new(total: Option<u64>, what: &str, update_interval: u64) -> Self {
         let bar = ProgressBar::with_draw_target(total, ProgressDrawTarget::hidden());
         let line = match total {

@@ -1,12 +1,16 @@
 //! The bounded record of a run or a replay.
 
+use std::sync::atomic::Ordering;
+
 use host_sim::analysis::{FoundServo, Seen, Status, Summariser};
 use host_sim::experiment::{Outcome, Sample};
 use host_sim::result::ReplayNotes;
 use host_sim::scenario::Scenario;
+use host_sim::verdict::VerdictReason;
 
 use super::call;
 use super::fault::Fault;
+use super::interruption;
 use super::output::Results;
 use super::output_file::Output;
 use super::progress::Progress;
@@ -102,6 +106,7 @@ impl<'a> Recording<'a> {
 
     /// What the model leaves of the samples, of a law that fits all of them; those that were held are shown with it.
     fn seen(&mut self) -> Option<Seen> {
+        let _ = self.fit_record();
         let seen = self.summariser.seen(self.scenario);
         let (held, last) = self.held.take().unwrap_or_default();
         let Some(last) = last else { return seen };
@@ -118,9 +123,17 @@ impl<'a> Recording<'a> {
         seen
     }
 
-    /// The servo that the fit of the whole record finds, of a law that makes one.
+    /// The servo that the fit of the whole record finds, or had found when an end was requested, of a law that makes one.
     pub(super) fn fit_record(&mut self) -> Option<FoundServo> {
-        self.summariser.fit_record(self.scenario)
+        if !self.scenario.identifier.law.takes_whole_record() {
+            return None;
+        }
+        let stop = interruption::end_requested();
+        let progress = Progress::of_a_search();
+        self.summariser.fit_record(self.scenario, &|| {
+            progress.advance();
+            !stop.load(Ordering::Relaxed)
+        })
     }
 
     /// The estimates predicted a log that did not enter them with this relative error.
@@ -131,7 +144,7 @@ impl<'a> Recording<'a> {
     /// Publishes the results, with `notes` on the replayed logs, and returns their verdict.
     ///
     /// # Errors
-    /// An experiment that was aborted, and those of [`Results::publish`].
+    /// An experiment that was aborted or interrupted, and those of [`Results::publish`].
     pub(super) fn conclude(
         mut self,
         results: Results,
@@ -154,6 +167,10 @@ impl<'a> Recording<'a> {
             picture.figures("", 2, &page)
         })?;
         match summary.status() {
+            _ if summary.verdict.reason == VerdictReason::Stopped => {
+                let text = "interrupted: the result is what was known until then";
+                Err(Fault::Interrupted(text.to_owned()))
+            }
             Status::Aborted => Err(Fault::Other(summary.reason)),
             status => Ok(status),
         }

@@ -113,6 +113,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             "If it never comes to rest, the servo itself changes: identifier.memory lets the estimates follow."
                 .to_owned(),
         ],
+        VerdictReason::Stopped => vec!["Let the same command end.".to_owned()],
         VerdictReason::Lacks {
             cause: Some(cause), ..
         } => vec![

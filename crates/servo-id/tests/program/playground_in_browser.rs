@@ -414,6 +414,15 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         );
     }
     assert_eq!(browser.ask(EMPTY), json!([]));
+    assert!(said().contains("model, free for "), "{}", said());
+    // The model runs beside the measurement: what it leaves is below a count, of 10 000 a revolution.
+    let left = "const all = [...recording.rows].filter((_, i) => i % 3 === 2 && Number.isFinite(recording.rows[i]));
+        return [all.length, Math.sqrt(all.reduce((sum, one) => sum + one * one, 0) / all.length)];";
+    let left = browser.ask(left);
+    assert!(
+        number(&left[0]) > 7000.0 && (1e-5..6e-4).contains(&number(&left[1])),
+        "{left}"
+    );
     // Its gains, with the step that they promise.
     let result = argument(&folder.join("result.json"));
     let saved = servo_id(&["identify", &argument(&path), "--json", &result]);

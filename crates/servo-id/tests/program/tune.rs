@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::Output;
 
-use crate::support::{assert_done, folder, printed_json, refusal_message, servo_id};
+use crate::support::{assert_done, committed_log, folder, printed_json, refusal_message, servo_id};
+use host_sim::recognise::Stated;
 use serde_json::{Value, json};
 
 /// A result of `run`, with the keys that `tune` reads.
@@ -354,9 +355,9 @@ fn what_a_form_lacks_is_named() {
     }
 }
 
-/// The report of a log, and the verb tune on its result: one function, with the largest command as limit in both.
+/// The report of a log, the verb tune on its result, and the playground: one function, with the largest command as limit.
 #[test]
-fn a_report_and_tune_print_the_same_gains() {
+fn a_report_tune_and_the_playground_have_the_same_gains() {
     let folder = folder("tune-report");
     let log = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../host-sim/logs/simulated-servo.csv.gz")
@@ -385,4 +386,11 @@ fn a_report_and_tune_print_the_same_gains() {
     assert_eq!(gains(&report), gains(&of_tune));
     let limit = "the limit is taken to be the largest command of the log";
     assert!(report.contains(limit), "said beside the gains");
+    let text = committed_log().into_bytes();
+    let found = playground::log::identify(text, &Stated::default()).expect("identified");
+    let tuning = found.tuned.expect("gains").tuning;
+    let of_tune = printed_json(&servo_id(&["tune", &result, "--json", "-"]));
+    for (name, gain) in [("kp", tuning.kp), ("kd", tuning.kd), ("ki", tuning.ki)] {
+        assert_eq!(of_tune[name], json!(gain), "{name}");
+    }
 }

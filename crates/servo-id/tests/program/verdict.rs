@@ -63,6 +63,7 @@ fn fitted(change: impl Fn(&mut FitEvidence)) -> Evidence {
         profile: [1e3; 2],
         reverses: true,
         delay_at_bound: false,
+        was_stopped: false,
     };
     change(&mut fit);
     let mut evidence = known();
@@ -100,6 +101,8 @@ fn a_fit_that_does_not_separate_gain_from_friction_is_not_converged() {
     }
     let late = fitted(|fit| fit.delay_at_bound = true);
     assert_verdict(&late, Status::NoInformation, 28, None);
+    let stopped = fitted(|fit| fit.was_stopped = true);
+    assert_verdict(&stopped, Status::Moving, 31, None);
     let one_way = fitted(|fit| fit.reverses = false);
     assert_verdict(&one_way, Status::Partial, 26, None);
 }
