@@ -58,11 +58,7 @@ const LAWS: [(&str, &str); 4] = [
 ];
 
 /// The pages with rows of figures.
-const PAGES: [&str; 3] = [
-    "identifier-core/README.md",
-    "docs/cost.md",
-    "firmware-stm32/README.md",
-];
+const PAGES: [&str; 2] = ["identifier-core/README.md", "docs/cost.md"];
 
 /// Parts of the bench without static memory, of what a user's firmware has: it is compiled for speed here, and the drive for
 /// size. And with what the names of the figures of each begin, the last of which counts none.

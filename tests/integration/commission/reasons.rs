@@ -2,7 +2,7 @@
 
 use identifier_core::reason::Reason;
 
-const CATALOGUE: &str = include_str!("../../../docs/faults.md");
+const CATALOGUE: &str = include_str!("../../../docs/reasons.md");
 const MANUAL: &str = include_str!("../../../firmware-stm32/README.md");
 
 /// The rows of the first table below a heading.
