@@ -47,7 +47,7 @@ pub struct Identified {
     pub values: Values,
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// Those of which a command of other sizes would tell more.
+    /// The estimates that a command of other sizes would determine better.
     pub needs_sizes: Vec<Effect>,
     /// The effects that entered, in the order in which they did.
     pub entered: Vec<Entered>,
@@ -69,8 +69,8 @@ pub struct Identified {
     horizon: Horizon,
     /// True if the servo moved in both directions.
     pub reverses: bool,
-    /// Of a motion in one direction what brakes it of friction and load together, and its standard error: c − d ahead, c + d
-    /// back.
+    /// The braking force of a motion in one direction, friction and load together, and its standard error: c − d ahead,
+    /// c + d back.
     pub braking: Option<[f64; 2]>,
 }
 
@@ -200,7 +200,8 @@ fn start(fitter: &Fitter<'_>, has_gravity: bool) -> Option<Values> {
     likeliest(searched.flatten())
 }
 
-/// What brakes a motion in one direction, where friction and load are one force: by a fit without friction.
+/// The braking force of a motion in one direction, in which friction and load are one force. A fit without friction
+/// gives it.
 fn braking(fitter: &Fitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2]> {
     const SEARCH: Search = Search {
         steps: 4,
@@ -217,12 +218,12 @@ fn braking(fitter: &Fitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2
     error.is_finite().then_some([-direction * load, error])
 }
 
-/// By how much a load is larger than the force that held the servo against it: that much of it is the error of an effect's form.
+/// The excess of a load over the force that held the servo against it. This excess is the error of an effect's form.
 fn beyond_authority(load: f64, authority: f64) -> f64 {
     (load.abs() - authority).max(0.0)
 }
 
-/// The mean over the motion of a ripple of which it shows less than a period: that is a load as well.
+/// The mean over the motion of a ripple of which it shows less than a period. That mean is a load as well.
 fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
     let mut ripples = model
         .entered
