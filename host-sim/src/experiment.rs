@@ -23,8 +23,7 @@ pub struct Sample {
     pub command: f64,
     /// Output error ε = q − q_e, rad, for laws that have a model.
     pub output_error: Option<f64>,
-    /// The estimates; of what the law does not estimate, what its model takes for it. NaN while a
-    /// method has none.
+    /// The estimates, with the model's own value for a parameter that is not estimated. NaN while a method has none.
     pub estimates: ServoParameters,
     /// Their standard errors, for laws that have them.
     pub standard_errors: Option<ServoParameters>,

@@ -1,5 +1,5 @@
-//! The loops that can be closed around a servo, behind one trait: a control sample takes a reference and a
-//! measurement to a command.
+//! The loops that can be closed around a servo, behind one trait. A control sample maps a reference and a measurement
+//! to a command.
 
 #[cfg(feature = "experiments")]
 mod direct;

@@ -35,7 +35,7 @@ pub struct Known {
 pub struct Outcome {
     /// Its end; none if it never did, which is a fault of the machine.
     pub end: Option<End>,
-    /// The servo as it was known after each motion.
+    /// The identified servo after each motion.
     pub known: Vec<Known>,
     /// The gains that were found, and their promise.
     pub tuning: Option<Tuning>,

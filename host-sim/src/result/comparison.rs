@@ -56,11 +56,11 @@ pub struct MethodErrors {
     pub reason: String,
     /// Of a, 1/s.
     pub error_a: Option<f64>,
-    /// Of b, rad/s² per command unit.
+    /// Error of b, rad/s² per command unit.
     pub error_b: Option<f64>,
-    /// Of the Coulomb friction, rad/s².
+    /// Error of the Coulomb friction, rad/s².
     pub error_coulomb: Option<f64>,
-    /// Of the load, rad/s².
+    /// Error of the load, rad/s².
     pub error_load: Option<f64>,
     /// Settling time of a, s.
     pub settling_a: Option<f64>,

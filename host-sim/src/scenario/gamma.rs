@@ -12,7 +12,7 @@ use super::dispatch::{with_types, with_words};
 use super::reference::MAX_PLAYED;
 use super::{Arithmetic, Scenario};
 
-/// The box of servos around one where none is stated: b within a factor of three, a up to three times.
+/// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
 #[must_use]
 pub(crate) fn box_around(servo: &ServoParameters) -> BoxSettings {
     const FACTOR: f64 = 3.0;

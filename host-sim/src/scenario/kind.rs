@@ -1,4 +1,4 @@
-//! The kinds of value that a key can hold: how each is read, described, and written in a JSON schema.
+//! The kinds of value of a key. Each is read, described, and written in a JSON schema here.
 
 use identifier_core::control::CommandLimit;
 use identifier_core::error::{Allowed, OutOfRange};

@@ -52,8 +52,8 @@ impl Scenario {
         }
     }
 
-    /// The parameters that a run of this scenario finds: those that the user chose, and the load
-    /// where the law or the integral of its correction finds it besides.
+    /// The parameters that a run of this scenario estimates. They are those of the user's choice, and the load if the
+    /// estimator or the integral of its correction finds it besides.
     #[must_use]
     pub fn estimated(&self) -> Vec<Parameter> {
         let mut found = self.identifier.parameters.clone();

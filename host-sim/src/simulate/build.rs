@@ -86,8 +86,8 @@ impl Method {
     }
 }
 
-/// The PID's loop with the identifier beside it, in the number format of the scenario, at rest at a count; the
-/// settings are those of [`Scenario::settings_for`].
+/// The PID's loop with the identifier beside it, in the number format of the scenario, at rest at a count. The settings
+/// are those of [`Scenario::settings_for`].
 ///
 /// # Errors
 /// The key that it cannot be built from.
@@ -142,8 +142,8 @@ where
     Ok(Box::new(FixedLoop::<V, S, P>::new(settings, start)?))
 }
 
-/// The identifier of a scenario beside any controller, in the number format of the scenario; the settings are
-/// those of [`Scenario::settings_for`].
+/// The identifier of a scenario beside any controller, in the number format of the scenario. The settings are those of
+/// [`Scenario::settings_for`].
 ///
 /// # Errors
 /// The key that it cannot be built from.
@@ -257,8 +257,7 @@ where
     Ok(Box::new(Running::<N, _>::new(identifier, known)))
 }
 
-/// The load is one of the parameters of a model with terms, and without friction its friction stays at
-/// zero.
+/// The load is one of the parameters of a model with terms. Without friction its friction stays at zero.
 fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
     let mut settings = *settings;
     settings.identifier.known.coulomb |= !scenario.identifier.estimates(Parameter::Coulomb);

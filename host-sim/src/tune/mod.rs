@@ -1,7 +1,7 @@
 //! Gains from the result of an identification.
 //!
-//! result.json → [`IdentifiedResult`]; with [`Conditions`] from options and scenario → the core's tuner →
-//! [`Tuned`], and for a drive's firmware → [`Form`].
+//! result.json → [`IdentifiedResult`]. With [`Conditions`] from options and scenario → the core's tuner → [`Tuned`],
+//! and for a drive's firmware → [`Form`].
 
 mod conditions;
 mod effects;
@@ -29,7 +29,7 @@ use crate::scenario::Scenario;
 pub struct Tuned {
     /// The servo.
     pub servo: IdentifiedServo,
-    /// What is known of the forces beside inertia and friction.
+    /// The known forces beside inertia and friction.
     pub forces: KnownForces,
     /// The goal and its conditions.
     pub settings: TuningSettings,

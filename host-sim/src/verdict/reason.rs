@@ -5,8 +5,7 @@ use identifier_core::reason::Reason;
 
 use super::Cause;
 
-/// Why a verdict is what it is: the unknown that it concerns, the figure, and what would have been
-/// accepted, in the unknown's unit.
+/// The reason of a verdict: the unknown that it concerns, the figure, and the acceptable figure in the unknown's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VerdictReason {
     /// No objection to the estimates.
@@ -27,14 +26,14 @@ pub enum VerdictReason {
         /// Samples that are needed.
         needed: u64,
     },
-    /// The servo hardly moved.
+    /// The servo barely moved.
     NoMotion {
         /// Encoder counts travelled.
         counts: f64,
         /// Counts that are needed.
         needed: f64,
     },
-    /// The motion hardly depends on an unknown, so that its estimate means little.
+    /// The motion barely depends on an unknown, so that its estimate means little.
     NotExcited {
         /// The unknown.
         unknown: Unknown,
@@ -42,7 +41,7 @@ pub enum VerdictReason {
         std_error: f64,
         /// The largest that would do.
         limit: f64,
-        /// True if a command of other sizes would tell it.
+        /// True if a command of other sizes would determine it.
         needs_sizes: bool,
     },
     /// An estimate stands at a bound.
@@ -114,8 +113,8 @@ impl VerdictReason {
         0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 40, 41, 42, 43,
     ];
 
-    /// Its number in results, the same in every version: 0 is converged; from 10 aborted, from 20 no
-    /// information, from 30 moving, from 40 unexplained.
+    /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
+    /// 30 moving, from 40 unexplained.
     ///
     /// | code | reason |
     /// |---|---|
