@@ -61,15 +61,15 @@ const LAWS: [NamedLaw; 4] = [
     },
 ];
 
-/// Functions by which interrupts are classified, in the order of the marks: the first begins a run,
-/// the second shows a sample, the third ends the run.
+/// Functions by which interrupts are classified, in the order of the marks. The first begins a run, the second shows a
+/// sample, the third ends the run.
 const MARKS: [&str; 3] = ["Run::start", "sampler::report", "Sampler::end_run"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
-/// Interrupts that are counted, from the one that begins the run: for a person who asks, and for the budget, to which
-/// their medians and their first matter.
+/// Interrupts that are counted, from the one that begins the run. The first number is for a user, the second for the
+/// budget, which needs their medians and their first.
 const COUNTED: usize = 100_000;
 pub(crate) const COUNTED_BY_BUDGET: usize = 20_000;
 
@@ -104,7 +104,7 @@ pub(crate) fn print() -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the drive for the emulator and counts so many interrupts of every law.
+/// Builds the drive for the emulator and counts this number of interrupts for every estimator.
 ///
 /// # Errors
 /// Also where one takes more than half of the shortest sample that the drive allows its law.
@@ -166,7 +166,7 @@ fn start(drive: &mut Client, law: &NamedLaw) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The costs of so many interrupts from the one that begins a run.
+/// The costs of this number of interrupts from the one that begins a run.
 fn measure(
     metered: Metered<'_>,
     interrupts: usize,

@@ -62,7 +62,7 @@ pub struct Gains {
     pub controller: ControllerSettings,
     /// The cut-off of its velocity estimate, rad/s.
     pub cutoff: f64,
-    /// Where they come from.
+    /// Where they are from.
     pub origin: Origin,
 }
 

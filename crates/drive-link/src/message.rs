@@ -62,9 +62,9 @@ pub enum Command {
     Watch(u16),
     /// Saves settings and estimates, so that they survive a loss of power; only while the servo is disabled.
     Save,
-    /// Identifies the servo, tunes the gains to a goal, validates them on the servo and saves them: from rest, or in place
-    /// of the running loop, which resumes at the end. The delay that is given adds to the drive's own. From rest,
-    /// settings and estimates are saved first.
+    /// Identifies the servo, tunes the gains to a goal, validates them on the servo and saves them. It begins from
+    /// rest, or suspends the running loop, which resumes at the end. The delay that is given adds to the drive's own.
+    /// From rest, settings and estimates are saved first.
     Commission(CommissionSettings),
     /// Reports the last commissioning: answered by [`Report::Outcome`].
     Outcome,
@@ -172,11 +172,11 @@ pub struct Status {
     pub estimates: Option<Estimates>,
     /// Why the law of the last run has no first fit after a second of motion.
     pub obstacle: Option<Reason>,
-    /// Standard deviation of the encoder's noise in motion, counts, by the first fit of the last run; 0.29, that of
-    /// rounding alone, where it is not clearly more.
+    /// Standard deviation of the encoder's noise in motion, counts, by the first fit of the last run. It is 0.29, that
+    /// of rounding alone, unless it is clearly larger.
     pub noise: Option<f32>,
-    /// How the servo of this run, or of the last, differs from that for which its gains were commissioned, where
-    /// [`Settings::servo_changes`] asks for it.
+    /// The difference between the servo of this run, or of the last, and the one for which its gains were commissioned.
+    /// [`Settings::servo_changes`] enables it.
     pub servo_change: Option<ServoChange>,
     /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,

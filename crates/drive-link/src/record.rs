@@ -58,7 +58,7 @@ impl Record {
 }
 
 impl Commissioned {
-    /// Of a servo that was identified, with the gains for it.
+    /// The record of an identified servo, with the gains for it.
     #[must_use]
     pub fn new(servo: &IdentifiedServo, tuning: Tuning, trial: Option<TrialResult>) -> Self {
         let mut covariance = [0.0; ENTRIES];

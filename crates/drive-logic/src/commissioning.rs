@@ -164,7 +164,7 @@ impl Commissioning {
         self.fault.or(lost.then_some(Fault::EncoderLost))
     }
 
-    /// The last sample as it is reported.
+    /// The last sample in its reported form.
     pub(crate) fn report(&self) -> CommissionSample {
         self.sample
     }
@@ -206,7 +206,7 @@ impl Commissioning {
         }
     }
 
-    /// One sample: the command goes out first, then an event of the record, if there is one, is exchanged for a
+    /// One sample. The command goes out first. Then an event of the record, if there is one, is exchanged for a
     /// decision of the solver. `exchange` gives false for an event that finds no room.
     #[inline]
     pub(crate) fn step<'a, S: PositionSensor, A: Actuator<f32>>(

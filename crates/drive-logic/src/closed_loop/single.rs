@@ -1,5 +1,5 @@
-//! The loop in single precision, with one law or another: the choice is made once, when it is built, and costs a branch
-//! or two per sample.
+//! The loop in single precision, with one of several estimators. The choice is made once, when the loop is built, and
+//! costs a branch or two per sample.
 
 use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint};
@@ -250,8 +250,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Starts Gauss–Newton from a servo that was identified, in place of its first fit; another law starts as
-    /// always.
+    /// Starts Gauss–Newton from an identified servo and skips its first fit. Another estimator starts as always.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         match &mut self.0 {
             Laws::GaussNewton(own) => own.know(servo, motion),
@@ -285,8 +284,8 @@ impl ClosedLoop {
         }
     }
 
-    /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and resumes from a first fit
-    /// that has come back. True if there was a block.
+    /// Transfers the block of Gauss–Newton's record that the sample completed, if any. It resumes from a first fit that
+    /// has come back. True if there was a block.
     #[inline]
     pub(crate) fn exchange<'a>(
         &mut self,

@@ -25,8 +25,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.order_run(&begun_from, Order::Begin)
     }
 
-    /// Orders a run where a commissioning that is over holds the servo, unless it was ordered already: with
-    /// the gains that it validated, or with those before.
+    /// Orders a run if a commissioning that is over holds the servo, unless it was ordered already. The gains are those
+    /// that it validated, or those before.
     #[cold]
     #[inline(never)]
     pub(super) fn resume(&mut self) {
@@ -94,8 +94,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 }
 
-/// Fills a slot with a run that starts from the knowledge of the servo; from the configuration, where the settings would
-/// be refused with that. Returns the settings that its loop was built from.
+/// Fills a slot with a run that starts from the knowledge of the servo. If the settings would be rejected with it, the
+/// run starts from the configuration. Returns the settings that its loop was built from.
 ///
 /// Not generic, to be compiled here and once.
 #[inline(never)]

@@ -17,13 +17,13 @@ pub struct Chosen {
     pub kd: f64,
     /// See `kp`.
     pub ki: f64,
-    /// Of the velocity filter, rad/s.
+    /// Cut-off of the velocity filter, rad/s.
     pub cutoff: f64,
     /// Where a may lie, 1/s.
     pub a_box: [f64; 2],
     /// Where b may lie.
     pub b_box: [f64; 2],
-    /// Of the reference, rad.
+    /// Amplitude of the reference, rad.
     pub amplitude: f64,
     /// For how long it holds at least, s.
     pub hold: f64,

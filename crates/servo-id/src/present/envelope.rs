@@ -1,9 +1,8 @@
 //! Traces of any length in bounded memory, as a figure needs them.
 //!
-//! Of each stretch of a trace its lowest and its highest point are kept. More cannot be seen where a
-//! stretch is narrower than a pixel, and no peak is lost (U. Jugel, Z. Jerzak, G. Hackenbroich and V.
-//! Markl, "M4: A visualization-oriented time series data aggregation", Proceedings of the VLDB
-//! Endowment 7(10), 2014).
+//! The lowest and the highest point of each segment of a trace are kept. More cannot be seen where a stretch is
+//! narrower than a pixel, and no peak is lost (U. Jugel, Z. Jerzak, G. Hackenbroich and V. Markl, "M4: A
+//! visualization-oriented time series data aggregation", Proceedings of the VLDB Endowment 7(10), 2014).
 
 use super::Trace;
 

@@ -169,7 +169,8 @@ fn next(distribution: &Distribution) -> Vec<Block> {
     vec![Block::List(steps)]
 }
 
-/// The share of the servos that are no worse than a value: none below the smallest value, all above the largest.
+/// The share of the servos that are no worse than a value. It is zero below the smallest value and one above the
+/// largest.
 fn shares(spread: &Spread) -> Figure {
     /// Factor by which the axis reaches beyond the values.
     const ROOM: f64 = 1.25;

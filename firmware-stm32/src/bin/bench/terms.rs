@@ -18,7 +18,7 @@ pub(crate) fn run() -> Result<(), &'static str> {
     terms(&Instructions::start()).map_err(|_| "a term did not enter")
 }
 
-/// Every term for itself.
+/// Every term separately.
 fn terms(instructions: &Instructions) -> Result<(), SettingsError> {
     with_term::<Unknowns<5>, 5>(instructions, Term::Delay, "gauss-newton-with-delay")?;
     with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry, "gauss-newton-with-asymmetry")?;

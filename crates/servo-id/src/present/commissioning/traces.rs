@@ -171,7 +171,8 @@ fn limited(
     limits.iter().fold(figure, with_limit)
 }
 
-/// The measured frequency response beside that of the identified servo: of one mass a line at 0 dB from its friction's corner on.
+/// The measured frequency response beside that of the identified servo. One mass is a line at 0 dB from its friction's
+/// corner on.
 fn bode(response: &FrequencyResponse, servo: &ServoParameters, sample_time: f64) -> Figure {
     let measured = response.measured(servo.b);
     let (points, band) = measured

@@ -302,7 +302,7 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     blocks
 }
 
-/// What a fitted model leaves of its log.
+/// The residuals of a fitted model over its log.
 fn left_by_fit(seen: &Seen) -> String {
     let counts = |error: f64| rough(error / seen.count);
     format!(
