@@ -4,8 +4,8 @@ use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
-/// Gains that hold a servo while it is studied: a double pole at −ω and one at −ω/5, placed for what is
-/// known of it, which may be little.
+/// Gains that hold a servo during the study of it, with a double pole at −ω and one at −ω/5. They are placed for the
+/// present estimate, which may be rough.
 ///
 /// They are computed in the sample in which they take over, hence in the working number and in machine
 /// units.
@@ -54,7 +54,7 @@ impl<N: Number> ConservativePid<N> {
         self.max_bandwidth
     }
 
-    /// The loop, with an ω T of at most `bandwidth`, for a servo whose commands act after a delay, samples; none where no
+    /// The loop, with an ω T of at most `bandwidth`, for a servo whose commands act after a delay, samples. None if no
     /// loop holds it.
     pub(super) fn around(&self, servo: &RoughModel<N>, delay: N, bandwidth: N) -> Option<Loop<N>> {
         let bandwidth = bandwidth.smaller(self.max_bandwidth);
@@ -91,7 +91,8 @@ impl<N: Number> ConservativePid<N> {
     }
 }
 
-/// With a cut-off ω_c T and the pole of the backward difference: an exponential is dear where there is no other.
+/// With a cut-off ω_c T and the pole of the backward difference, because an exponential is expensive where there is no
+/// other.
 fn low_pass<N: Number>(cutoff: N) -> LowPass<N> {
     LowPass::passing(cutoff * (N::ONE + cutoff).reciprocal())
 }
@@ -111,7 +112,8 @@ pub(super) mod tests {
         duration: 1.0,
     };
 
-    /// The widest loop for a servo of a gain, at a sample time, with counts a turn and a delay in samples.
+    /// The widest loop for a servo of a gain, at a sample time, with a number of counts per turn and a delay in
+    /// samples.
     pub(in crate::commission) fn loop_for(b: f64, time: f64, counts: f64, delay: f64) -> Loop<f64> {
         let resolution = core::f64::consts::TAU / counts;
         let units = Units::new(time, resolution).expect("valid");

@@ -4,10 +4,9 @@ use identifier_core::replay::NormalEquations;
 
 /// A linear least-squares estimate of the servo while it moves, without a first guess.
 ///
-/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ], δ
-/// being the delay beyond the assumed one, and its error is
-/// the encoder's rounding: white, in counts (equation error; Young, Recursive Estimation and Time-Series
-/// Analysis, 2nd edition 2011, chapter 8).
+/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ]. δ is the delay beyond
+/// the assumed one. Its error is the encoder's rounding: white, in counts. Literature on the equation error: Young,
+/// Recursive Estimation and Time-Series Analysis, 2nd edition 2011, chapter 8.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Regression<N> {
     gains: [N; 2],
@@ -75,7 +74,7 @@ impl<N: Number> RegressionState<N> {
             }))
     }
 
-    /// The estimate as it is now, where it makes sense.
+    /// The present estimate, if it is plausible.
     pub(crate) fn estimate(&self) -> Option<RoughModel<N>> {
         let free = [true; ROW];
         let found = self.equations.solve(N::ZERO, &free);

@@ -95,9 +95,10 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
-    /// Confines friction and load to those that commands of up to `most` overcome, and where the servo broke away those commands:
-    /// a servo that moves hardly needs more. How much less it needs they leave open: they show friction at rest, and a motor in
-    /// its play stands by the encoder. Of a load that rings on a spring the motion itself says anything.
+    /// Confines friction and load to those that commands of up to `most` overcome, and, for a known break-away, that
+    /// command. A servo that moves barely needs more. Those commands do not bound the friction from below. They show
+    /// friction at rest, and a motor in its backlash is at standstill by the encoder. The motion of a load that
+    /// oscillates on a spring would give arbitrary values.
     pub(crate) fn confine(&mut self, seen: &Breakaway<N>, most: N) {
         /// The part of the command by which a motion may need more.
         const SLACK: f64 = 0.1;
@@ -182,7 +183,7 @@ impl<N: Number> RoughModel<N> {
 mod tests {
     use super::*;
 
-    /// A servo that broke away forwards at 2 of 10 command units does not need 8 to move on, nor 12 backwards.
+    /// A servo that broke away forwards at 2 of 10 command units does not need 8 to continue, nor 12 backwards.
     #[test]
     fn friction_is_confined_to_that_which_a_breakaway_shows() {
         let with = |forward, backward| RoughModel {
@@ -210,7 +211,8 @@ mod tests {
         }
     }
 
-    /// A servo that broke away at 2 one way and stood under up to 3 of 10 command units the other way.
+    /// A servo that broke away at 2 in one direction and was at standstill under up to 3 of 10 command units in the
+    /// other.
     #[test]
     fn friction_both_ways_is_that_of_both_breakaways() {
         for way in [1.0, -1.0] {

@@ -6,7 +6,7 @@ use identifier_core::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swings<N> {
     way: N,
-    /// Where it began, and the samples since then.
+    /// Its beginning, and the samples since then.
     turned_at: N,
     since: u32,
     /// The farthest place of it, and the samples since then.
@@ -66,14 +66,15 @@ impl<N: Number> Swings<N> {
 }
 
 impl<N: Number> Swing<N> {
-    /// True if it was faster than a speed in the mean, counts a sample, and shorter than the half period of a bandwidth, ω T.
+    /// True if its mean speed exceeded this one, counts a sample, and it was shorter than the half period of a
+    /// bandwidth, ω T.
     pub(super) fn is_faster(&self, speed: N, bandwidth: N) -> bool {
         let samples = N::from_count(self.samples.min(1 << 20) as i32);
         self.length > speed * samples && bandwidth * samples < N::from_f64(core::f64::consts::PI)
     }
 
-    /// True if it took more than an acceleration, counts a sample², for half of it and as much against it for the other:
-    /// L > ẍ t²/4.
+    /// True if it needed more than an acceleration, counts a sample², for half of it and as much against it for the
+    /// other: L > ẍ t²/4.
     pub(super) fn is_harder(&self, acceleration: N) -> bool {
         let samples = N::from_count(self.samples.min(1 << 12) as i32);
         self.length > N::from_f64(0.25) * acceleration * samples * samples
@@ -87,7 +88,8 @@ mod tests {
 
     use super::*;
 
-    /// The ends of the swings of a sine of an amplitude in counts, a period in samples, and a drift in counts a sample.
+    /// The ends of the half-cycles of a sine of an amplitude in counts, a period in samples, and a drift in counts a
+    /// sample.
     fn swings(amplitude: f64, period: f64, drift: f64) -> Vec<Swing<f32>> {
         let mut swings = Swings::from(0.0_f32);
         let position = |sample: u32| {

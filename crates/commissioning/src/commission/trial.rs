@@ -15,8 +15,8 @@ pub(super) struct Trial<N> {
     /// True if the axis may go back.
     returns: bool,
     disturbance: N,
-    /// The command that balances the load, how far from it friction may hold the servo, and how far friction that is higher
-    /// at rest may.
+    /// The command that balances the load. The two others are the distances from it at which friction may hold the
+    /// servo, and friction that is higher at rest.
     balance: N,
     friction: [N; 2],
     promised: Promised<N>,
@@ -49,8 +49,8 @@ struct Promised<N> {
     excursion: N,
     /// The least that a disturbance must move it, whatever friction is; zero where friction may hold it.
     least_excursion: N,
-    /// Samples after which a transient is over, after which one is of a servo that friction has held so far, and by which it
-    /// must be at rest.
+    /// Samples after which a transient is over, and the same for a servo that friction has held so far. The last is the
+    /// limit by which it must be at rest.
     over: u32,
     departed: u32,
     most: u32,
@@ -64,7 +64,7 @@ enum TrialStage {
     Recovering,
     /// The step back: an axis that rests shows no fault, and this one shows those that came since the step.
     Returning,
-    /// All was kept. What it measured is converted in a sample that judges nothing.
+    /// All was kept. Its measurement is converted in a sample that judges nothing.
     Kept,
 }
 
@@ -94,8 +94,8 @@ impl<N: Number> Trial<N> {
     /// The factor by which a disturbance may move the servo further than promised.
     const EXCURSION: f64 = 1.5;
 
-    /// The part of the promise, of what friction leaves of the disturbance, by which it must move the servo at least. A stuck
-    /// encoder shows none.
+    /// The least motion of the servo by a disturbance minus friction, as a part of the predicted one. A stuck encoder
+    /// shows none.
     const LEAST_EXCURSION: f64 = 0.25;
 
     /// Friction at low speed over Coulomb friction, which may act to either side at first.
@@ -111,8 +111,7 @@ impl<N: Number> Trial<N> {
     const TRANSIENT_SETTLING_TIMES: f64 = 1.5;
     const MAX_SETTLING_TIMES: f64 = 6.0;
 
-    /// The time after which a transient has died down at the latest, 1/ω: that of the filter of the reference, to a
-    /// fiftieth.
+    /// The longest time in which a transient decays, 1/ω: that of the filter of the reference, to a fiftieth.
     const DIES_DOWN: f64 = 12.0;
 
     /// The same of the loop alone, 1/ω: its slowest poles decay with ω/2. A step along a reference model settles sooner than the
@@ -122,8 +121,8 @@ impl<N: Number> Trial<N> {
     /// Time for which the slowest of promises is waited for besides, s.
     const BESIDES: f64 = 0.5;
 
-    /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo, and of the step back on an axis
-    /// that `returns`.
+    /// The trial of a step (rad, signed) and a disturbance (command units) under gains for a servo. On an axis that
+    /// `returns` it includes the step back.
     pub(super) fn new(
         tuning: &Tuning,
         units: &Units,
@@ -197,8 +196,8 @@ impl<N: Number> Trial<N> {
         }
     }
 
-    /// Takes in the position of a sample (counts) and the command that acts from then on, and starts the next part when one
-    /// is over. True once all was done and kept.
+    /// Takes in the position of a sample (counts) and the command that acts from then on. It starts the next part when
+    /// one is over. True once all was done and kept.
     ///
     /// # Errors
     /// The promise that was not kept, or the fault that shows in how it was not.

@@ -78,7 +78,7 @@ impl Effect {
         const PLAYS: [f64; 2] = [3.0, 200.0];
         /// Speeds below which friction is another, over the mean.
         const LOW_SPEEDS: [f64; 2] = [0.03, 0.5];
-        /// Of a dead band, over the largest command: without one, its beginning would be none.
+        /// First size of a dead band, over the largest command. At zero its start would be no dead band.
         const DEAD_BAND: f64 = 0.01;
         /// The fewest periods of a resonance in a record, and the largest angle of one in a block, rad.
         const PERIODS: f64 = 3.0;
@@ -115,7 +115,7 @@ impl Effect {
         }
     }
 
-    /// By how much sizes may change in one pass: no further than what a change does goes with its size.
+    /// The largest change of the sizes in one pass. Beyond it the effect of a change is not proportional to its size.
     pub(super) fn most(self, sizes: &Sizes) -> Sizes {
         match self {
             Self::LowSpeedFriction => [ANY, 0.4 * sizes[1], ANY],
@@ -125,8 +125,8 @@ impl Effect {
         }
     }
 
-    /// True if there is as much of it as to be what it is called. With hardly any mass behind the spring, all
-    /// that a fit gains is that the servo need not stand at first.
+    /// True if there is as much of it as to be what it is called. With almost no mass behind the spring, a fit only
+    /// gains that the servo need not be at standstill at first.
     pub(super) fn is_material(self, sizes: &Sizes) -> bool {
         const RATIO: f64 = 0.03;
         self != Self::Resonance || sizes[0] >= RATIO

@@ -13,7 +13,7 @@ pub(super) struct Plan<N> {
     /// The part of it that is used, to either side.
     pub(super) half_room: N,
     pub(super) usable_speed: N,
-    /// From a decision to where it can act at the latest.
+    /// Delay from a decision to its latest effect.
     pub(super) horizon: N,
     /// Samples by which a command is thought to be delayed.
     pub(super) delay: usize,
@@ -26,8 +26,8 @@ pub(super) struct Plan<N> {
     pub(super) growth: N,
     pub(super) per_growth: N,
     pub(super) steepest: N,
-    /// The least b of a servo that shows at which command it broke away: it passes a count, q = b u̇ t³/6, before the steepest command
-    /// has grown by much.
+    /// The least b of a servo whose break-away command is measurable. Such a servo passes a count, q = b u̇ t³/6,
+    /// before the steepest command has grown by much.
     pub(super) timed_gain: N,
     /// The square of half a swing's time, over two: swing over acceleration.
     pub(super) swing: N,
@@ -52,7 +52,8 @@ pub(super) struct Plan<N> {
     pub(super) hold: [N; 2],
     /// Samples between two turns of a swing that is as fast as the loop that holds it.
     pub(super) hold_swing: u32,
-    /// Speed, counts a sample, and bandwidth, ω T, of swings that a relay does not plan: its own are faster and slower.
+    /// Speed, counts a sample, and bandwidth, ω T, that separate the relay's half-cycles from unplanned ones. The
+    /// latter are faster and shorter.
     pub(super) ringing: [N; 2],
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
@@ -74,12 +75,13 @@ impl<N: Number> Plan<N> {
     /// Samples by which a command may be later than known.
     const UNKNOWN_DELAY: f64 = 2.0;
 
-    /// The shortest half-cycle of the relay, and the phase that it costs to hold the servo, rad, by the delay that is
-    /// known.
+    /// The shortest half-cycle of the relay, in known delays, and the phase, rad, that the known delay costs the
+    /// holding loop.
     const SWING_DELAYS: f64 = 4.0;
     const HOLD_PHASE: f64 = 0.4;
 
-    /// The part of the planned speed beyond which, and that of the shortest half-cycle within which a swing is not the relay's.
+    /// A half-cycle above this part of the planned speed and within this part of the shortest half-cycle is not the
+    /// relay's.
     const RINGING: [f64; 2] = [0.1, 0.5];
 
     /// The part of the command that may grow from a break-away to the count that shows it.

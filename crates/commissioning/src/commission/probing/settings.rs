@@ -26,7 +26,7 @@ impl ProbingSettings {
     pub(crate) const MAX_SPEED_CHANGE: f64 = 0.15;
 
     /// # Errors
-    /// Limits that contradict themselves, that are less than evidence needs with this encoder, or that the strongest
+    /// Limits that contradict themselves, that are too small for evidence with this encoder, or that the strongest
     /// servo could pass within a few samples.
     pub(crate) fn check(&self) -> Result<(), CommissionError> {
         let limits = &self.limits;

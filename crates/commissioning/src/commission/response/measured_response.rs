@@ -146,8 +146,8 @@ impl<N: Number> MeasuredResponse<N> {
         }
     }
 
-    /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a: b u = v̇ + a v ± c − d.
-    /// None unless it has slid both ways.
+    /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a, by b u = v̇ + a v ± c
+    /// − d. None unless it has slid both ways.
     pub(in crate::commission) fn friction(&self, servo: &ServoParameters) -> Option<[f64; 2]> {
         let ServoParameters { a, b, .. } = *servo;
         let per_time = self.resolution / self.sample_time;
@@ -215,7 +215,7 @@ impl<N: Number> MeasuredResponse<N> {
         true
     }
 
-    /// Puts a line among those before it, which stand by frequency.
+    /// Sorts a line into those before it, which are ordered by frequency.
     fn sort_in(&mut self, place: usize) {
         let Some(mut carried) = self.lines.get(place).copied() else {
             return;
@@ -307,7 +307,8 @@ impl<N: Number> SlideSums<N> {
         self.cross[1] += v * u - y * w;
     }
 
-    /// The response at a frequency, rad/s, that turns by so much in a sample: rad per command unit, with its deviation.
+    /// The response at a frequency, rad/s, whose phasor turns by `turn` in a sample. It is in rad per command unit,
+    /// with its deviation.
     fn line(&self, frequency: f64, turn: Complex, resolution: f64) -> Option<MeasuredLine> {
         let complex = |[re, im]: [N; 2]| Complex {
             re: re.to_f64(),

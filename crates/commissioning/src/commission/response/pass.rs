@@ -23,8 +23,8 @@ impl ResponsePass {
     /// Steps of the derivatives.
     const STEPS: Unknowns = [1e-5, 1e-4, 1e-4, 1e-3, 1e-6, 1e-4, 1e-4];
 
-    /// The relative error of a response that no model is better than: friction and speed are not as constant as the model
-    /// has them.
+    /// The least relative error of any model's response, because friction and speed are not as constant as in the
+    /// model.
     const FLOOR: f64 = 0.03;
 
     /// The part of a measured response below which a smaller one of the model does not lower that error further.
@@ -41,7 +41,7 @@ impl ResponsePass {
         (RATIO, 0.0, 3.0),
     ];
 
-    /// At unknowns, with viscous friction as it is expected: its mean and deviation, 1/s, zero if it is known.
+    /// A pass at unknowns, with the expected viscous friction: its mean and deviation, 1/s, zero if it is known.
     pub(super) fn at(
         unknowns: &Unknowns,
         [friction, uncertain]: [f64; 2],

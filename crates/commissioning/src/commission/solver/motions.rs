@@ -109,8 +109,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
-    /// before; what was found where a fit went astray is dropped once a motion is explained.
+    /// Searches the effect that a model lacks, with this unexplained part of a motion (rad), if it was not found
+    /// before. A finding from a fit that failed is dropped once a motion is explained.
     fn explain(&mut self, left: f64, then: Then) -> Option<DecisionKind<N>> {
         let counts = left / self.settings.resolution;
         if counts < Self::EXPLAINED && self.suspect.take().is_some() {

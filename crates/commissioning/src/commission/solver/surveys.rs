@@ -43,7 +43,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         None
     }
 
-    /// Begins to measure the response of a servo whose motions one mass does not explain, for this reason, if there is one.
+    /// Begins to measure the response of a servo whose motions one mass does not explain, for this reason, if any.
     pub(super) fn survey(&mut self, doubt: Option<Reason>) -> Option<DecisionKind<N>> {
         self.doubt = doubt;
         (self.masses, self.surveys) = (None, 0);
@@ -65,7 +65,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    /// True if one mass explains the response, with the gain of the motions: what does not explain these is no resonance.
+    /// True if one mass explains the response, with the gain of the motions. The unexplained part of these is then no
+    /// resonance.
     fn is_as_it_moved(&self, masses: &ResponseEstimate) -> bool {
         let gain = self
             .servo
@@ -88,8 +89,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.slide(mode.as_ref(), &lines)
     }
 
-    /// Slides a last time, with lines between the others, where a resonance that these show in part keeps gains at this bandwidth
-    /// (rad/s); none where there is no room for it.
+    /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
+    /// show in part and that prevents gains at this bandwidth (rad/s). None if there is no room for it.
     pub(super) fn look_closer(&mut self, bandwidth: f64) -> Option<DecisionKind<N>> {
         if self.surveys >= Self::MAX_SURVEYS {
             return None;
