@@ -1,5 +1,4 @@
-//! Loops and laws with the paper's servo around them, sample by sample, and the instructions that a
-//! sample takes.
+//! Loops and estimators with the paper's servo around them, sample by sample, and the instructions that a sample takes.
 
 use core::hint::black_box;
 
@@ -26,7 +25,7 @@ use crate::paper;
 type Filter = LowPass<f32>;
 /// The PID with an identifier.
 pub type Loop<I> = ServoLoop<f32, Filter, I>;
-/// The paper's law.
+/// The paper's estimator.
 pub type Gradient = GradientIdentifier<f32, Filter, Unknowns<2>, 2>;
 /// The loop with it in fixed point.
 pub type Fixed = FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>;

@@ -225,7 +225,7 @@ fn tolerance(name: &str) -> f64 {
     }
 }
 
-/// An error if there is an objection.
+/// An error if there is a rejection reason.
 fn refuse(objections: &[String]) -> Result<(), String> {
     if objections.is_empty() {
         return Ok(());

@@ -17,7 +17,7 @@ use crate::metered::{self, Metered, Next, instructions_in};
 /// Rates at which the drive commissions, Hz.
 const RATES: [f64; 3] = [1e3, 1e4, 2e4];
 
-/// From a sample to the PWM period in which its command acts, s: the drive's promise
+/// From a sample to the PWM period in which its command acts, s, as the drive specifies
 /// (`drive_chip::sample_timer::LEAD`).
 const LEAD: f64 = 12.5e-6;
 
@@ -103,7 +103,7 @@ pub(crate) fn check() -> Result<(), String> {
     refuse(&counted)
 }
 
-/// An error if a promise was not kept.
+/// An error if a limit was exceeded.
 fn refuse(counted: &[(f64, Driven)]) -> Result<(), String> {
     let objections: Vec<String> = counted
         .iter()
@@ -126,7 +126,7 @@ fn share(instructions: &[u64], share: f64) -> u64 {
 }
 
 impl Driven {
-    /// The promises that were not kept.
+    /// The limits that were exceeded.
     fn objections(&self, rate: f64) -> Vec<String> {
         let at = format!("at {} kHz", rate / 1e3);
         let lead = instructions_in(LEAD);

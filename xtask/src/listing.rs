@@ -123,7 +123,7 @@ impl Listing {
 /// (ARMv7-M Architecture Reference Manual, B1.5.7).
 const EXCEPTION: u32 = 26 * 4 + 4;
 
-/// The part of a sample outside a run: it commissions, or rests.
+/// The part of a sample outside a run: it commissions, or is at rest.
 const WITHOUT_A_RUN: &str = "without_a_run";
 
 /// Bounds of the linked drive by their names: stack in bytes at most, the processor's own included, and branches

@@ -1,7 +1,7 @@
 //! Memory for the registers that an emulated chip lacks, and access to them from outside.
 //!
 //! QEMU's STM32F405 has no pins, TIM1, watchdog, DMA and flash control. It keeps RCC as plain storage, and its timers
-//! of the encoder and of the steps count the clock. Memory stands in for those; everything else is the emulator's.
+//! of the encoder and of the steps count the clock. Memory replaces those; everything else is the emulator's.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -159,7 +159,7 @@ pub fn set_count(count: u16) {
 /// The drive's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    /// Steps of a PWM period during which the output is high; none while it is switched off.
+    /// Steps of a PWM period with a high output; none while it is switched off.
     pub duty: Option<u16>,
     /// True if its direction is positive.
     pub is_positive: bool,

@@ -25,7 +25,7 @@ pub struct Quadrature<B> {
 }
 
 impl<B: Bus> Quadrature<B> {
-    /// Counts from zero, wherever the servo stands, from a timer in its reset state.
+    /// Counts from zero at any position of the servo, from a timer in its reset state.
     pub(crate) fn new(bus: B) -> Self {
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
         let filter = B::Family::ENCODER_FILTER.bits;

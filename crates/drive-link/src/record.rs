@@ -30,7 +30,7 @@ pub struct Commissioned {
     /// The covariance is symmetric: row by row up to the diagonal.
     covariance: [f64; ENTRIES],
     unexplained: f64,
-    /// The gains and their promise.
+    /// The gains and their predicted response.
     pub tuning: Tuning,
     /// The trial of the gains on the servo.
     pub trial: Option<TrialResult>,

@@ -45,14 +45,14 @@ pub enum ServoChanges {
 pub struct LoopSettings {
     /// Controller and identifier, as the core takes them.
     pub core: identifier_core::Settings,
-    /// The adaptation law.
+    /// The estimator.
     pub law: Law,
 }
 
-/// An adaptation law.
+/// An estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Law {
-    /// The paper's gradient law.
+    /// The paper's gradient estimator.
     Gradient {
         /// True to estimate Coulomb friction too.
         friction: bool,
@@ -333,7 +333,7 @@ pub enum Why {
         /// The period, s.
         period: f64,
     },
-    /// With it the sampled loop is unstable for some servo of the box.
+    /// With it the sampled loop is unstable for some servo of the parameter range.
     Unstable {
         /// The given value.
         given: f64,

@@ -331,7 +331,7 @@ impl BackgroundEnd<'_> {
 }
 
 impl InterruptEnd<'_> {
-    /// The number of requests of any kind so far: while it stands still, there is nothing to obey.
+    /// The number of requests of any kind so far. While it is constant, there is nothing to obey.
     #[inline]
     pub(crate) fn requests(&self) -> u32 {
         let requests = self.signals.requests.load(Ordering::Acquire);

@@ -89,7 +89,7 @@ impl Commissioning {
         })
     }
 
-    /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
+    /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
         self.state.begin_at(count);

@@ -10,7 +10,7 @@ use crate::time::samples;
 const REST_COUNTS: u32 = 4;
 pub(crate) const REST_TIME: f64 = 0.02;
 
-/// A place at which a servo stands: the count, and the samples for which it has been there.
+/// A place at which a servo is at standstill: the count, and the samples for which it has been there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Standstill {
     at: i32,
@@ -18,7 +18,7 @@ pub(crate) struct Standstill {
 }
 
 impl Standstill {
-    /// The samples for which it stands, after one at a count.
+    /// The samples of standstill, after one at a count.
     pub(crate) fn take(&mut self, count: i32) -> u32 {
         if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
             (self.at, self.samples) = (count, 0);
@@ -60,7 +60,7 @@ impl Rest {
         self.left = self.max_samples;
     }
 
-    /// True if it rests after a sample at a count, or its time is over.
+    /// True if it is at rest after a sample at a count, or its time is over.
     pub(crate) fn is_over(&mut self, count: i32) -> bool {
         self.left = self.left.saturating_sub(1);
         self.standstill.take(count) >= self.needed || self.left == 0

@@ -1,4 +1,4 @@
-//! The supervision that disables the servo while it is driven.
+//! The supervision that disables a driven servo.
 
 use commissioning::watch::LateSamples;
 use drive_link::{Dither, Fault, NotAllowed, Settings};
@@ -201,7 +201,7 @@ impl Protection {
         })
     }
 
-    /// From the count at which the servo rests; the travel counts from an origin.
+    /// From the count of the servo at rest; the travel counts from an origin.
     pub(crate) fn start(&mut self, count: i32, origin: i32) {
         self.origin = origin;
         self.speed.from = count;

@@ -132,7 +132,7 @@ impl Run {
         }
     }
 
-    /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
+    /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
@@ -350,7 +350,7 @@ fn loop_settings(settings: &Settings) -> LoopSettings {
 /// Samples from one examination of the estimates to the next; 0 for none.
 ///
 /// # Errors
-/// The settings ask for one of a law that has no standard errors, or of a model with terms.
+/// The settings ask for one of an estimator that has no standard errors, or of a model with terms.
 fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAllowed> {
     let LoopSettings { core, law, .. } = &settings.closed_loop;
     let is_examined = *law == Law::GaussNewton && core.identifier.terms.demanded.is_empty();

@@ -277,7 +277,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Begins a mode from where the servo rests, unless a fault holds, old or new.
+    /// Begins a mode from the servo's rest position, unless a fault holds, old or new.
     fn begin<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         mut mode: Mode,
@@ -440,7 +440,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// The count at which the servo rests, unless a fault keeps it from being moved.
+/// The count of the servo at rest, unless a fault prevents its motion.
 fn rest_count<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fault> {
     lines.before_motion()?;
     sensor.count().map_err(|_| Fault::EncoderLost)

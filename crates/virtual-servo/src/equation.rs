@@ -73,7 +73,7 @@ impl Angular {
 }
 
 /// The spring between motor and load. The load is a share ρ of both as one rigid body of inertia 1. With ω the
-/// resonance of both free and ζ its damping, stiffness is ω² ρ (1 − ρ) and damping 2 ζ ω ρ (1 − ρ). Within its play
+/// resonance of both free and ζ its damping, stiffness is ω² ρ (1 − ρ) and damping 2 ζ ω ρ (1 − ρ). Within its backlash
 /// neither side feels the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spring {

@@ -26,7 +26,7 @@ impl Integrator {
     const FINEST_STEP: f64 = 1.0 / 4096.0;
     const FINEST_EVENT: f64 = 1e-9;
 
-    /// Events in the time that is asked for after which a motor that stops repeatedly stands.
+    /// Events in the requested time after which a motor that stops repeatedly is at standstill.
     const MAX_EVENTS: u32 = 1000;
 
     /// With steps of up to `longest`, s.

@@ -1,4 +1,4 @@
-//! The play between a motor and the encoder on its load.
+//! The backlash between a motor and the encoder on its load.
 
 /// The load is at standstill while the motor is within the backlash. The end of the backlash at the motor takes it
 /// along (the play operator of hysteresis).

@@ -31,7 +31,7 @@ pub(super) struct Judged<'a> {
 pub(super) struct Effort {
     /// Samples at most.
     pub(super) samples: usize,
-    /// The same of a law that takes the whole record.
+    /// The same of an estimator that takes the whole record.
     pub(super) whole: usize,
     /// True if it may take many passes.
     is_thorough: bool,
@@ -153,7 +153,7 @@ impl Assessment {
 }
 
 impl Judged<'_> {
-    /// The law's model in the units of a record.
+    /// The estimator's model in the units of a record.
     fn values(&self, scale: &Scale) -> Values {
         let declared = &self.scenario.stated.identifier.terms;
         let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
@@ -182,7 +182,7 @@ impl Scale {
         }
     }
 
-    /// An effect that a law's model lacks, in SI, of a model that has it.
+    /// An effect that an estimator's model lacks, in SI, of a model that has it.
     fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
         let Lacking { entered, share } = lacking;
         let parts = effects(entered.cause);

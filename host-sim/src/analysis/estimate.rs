@@ -9,7 +9,7 @@ use crate::verdict::State;
 pub(super) const SETTLED_B: f64 = 0.02;
 pub(super) const SETTLED_A: f64 = 0.1;
 
-/// An estimate that is at a bound for more than this part of the run's end stands there.
+/// An estimate that is at a bound for more than this part of the run's end counts as being there.
 const AT_BOUND: f64 = 0.5;
 
 /// Gathers an [`Estimate`] from its values, sample by sample.

@@ -1,4 +1,4 @@
-//! The information on a servo's parameters in a motion, whatever the law.
+//! The information on a servo's parameters in a motion, for any estimator.
 //!
 //! A unit of a parameter θ changes the model's position by s_θ with s̈ = −(a + l_d) ṡ − l_p s + φ_θ. Here φ is −q̇ for
 //! a, u for b, −sign q̇ for the Coulomb friction and 1 for the load. The correction that keeps a model beside its servo

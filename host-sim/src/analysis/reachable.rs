@@ -1,4 +1,4 @@
-//! The accuracy that the motion of a run allows, whatever the law.
+//! The accuracy that the motion of a run allows, for any estimator.
 
 use identifier_core::parameters::{Parameter, Unknown};
 

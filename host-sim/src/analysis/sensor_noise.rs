@@ -2,7 +2,7 @@
 
 use crate::result::SensorNoise;
 
-/// Samples of a window in which the servo moves or stands.
+/// Samples of a window in which the servo moves or is at standstill.
 const WINDOW: usize = 64;
 
 /// Fifth differences, which remove almost all of a motion, and their variance for white noise of variance one.

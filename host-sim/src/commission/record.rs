@@ -37,7 +37,7 @@ pub struct Outcome {
     pub end: Option<End>,
     /// The identified servo after each motion.
     pub known: Vec<Known>,
-    /// The gains that were found, and their promise.
+    /// The gains that were found, and their predicted response.
     pub tuning: Option<Tuning>,
     /// The reason why no gains were found, with the value that would do.
     pub no_gains: Option<NoGains>,

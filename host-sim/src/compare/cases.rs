@@ -2,7 +2,7 @@ use identifier_core::parameters::ServoParameters;
 
 use crate::scenario::{Fault, Scenario};
 
-/// A servo and its surroundings, as a scenario whose law does not matter.
+/// A servo and its surroundings, as a scenario whose estimator does not matter.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Its name.

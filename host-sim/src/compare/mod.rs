@@ -47,7 +47,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     scenario.in_own_loop()
 }
 
-/// The laws that are compared: those that work in the loop.
+/// The estimators that are compared: those that work in the loop.
 fn compared() -> Vec<Law> {
     let all = Law::ALL.iter().copied();
     all.filter(|law| !law.takes_whole_record()).collect()

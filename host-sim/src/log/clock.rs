@@ -45,7 +45,7 @@ impl Ticks {
         }
     }
 
-    /// The next stamp, s. The clock stands still where it is back or too early.
+    /// The next stamp, s. The clock stops for a stamp that is back or too early.
     pub(super) fn tick(&mut self, stamp: f64) -> Tick {
         // Samples since the last tick of the clock, not whole where the stamps jitter.
         let later = (stamp - self.even) / self.sample_time;

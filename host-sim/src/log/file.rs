@@ -22,7 +22,7 @@ pub struct Log {
     /// Findings about it.
     pub found: Found,
     rows: Vec<Row>,
-    /// Its stretches, each without a break.
+    /// Its segments, each without a break.
     stretches: Vec<Stretch>,
     smallest_step: f64,
     references: Vec<f64>,
@@ -167,7 +167,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Finds its stretches, and computes the commands of an inner loop in each.
+    /// Finds its segments, and computes the commands of an inner loop in each.
     fn divide(&mut self) -> Result<(), String> {
         const BEGINNING: usize = 3;
         let mut firsts: Vec<usize> = (0..self.rows.len())
@@ -234,7 +234,7 @@ impl Log {
         &self.rows[0]
     }
 
-    /// Its stretches, one or more.
+    /// Its segments, one or more.
     pub(crate) fn stretches(&self) -> &[Stretch] {
         &self.stretches
     }
@@ -402,7 +402,7 @@ impl AsRef<[Self]> for Log {
 }
 
 impl Stretch {
-    /// True if the servo stands at the first sample, to a resolution of the position.
+    /// True if the servo is at standstill at the first sample, to a resolution of the position.
     ///
     /// It does if the first step shows no motion, or the beginning of one. Under a held command, steps from rest are as
     /// 1 to 3, and steps at a velocity v are v + 1 to v + 3. So 3Δ₁ − Δ₂ is twice the velocity at the first sample. It

@@ -115,7 +115,7 @@ impl<'a> Inner<'a> {
         Some(now + time * (next - now))
     }
 
-    /// The position at a time behind the row, rows; at the ends of a stretch it continues straight.
+    /// The position at a time behind the row, rows; at the ends of a segment it continues straight.
     fn position(&self, time: f64) -> f64 {
         let last = self.rows.len() - 1;
         let place = self.place as f64 + time;

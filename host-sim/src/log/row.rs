@@ -20,7 +20,7 @@ pub struct Row {
     pub injection: f64,
     /// Measured velocity, where the log has one.
     pub velocity: Option<f64>,
-    /// True where a straight line stands in for samples that were not recorded.
+    /// True if a straight line replaces samples that were not recorded.
     pub bridged: bool,
     /// True if the motion directly before is unknown: at the first row, and at the first after a range that was left
     /// out.

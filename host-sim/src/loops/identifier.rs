@@ -25,7 +25,7 @@ pub(crate) trait DynIdentifier {
     /// The estimates, SI.
     fn estimates(&self) -> ServoParameters;
 
-    /// Their standard errors, SI, for laws that have them.
+    /// Their standard errors, SI, for estimators that have them.
     fn standard_errors(&self) -> Option<ServoParameters> {
         None
     }

@@ -13,7 +13,7 @@ use crate::scenario::{Fault, Scenario};
 /// Relative deviation of a closed-loop simulation from the recording: ‖recorded − simulated‖/‖recorded‖.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClosedLoop {
-    /// Samples that it covers: all but those in which each stretch settles.
+    /// Samples that it covers: all but those in which each segment settles.
     pub samples: u64,
     /// Error of the position, from the beginning of each segment.
     pub position: f64,
@@ -50,7 +50,7 @@ struct Simulation<V: VelocityEstimate<f64>> {
     velocity: V,
     /// A position unit, rad.
     unit: f64,
-    /// Samples in which a stretch settles.
+    /// Samples in which a segment settles.
     settling: u64,
     stretch: Option<Stretch<V>>,
     position: Squares,
@@ -61,7 +61,7 @@ struct Simulation<V: VelocityEstimate<f64>> {
     is_lost: bool,
 }
 
-/// On the way through a stretch.
+/// On the way through a segment.
 struct Stretch<V: VelocityEstimate<f64>> {
     first: f64,
     /// The recorded position of the last sample, and its filtered velocity.

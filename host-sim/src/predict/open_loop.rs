@@ -12,7 +12,7 @@ pub struct OpenLoop {
     pub rms: f64,
     /// The largest position error, rad.
     pub largest: f64,
-    /// The error relative to the motion from where each stretch begins.
+    /// The error relative to the motion from where each segment begins.
     pub relative: f64,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
     simulated(servo, &starts, rows)
 }
 
-/// The number of the stretch that a sample belongs to.
+/// The number of the segment that a sample belongs to.
 fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
     let number = match *stretch {
         None => 0,
@@ -55,7 +55,7 @@ fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
     number
 }
 
-/// The first position and the first step of each stretch, and the usual speed.
+/// The first position and the first step of each segment, and the usual speed.
 fn first_guesses(rows: &[Row]) -> Option<Vec<StartFit>> {
     let mut stretch = None;
     let mut starts: Vec<Motion> = Vec::new();

@@ -45,7 +45,7 @@ impl Reading {
     /// Doubts beyond which names speak against all readings.
     const MAX_DOUBT: i32 = 2;
 
-    /// Its bits, halved for each doubt. All bits of an incomplete servo are too many by about one factor.
+    /// Its bits, halved for each mismatch of a name. All bits of an incomplete servo are too many by about one factor.
     pub(crate) fn score(&self) -> f64 {
         score(self.bits, self.trial.doubt)
     }

@@ -1,4 +1,4 @@
-//! The columns of a log as signals, and the bits in which a column is told.
+//! The columns of a log as signals, and the bits of a column's code.
 //!
 //! An observer of a column (critically damped, pole p) predicts each of its values from those before. Its error is
 //! regressed on the observer's response to the possible causes of the motion. These are the column's own forces
@@ -31,14 +31,14 @@ pub(crate) enum Order {
     Position = 2,
 }
 
-/// How thoroughly a column is told.
+/// The effort of encoding a column.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
     /// Poles of the observer, parts of 1/(row step).
     pub(super) poles: &'static [f64],
     /// One row in this number is encoded.
     pub(super) thinnings: &'static [usize],
-    /// With friction that holds what stands still, too.
+    /// With static friction, too.
     pub(super) sticks: bool,
 }
 
@@ -124,9 +124,9 @@ impl Signals {
         self.measured[1].push(command.unwrap_or(0.0));
     }
 
-    /// The bits in which the position is told by its command, row by row.
+    /// The bits of the position's code given its command, row by row.
     pub(crate) fn told(self, step: f64, cell: f64) -> f64 {
-        /// Rows that are told: the first ones.
+        /// Rows that are encoded: the first ones.
         const ROWS: usize = 8000;
         const EACH: Effort = Effort {
             thinnings: &[1],
@@ -291,7 +291,7 @@ impl Observed {
         thinning: usize,
         sticks: bool,
     ) -> Self {
-        /// Blocks of rows that are told in turn.
+        /// Blocks of rows that are encoded in turn.
         const BLOCKS: usize = 40;
         let values = &signals.measured[column];
         let rows = values.len();

@@ -1,4 +1,4 @@
-//! Which column holds which quantity: readings of the columns compete, and names are doubts.
+//! Finds the quantity of each column. Readings of the columns compete, and names weigh against them.
 
 use super::name::{Named, Quantity, Unit, of_column};
 use super::{question::Question, stated::Stated};

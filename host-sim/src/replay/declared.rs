@@ -70,7 +70,7 @@ impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
 pub(super) struct Declared<V: VelocityEstimate<f64>> {
     pid: DeclaredPid<V>,
     control: State<V>,
-    /// True if the integral is known where a stretch begins.
+    /// True if the integral is known where a segment begins.
     begins_known: bool,
     /// True once the integral is that of the controller that ran.
     knows_integral: bool,
@@ -94,7 +94,7 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         })
     }
 
-    /// Begins again at the first sample of a stretch.
+    /// Begins again at the first sample of a segment.
     pub(super) fn begin(&mut self) {
         self.control = ControlState::default();
         self.knows_integral = self.begins_known;

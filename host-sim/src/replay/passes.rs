@@ -67,7 +67,7 @@ pub(super) fn sampled_every(scenario: &mut Scenario, sample_time: f64) {
 /// The samples of a segment without learning. There are none if the servo starts at standstill, because its motion is
 /// then fully known. Otherwise they are those in which the velocity estimate settles.
 pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
-    /// At most this fraction of a stretch, one over, is spent on settling.
+    /// At most this fraction of a segment, one over, is spent on settling.
     const SETTLING_DIVISOR: u64 = 10;
     if stretch.begins_at_rest(scenario.stated.resolution) {
         return 0;

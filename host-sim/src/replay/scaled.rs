@@ -14,7 +14,7 @@ pub(super) struct ScaledRow {
     pub(super) error: f64,
 }
 
-/// Follows the position through a stretch.
+/// Follows the position through a segment.
 pub(super) struct RowScaler {
     first: f64,
     unit: f64,

@@ -13,7 +13,7 @@ pub struct ComparisonResult {
     pub methods: Vec<Method>,
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
-    /// The box that was given to methods that have to know one, where the scenario states none.
+    /// The parameter range for methods that need one, if the scenario states none.
     pub assumed_box: Option<BoxSettings>,
 }
 

@@ -15,7 +15,7 @@ use crate::replay::Agreement;
 /// The result of a run or a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// The law's name.
+    /// The estimator's name.
     pub law: &'static str,
     /// The number format's name.
     pub arithmetic: &'static str,
@@ -28,10 +28,10 @@ pub struct Summary {
     pub verdict: Verdict,
     /// The verdict's reason in words, and remarks on the run.
     pub reason: String,
-    /// Why a law that begins by a fit had none after a second of motion.
+    /// Why an estimator that begins by a fit had none after a second of motion.
     #[serde(serialize_with = "super::reason::serialize")]
     pub obstacle: Option<Reason>,
-    /// The effect that the model lacks, if one stands out.
+    /// The effect that the model lacks, if one is distinct.
     pub cause: Option<Finding>,
     /// The estimates.
     pub estimates: Estimates,
@@ -43,7 +43,7 @@ pub struct Summary {
     pub voltage_gains: Option<VoltageGains>,
     /// The true servo, where it is known.
     pub truth: Option<ServoParameters>,
-    /// The output error, for laws with a model.
+    /// The output error, for estimators with a model.
     pub output_error: Option<OutputError>,
     /// Times at which the estimates came near the truth.
     pub settling_time: SettlingTime,
@@ -58,7 +58,7 @@ pub struct Summary {
     pub residual: Option<Residual>,
     /// Noise of the position sensor over the end of the run.
     pub noise: SensorNoise,
-    /// Findings of a fit to the whole record, for the law that makes one.
+    /// Findings of a fit to the whole record, for the estimator that makes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<FitNotes>,
     /// Logs and predictions of a replay.
@@ -117,7 +117,7 @@ pub struct Estimate {
     /// steps did not get shorter.
     #[serde(skip)]
     pub to_go: f64,
-    /// True if the law estimates it.
+    /// True if the estimator estimates it.
     #[serde(skip)]
     pub is_estimated: bool,
 }
@@ -174,7 +174,7 @@ impl Summary {
         self.verdict.status
     }
 
-    /// One estimate; none if the law does not estimate the parameter.
+    /// One estimate; none if the estimator does not estimate the parameter.
     #[must_use]
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
         let estimate = self.estimates.get(parameter);
@@ -208,7 +208,7 @@ impl Estimates {
         }
     }
 
-    /// Number of parameters that the law estimates.
+    /// Number of parameters that the estimator estimates.
     #[must_use]
     pub fn count(&self) -> usize {
         let all = [&self.a, &self.b, &self.coulomb, &self.load];

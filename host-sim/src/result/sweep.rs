@@ -8,7 +8,7 @@ use crate::verdict::Status;
 /// The result of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepResult {
-    /// The law's name.
+    /// The estimator's name.
     pub law: &'static str,
     /// The seed of servos and references.
     pub seed: u32,

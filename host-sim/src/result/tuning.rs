@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::FormResult;
 
-/// Gains, with their promise and their conditions.
+/// Gains, with their predicted response and their conditions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TuningResult {
     /// Sample time, s.
@@ -83,10 +83,10 @@ impl Gains {
     }
 }
 
-/// A promise with the stiffness that follows from its compliance.
+/// A predicted response with the stiffness that follows from its compliance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StiffPromise {
-    /// The promise.
+    /// The predicted response.
     #[serde(flatten)]
     pub promise: Promise,
     /// Load per distance that it moves the servo at most, rad/s² per rad.

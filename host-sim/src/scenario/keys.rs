@@ -543,7 +543,7 @@ fn ranges(s: &mut Scenario) -> &mut RangeSettings {
     })
 }
 
-/// The limit of the amplifier stands before it in the table.
+/// The limit of the amplifier precedes it in the table.
 fn order(s: &mut Scenario) -> &mut CommissionOrder {
     let amplifier = s.stated.controller.map(|controller| controller.limit);
     s.commission.get_or_insert_with(|| CommissionOrder {
@@ -622,7 +622,7 @@ impl Key {
         KEYS.iter().find(|key| key.path == path)
     }
 
-    /// The key that a name or a path is most likely meant to be, wherever it stands.
+    /// The most likely key for a name or a path, in any table.
     #[must_use]
     pub fn nearest(word: &str) -> Option<&'static Self> {
         let named = KEYS.iter().find(|key| key.place().1 == word);

@@ -118,7 +118,7 @@ pub(super) enum Default {
     Required(&'static str),
     /// This number.
     Value(f64),
-    /// This initial estimate; the laws that fit need none.
+    /// This initial estimate; the estimators that fit need none.
     Initial(f64),
     /// The first choice.
     FirstChoice,

@@ -136,9 +136,9 @@ named! {
 /// Law, parameters and number format of the identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// The law.
+    /// The estimator.
     pub law: Law,
-    /// The settings of a law that is there for comparison.
+    /// The settings of an estimator for comparison.
     pub rival: RivalSettings,
     /// The parameters to be estimated, in the user's order.
     pub parameters: Vec<Parameter>,

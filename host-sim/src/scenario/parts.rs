@@ -1,4 +1,4 @@
-//! The core's settings of a scenario, and the keys of their refusals.
+//! The core's settings of a scenario, and the keys of their rejections.
 
 use identifier_core::Settings;
 use identifier_core::excitation::Excitation;

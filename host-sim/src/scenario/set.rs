@@ -21,8 +21,8 @@ impl Identification {
         self.parameters.contains(&parameter)
     }
 
-    /// True for a parameter of the model that stays at its initial value. The Gauss–Newton laws always find
-    /// the load: nothing else in them would account for it.
+    /// True for a parameter of the model that stays at its initial value. The Gauss–Newton estimators always find the
+    /// load: nothing else in them would account for it.
     #[must_use]
     pub fn is_known(&self, parameter: Parameter) -> bool {
         let finds_load = self.law.fits() && parameter == Parameter::Load;

@@ -1,6 +1,6 @@
 //! From a scenario to a loop on its test rig.
 //!
-//! A new law is an arm of [`method`].
+//! A new estimator is an arm of [`method`].
 
 use identifier_core::Settings;
 use identifier_core::control::Controller;
@@ -58,7 +58,7 @@ fn is_fixed_point(scenario: &Scenario) -> bool {
     identifier.arithmetic == Arithmetic::Fixed && !identifier.law.is_rival()
 }
 
-/// A law and the loop that it works in.
+/// An estimator and the loop that it works in.
 pub(super) enum Method {
     /// An identifier beside the PID.
     Identifier(Box<dyn DynIdentifier + Send>),
@@ -190,7 +190,7 @@ pub(super) fn identifier_in<N: Number>(
     }
 }
 
-/// The law of a scenario in a number format.
+/// The estimator of a scenario in a number format.
 pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Method, Fault> {
     let built = match scenario.identifier.law {
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),

@@ -1,4 +1,4 @@
-//! The arithmetic operations of a law per sample, counted by a number type.
+//! The arithmetic operations of an estimator per sample, counted by a number type.
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
@@ -79,7 +79,7 @@ fn count<T>(result: T) -> T {
     result
 }
 
-/// A law whose samples are counted.
+/// An estimator whose samples are counted.
 struct Metered<T: ?Sized> {
     meter: Arc<Meter>,
     law: Box<T>,

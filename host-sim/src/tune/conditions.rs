@@ -78,7 +78,7 @@ pub enum ConditionError {
 }
 
 impl Conditions {
-    /// The step that is promised where none is stated, rad.
+    /// The step of the prediction if none is stated, rad.
     pub const STEP: f64 = 0.1;
 
     /// The tuner's settings for a goal.

@@ -42,7 +42,7 @@ pub struct Tuned {
 /// The reason why there are no gains.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoGains {
-    /// The core's refusal.
+    /// The core's rejection.
     #[error(transparent)]
     Error(TuningError),
     /// They do not get the form of the drive, in a sentence.
@@ -55,7 +55,7 @@ pub enum NoGains {
         cap: Cap,
         /// The largest bandwidth, rad/s.
         most: f64,
-        /// The rise time that it promises, s.
+        /// The predicted rise time, s.
         rise_time: Option<f64>,
     },
 }

@@ -7,7 +7,7 @@ use super::Cause;
 /// is not held against it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// The motion that it rests on.
+    /// The motion behind it.
     pub motion: Motion,
     /// The run ended early.
     pub aborted: bool,
@@ -18,7 +18,7 @@ pub struct Evidence {
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
     pub prediction: Option<f64>,
-    /// Why a law that begins by a fit had none after a second of motion.
+    /// Why an estimator that begins by a fit had none after a second of motion.
     pub obstacle: Option<Reason>,
     /// A required term that did not enter the model.
     pub missing_term: Option<Term>,
@@ -26,7 +26,7 @@ pub struct Evidence {
     pub not_a_servo: bool,
     /// The evidence of a fit to the whole record, whose standard errors hold model errors too.
     pub fit: Option<FitEvidence>,
-    /// The evidence of the fit by which the estimates of another law are judged.
+    /// The evidence of the fit by which the estimates of another estimator are judged.
     pub judged_by: Option<FitEvidence>,
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
 }
@@ -59,8 +59,8 @@ pub struct UnknownEvidence {
     /// The size against which its error is small or large. For friction and load it is the acceleration by the command,
     /// for a the rate at which the servo's velocity changes.
     pub scale: f64,
-    /// Standard error that counts the residual's colour and the encoder's resolution; infinite where
-    /// the motion says nothing of it.
+    /// Standard error with the residual's autocorrelation and the encoder's resolution; infinite if the motion contains
+    /// no information on it.
     pub std_error: Option<f64>,
     /// True if most of it comes from effects of the command's size. A command of other sizes would determine them.
     pub needs_sizes: bool,
@@ -69,12 +69,12 @@ pub struct UnknownEvidence {
     /// The refit difference: the distance from the final estimate to a refit of the data with the effect that the model
     /// lacks.
     pub pull: Option<f64>,
-    /// True if it stands at a bound.
+    /// True if it is at a bound.
     pub at_bound: bool,
 }
 
 impl UnknownEvidence {
-    /// An estimate without objections; `scale` as in [`UnknownEvidence::scale`].
+    /// An estimate without a rejection reason; `scale` as in [`UnknownEvidence::scale`].
     #[must_use]
     pub const fn at(scale: f64) -> Self {
         Self {
@@ -108,7 +108,7 @@ pub struct Residual {
 /// An effect that a model lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lack {
-    /// The effect that stands out; none where several could be it.
+    /// The effect, if one is distinct; none if several are possible.
     pub cause: Option<Cause>,
     /// The part of the output error that it explains.
     pub share: f64,

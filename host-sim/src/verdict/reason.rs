@@ -8,7 +8,7 @@ use super::Cause;
 /// The reason of a verdict: the unknown that it concerns, the figure, and the acceptable figure in the unknown's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VerdictReason {
-    /// No objection to the estimates.
+    /// No rejection reason.
     Explained,
     /// The run ended early.
     EndedEarly,
@@ -16,7 +16,7 @@ pub enum VerdictReason {
     NoEstimate {
         /// Of this unknown.
         unknown: Unknown,
-        /// Why a law that begins by a fit has none.
+        /// Why an estimator that begins by a fit has none.
         obstacle: Option<Reason>,
     },
     /// Too few samples.
@@ -44,7 +44,7 @@ pub enum VerdictReason {
         /// True if a command of other sizes would determine it.
         needs_sizes: bool,
     },
-    /// An estimate stands at a bound.
+    /// An estimate is at a bound.
     AtBound {
         /// The unknown.
         unknown: Unknown,
@@ -80,7 +80,7 @@ pub enum VerdictReason {
     },
     /// The model lacks an effect that would move an estimate.
     Lacks {
-        /// The effect; none where none stands out.
+        /// The effect; none if none is distinct.
         cause: Option<Cause>,
         /// The part of the output error that it explains.
         share: f64,
@@ -89,7 +89,7 @@ pub enum VerdictReason {
         /// The distance.
         shift: f64,
     },
-    /// The data would have an estimate elsewhere than where it stands.
+    /// A refit of the data differs from the estimate.
     Elsewhere {
         /// The unknown.
         unknown: Unknown,

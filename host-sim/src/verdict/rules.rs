@@ -337,7 +337,7 @@ fn first<T>(
         .find_map(|(unknown, of)| objection(unknown, of))
 }
 
-/// True if it is known to its limit: where one that is not stands does not matter.
+/// True if it is within tolerance. The value of one that is not does not matter.
 fn is_excited(unknown: Unknown, of: &UnknownEvidence) -> bool {
     let limit = MAX_STD_ERROR.limit(unknown, of.estimate, of.scale);
     of.std_error.is_none_or(|error| within(error, limit))

@@ -2,7 +2,7 @@ use core::fmt;
 
 use identifier_core::error::{Allowed, OutOfRange};
 
-/// Why a commissioning is refused before anything moves.
+/// Why a commissioning is rejected before anything moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CommissionError {

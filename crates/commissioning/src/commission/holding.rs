@@ -170,7 +170,7 @@ impl<N: Number> Holding<N> {
         Some(command)
     }
 
-    /// True if the servo has arrived and stands.
+    /// True if the servo has arrived and is at standstill.
     pub(super) fn is_at_rest(&self) -> bool {
         self.reference == self.target && self.rest.still >= self.rest.needed
     }

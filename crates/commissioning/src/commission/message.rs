@@ -45,7 +45,7 @@ pub(super) enum EventKind<N> {
     Line(LineSums<N>),
     /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
     Ended(RoughModel<N>),
-    /// The trial has kept the promise, and the gains are to be proved by slides.
+    /// The measured response of the trial matches the prediction, and slides validate the gains next.
     Tried,
     /// The motion was over before there was enough evidence, for this reason: the servo as it moved by then.
     Inconclusive(RoughModel<N>, Reason),
@@ -96,7 +96,7 @@ impl<N: Number> Decision<N> {
         }
     }
 
-    /// The gains and their promise, where the decision carries them.
+    /// The gains and their predicted response, if the decision has them.
     #[must_use]
     pub fn tuning(&self) -> Option<&Tuning> {
         match &self.0 {
@@ -150,7 +150,7 @@ impl<N: Number> Identified<N> {
 /// Gains that are to be tried, and their trial in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Candidate<N: Number> {
-    /// The gains and their promise, SI.
+    /// The gains and their predicted response, SI.
     pub(super) tuning: Tuning,
     pub(super) controller: Loop<N>,
     /// Where the trial's step begins, counts from where the commissioning began.

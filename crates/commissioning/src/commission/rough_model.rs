@@ -27,7 +27,7 @@ pub(crate) struct Breakaway<N> {
 }
 
 impl<N: Number> Breakaway<N> {
-    /// It stands under a command that grows in a direction.
+    /// It is at standstill under a command that grows in a direction.
     pub(crate) fn stand(&mut self, command: N, direction: N) {
         let is_other = self.is_forward != (direction > N::ZERO);
         let is_farther = |other| direction * (command - other) > N::ZERO;

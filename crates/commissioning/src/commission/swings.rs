@@ -1,8 +1,8 @@
-//! The swings of a servo, from one turning point to the next.
+//! The half-cycles of a servo, from one turning point to the next.
 
 use identifier_core::number::Number;
 
-/// The swing under way. Positions in counts.
+/// The present half-cycle. Positions in counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swings<N> {
     way: N,
@@ -14,7 +14,7 @@ pub(super) struct Swings<N> {
     ago: u32,
 }
 
-/// A swing that has ended.
+/// A half-cycle that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swing<N> {
     /// Counts, without a sign, and samples.
@@ -23,7 +23,7 @@ pub(super) struct Swing<N> {
 }
 
 impl<N: Number> Swings<N> {
-    /// The longest way that is no swing, counts: an edge of the encoder to either side, and what rounding adds.
+    /// The longest distance that is no half-cycle, counts: an edge of the encoder to either side, and the rounding.
     const TURNED: f64 = 2.5;
 
     /// From a place.
@@ -37,7 +37,7 @@ impl<N: Number> Swings<N> {
         }
     }
 
-    /// Takes a sample: the swing that shows to have ended.
+    /// Takes a sample and returns the half-cycle that has ended, if any.
     pub(super) fn take(&mut self, position: N) -> Option<Swing<N>> {
         self.since = self.since.saturating_add(1);
         self.ago = self.ago.saturating_add(1);

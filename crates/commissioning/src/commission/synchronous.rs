@@ -29,7 +29,7 @@ pub struct SynchronousCommission<N: Number, const W: usize = 256> {
 pub struct CommissionReading {
     /// The command that acts until the next sample, command units; none: the stage is disabled.
     pub command: Option<f64>,
-    /// Where it stands.
+    /// Its phase.
     pub phase: Phase,
     /// Why it ended without new gains, if it did.
     pub reason: Option<Reason>,

@@ -10,12 +10,12 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
-/// A servo with the gains that promise for it.
+/// A servo with the gains whose prediction holds for it.
 ///
 /// Its inertia and its loads are compared in terms of the command, inertia as 1/b. Viscous and Coulomb friction and
 /// load are a/b, c/b and d/b. An added mass changes the first alone.
 ///
-/// A servo counts as another where one of the four lies so far from the promised one
+/// A servo counts as another if one of the four differs so far from the predicted one
 ///
 /// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
 /// - in size that the prediction no longer holds. The limit of inertia is [`PromisedServo::MAX_INERTIA_RATIO`], that of
@@ -30,13 +30,13 @@ pub struct PromisedServo {
     least: [f64; 4],
 }
 
-/// A servo that is no longer the one that gains promise for.
+/// A servo for which the gains' prediction no longer holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ServoChange {
     /// The quantity that changed.
     pub reason: Reason,
-    /// The promised value: 1/b, a/b, c/b or d/b in command units per rad/s², command units per rad/s, command units.
+    /// The predicted value: 1/b, a/b, c/b or d/b in command units per rad/s², command units per rad/s, command units.
     pub promised: f64,
     /// The value that was found.
     pub found: f64,
@@ -84,7 +84,7 @@ const REASONS: [Reason; 4] = [
 ];
 
 impl PromisedServo {
-    /// The standard errors, of the promised and the found value together, from which a change is certain.
+    /// The standard errors, of the predicted and the found value together, from which a change is certain.
     pub const CERTAIN: f64 = 6.0;
 
     /// The ratio to either side from which another inertia counts. With the largest sensitivity of the gains, 1.6, the
@@ -225,7 +225,7 @@ mod tests {
         PromisedServo::new(&servo, &tuning, LIMIT).expect("known")
     }
 
-    /// A change of the servo whose standard errors are those of the promised one times a factor.
+    /// A change of the servo whose standard errors are those of the predicted one times a factor.
     fn change_to(servo: ServoParameters, errors: f64) -> Option<Reason> {
         let errors = ServoParameters {
             a: errors * ERRORS.a,

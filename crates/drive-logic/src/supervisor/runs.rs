@@ -1,4 +1,4 @@
-//! Runs, from where the servo rests and from where a commissioning holds it.
+//! Runs, from the servo's rest position and from the one where a commissioning holds it.
 
 use commissioning::Phase;
 use commissioning::servo_change::ServoChangeState;
@@ -13,7 +13,7 @@ use crate::messages::{Mode, Order};
 use crate::run::Run;
 
 impl<F: NorFlash> Supervisor<'_, F> {
-    /// Orders a run from where the servo stands, unless it is overtaken by a stop.
+    /// Orders a run from the servo's position, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
         let known = self.known();

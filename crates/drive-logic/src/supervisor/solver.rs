@@ -87,7 +87,7 @@ impl Solver {
         }
     }
 
-    /// Why a run's law has no first fit after a second of motion.
+    /// Why a run's estimator has no first fit after a second of motion.
     pub(super) fn obstacle(&self) -> Option<Reason> {
         let (fitter, state) = self.first_fit.as_ref()?;
         fitter.obstacle(state)

@@ -27,7 +27,7 @@ pub(super) struct Riccati {
     covariance: [[f64; 3]; 3],
     transition: [[f64; 3]; 3],
     noise: [[f64; 3]; 3],
-    /// Of position, velocity and load per innovation.
+    /// Gain of position, velocity and load per innovation.
     pub(super) gain: [f64; 3],
     /// Variance of the innovation over that of a measurement.
     pub(super) variance: f64,
@@ -73,7 +73,7 @@ impl Riccati {
 
     /// The gain of the next sample that has a measurement.
     pub(super) fn measure(&mut self) {
-        /// Relative change of the gain over sixteen measurements below which it stands still.
+        /// Relative change of the gain over sixteen measurements below which it is stationary.
         const STEADY: f64 = 1e-7;
         /// Measurements before it may.
         const MIN_MEASUREMENTS: u32 = 50;

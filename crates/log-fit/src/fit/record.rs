@@ -19,7 +19,7 @@ pub struct Record<'a> {
     pub begins: &'a [usize],
     /// Samples from one measurement to the next, at least 1.
     pub stride: usize,
-    /// Of blocks the recorded commands, as many of each; else empty. The amplifier's nonlinear effects are computed
+    /// The recorded commands of blocks, as many of each; else empty. The amplifier's nonlinear effects are computed
     /// from these, because half a block's mean has sizes that the command never had.
     pub recorded: &'a [f64],
 }

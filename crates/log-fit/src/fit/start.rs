@@ -59,7 +59,7 @@ impl Fitter<'_> {
         })
     }
 
-    /// The estimates to which a beginning leads, and their −2 ln L; none where every search runs away.
+    /// The estimates to which a beginning leads, and their −2 ln L; none if every search diverges.
     #[must_use]
     pub fn search_from(&self, beginning: &Beginning) -> Option<(Values, f64)> {
         let search = Search {

@@ -17,9 +17,9 @@ pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     pub(super) acceleration: f64,
     /// The twist of the spring between motor and load.
     pub(super) twisting: Twisting,
-    /// The encoder's place within the play, from its middle.
+    /// The encoder's position within the backlash, from its middle.
     pub(super) play: f64,
-    /// True if there is play, or a column of it.
+    /// True if there is backlash, or a column of it.
     pub(super) plays: bool,
     pub(super) columns: &'c [Column],
     /// The column of the delay.
@@ -214,7 +214,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
     }
 
-    /// True if there is play, or a column of it.
+    /// True if there is backlash, or a column of it.
     #[inline]
     pub(super) fn plays(&self) -> bool {
         !PLAIN && self.plays

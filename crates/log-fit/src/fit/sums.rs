@@ -188,7 +188,7 @@ pub struct Covariances {
 }
 
 impl Covariances {
-    /// Rows that count as one, the errors being coloured: the median ratio of the variances.
+    /// Rows per independent row of autocorrelated errors: the median ratio of the variances.
     #[must_use]
     pub fn rows_per_independent_row(&self) -> f64 {
         let mut ratios = [f64::INFINITY; MAX_UNKNOWNS];

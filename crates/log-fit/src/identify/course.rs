@@ -26,7 +26,7 @@ const HORIZONS: f64 = 30.0;
 const KNOWN: f64 = 1.5;
 
 impl Identified {
-    /// The course of the recording beside its model; none where the model runs away in it.
+    /// The course of the recording beside its model; none if the model diverges in it.
     #[must_use]
     pub fn course(&self, recording: &Recording<'_>) -> Option<Course> {
         let every = recording.every_sample();

@@ -20,20 +20,20 @@ pub struct Estimated {
     pub is_thorough: bool,
 }
 
-/// The evidence of a record for a law's estimates, counts and samples.
+/// The evidence of a record for an estimator's estimates, counts and samples.
 #[derive(Debug, Clone)]
 pub struct Examined {
-    /// The law's model where the record would have it, with the effect that it lacks.
+    /// The estimator's model, refitted to the record, with the effect that it lacks.
     pub values: Values,
     /// The effects that are estimated in it, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_sizes: Vec<Effect>,
-    /// Deviation of a measurement from the law's model where the record would have it, counts.
+    /// Deviation of a measurement from the estimator's refitted model, counts.
     pub noise: f64,
     /// Correlation of its innovations from sample to sample.
     pub correlation: f64,
-    /// The effect that the law's model lacks.
+    /// The effect that the estimator's model lacks.
     pub lacking: Option<Lacking>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 times itself. None if it was not requested or b is not estimated.
     pub profile: Option<[f64; 2]>,
@@ -41,7 +41,7 @@ pub struct Examined {
     pub survey: Survey,
 }
 
-/// An effect that a law's model lacks.
+/// An effect that an estimator's model lacks.
 #[derive(Debug, Clone)]
 pub struct Lacking {
     /// The effect.

@@ -12,8 +12,8 @@ pub(super) struct Grams {
 
 impl Grams {
     /// The normal equations of a pass, with the `free` columns of the model first and those of candidates at `places`
-    /// behind them. Of candidates it has no products with one another, which would be most of the work. None if the
-    /// model runs away.
+    /// behind them. It has no products of candidates with one another, which would be most of the work. None if the
+    /// model diverges.
     pub(super) fn new(
         fitter: &Fitter<'_>,
         fitted: &Fitted,

@@ -238,7 +238,7 @@ fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
     sizes[0] * means[0] + sizes[1] * means[1]
 }
 
-/// The model of a record with the effects that it shows; none if every search runs away.
+/// The model of a record with the effects that it shows; none if every search diverges.
 fn model(
     fitter: &Fitter<'_>,
     range: &Range,

@@ -1,13 +1,13 @@
 use crate::cause::Cause;
 use crate::fit::{Effect, Fitted};
 
-/// The state of a tournament: the model so far.
+/// The state of the forward selection: the model so far.
 #[derive(Debug, Clone)]
 pub(super) struct Model {
     pub(super) free: Vec<Effect>,
     pub(super) fitted: Fitted,
     pub(super) entered: Vec<Entered>,
-    /// Rows that count as one: how coloured the innovations are.
+    /// Rows per independent row, by the autocorrelation of the innovations.
     pub(super) rows_per_row: f64,
 }
 

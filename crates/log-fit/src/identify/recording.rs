@@ -11,7 +11,7 @@ pub struct Recording<'a> {
     axis: Axis,
     positions: Vec<f64>,
     commands: Vec<f64>,
-    /// Of blocks those of the log.
+    /// The recorded commands of the log, for blocks.
     recorded: Vec<f64>,
     /// Sine and cosine of the angle from the middle of the motion.
     angles: Vec<[f64; 2]>,
@@ -53,7 +53,7 @@ struct Axis {
 /// The most samples of a record: those of a longer log are taken together in blocks.
 pub const MAX_SAMPLES: usize = 1 << 15;
 
-/// The most samples of a log that are used together. Of a longer log, pieces from its beginning to its end are used.
+/// The most samples of a log that are used together. A longer log gives pieces from its beginning to its end.
 const MAX_TAKEN: usize = 1 << 17;
 const PIECES: usize = 16;
 

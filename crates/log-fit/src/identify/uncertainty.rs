@@ -1,4 +1,4 @@
-//! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
+//! Standard errors that hold: chance and autocorrelation, effects that are missing, and the choice of the horizon.
 
 use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search, Values};
 

@@ -284,7 +284,7 @@ fn expected_motion(
     settings: &Settings,
     result: &IdentifiedResult,
 ) -> Result<ExpectedMotion, Fault> {
-    /// The step that a usual command is for, rad: as that of a promise.
+    /// The step of a usual command, rad: as that of a predicted response.
     const STEP: f64 = 0.1;
     let b = result.servo.parameters.b;
     let pid = settings.controller;

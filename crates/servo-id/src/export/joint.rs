@@ -24,7 +24,7 @@ pub struct Identified {
 pub(super) struct Origin {
     /// The version of this program that exports.
     pub(super) version: &'static str,
-    /// The law that identified.
+    /// The estimator that identified.
     pub(super) law: String,
     /// The verdict on the result.
     pub(super) status: String,

@@ -1,10 +1,10 @@
-//! Gains, box and reference for a servo of which only the data sheet is known.
+//! Gains, parameter range and reference for a servo of which only the data sheet is known.
 
 use std::f64::consts::TAU;
 
 use super::{DataSheet, ServoSheet};
 
-/// Gains, box and reference.
+/// Gains, parameter range and reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chosen {
     /// ω that the poles are placed at, rad/s.
@@ -43,7 +43,7 @@ impl Chosen {
     /// For a servo.
     #[must_use]
     pub fn for_servo(sheet: &DataSheet, servo: &ServoSheet) -> Self {
-        /// ω T, that the crossover of the largest servo of the box, 6 ω, stays well below the sampling.
+        /// ω T, at which the crossover of the largest servo of the range, 6 ω, stays well below the sampling.
         const OF_A_SAMPLE: f64 = 0.05;
         /// The cut-off of the velocity filter, ω.
         const CUTOFF: f64 = 10.0;

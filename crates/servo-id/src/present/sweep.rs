@@ -23,7 +23,7 @@ pub fn sweep(title: &str, command: &str, scenario: &Scenario, result: &SweepResu
 }
 
 fn verdict(distribution: &Distribution) -> Verdict {
-    /// The part that must have converged for a law to be relied on.
+    /// The part that must have converged for an estimator to be reliable.
     const RELIABLE: f64 = 0.95;
     let share = distribution.converged as f64 / distribution.runs as f64;
     let within: Vec<String> = distribution

@@ -121,7 +121,7 @@ impl Effects {
     pub const HIGHEST_ORDER: u32 = 10_000;
     /// The highest resonance, rad/s.
     pub const HIGHEST_RESONANCE: f64 = 1e5;
-    /// The damping ratio of a resonance of which none is stated: steel with little play.
+    /// The damping ratio of a resonance of which none is stated: steel with little backlash.
     pub const RESONANCE_DAMPING: f64 = 0.02;
     /// The shares of the inertia that a load can have.
     pub const INERTIA_RATIOS: [f64; 2] = [0.001, 0.999];

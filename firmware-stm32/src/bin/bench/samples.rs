@@ -1,6 +1,6 @@
 //! Instructions per whole sample (on the chip: cycles), per estimator and number format. A sample goes from the
-//! register of the encoder's counter, with a setpoint and an offset, to the command and the estimates. And instructions
-//! of building the loops of a box, whose stability is proved before the first sample.
+//! register of the encoder's counter, with a setpoint and an offset, to the command and the estimates. The instructions
+//! of building the loops of a parameter range are counted too. Their stability is proved before the first sample.
 
 use core::hint::black_box;
 

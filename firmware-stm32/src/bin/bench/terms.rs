@@ -11,7 +11,7 @@ use identifier_core::number::Number;
 use identifier_core::parameters::{Term, Terms, Unknown, UnknownSet, Unknowns};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
 
-/// Samples after which a term that is demanded has entered, and the law has settled.
+/// Samples after which a demanded term has entered, and the estimator has settled.
 const UNTIL_IT_ENTERED: u32 = 5000;
 
 pub(crate) fn run() -> Result<(), &'static str> {

@@ -12,7 +12,7 @@ use crate::gone;
 pub(in super::super) struct Dialect {
     /// The byte between two columns.
     pub(super) separator: u8,
-    /// The first line of the table, its heading or its numbers, from 1: what stands above is a preamble.
+    /// The first line of the table, its heading or its numbers, from 1. The text above is a preamble.
     pub(super) heading: u64,
 }
 

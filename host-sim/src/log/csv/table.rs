@@ -22,7 +22,7 @@ pub struct Table {
     pub columns: Vec<TableColumn>,
     /// The line of each row, from 1.
     pub lines: Vec<u32>,
-    /// True if a row of names stands above the numbers.
+    /// True if a row of names is above the numbers.
     pub has_heading: bool,
     /// True for numbers with decimal commas.
     pub decimal_commas: bool,

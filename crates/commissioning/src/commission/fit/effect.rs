@@ -12,7 +12,7 @@ pub(super) enum Effect {
     DeadBand,
     /// A load g_s sin q + g_c (cos q − 1).
     Gravity,
-    /// Play before the encoder: its width, and where in it the motor stands at first.
+    /// Backlash before the encoder: its width, and the position of the motor in it at first.
     Backlash,
     /// Friction that is higher at rest by the first size, s/(1 + (v/v_s)²)², v_s being the second.
     LowSpeedFriction,
@@ -74,7 +74,7 @@ impl Effect {
 
     /// The first sizes from a start.
     pub(super) fn first(self, start: u32, scales: &RecordScales) -> Sizes {
-        /// Widths of play, counts.
+        /// Widths of the backlash, counts.
         const PLAYS: [f64; 2] = [3.0, 200.0];
         /// Speeds below which friction is another, over the mean.
         const LOW_SPEEDS: [f64; 2] = [0.03, 0.5];

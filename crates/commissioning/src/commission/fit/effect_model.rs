@@ -11,7 +11,7 @@ pub(super) struct EffectModel<N> {
     resolution: N,
 }
 
-/// State of an effect: the place in the play, or deflection and its rate.
+/// State of an effect: the position in the backlash, or deflection and its rate.
 pub(super) type Memory<N> = [N; 2];
 
 impl<N: Number> EffectModel<N> {

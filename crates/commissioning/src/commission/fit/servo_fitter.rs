@@ -50,7 +50,7 @@ impl<N: Number> ServoFitter<N> {
     /// Standard deviation of the delay that is not known, s, but at least a sample.
     const UNKNOWN_DELAY: f64 = 1e-4;
 
-    /// The speed of a servo that stands, counts per sample: a count in a hundred.
+    /// The speed of a servo at standstill, counts per sample: a count in a hundred.
     const STOOD: f64 = 0.01;
 
     /// The bandwidth of gains that hold a servo, rad/s, and the most of it per sample.

@@ -11,7 +11,7 @@ use identifier_core::reason::Reason;
 /// Counts that a servo that moves cannot have missed.
 const MISSED: f64 = 2.5;
 
-/// Counts that a released servo that stands may move.
+/// Counts that a disabled servo at standstill may move.
 const STANDS_WITHIN: f64 = 3.0;
 
 /// The probing motion, in the sample interrupt: it takes the encoder's increment and gives a command.
@@ -23,7 +23,7 @@ pub(crate) struct Probing<N> {
     settings: ProbingSettings,
 }
 
-/// Where a probing motion stands.
+/// The progress of a probing motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ProbingProgress {
     /// It moves the servo.
@@ -225,7 +225,7 @@ impl<N: Number> Probing<N> {
         self.progress(state)
     }
 
-    /// Notes the command under which the servo stands in a push that grows, where counts show its break-away in time.
+    /// Notes the command during standstill in a growing push, if counts show its break-away in time.
     fn stand(&self, state: &mut ProbingState<N>) {
         let is_timed = state.servo.gain >= self.plan.timed_gain;
         let is_pushed = state.stage == ProbingStage::Push && state.extra > N::ZERO;

@@ -29,13 +29,13 @@ pub(super) struct Plan<N> {
     /// The least b of a servo whose break-away command is measurable. Such a servo passes a count, q = b u̇ t³/6,
     /// before the steepest command has grown by much.
     pub(super) timed_gain: N,
-    /// The square of half a swing's time, over two: swing over acceleration.
+    /// The square of half a half-cycle's time, over two: amplitude over acceleration.
     pub(super) swing: N,
-    /// Speed over acceleration for such a swing.
+    /// Speed over acceleration for such a half-cycle.
     pub(super) swing_speed: N,
     /// The shortest informative half-cycle, counts.
     pub(super) least_swing: N,
-    /// Samples without an edge after which a servo that should be slow stands.
+    /// Samples without an edge after which a servo that should be slow is at standstill.
     pub(super) standing: u32,
     /// Samples without an edge under all of the command after which nothing moves the servo.
     pub(super) jammed: u32,
@@ -50,7 +50,7 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
-    /// Samples between two turns of a swing that is as fast as the loop that holds it.
+    /// Samples between two turns of an oscillation as fast as the holding loop.
     pub(super) hold_swing: u32,
     /// Speed, counts a sample, and bandwidth, ω T, that separate the relay's half-cycles from unplanned ones. The
     /// latter are faster and shorter.

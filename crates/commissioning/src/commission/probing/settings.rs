@@ -71,7 +71,7 @@ impl ProbingSettings {
 /// The largest travel and speed of a servo in the first motion, while nothing is known of it, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestMotion {
-    /// Lowest and highest position, rad from where the servo stands.
+    /// Lowest and highest position, rad from the servo's start.
     pub travel: [f64; 2],
     /// Rad/s.
     pub speed: f64,

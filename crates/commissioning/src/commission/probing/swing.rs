@@ -4,7 +4,7 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 impl<N: Number> Probing<N> {
-    /// Acceleration and amplitude of the next swing: the largest that command, travel and speed permit.
+    /// Acceleration and amplitude of the next half-cycle: the largest that command, travel and speed permit.
     pub(super) fn choose_swing(&self, state: &mut ProbingState<N>) {
         let plan = &self.plan;
         let servo = &state.servo;
@@ -52,8 +52,8 @@ impl<N: Number> Probing<N> {
         ]
     }
 
-    /// The command of a swing. Beyond the planned travel the servo is not pushed outwards. The motion of a load on a
-    /// spring makes the friction estimate too large, which would soften every brake.
+    /// The command of a half-cycle. Beyond the planned travel the servo is not pushed outwards. The motion of a load on
+    /// a spring makes the friction estimate too large, which would soften every brake.
     pub(super) fn swing(&self, state: &mut ProbingState<N>) -> N {
         let command = match state.stage {
             ProbingStage::Brake => self.brake(state),
@@ -156,7 +156,7 @@ impl<N: Number> Probing<N> {
         state.servo.command(-(direction * braking), direction) - direction * state.extra
     }
 
-    /// The servo turns: the next swing, or the end.
+    /// The servo turns: the next half-cycle, or the end.
     fn turn(&self, state: &mut ProbingState<N>) -> N {
         state.extra = N::ZERO;
         if self.is_beyond(state, -state.direction) {
@@ -178,7 +178,7 @@ impl<N: Number> Probing<N> {
         self.push(state)
     }
 
-    /// From the next push on it swings the other way.
+    /// From the next push on it moves in the other direction.
     fn swing_back(&self, state: &mut ProbingState<N>) {
         state.extra = N::ZERO;
         state.aim(-state.direction);

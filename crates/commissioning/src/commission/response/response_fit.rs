@@ -213,7 +213,7 @@ impl ResponseFit {
         fit.is_some_and(|best| best.equations.cost() < most)
     }
 
-    /// True if a line near a resonance stands clear of its own error.
+    /// True if a line near a resonance exceeds its own error clearly.
     fn is_seen(frequency: f64, lines: &[MeasuredLine]) -> bool {
         /// The distance of such a line, a part of the frequency, and its standard errors.
         const NEAR: f64 = 0.2;

@@ -18,7 +18,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const LOWER: f64 = 3.0;
     const ALONE: f64 = 1.3;
 
-    /// Fails because of a second mass, once slides with smaller lines have told whether its coupling has play.
+    /// Fails because of a second mass, once slides with smaller lines have shown whether its coupling has backlash.
     pub(super) fn fail_by_second_mass(&mut self) -> Option<DecisionKind<N>> {
         let (Some(masses), None, Some(servo)) = (self.masses, &self.louder, &self.servo) else {
             return self.fail(Reason::LacksResonance);

@@ -45,7 +45,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         Some(DecisionKind::Slide(plan))
     }
 
-    /// Judges gains by all measured lines: those of before and those under the gains.
+    /// Judges gains by all measured lines, before and under the gains.
     pub(super) fn judge_proof(&mut self, tuning: &Tuning) -> Option<DecisionKind<N>> {
         let most = 1.0 + Self::DISPROVING * (self.settings.max_sensitivity - 1.0);
         let sample_time = self.settings.sample_time;

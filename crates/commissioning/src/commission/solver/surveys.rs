@@ -10,7 +10,7 @@ use identifier_core::reason::Reason;
 use identifier_core::tuning::Mode;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
-    /// Surveys, and those after which a doubted servo shows no second mass.
+    /// Surveys, and those after which an uncertain servo shows no second mass.
     const MAX_SURVEYS: u32 = 3;
     const MAX_CHECKS: u32 = 2;
 
@@ -55,7 +55,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.slide(None, &lines)
     }
 
-    /// True if further slides may show more of a doubted servo, until two masses are known well.
+    /// True if further slides may show more of an uncertain servo, until two masses are within tolerance.
     pub(super) fn is_to_slide_again(&self, masses: &ResponseEstimate) -> bool {
         match masses.resonance {
             _ if self.doubt.is_none() => false,
@@ -74,7 +74,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         masses.is_one_mass() && (1.0 / Self::ALIKE..=Self::ALIKE).contains(&gain)
     }
 
-    /// Slides once more. A servo that is doubted is from now on as the slides before have shown it.
+    /// Slides once more. The estimate of an uncertain servo is from now on that of the earlier slides.
     pub(super) fn slide_again(&mut self) -> Option<DecisionKind<N>> {
         let time = self.settings.sample_time;
         let mode = self.improve();

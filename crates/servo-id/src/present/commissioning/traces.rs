@@ -1,5 +1,4 @@
-//! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
-//! the promised one.
+//! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside the predicted one.
 
 use commissioning::{CommissionSettings, Phase};
 use host_sim::commission::{FrequencyResponse, Outcome, Sample, StepResponse};
@@ -197,7 +196,7 @@ fn bode(response: &FrequencyResponse, servo: &ServoParameters, sample_time: f64)
     figure
 }
 
-/// The step of the trial until the servo is disturbed, beside the promised one with the tolerance of its overshoot.
+/// The step of the trial until the servo is disturbed, beside the predicted one with the tolerance of its overshoot.
 fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Figure {
     /// Settling times that are shown: the disturbance comes later.
     const SHOWN: f64 = 1.5;

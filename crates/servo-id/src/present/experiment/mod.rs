@@ -424,7 +424,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     vec![Block::facts(facts)]
 }
 
-/// Gains for the servo that was found, and their promise as figures.
+/// Gains for the servo that was found, and their predicted response as figures.
 fn gains(of: &Experiment<'_>) -> (Vec<Block>, Vec<Figure>) {
     match Tuned::stiffest(of.scenario, of.summary) {
         Ok((tuned, known)) => {

@@ -67,7 +67,7 @@ impl Canvas {
         }
     }
 
-    /// Text on a base line. A circumflex on a tall letter stands above it: the font's own would cross it.
+    /// Text on a base line. A circumflex on a tall letter is drawn above it, because the font's own would cross it.
     pub(super) fn text(
         &mut self,
         (x, y): (f64, f64),

@@ -78,8 +78,7 @@ impl Size {
     }
 }
 
-/// Heights of a figure's frame, and of one under stretches of time, where several stand one below the other,
-/// points.
+/// Heights of a figure's frame, and of one under shaded ranges of time if several are one below the other, points.
 const HEIGHT: f64 = 82.0;
 const HEIGHT_UNDER_STRETCHES: f64 = 62.0;
 /// Room between figures side by side, below those whose axis is continued, and around the picture.
