@@ -2,8 +2,8 @@
 //!
 //! Two areas of flash that can be erased apart are filled with records in turn, one slot each. The newest whole record
 //! holds. A record is written behind the last one, never over it. An area is erased only when the other one holds the
-//! newest. After a loss of power at any time, either the record before or the new one is whole. 12 records of 1336
-//! bytes fill an area of 16 KiB, so that 10 000 cycles of erasing last for 240 000 records.
+//! newest. After a loss of power at any time, either the record before or the new one is whole. An area of 16 KiB holds
+//! 12 records of 1336 bytes, so that 10 000 cycles of erasing last for 240 000 records.
 //!
 //! | bytes | what |
 //! |---|---|

@@ -1,9 +1,9 @@
 //! Prediction of a recorded motion by a servo with frozen parameters.
 //!
 //! `open_loop` is driven by the recorded command without any correction. It is the hardest test, because an error of
-//! the acceleration is integrated twice. `closed_loop` follows the recorded reference under the declared controller,
-//! the view of a user of the loop. Both run in double precision with the core's own exact step ([`FrozenServo`]). Both
-//! read the samples as often as they need, one at a time.
+//! the acceleration is integrated twice. The other, `closed_loop`, follows the recorded reference under the declared
+//! controller, the view of a user of the loop. Both run in double precision with the core's own exact step
+//! ([`FrozenServo`]). Both read the samples as often as they need, one at a time.
 
 mod closed_loop;
 mod frozen_servo;

@@ -107,8 +107,8 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         Ok(sample.command + scaled.row.injection)
     }
 
-    /// Compares its command with the recorded one in a log, by its number from 0, until it cannot compute a sample.
-    /// `comparable` is true once its velocity estimate is reliable.
+    /// Compares its command with the recorded one in a log, by its number from 0, until it cannot compute a sample. The
+    /// argument `comparable` is true once its velocity estimate is reliable.
     pub(super) fn compare(&mut self, scaled: &ScaledRow, log: usize, comparable: bool) {
         if !self.is_lost {
             self.is_lost = self.try_compare(scaled, log, comparable).is_err();

@@ -96,8 +96,8 @@ laws! {
     Fit: "fit", Record, ALL, Pid, "nothing", "this project",
         &["required_terms", "low_speed_velocity", "ripple_order", "revolution"];
     /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ (μ ε + ε̇).
-    /// Literature: Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop identification", IECON
-    /// 2006. It assumes a servo without load and friction: a load leaves a constant ε that no integral takes over.
+    /// Literature: Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop identification", IECON 2006.
+    /// It assumes a servo without load and friction: a load leaves a constant ε that no integral takes over.
     PdGradient: "pd-gradient", Gradient, AB, Pd, "box of a and b, gains of the PD", "[7]",
         GRADIENT;
     /// Recursive least squares on filtered signals in the loop of a relay.

@@ -1,8 +1,8 @@
 //! Scenarios: the servo, its loop, the reference and the identifier of an experiment, in SI.
 //!
-//! A scenario file is read in steps that each do one thing. `source` parses the text, `read` writes its values, key by
-//! key, into the settings, and `check` rejects settings that contradict each other. [`keys`] is the table of all keys,
-//! from which reading, errors, help and [`schema`] follow. A key's `kind` reads and describes its value.
+//! A scenario file is read in steps that each do one thing. The module `source` parses the text. Then `read` writes its
+//! values, key by key, into the settings. Last, `check` rejects settings that contradict each other. The table [`keys`]
+//! has all keys, from which reading, errors, help and [`schema`] follow. A key's `kind` reads and describes its value.
 
 mod check;
 mod commission;

@@ -42,7 +42,7 @@ impl<N: Number> ActingShare<N> {
         }
     }
 
-    /// Takes the counts from where the step began and the command beyond the load's, both positive towards the step.
+    /// Takes the counts since the step began and the command beyond the load's. Both are positive towards the step.
     pub(super) fn take(&mut self, gone: N, command: N) {
         let departs = gone >= N::from_f64(Self::DEPARTED);
         if self.gone >= self.half || (self.samples == N::ZERO && !departs) {

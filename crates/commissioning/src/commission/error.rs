@@ -29,8 +29,8 @@ pub enum CommissionError {
         /// The least that would do, rad/s.
         needed: f64,
     },
-    /// With the largest b, all of the command changes the speed within a sample by too large a part of its limit. The
-    /// speed would exceed it before the encoder shows it.
+    /// With the largest b, all of the command changes the speed too much within a sample. The speed would exceed it
+    /// before the encoder shows it.
     TooStrong {
         /// The given value, s.
         sample_time: f64,

@@ -105,8 +105,8 @@ impl<N: Number> Holding<N> {
         self.reference = target;
     }
 
-    /// Has the integral hold a load by this command and nothing else. A servo at rest that friction holds
-    /// does not notice; what the integral had gathered against friction is forgotten.
+    /// Has the integral hold a load by this command and nothing else. A servo at rest by friction does not notice. The
+    /// integral loses the part that it had gathered against friction.
     pub(super) fn balance(&mut self, command: N) {
         let integral = self.controller.integral_for(command, N::ZERO, N::ZERO);
         self.state = self.state.with_integral(integral);

@@ -11,7 +11,7 @@ use identifier_core::reason::Reason;
 use identifier_core::tuning::{Tuning, TuningError};
 use identifier_core::units::Units;
 
-/// An event of the record, from the interrupt to the solver: a plain value that a caller carries across.
+/// An event of the record, from the interrupt to the solver. It is a plain value that a caller transfers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordEvent<N>(pub(super) EventKind<N>);
 
@@ -47,11 +47,11 @@ pub(super) enum EventKind<N> {
     Ended(RoughModel<N>),
     /// The measured response of the trial matches the prediction, and slides validate the gains next.
     Tried,
-    /// The motion was over before there was enough evidence, for this reason: the servo as it moved by then.
+    /// The motion was over before there was enough evidence, for this reason. The servo is the estimate by then.
     Inconclusive(RoughModel<N>, Reason),
 }
 
-/// A decision of the solver: one for each motion that has ended, and one more when it has tuned.
+/// A decision of the solver. There is one for each motion that has ended, and one more after tuning.
 ///
 /// All that the interrupt's half needs is prepared in it: no sample converts from SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ pub(super) enum DecisionKind<N: Number> {
     Identified(Identified<N>),
     /// The servo in its estimate after a motion, not yet within tolerance. The second motion is repeated.
     Uncertain(Identified<N>),
-    /// The response is to be measured: the servo slides as planned, after the trial under the gains that were tried.
+    /// The response must be measured. The servo slides as planned, after the trial under the gains that were tried.
     /// [`Verified`] follows, or other slides.
     ///
     /// [`Verified`]: Self::Verified

@@ -137,8 +137,8 @@ pub(super) enum Rest {
     Noisy,
 }
 
-/// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ², and
-/// a smooth motion a positive one.
+/// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ². A
+/// smooth motion has a positive one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RestNoise<N> {
     last: Option<i32>,

@@ -29,12 +29,11 @@ pub struct CommissionSettings {
     /// The step of the trial, rad. None is the largest within a quarter of the travel, the speed and half of the
     /// command.
     pub trial_step: Option<f64>,
-    /// Rounds of slides, each of both ways and of both ways again with the excitation inverted, 0 to
-    /// [`CommissionSettings::MAX_SLIDE_ROUNDS`]. None if the axis is known to be stiff, unless its motions are not
-    /// explained. A resonance that friction hides then stays unseen. Two and more identify a compliant axis better, and
-    /// validate its gains by as many rounds under them. The gains are applied if no line certainly shows a larger
-    /// sensitivity than 1 + 4/3 (`max_sensitivity` − 1). Otherwise they are designed again with all lines, at most
-    /// twice.
+    /// Rounds of slides, 0 to [`CommissionSettings::MAX_SLIDE_ROUNDS`]. Each is in both directions, and again with the
+    /// excitation inverted. None if the axis is known to be stiff, unless its motions are not explained. A resonance
+    /// that friction hides then stays unseen. Two and more identify a compliant axis better, and validate its gains by
+    /// as many rounds under them. The gains are applied unless a line certainly shows a larger sensitivity than 1 + 4/3
+    /// (`max_sensitivity` − 1). Otherwise they are designed again with all lines, at most twice.
     pub slide_rounds: u8,
     /// True if the gains may have a notch filter, which a controller in fixed point has not.
     pub notch: bool,
@@ -73,8 +72,8 @@ impl CommissionSettings {
     /// stable.
     pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
 
-    /// The longest declared delay, s and samples. With a longer one the monitoring and the fit cannot distinguish a
-    /// late servo from a reversed, a dead or a compliant one.
+    /// The longest declared delay, s and samples. With a longer one monitoring and fit cannot distinguish a late servo
+    /// from a reversed, a dead or a compliant one.
     const MAX_COMMAND_DELAY: (f64, f64) = (0.015, 16.0);
 
     /// The same for positions in units of the noise. The travel keeps the distance from its ends that the noise hides.
@@ -166,7 +165,7 @@ impl CommissionSettings {
     fn can_be_sampled(&self, bandwidth: f64) -> Result<(), CommissionError> {
         /// The largest ω T that the tuner takes for a loop at all.
         const FASTEST: f64 = 0.5;
-        /// ω times hold and delay that a servo without friction tolerates with Mₛ = 1.6, and the Mₛ that is left with
+        /// ω times hold and delay that a servo without friction tolerates with Mₛ = 1.6. Also the Mₛ that is left with
         /// none.
         const BORNE: f64 = 0.085;
         const MIN_SENSITIVITY: f64 = 1.1;

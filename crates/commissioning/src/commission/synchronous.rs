@@ -150,7 +150,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         is_more.then(again)?.ok()
     }
 
-    /// Standard deviation of the encoder's noise, rad: the declared one, or a larger one that it had at rest.
+    /// Standard deviation of the encoder's noise, rad. It is the declared one, or a larger one at rest.
     #[must_use]
     pub fn noise(&self) -> f64 {
         self.settings.noise

@@ -15,8 +15,8 @@ pub(super) struct Trial<N> {
     /// True if the axis may go back.
     returns: bool,
     disturbance: N,
-    /// The command that balances the load. The two others are the distances from it at which friction may hold the
-    /// servo, and friction that is higher at rest.
+    /// The command that balances the load. The others are the distances from it at which friction, and the higher
+    /// friction at rest, may hold the servo.
     balance: N,
     friction: [N; 2],
     promised: Promised<N>,
@@ -49,7 +49,7 @@ struct Promised<N> {
     excursion: N,
     /// The least that a disturbance must move it, whatever friction is; zero where friction may hold it.
     least_excursion: N,
-    /// Samples after which a transient is over, and the same for a servo that friction has held so far. The last is the
+    /// Samples after which a transient is over, and the same for a servo that was held by friction. The last is the
     /// limit by which it must be at rest.
     over: u32,
     departed: u32,
@@ -101,7 +101,7 @@ impl<N: Number> Trial<N> {
     /// Friction at low speed over Coulomb friction, which may act to either side at first.
     pub(super) const LOW_SPEED: f64 = 1.5;
 
-    /// Friction at rest over Coulomb friction that no axis has: a command that is larger moves it, or nothing does.
+    /// Friction at rest over Coulomb friction that no axis has. A larger command moves it, or nothing does.
     const STICTION: f64 = 5.0;
 
     /// Counts by which a measured position is uncertain.
@@ -111,7 +111,7 @@ impl<N: Number> Trial<N> {
     const TRANSIENT_SETTLING_TIMES: f64 = 1.5;
     const MAX_SETTLING_TIMES: f64 = 6.0;
 
-    /// The longest time in which a transient decays, 1/ω: that of the filter of the reference, to a fiftieth.
+    /// The longest time in which a transient decays, 1/ω. It is that of the filter of the reference, to a fiftieth.
     const DIES_DOWN: f64 = 12.0;
 
     /// The same of the loop alone, 1/ω: its slowest poles decay with ω/2. A step along a reference model settles sooner than the

@@ -18,11 +18,10 @@ use identifier_core::tuning::Tuning;
 /// A servo counts as another if one of the four differs so far from the predicted one
 ///
 /// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
-/// - in size that the prediction no longer holds. The limit of inertia is [`PromisedServo::MAX_INERTIA_RATIO`], that of
-///   viscous friction a quarter of the loop's damping k_d + a/b. That of Coulomb friction is half of it, and a
-///   twenty-fifth of the predicted step's largest command, while the load changes by less than half of that. That of
-///   the load is a tenth of the largest command, and the point at which it leaves less of it than the predicted step
-///   takes.
+/// - in size that the prediction no longer holds. The limit of inertia is [`PromisedServo::MAX_INERTIA_RATIO`]. That of
+///   viscous friction is a quarter of the loop's damping k_d + a/b. That of Coulomb friction is half of it, and a
+///   twenty-fifth of the predicted step's largest command. The load must then change by less than half of that. That of
+///   the load is a tenth of the largest command. The load must also leave less of it than the predicted step takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PromisedServo {
     servo: [Known; 4],
@@ -36,7 +35,8 @@ pub struct PromisedServo {
 pub struct ServoChange {
     /// The quantity that changed.
     pub reason: Reason,
-    /// The predicted value: 1/b, a/b, c/b or d/b in command units per rad/s², command units per rad/s, command units.
+    /// The predicted value of 1/b, a/b, c/b or d/b, in command units per rad/s², command units per rad/s, command
+    /// units.
     pub promised: f64,
     /// The value that was found.
     pub found: f64,
@@ -91,8 +91,8 @@ impl PromisedServo {
     /// gain margins of a loop are 0.62 and 2.7. Most of that is left to the loop.
     pub const MAX_INERTIA_RATIO: f64 = 1.25;
 
-    /// For the servo that was identified, its gains, and the largest command either way, command units; infinite for none.
-    /// None where b is not known.
+    /// For the identified servo, its gains, and the largest command in either direction, command units; infinite for
+    /// none. None where b is not known.
     #[must_use]
     pub fn new(servo: &IdentifiedServo, tuning: &Tuning, limit: f64) -> Option<Self> {
         /// The change of viscous friction, as a part of the loop's damping.

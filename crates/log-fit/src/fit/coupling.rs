@@ -5,9 +5,9 @@ use super::state::State;
 use super::twisting::Twisting;
 use super::{Effect, Values};
 
-/// A load with the share ρ of the inertia behind a spring. ω is the resonance of motor and load, both free, and ζ its
-/// damping. The twist w accelerates the load by (1 − ρ)(ω² w + 2ζω ẇ). It brakes the motor, of the inertia 1 − ρ, by ρ
-/// times that. Both are integrated in pieces by a leapfrog, the motor by its own exact step. The leapfrog: Hairer,
+/// A load with the share ρ of the inertia behind a spring. The resonance of motor and load, both free, is ω, and its
+/// damping is ζ. The twist w accelerates the load by (1 − ρ)(ω² w + 2ζω ẇ). It brakes the motor, of the inertia 1 − ρ,
+/// by ρ times that. Both are integrated in pieces by a leapfrog, the motor by its own exact step. The leapfrog: Hairer,
 /// Lubich and Wanner, "Geometric numerical integration illustrated by the Störmer–Verlet method", Acta Numerica 12,
 /// 2003.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -148,7 +148,8 @@ impl Effect {
 }
 
 /// An effect whose tangent a pass computes, with its setting. The setting is the order of a wave, the speed at which
-/// friction fades, the level of a limit, the frequency of a resonance or a backlash. Zero is the model's own setting.
+/// friction fades or the level of a limit. It is also the frequency of a resonance, or the width of a backlash. Zero is
+/// the model's own setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// The effect.

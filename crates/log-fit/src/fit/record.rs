@@ -3,8 +3,8 @@
 /// A recorded motion: what the encoder showed and what the servo was commanded.
 ///
 /// A sample may be a part of a block of samples. With a `stride` of two every second sample has a measurement. A block
-/// has the mean command ū and the first moment m = mean of u·(x − ½), where x is the place in the block from 0 to 1. It
-/// is two samples with the commands ū ∓ 4m. Positions between measurements are interpolated.
+/// has the mean command ū and the first moment m = mean of u·(x − ½). Here x is the place in the block from 0 to 1. The
+/// block is two samples with the commands ū ∓ 4m. Positions between measurements are interpolated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record<'a> {
     /// Measured positions, counts.

@@ -129,8 +129,8 @@ const fn eccentric_per(effect: Effect, [sine, cosine]: [f64; 2]) -> f64 {
 }
 
 impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
-    /// The innovation, and the regressor of each column. `wave` are sin q and cos q minus those at the beginning of the
-    /// motion, where an encoder counts from.
+    /// The innovation, and the regressor of each column. The pair `wave` is sin q and cos q minus those at the
+    /// beginning of the motion, where an encoder counts from.
     #[inline]
     pub(super) fn innovation(
         &self,

@@ -58,7 +58,8 @@ const SEARCH: Search = Search {
     tolerance: 1e-6,
 };
 
-/// Examines estimates; none without motion or if the model cannot follow the record.
+/// Examines estimates; none without motion or if the model cannot follow the record. The function `is_explained` is
+/// true if this noise and correlation of the innovations need no further effect.
 pub fn examine(
     recording: &Recording<'_>,
     law: &Estimated,

@@ -58,8 +58,8 @@ const MAX_TAKEN: usize = 1 << 17;
 const PIECES: usize = 16;
 
 impl<'a> Recording<'a> {
-    /// A recording from the samples of a log, with the counts per rad. `revolution` is the distance after which
-    /// angle-dependent forces repeat, rad; zero for an axis without angle.
+    /// A recording from the samples of a log, with the counts per rad. The argument `revolution` is the distance after
+    /// which angle-dependent forces repeat, rad; zero for an axis without angle.
     #[must_use]
     pub fn new(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
         let block = match samples.len().min(MAX_TAKEN) {

@@ -35,14 +35,15 @@ impl Beyond {
 const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
 /// Standard errors of the free effects, in their order. The second list holds those whose error is mostly from effects
-/// that a command of other sizes would determine. `load` is the load's error by chance and autocorrelation.
+/// that a command of other sizes would determine. The argument `load` is the load's error by chance and
+/// autocorrelation.
 ///
-/// σ² = sandwich + ideal² + ∑ w shift² + spread². ideal: no servo matches its model to better than a thousandth. Jitter
-/// of the samples, an encoder off its centre and the command's shape within a sample remain, and no length of a record
-/// shows them. A missing effect counts by its probability w (Hoeting, Madigan, Raftery and Volinsky, "Bayesian model
-/// averaging", Statistical Science 14(4), 1999). The spread is the shift of the estimates beyond chance if the filter
-/// trusts the model over a quarter of the horizon or four times it (Hausman, "Specification tests in econometrics",
-/// Econometrica 46(6), 1978).
+/// σ² = sandwich + ideal² + ∑ w shift² + spread². The term ideal: no servo matches its model to better than a
+/// thousandth. Jitter of the samples, an encoder off its centre and the command's shape within a sample remain, and no
+/// length of a record shows them. A missing effect counts by its probability w (Hoeting, Madigan, Raftery and Volinsky,
+/// "Bayesian model averaging", Statistical Science 14(4), 1999). The spread is the shift of the estimates beyond chance
+/// if the horizon of the filter is a quarter or four times as long. Its literature is Hausman, "Specification tests in
+/// econometrics", Econometrica 46(6), 1978.
 pub(super) fn std_errors(
     fitter: &Fitter<'_>,
     model: &Model,

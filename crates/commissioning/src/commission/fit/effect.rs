@@ -16,7 +16,7 @@ pub(super) enum Effect {
     Backlash,
     /// Friction that is higher at rest by the first size, s/(1 + (v/v_s)²)², v_s being the second.
     LowSpeedFriction,
-    /// Two masses with a spring between them: the ratio of the masses, and the frequency of both free,
+    /// Two masses with a spring between them. Its sizes are the ratio of the masses, and the frequency of both free,
     /// rad/sample.
     Resonance,
     /// A load r_s sin Nq + r_c (cos Nq − 1) with the third size N.
@@ -80,7 +80,7 @@ impl Effect {
         const LOW_SPEEDS: [f64; 2] = [0.03, 0.5];
         /// First size of a dead band, over the largest command. At zero its start would be no dead band.
         const DEAD_BAND: f64 = 0.01;
-        /// The fewest periods of a resonance in a record, and the largest angle of one in a block, rad.
+        /// The fewest periods of a resonance in a record, and its largest angle in a block, rad.
         const PERIODS: f64 = 3.0;
         const ANGLE: f64 = 1.0;
         let between = |[low, high]: [f64; 2]| {
@@ -126,7 +126,7 @@ impl Effect {
     }
 
     /// True if there is as much of it as to be what it is called. With almost no mass behind the spring, a fit only
-    /// gains that the servo need not be at standstill at first.
+    /// gains a servo that may move at first.
     pub(super) fn is_material(self, sizes: &Sizes) -> bool {
         const RATIO: f64 = 0.03;
         self != Self::Resonance || sizes[0] >= RATIO

@@ -73,8 +73,8 @@ impl<N: Number> EffectModel<N> {
         }
     }
 
-    /// The displacement of the rigid servo minus that of the encoder over a time, from the rigid servo's displacement
-    /// and its change of velocity.
+    /// The displacement of the rigid servo minus that of the encoder over a time. It follows from the rigid servo's
+    /// displacement and its change of velocity.
     pub(super) fn hides(&self, memory: &mut Memory<N>, time: N, way: N, change: N) -> N {
         match self.effect {
             Effect::Backlash => {
@@ -88,8 +88,8 @@ impl<N: Number> EffectModel<N> {
         }
     }
 
-    /// The motor oscillates about the rigid servo: ẅ + 2ζω ẇ + ω² w = r times that one's acceleration. r is the ratio
-    /// of the masses. The steps are short beside the oscillation.
+    /// The motor oscillates about the rigid servo: ẅ + 2ζω ẇ + ω² w = r times that one's acceleration. The ratio of the
+    /// masses is r. The steps are short beside the oscillation.
     fn swing(&self, [swing, rate]: &mut Memory<N>, time: N, change: N) -> N {
         /// The largest angle of a step, rad, and the most steps.
         const MAX_ANGLE: f64 = 0.3;

@@ -27,8 +27,8 @@ pub(crate) struct Diagnosis {
 
 /// A search for it under way. The model is fitted to the record again, with each of the effects in turn.
 ///
-/// An effect whose size is not linear in the motion, for example a frequency, is searched from many first sizes. A pass
-/// from each predicts its gain, and the fit continues from the most promising.
+/// An effect whose size is not linear in the motion, as a frequency, is searched from many first sizes. A pass from
+/// each predicts its gain, and the fit continues from the most promising.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EffectSearch<N> {
     resolution: N,
@@ -61,11 +61,11 @@ impl<N: Number> EffectSearch<N> {
     };
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
-    /// A dead band may exist too if it explains this part of the errors and leaves at most this multiple of the best
+    /// A dead band may exist too. It must explain this part of the errors and leave at most this multiple of the best
     /// effect's remainder.
     const DEAD_BAND: f64 = 0.8;
     const ALIKE: f64 = 3.0;
-    /// Largest displacement by the effect at the beginning of a record, counts, and its largest speed, over the mean
+    /// Largest displacement by the effect at the beginning of a record, counts. Also its largest speed, over the mean
     /// speed.
     const PLACE: f64 = 20.0;
     const SPEED: f64 = 0.3;
@@ -238,7 +238,7 @@ impl<N: Number> EffectSearch<N> {
 
     /// The largest squared errors of a model that contains the cause. They are those of rounding, and of the part of
     /// the range that any model may lack. A load that changes with the angle fits much of any large misfit, but leaves
-    /// more. A second mass leaves more even where it is there: the search has its friction on both masses alike.
+    /// more. A true second mass leaves more as well, because the search has its friction on both masses alike.
     fn max_left(&self) -> f64 {
         let share = PredictionErrors::SHARE * self.scales.range;
         let rounding = PredictionErrors::ERRORS * PredictionErrors::ERRORS * ROUNDING;
@@ -285,7 +285,7 @@ impl<N: Number> ServoFitter<N> {
         self.diagnosing(&at_rest(&self.parameters(servo)), motion)
     }
 
-    /// The same where a fit has not come to a servo; none where it had nothing to begin with.
+    /// The same for a fit without a plausible servo; none if it had nothing to begin with.
     #[must_use]
     pub(crate) fn begin_diagnosis_of<const W: usize>(
         &self,

@@ -34,8 +34,8 @@ impl FitSettings {
 
 /// Fits q̈ = −a q̇ + b u(t − τ) + d − c sign q̇ to the record of a motion with the fit of a running drive.
 ///
-/// The motion is short and begins at rest, or nearly. The model may therefore go through it in open-loop simulation,
-/// and nothing is lost if a count is much of the motion.
+/// The motion is short and begins at rest, or nearly. The model may therefore go through it in open-loop simulation.
+/// Nothing is lost if a count is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ServoFitter<N> {
     settings: FitSettings,
@@ -129,7 +129,7 @@ impl<N: Number> ServoFitter<N> {
         None
     }
 
-    /// A fitter for a motion of a servo with or without earlier estimates, which gains may have held before.
+    /// A fitter for a motion of a servo. Earlier estimates may exist, and gains may have held it before.
     pub(super) fn fitter_for<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,

@@ -77,9 +77,9 @@ impl<N: Number> Probing<N> {
         ProbingState::new(&self.plan, held)
     }
 
-    /// Begins with a servo that was disabled for some samples, this one included, and is `position` counts from its
-    /// start. None as long as it may still fall. If it falls so fast that it would soon reach a limit, the ramp pushes
-    /// against it from the first.
+    /// Begins with a servo that was disabled for some samples, this one included. It is `position` counts from its
+    /// start. None as long as it may still fall. If it falls so fast that it would soon reach a limit, the ramp opposes
+    /// it immediately.
     #[must_use]
     pub(crate) fn start_released(&self, position: N, samples: u32) -> Option<ProbingState<N>> {
         if position.magnitude() <= N::from_f64(STANDS_WITHIN) {
@@ -172,7 +172,7 @@ impl<N: Number> Probing<N> {
         command
     }
 
-    /// Ends a relay that excites a resonance. The motor alone has a multiple of the gain, and oscillates faster and
+    /// Ends a relay that excites a resonance. The motor alone has a multiple of the gain. It oscillates faster and
     /// harder than the relay moves it. A servo that falls by its load is not left to friction.
     fn end_ringing(&self, state: &mut ProbingState<N>) {
         /// Swings after which it ends, and the multiple of the planned acceleration that they took.
@@ -316,8 +316,8 @@ mod tests {
     use super::super::super::tests::unknown_servos::Unknown;
     use super::*;
 
-    /// Two half-cycles of a tenth of the relay's shortest one, at half of the planned speed, end it at every rate. The
-    /// loop then holds with 0.4 of its bandwidth, 0.16 of its stiffness.
+    /// Two half-cycles of a tenth of the relay's shortest one, at half of the planned speed, end it. This holds at
+    /// every rate. The loop then holds with 0.4 of its bandwidth, 0.16 of its stiffness.
     #[test]
     fn a_servo_whose_relay_rings_is_held_with_less_bandwidth() {
         for sample_time in [4e-3, 1e-3, 5e-5] {

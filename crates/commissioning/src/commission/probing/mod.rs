@@ -1,4 +1,4 @@
-//! The first motion of an unknown servo, within limits that hold for any servo, and later motions of an identified one.
+//! The first motion of an unknown servo, within limits for any servo, and later motions of an identified one.
 //!
 //! **Ramp.** From the holding command, or zero, the command grows until the encoder has moved by a few counts. It grows
 //! exponentially at first, then by at most 2 % of the limit a millisecond. A linearly growing command moves a servo as
@@ -10,15 +10,15 @@
 //! **Half-cycles.** From then on friction and load are compensated by their estimates. The servo is accelerated and
 //! braked by ±A. A and amplitude are the largest that command, speed and travel permit. Braking begins as soon as 85 %
 //! of A could no longer stop the servo at its limit. The prediction starts where a command of now acts with the longest
-//! delay: a sample, the known delay and two samples more. During braking, the command to stop within the travel is
-//! computed again in every sample. A turn is what the counts show, not what is thought. Meanwhile a linear
+//! delay. That is a sample, the known delay and two samples more. During braking, the command to stop within the travel
+//! is computed again in every sample. A turn is what the counts show, not what is thought. Meanwhile a linear
 //! least-squares estimate refines b, d − c, d + c and a. The command must overcome its friction and load. In either
-//! direction they are barely above the command of the break-away there, if counts show that in time. A push that is
-//! late has command added, which becomes less by the friction that the estimate has learnt.
+//! direction they are barely above the command of its break-away, if counts show that in time. A push that is late has
+//! command added, which becomes less by the friction that the estimate has learnt.
 //!
-//! **End.** It ends by evidence: two turns at either end, and accelerations predicted within a standard error of 0.8 %
-//! in both directions. On the last turn a loop holds the servo at its position. It reduces its bandwidth at each
-//! oscillation, because the motor of a compliant axis alone has a multiple of the gain.
+//! **End.** It ends by evidence. This is two turns at either end, and accelerations predicted within a standard error
+//! of 0.8 % in both directions. On the last turn a loop holds the servo at its position. It reduces its bandwidth at
+//! each oscillation. The motor of a compliant axis alone has a multiple of the gain.
 //!
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 

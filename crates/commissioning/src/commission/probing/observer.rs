@@ -4,7 +4,7 @@ use identifier_core::number::Number;
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.
 ///
 /// It predicts with the rough model's acceleration and a remainder. It corrects position, velocity and remainder by the
-/// error of the prediction, so that all three errors decay as pᵏ. While nothing is known of the servo, the rest is its
+/// error of the prediction. All three errors thus decay as pᵏ. While nothing is known of the servo, the rest is its
 /// whole acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observer<N> {

@@ -63,7 +63,7 @@ pub(super) struct Plan<N> {
     pub(super) reaction: u32,
     /// Samples for which a released servo must stand.
     pub(super) released: u32,
-    /// Samples within which a ramp that must be noticed before it turns against a fall does not catch it.
+    /// Samples within which a ramp does not catch a fall if it must be noticed first.
     pub(super) soon: N,
 }
 
@@ -75,13 +75,13 @@ impl<N: Number> Plan<N> {
     /// Samples by which a command may be later than known.
     const UNKNOWN_DELAY: f64 = 2.0;
 
-    /// The shortest half-cycle of the relay, in known delays, and the phase, rad, that the known delay costs the
+    /// The shortest half-cycle of the relay, in known delays. Also the phase, rad, that the known delay costs the
     /// holding loop.
     const SWING_DELAYS: f64 = 4.0;
     const HOLD_PHASE: f64 = 0.4;
 
-    /// A half-cycle above this part of the planned speed and within this part of the shortest half-cycle is not the
-    /// relay's.
+    /// Parts of the planned speed and of the shortest half-cycle. A half-cycle above the first and within the second is
+    /// not the relay's.
     const RINGING: [f64; 2] = [0.1, 0.5];
 
     /// The part of the command that may grow from a break-away to the count that shows it.

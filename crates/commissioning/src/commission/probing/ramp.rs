@@ -8,8 +8,8 @@ use identifier_core::reason::Reason;
 const MIN_FALL_COUNTS: f64 = 3.0;
 
 impl<N: Number> Guess<N> {
-    /// For a servo that fell and was caught. Its velocity is back at zero, w t + b ∫u = 0, at its furthest point, w
-    /// t²/2 + b ∬u = q.
+    /// For a servo that fell and was caught. At its furthest point, w t²/2 + b ∬u = q, its velocity is back at zero, w
+    /// t + b ∫u = 0.
     fn caught(fall: &[N; 4], base: N) -> Self {
         let [time, pushed, way, moved] = *fall;
         let half = N::from_f64(0.5);
@@ -107,8 +107,7 @@ impl<N: Number> Probing<N> {
         state.held + state.direction * state.ramp
     }
 
-    /// The next step of the ramp. It is the faster, the sooner a servo that moves on its own would be too far or too
-    /// fast.
+    /// The next step of the ramp. It is the faster, the sooner a servo that moves alone would be too far or too fast.
     fn ramp_step(&self, state: &ProbingState<N>, moved: N) -> N {
         let plan = &self.plan;
         let usual = (plan.first_step + plan.growth * state.ramp).limited(N::ZERO, plan.steepest);
@@ -142,8 +141,8 @@ impl<N: Number> Probing<N> {
         N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
     }
 
-    /// True if the samples since the first count suffice for the time of the break-away, or the travel permits no more
-    /// of them.
+    /// True if the samples since the first count suffice for the time of the break-away. Also true if the travel
+    /// permits no more of them.
     fn is_timed(&self, state: &ProbingState<N>, moved: N) -> bool {
         /// Samples.
         const TIMED: u32 = 4;

@@ -52,8 +52,8 @@ impl<N: Number> Probing<N> {
         ]
     }
 
-    /// The command of a half-cycle. Beyond the planned travel the servo is not pushed outwards. The motion of a load on
-    /// a spring makes the friction estimate too large, which would soften every brake.
+    /// The command of a half-cycle. Beyond the planned travel the servo is not pushed outwards. A load that moves on a
+    /// spring makes the friction estimate too large, which would soften every brake.
     pub(super) fn swing(&self, state: &mut ProbingState<N>) -> N {
         let command = match state.stage {
             ProbingStage::Brake => self.brake(state),
@@ -187,7 +187,7 @@ impl<N: Number> Probing<N> {
     }
 
     /// True if the servo is within tolerance. It has turned twice at either end, and the acceleration of a half-cycle
-    /// is predicted well in both directions.
+    /// is predicted in both directions.
     pub(super) fn has_evidence(&self, state: &ProbingState<N>) -> bool {
         /// The largest standard error of an acceleration, over it.
         const KNOWN: f64 = 0.008;

@@ -19,8 +19,8 @@ pub(super) const RATIO: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponseModel {
     servo: SampledServo,
-    /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response but for its first image,
-    /// which has that of its own frequency.
+    /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response. The first image
+    /// has that of its own frequency.
     lag: f64,
     /// b T², the delay in samples and the mode with its frequency per sample, for the image.
     gain: f64,

@@ -10,7 +10,8 @@ use identifier_core::tuning::{MeasuredLine, Resonance};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct ResponseFit {
     sample_time: f64,
-    /// Viscous friction with its deviation, 1/s, zero if it is known, and the delay (samples) from the earlier motions.
+    /// Viscous friction with its deviation, 1/s, zero if it is known. Also the delay (samples) from the earlier
+    /// motions.
     friction: [f64; 2],
     delay: f64,
     stage: Stage,
@@ -69,13 +70,13 @@ impl ResponseEstimate {
     }
 
     /// True if the masses explain the response: all of it, or nearly all that one mass leaves. Lines close to a
-    /// resonance of little damping are not explained in full, because the slightest change of speed shifts them.
+    /// resonance of little damping are not explained in full. The slightest change of speed shifts them.
     pub(in crate::commission) fn is_explained(&self) -> bool {
         self.misfit < ResponseFit::EXPLAINED || self.left < ResponseFit::NEARLY_ALL
     }
 
-    /// Updates a servo that was identified as one mass from its response: gain, delay and, if it was uncertain, viscous
-    /// friction. The commands that balance friction and load are kept.
+    /// Updates a servo that was identified as one mass from its response. This is gain, delay and, if it was uncertain,
+    /// viscous friction. The commands that balance friction and load are kept.
     pub(in crate::commission) fn improve(&self, servo: &mut IdentifiedServo) {
         scale(servo, self.gain / servo.parameters.b);
         know_alone(servo, IdentifiedServo::B, self.gain_error * self.gain);
@@ -111,22 +112,22 @@ impl ResponseEstimate {
 }
 
 impl ResponseFit {
-    /// Two masses exist if one does not explain the response and they leave less than this part of its errors. Among 90
+    /// Two masses exist if one does not explain the response and two leave less than this part of its errors. Among 90
     /// rigid servos one mass left 0.56 or less per line and part. For as many of two masses it left 2 or more.
     const TWO_MASSES: f64 = 0.75;
 
     /// The mean of the squared errors above which a single mass may hide a narrow resonance.
     const CLEAR: f64 = 0.6;
 
-    /// The mean of the squared errors of a fit that explains the response: no other would be better by much.
+    /// The mean of the squared errors of a fit that explains the response. No other fit would be much better.
     const EXPLAINED: f64 = 1.0;
 
     /// The part of the errors of one mass that two may leave if they are the cause. A load that changes with the angle,
     /// which partly looks like a second mass, leaves more.
     const NEARLY_ALL: f64 = 0.1;
 
-    /// The expected deviation of viscous friction from zero if motions that one mass does not explain show none, 1/s. A
-    /// motor that oscillates against its load looks slowed.
+    /// The expected deviation of viscous friction from zero, 1/s, if motions that one mass does not explain show none.
+    /// A motor that oscillates against its load looks slowed.
     const USUAL_FRICTION: f64 = 10.0;
 
     /// The least standard errors of ln ω and ln ζ if two masses do not explain the response either. An example is a
@@ -136,7 +137,8 @@ impl ResponseFit {
     /// The least standard error of ln ω of a resonance that no line shows. Only the antiresonance is evidence of it.
     const UNSEEN: f64 = 0.1;
 
-    /// Begins for a servo that is known as one mass, which may not explain its motions; none without enough lines.
+    /// Begins for a servo that was identified as one mass, which may not explain its motions. None without enough
+    /// lines.
     pub(in crate::commission) fn begin(
         lines: &[MeasuredLine],
         servo: &IdentifiedServo,
@@ -286,7 +288,7 @@ impl ResponseDescent {
         min_change: 1e-4,
     };
 
-    /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
+    /// Lowest and highest values: logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
     const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
     const HIGH: Unknowns = [30.0, 60.0, 30.0, 1e3, 13.0, -0.7, 3.4];
 

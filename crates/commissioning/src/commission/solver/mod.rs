@@ -219,8 +219,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         masses?.resonance.as_ref()
     }
 
-    /// A slice of work: up to a block of a pass, a point of the frequency response, or a sample of a predicted step.
-    /// Returns an answer when there is one.
+    /// A slice of work. It is up to a block of a pass, a point of the frequency response, or a sample of a predicted
+    /// step. Returns an answer when there is one.
     pub fn work(&mut self) -> Option<Decision<N>> {
         self.decide().map(Decision)
     }

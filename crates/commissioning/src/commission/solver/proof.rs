@@ -12,8 +12,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Gains that slides may disprove, of which each is followed by others.
     const MAX_DISPROVED: u32 = 2;
 
-    /// The largest sensitivity's excess over 1 that disproves gains, relative to the one that they keep for every
-    /// possible servo.
+    /// The largest sensitivity's excess over 1 that disproves gains, relative to the one for every possible servo.
     const DISPROVING: f64 = 4.0 / 3.0;
 
     /// True if gains for two masses are to be proved.

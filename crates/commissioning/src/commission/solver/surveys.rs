@@ -14,7 +14,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const MAX_SURVEYS: u32 = 3;
     const MAX_CHECKS: u32 = 2;
 
-    /// The ratio by which the gain of the response differs from that of the motions of one mass at most.
+    /// The largest ratio between the gain of the response and that of the motions of one mass.
     const ALIKE: f64 = 1.25;
 
     /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
@@ -43,7 +43,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         None
     }
 
-    /// Begins to measure the response of a servo whose motions one mass does not explain, for this reason, if any.
+    /// Begins to measure the response of a servo whose motions one mass does not explain. The reason is given if there
+    /// is one.
     pub(super) fn survey(&mut self, doubt: Option<Reason>) -> Option<DecisionKind<N>> {
         self.doubt = doubt;
         (self.masses, self.surveys) = (None, 0);
