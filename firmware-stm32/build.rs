@@ -1,5 +1,5 @@
-//! Finds the memory map, and turns the paper's scenario into constants: the chip runs the
-//! experiment that the simulator runs, from the same file.
+//! Finds the memory map, and converts the paper's scenario into constants. The chip runs the same experiment as the
+//! simulator, from the same file.
 
 use std::path::Path;
 use std::{env, fs};
@@ -26,7 +26,7 @@ fn main() {
     fs::write(Path::new(&out).join("paper.rs"), constants).expect("the constants are written");
 }
 
-/// A module for a table, a constant for a number or a pair of numbers, by their names in the file.
+/// A module for a table, and a constant for a number or a pair of numbers, by their names in the file.
 fn constants((key, value): (&String, &Value)) -> String {
     let pair: Option<Vec<f64>> = value
         .as_array()

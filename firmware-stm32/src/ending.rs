@@ -12,8 +12,8 @@ pub fn give_up() -> ! {
     }
 }
 
-/// The handlers of everything that ends a program: a hard fault, to which every other fault of the processor escalates, an
-/// overflow of the stack among them; a failed oscillator; and an interrupt that nothing expects.
+/// The handlers of everything that ends a program. One is a hard fault, to which every other fault of the processor
+/// escalates, an overflow of the stack among them. The others are a failed oscillator and an unexpected interrupt.
 #[macro_export]
 macro_rules! give_up_at_every_end {
     () => {

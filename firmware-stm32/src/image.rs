@@ -1,4 +1,5 @@
-//! The check of the program in the flash. `cargo xtask image` builds and seals one; one that is built otherwise has no seal.
+//! The check of the program in the flash. `cargo xtask image` builds and seals one. A program from another build has no
+//! seal.
 
 use core::ptr::addr_of;
 use core::slice;

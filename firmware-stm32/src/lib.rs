@@ -1,8 +1,7 @@
 //! Shared parts of the programs for the chip.
 //!
-//! For the drive: one file of [`board`] assigns the pins to the drivers of `drive-chip`;
-//! [`settings`] is what a drive without a record starts from. Beside them the paper's experiment and
-//! what speaks through an emulator.
+//! For the drive, one file of [`board`] assigns the pins to the drivers of `drive-chip`. A drive without a record
+//! starts from [`settings`]. Beside them the paper's experiment and what speaks through an emulator.
 #![no_std]
 #![deny(missing_docs)]
 #![expect(

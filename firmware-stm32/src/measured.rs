@@ -1,5 +1,4 @@
-//! Loops and laws with the paper's servo around them, sample by sample, and the instructions that a
-//! sample takes.
+//! Loops and estimators with the paper's servo around them, sample by sample, and the instructions that a sample takes.
 
 use core::hint::black_box;
 
@@ -26,7 +25,7 @@ use crate::paper;
 type Filter = LowPass<f32>;
 /// The PID with an identifier.
 pub type Loop<I> = ServoLoop<f32, Filter, I>;
-/// The paper's law.
+/// The paper's estimator.
 pub type Gradient = GradientIdentifier<f32, Filter, Unknowns<2>, 2>;
 /// The loop with it in fixed point.
 pub type Fixed = FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>;
@@ -66,8 +65,8 @@ impl Experiment {
         })
     }
 
-    /// Runs some samples and counts them. `sample` gets a reference in counts and the counter's
-    /// register and returns the command and its instructions.
+    /// Runs some samples and counts them. The function `sample` gets a reference in counts and the counter's register
+    /// and returns the command and its instructions.
     pub fn count(
         &mut self,
         samples: u32,
@@ -99,7 +98,8 @@ pub fn measure(
     Ok(experiment.count(COUNTED, &mut sample))
 }
 
-/// The samples of a law: their mean on one servo, and their maximum on that and another, by friction in rad/s².
+/// The samples of an estimator: their mean on one servo, and their maximum on two servos that differ by friction in
+/// rad/s².
 ///
 /// # Errors
 /// As `measured`.
@@ -231,7 +231,7 @@ impl Words {
     }
 }
 
-/// A reference as whole counts and an offset, with the register as it is.
+/// A reference as whole counts and an offset, with the register unchanged.
 pub fn split((reference, register): (f64, u16)) -> (i32, f32, u16) {
     let whole = reference as i32;
     (whole, (reference - f64::from(whole)) as f32, register)

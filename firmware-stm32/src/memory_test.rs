@@ -1,11 +1,11 @@
 //! The test of the memory, before anything is kept in it.
 
-/// Tests all of the memory after a reset. A program whose memory fails stands still there: its outputs are not driven
-/// yet, and it could not be relied on to report it.
+/// Tests all of the memory after a reset. A program whose memory fails stops there. Its outputs are not driven yet, and
+/// it could not reliably report the failure.
 ///
-/// Every word holds its address and then the complement, written and compared upwards and downwards, so that each bit is
-/// compared in both states and after its neighbours were written: a march test that finds cells that are stuck, cells that
-/// follow others, and lines of the address that are open or short.
+/// Every word holds its address and then the complement, written and compared upwards and downwards. Each bit is thus
+/// compared in both states and after its neighbours were written. This march test finds cells that are stuck, cells
+/// that follow others, and lines of the address that are open or short.
 #[macro_export]
 macro_rules! test_memory_after_reset {
     () => {

@@ -1,6 +1,5 @@
-//! The handler of panics. A release must have none: its handler calls a function that does not exist, so a
-//! panic that survived optimisation is an error of the linker. A build for the bench disables the stage first and shows
-//! the panic.
+//! The handler of panics. A release must have none. Its handler calls a function that does not exist, so a panic that
+//! survived optimisation is an error of the linker. A build for the bench disables the stage first and shows the panic.
 
 #[cfg(all(not(debug_assertions), not(feature = "defmt")))]
 #[panic_handler]

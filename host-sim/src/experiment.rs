@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct Sample {
     /// Time, s.
     pub time: f64,
-    /// True where another motion begins: at the first sample of a run, and of every stretch of a log.
+    /// True where another motion begins: at the first sample of a run, and of every segment of a log.
     pub begins: bool,
     /// Reference q_d, rad; NaN where it is not known.
     pub reference: f64,
@@ -21,12 +21,11 @@ pub struct Sample {
     pub position: f64,
     /// The whole command that acts, u.
     pub command: f64,
-    /// Output error ε = q − q_e, rad, for laws that have a model.
+    /// Output error ε = q − q_e, rad, for estimators that have a model.
     pub output_error: Option<f64>,
-    /// The estimates; of what the law does not estimate, what its model takes for it. NaN while a
-    /// method has none.
+    /// The estimates, with the model's own value for a parameter that is not estimated. NaN while a method has none.
     pub estimates: ServoParameters,
-    /// Their standard errors, for laws that have them.
+    /// Their standard errors, for estimators that have them.
     pub standard_errors: Option<ServoParameters>,
     /// The estimates at a bound.
     pub at_bounds: PerParameter<bool>,
@@ -82,18 +81,18 @@ pub struct Outcome {
     /// Their sizes, for those that have any.
     #[serde(skip)]
     pub terms: Vec<TermEstimate>,
-    /// True if a box of servos was certified.
+    /// True if a parameter range was certified.
     pub certified: bool,
-    /// The gain margin of the sampled loop over that box.
+    /// The gain margin of the sampled loop over that range.
     pub gain_margin: Option<f64>,
-    /// Γ over the model's parameters, SI, for the Γ-gradient law.
+    /// Γ over the model's parameters, SI, for the Γ-gradient estimator.
     pub gamma: Option<Vec<Vec<f64>>>,
-    /// μ, 1/s, for the Γ-gradient law.
+    /// μ, 1/s, for the Γ-gradient estimator.
     pub mu: Option<f64>,
-    /// Bandwidth of the model's correction at the end, rad/s, where the law chooses it as it goes.
+    /// Bandwidth of the model's correction at the end, rad/s, if the estimator chooses it online.
     #[serde(skip)]
     pub bandwidth: Option<f64>,
-    /// Why a law that begins by a fit has none after a second of motion.
+    /// Why an estimator that begins by a fit has none after a second of motion.
     #[serde(skip)]
     pub obstacle: Option<Reason>,
     /// The early end, if there was one.
@@ -117,7 +116,7 @@ pub struct TermEstimate {
 /// Counts of samples with something besides learning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Events {
-    /// The guard shortened the law's step.
+    /// The guard shortened the estimator's step.
     #[serde(rename = "slowed_samples")]
     pub slowed: u64,
     /// The model left the range of the number format and was started again.

@@ -1,5 +1,5 @@
-//! What earlier states of the program knew and this one does not, each with what replaces it: the one list that every
-//! refusal of such a word or file is from.
+//! Words and files of earlier states of the program that this one rejects, each with its replacement. Every rejection
+//! of such a word or file is from this one list.
 
 /// Where a word stood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,14 +99,14 @@ const GONE: &[(Place, &str, &str)] = &[
     (Verb, "rerun", "reproduce does the same"),
 ];
 
-/// What replaces a word that is gone, a sentence without an end.
+/// The replacement of a word that is gone, a sentence without an end.
 #[must_use]
 pub fn replacement(place: Place, word: &str) -> Option<&'static str> {
     let mut gone = GONE.iter();
     gone.find_map(|(at, name, what)| (*at == place && *name == word).then_some(*what))
 }
 
-/// What replaces a kind of file whose name stands behind the first byte.
+/// The replacement of a kind of file whose name follows the first byte.
 #[must_use]
 pub fn file(beginning: &[u8]) -> Option<&'static str> {
     let name = beginning

@@ -7,18 +7,18 @@ use crate::replay::{fitted, replay};
 use crate::result::{LogReading, ReplayNotes, Summary};
 use crate::scenario::{Fault, Scenario};
 
-/// What is known of a servo from its logs.
+/// A servo identified from its logs.
 #[derive(Debug, Clone)]
 pub struct Identified {
     /// The scenario with what only the logs know.
     pub scenario: Scenario,
     /// The result.
     pub summary: Summary,
-    /// What its model leaves of the logs, of a law that fits all of them.
+    /// The residuals of its model over the logs, from an estimator that fits all of them.
     pub seen: Option<Seen>,
 }
 
-/// Identifies the servo of one or more logs by the law of a scenario, and shows every sample to `observe`.
+/// Identifies the servo of one or more logs by the estimator of a scenario and shows every sample to `observe`.
 ///
 /// # Errors
 /// The key that does not suit the logs.

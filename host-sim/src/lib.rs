@@ -1,8 +1,8 @@
 //! Simulation, replay and comparison of the identification of servos.
 //!
 //! A [`scenario`] describes a servo, its loop and an identifier. [`simulate`] runs it on an exact simulated servo,
-//! [`replay`] on recorded logs; both hand every [`experiment::Sample`] to an observer, and [`analysis`] makes estimates with
-//! standard errors and a verdict of them. [`recognise`] finds out what the columns of a log are.
+//! [`replay`] on recorded logs. Both give every [`experiment::Sample`] to an observer. [`analysis`] makes estimates
+//! with standard errors and a verdict of them. [`recognise`] finds the columns of a log.
 //!
 //! ```
 //! use host_sim::analysis::Summariser;

@@ -1,5 +1,5 @@
-//! The loops that can be closed around a servo, behind one trait: a control sample takes a reference and a
-//! measurement to a command.
+//! The loops that can be closed around a servo, behind one trait. A control sample maps a reference and a measurement
+//! to a command.
 
 #[cfg(feature = "experiments")]
 mod direct;
@@ -68,13 +68,13 @@ pub(crate) struct Step {
     pub(crate) command: f64,
     /// Velocity estimate, position units a sample, of loops that make one.
     pub(crate) velocity: Option<f64>,
-    /// Output error ε = q − q_e, position units, of laws that have a model.
+    /// Output error ε = q − q_e, position units, of estimators that have a model.
     pub(crate) output_error: Option<f64>,
     /// The event of the sample.
     pub(crate) event: Option<Event>,
     /// The estimates, SI; [`NO_ESTIMATE`] while there are none.
     pub(crate) estimates: ServoParameters,
-    /// Their standard errors, SI, for laws that have them.
+    /// Their standard errors, SI, for estimators that have them.
     pub(crate) standard_errors: Option<ServoParameters>,
     /// The estimates at a bound.
     pub(crate) at_bounds: PerParameter<bool>,

@@ -1,9 +1,9 @@
-//! Physical units: inertia, friction and load of a servo with their standard errors, and the feed-forward of a motor
-//! driven by a voltage.
+//! Physical units: inertia, friction and load of a servo with their standard errors, and the feed-forward of a
+//! voltage-driven motor.
 //!
-//! Motion and command show ratios only: q̈ = −a q̇ + b u + d − c sign(q̇) holds for any inertia J. A [`Scale`] states the
-//! one number that they leave open, from which J, the viscous friction a J, the Coulomb friction c J, the load d J and the
-//! torque of a unit of command b J follow. [`VoltageGains`] are ratios and need none.
+//! Motion and command show ratios only, because q̈ = −a q̇ + b u + d − c sign(q̇) holds for any inertia J. A [`Scale`]
+//! states the one number that they leave open. From it follow J, the viscous friction a J, the Coulomb friction c J,
+//! the load d J and the torque of a unit of command b J. [`VoltageGains`] are ratios and need none.
 
 use serde::Serialize;
 
@@ -12,8 +12,8 @@ use serde::Serialize;
 pub struct Quantity {
     /// Its value.
     pub value: f64,
-    /// None for a quantity that was stated, and where the error is not known; infinite, null in JSON, where the motion
-    /// contains no information on it.
+    /// None for a stated quantity, and if the error is unknown. Infinite, null in JSON, if the motion contains no
+    /// information on it.
     pub std_error: Option<f64>,
     /// Its unit.
     pub unit: &'static str,
@@ -25,8 +25,8 @@ pub type Known = (f64, Option<f64>);
 /// The scale of torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
-    /// The torque of a unit of command at the joint, N·m (N on a linear axis): the motor's torque constant for a command
-    /// in A, times the gear ratio and its efficiency.
+    /// The torque of a unit of command at the joint, N·m (N on a linear axis). For a command in A it is the motor's
+    /// torque constant times the gear ratio and its efficiency.
     TorqueConstant(f64),
     /// The inertia of all that moves, about the joint, kg·m² (kg on a linear axis).
     Inertia(f64),
@@ -99,7 +99,7 @@ pub struct Physical {
     pub load: Option<Quantity>,
 }
 
-/// Feed-forward of a motor driven by a voltage, u = kS sign(v) + kV v + kA v̇ + kG, as WPILib has it.
+/// Feed-forward of a voltage-driven motor, u = kS sign(v) + kV v + kA v̇ + kG, in the form of WPILib.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct VoltageGains {
     /// c/b; none where the friction was not estimated.
@@ -121,7 +121,7 @@ const ROTARY: [&str; 5] = ["kg·m²", "N·m", "N·m·s/rad", "V·s/rad", "V·s²
 const LINEAR: [&str; 5] = ["kg", "N", "N·s/m", "V·s/m", "V·s²/m"];
 
 impl Scale {
-    /// The inertia and the torque of a unit of command for a gain b; the error of a stated one is zero.
+    /// The inertia and the torque of a unit of command for a gain b. The error of a stated one is zero.
     fn of_gain(self, (b, b_error): Known) -> Result<(Known, Known), ScaleError> {
         Ok(match self {
             Self::TorqueConstant(constant) => {

@@ -1,8 +1,8 @@
 //! Simulated experiments: a loop closed around a simulated servo, sample by sample.
 //!
-//! Every loop on a simulated servo runs on the test rig, the only code that steps from sample to sample:
-//! reference → sensor → loop → observer → servo. [`Simulation::build`] builds loop and rig from a
-//! scenario; faults of the scenario are found then.
+//! Every loop on a simulated servo runs on the test rig. It is the only code that steps from sample to sample:
+//! reference → sensor → loop → observer → servo. [`Simulation::build`] builds loop and rig from a scenario; faults of
+//! the scenario are found then.
 
 #[cfg(feature = "experiments")]
 mod build;

@@ -10,12 +10,12 @@ use crate::{emulator, firmware, interrupt, lead, listing};
 /// The budget, beside the firmware.
 const FILE: &str = "firmware-stm32/budget.toml";
 
-/// Relative change of a figure that needs no acceptance, up or down: a saving that was not accepted could be
-/// lost unnoticed.
+/// Relative change of a figure that needs no acceptance, up or down. A saving that was not accepted could be lost
+/// unnoticed.
 const TOLERANCE: f64 = 0.02;
 
-/// The same of the interrupts of a commissioning, whose course depends on when the host asks: the same drive has differed
-/// by 5 %.
+/// The same for the interrupts of a commissioning, whose course depends on the time of the host's requests. The same
+/// drive has differed by 5 %.
 const TOLERANCE_OF_A_COURSE: f64 = 0.1;
 
 /// The most that a sample may take at the optimiser level "s", in percent of what it takes at 3.
@@ -33,7 +33,8 @@ const SAMPLES: [(&str, &str); 5] = [
     ),
 ];
 
-/// The phases of a commissioning, the rates at which one is counted whole, and the laws of a run, as pages call them.
+/// The phases of a commissioning, the rates at which one is counted whole, and the estimators of a run, in the pages'
+/// words.
 const PHASES: [(&str, &str); 9] = [
     ("released-check", "`released-check`"),
     ("wiggle", "`wiggle`"),
@@ -60,8 +61,8 @@ const LAWS: [(&str, &str); 4] = [
 /// The pages with rows of figures.
 const PAGES: [&str; 2] = ["identifier-core/README.md", "docs/cost.md"];
 
-/// Parts of the bench without static memory, of what a user's firmware has: it is compiled for speed here, and the drive for
-/// size. And with what the names of the figures of each begin, the last of which counts none.
+/// Parts of the bench without static memory, whose code a user's firmware has. It is compiled for speed here, and the
+/// drive for size. And with what the names of the figures of each begin, the last of which counts none.
 const WITHOUT_MEMORY: [(&str, &str); 4] = [
     ("samples", ""),
     ("terms", ""),
@@ -220,7 +221,7 @@ fn tolerance(name: &str) -> f64 {
     }
 }
 
-/// An error if there is an objection.
+/// An error if there is a rejection reason.
 fn refuse(objections: &[String]) -> Result<(), String> {
     if objections.is_empty() {
         return Ok(());

@@ -1,5 +1,5 @@
-//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory, with an emulated servo
-//! at its output: requests, runs, records, faults and commissionings from end to end.
+//! The drive firmware on an emulated chip, whose pins, encoder and flash are memory. An emulated servo is at its
+//! output. The tests are requests, runs, records, faults and commissionings from end to end.
 
 use std::error::Error;
 use std::fmt::Debug;

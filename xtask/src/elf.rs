@@ -185,7 +185,7 @@ pub(crate) fn mangled(path: &str) -> String {
 
 #[cfg(test)]
 impl Elf {
-    /// Of pieces by name, address and half-words, each code or else constants.
+    /// A program from pieces by name, address and half-words, each code or else constants.
     pub(crate) fn of_code(pieces: &[(&str, u32, &[u16], bool)]) -> Self {
         let mut elf = Self::default();
         for &(name, start, halves, is_code) in pieces {

@@ -3,8 +3,8 @@
 use crate::elf::Elf;
 use crate::{emulator, firmware};
 
-/// Their packages and binaries without an operating system: with this project's PID, built by the chip or by its build script, and with a
-/// controller of its own, beside which the identifier observes.
+/// Their packages and binaries without an operating system. They have this project's PID, built by the chip or by its
+/// build script, or a controller of their own, beside which the identifier observes.
 const FIRMWARES: [[&str; 2]; 3] = [
     ["firmware", "firmware"],
     ["firmware", "constants"],

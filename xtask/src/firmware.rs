@@ -39,7 +39,7 @@ pub(crate) fn image(board: &str) -> Result<(), String> {
 /// The crates whose code is generic or the firmware's own, which a bench is of.
 const OF_A_BENCH: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-servo"];
 
-/// An optimiser level of theirs, with 3 for what they depend on, in place of those of the drive.
+/// An optimiser level of these crates, with 3 for their dependencies. It overrides that of the drive.
 pub(crate) const FOR_SPEED: Option<&str> = Some("3");
 pub(crate) const FOR_SIZE: Option<&str> = Some("\"s\"");
 

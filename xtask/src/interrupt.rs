@@ -13,7 +13,7 @@ use crate::firmware;
 use crate::meter::Cost;
 use crate::metered::{self, Metered, Next, instructions_in};
 
-/// A law, with the terms that it estimates, by the name that its figures have.
+/// An estimator, with the terms that it estimates, by the name that its figures have.
 #[derive(Clone, Copy)]
 struct NamedLaw {
     name: &'static str,
@@ -49,7 +49,7 @@ const ALL_TERMS: Terms = Terms::NONE
     .with(Term::Ripple)
     .with(Term::DeadBand);
 
-/// The laws of the drive.
+/// The estimators of the drive.
 const LAWS: [NamedLaw; 4] = [
     NamedLaw::plain("gradient-friction", Law::Gradient { friction: true }),
     NamedLaw::plain("gradient", Law::Gradient { friction: false }),
@@ -61,15 +61,15 @@ const LAWS: [NamedLaw; 4] = [
     },
 ];
 
-/// Functions by which interrupts are classified, in the order of the marks: the first begins a run,
-/// the second shows a sample, the third ends the run.
+/// Functions by which interrupts are classified, in the order of the marks. The first begins a run, the second shows a
+/// sample, the third ends the run.
 const MARKS: [&str; 3] = ["Run::start", "sampler::report", "Sampler::end_run"];
 const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
-/// Interrupts that are counted, from the one that begins the run: for a person who asks, and for the budget, to which
-/// their medians and their first matter.
+/// Interrupts that are counted, from the one that begins the run. The first number is for a user, the second for the
+/// budget, which needs their medians and their first.
 const COUNTED: usize = 100_000;
 pub(crate) const COUNTED_BY_BUDGET: usize = 20_000;
 
@@ -92,7 +92,7 @@ pub(crate) struct Summary {
     pub(crate) worst: u64,
 }
 
-/// Prints the instructions of every law.
+/// Prints the instructions of every estimator.
 pub(crate) fn print() -> Result<(), String> {
     println!("{:<20} {:<8} {:>12}", "law", "", "instructions");
     for (law, summary) in count(COUNTED)? {
@@ -104,10 +104,10 @@ pub(crate) fn print() -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the drive for the emulator and counts so many interrupts of every law.
+/// Builds the drive for the emulator and counts this number of interrupts for every estimator.
 ///
 /// # Errors
-/// Also where one takes more than half of the shortest sample that the drive allows its law.
+/// Also where one takes more than half of the shortest sample that the drive allows its estimator.
 pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
     let plugin = firmware::build_trace()?;
     let drive = firmware::emulated_drive()?;
@@ -150,7 +150,7 @@ fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String>
     ))
 }
 
-/// Starts a law, and some of its samples being shown.
+/// Starts an estimator, and some of its samples being shown.
 fn start(drive: &mut Client, law: &NamedLaw) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law.law;
@@ -166,7 +166,7 @@ fn start(drive: &mut Client, law: &NamedLaw) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The costs of so many interrupts from the one that begins a run.
+/// The costs of this number of interrupts from the one that begins a run.
 fn measure(
     metered: Metered<'_>,
     interrupts: usize,

@@ -1,4 +1,4 @@
-//! The sample interrupt of the linked drive in a whole commissioning, on an emulated chip: every sample that drives the
+//! The sample interrupt of the linked drive in a whole commissioning, on an emulated chip. Every sample that drives the
 //! output must have its command there within the lead, at every rate.
 
 use std::error::Error;
@@ -17,7 +17,7 @@ use crate::metered::{self, Metered, Next, instructions_in};
 /// Rates at which the drive commissions, Hz.
 const RATES: [f64; 3] = [1e3, 1e4, 2e4];
 
-/// From a sample to the PWM period in which its command acts, s: the drive's promise
+/// From a sample to the PWM period in which its command acts, s, as the drive specifies
 /// (`drive_chip::sample_timer::LEAD`).
 const LEAD: f64 = 12.5e-6;
 
@@ -37,10 +37,10 @@ const LISTEN: Duration = Duration::from_millis(100);
 /// Instructions of the samples of a commissioning that drive the output, and of those before and after.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Driven {
-    /// Of the whole interrupt, and until the command is out.
+    /// Cost of the whole interrupt, and of the part until the command is out.
     whole: Vec<u64>,
     command: Vec<u64>,
-    /// Of an interrupt that drives nothing.
+    /// Cost of an interrupt that drives nothing.
     at_rest: Vec<u64>,
 }
 
@@ -53,8 +53,8 @@ fn count() -> Result<Vec<(f64, Driven)>, String> {
     measured.collect()
 }
 
-/// Median instructions until the command is out, and those that half of all interrupts, nine in ten and all of them take at most,
-/// by name; and of all that drive nothing.
+/// Median instructions until the command is out, by name. Also the upper bounds for half of all interrupts, for nine in
+/// ten and for all of them, and for all that drive nothing.
 ///
 /// # Errors
 /// Also where a command comes too late.
@@ -103,7 +103,7 @@ pub(crate) fn check() -> Result<(), String> {
     refuse(&counted)
 }
 
-/// An error if a promise was not kept.
+/// An error if a limit was exceeded.
 fn refuse(counted: &[(f64, Driven)]) -> Result<(), String> {
     let objections: Vec<String> = counted
         .iter()
@@ -126,7 +126,7 @@ fn share(instructions: &[u64], share: f64) -> u64 {
 }
 
 impl Driven {
-    /// The promises that were not kept.
+    /// The limits that were exceeded.
     fn objections(&self, rate: f64) -> Vec<String> {
         let at = format!("at {} kHz", rate / 1e3);
         let lead = instructions_in(LEAD);
@@ -197,8 +197,9 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
     Ok(driven)
 }
 
-/// Commissions a drive at a sample time, s, to its end, which must be new gains. Until that is over nothing is asked:
-/// the answer takes its time in the background, which the study then has later, by the host's clock.
+/// Commissions a drive at a sample time, s, to its end, which must be new gains. Until it is over there are no
+/// requests. An answer would take its time in the background, and the study would then get it later, by the host's
+/// clock.
 fn commission(
     drive: &mut Client,
     sample_time: f64,

@@ -35,7 +35,7 @@ struct Reach {
     stack: u32,
     /// Functions that may run.
     functions: BTreeSet<String>,
-    /// Functions with a division or a square root, and library functions that stand for one.
+    /// Functions with a division or a square root, and library functions that perform one.
     divisions: Vec<String>,
     /// Branches backwards.
     loops: u32,
@@ -61,8 +61,8 @@ impl Listing {
         }
     }
 
-    /// The bounds of the function whose symbol fits, without functions whose symbols have `left_out` in them and
-    /// their callees; if there is none, the error calls it by `name`.
+    /// The bounds of the function whose symbol fits, without functions whose symbols contain `left_out` and their
+    /// callees. If there is none, the error calls it by `name`.
     fn under(
         &self,
         name: &str,
@@ -119,15 +119,15 @@ impl Listing {
     }
 }
 
-/// Bytes that the processor itself stacks for an interrupt, the registers of the FPU and alignment
-/// included (ARMv7-M Architecture Reference Manual, B1.5.7).
+/// Bytes that the processor itself stacks for an interrupt. They include the registers of the FPU and alignment
+/// (ARMv7-M Architecture Reference Manual, B1.5.7).
 const EXCEPTION: u32 = 26 * 4 + 4;
 
-/// The part of a sample outside a run: it commissions, or rests.
+/// The part of a sample outside a run: it commissions, or is at rest.
 const WITHOUT_A_RUN: &str = "without_a_run";
 
 /// Bounds of the linked drive by their names: stack in bytes at most, the processor's own included, and branches
-/// backwards. A division in a sample of a run is an error, also in the one that begins a run or a commissioning.
+/// backwards. A division in a sample of a run is an error, even in the one that begins a run or a commissioning.
 pub(crate) fn bounds(drive: &Elf) -> Result<[(&'static str, u32); 5], String> {
     let listing = Listing::new(drive);
     let part = mangled(WITHOUT_A_RUN);

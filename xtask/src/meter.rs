@@ -1,4 +1,4 @@
-//! Finds the beginning and the end of an interrupt handler on a Cortex-M4F, and counts its instructions as they are executed.
+//! Finds the beginning and the end of an interrupt handler on a Cortex-M4F, and counts its executed instructions.
 
 use std::ops::Range;
 
@@ -166,7 +166,7 @@ impl Handler {
 mod tests {
     use super::*;
 
-    /// Of the program that is interrupted, the handler, two functions.
+    /// Addresses of the interrupted program, the handler, two functions.
     const BACKGROUND: u32 = 0x2000_0000;
     const HANDLER: u32 = 0x2000_0100;
     const FUNCTION: u32 = 0x2000_0200;

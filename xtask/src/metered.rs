@@ -1,7 +1,7 @@
 //! The linked drive on an emulated chip, the instructions of every sample interrupt of which are counted.
 //!
-//! The emulator runs an instruction a nanosecond of its own time, so that its clock and with it every
-//! sample is the same from run to run, except for when the host's requests arrive.
+//! The emulator runs an instruction a nanosecond of its own time. Its clock, and with it every sample, is thus the same
+//! from run to run, except for the arrival of the host's requests.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -20,8 +20,8 @@ use crate::emulator;
 use crate::meter::{Cost, Lost, Meter, OutputWords, Watched};
 use crate::thumb::Instruction;
 
-/// The core's clock, Hz, and its cycles for an instruction, above the 1.9 to 2.14 that the manuals of core and flash give for
-/// this code.
+/// The core's clock, Hz, and its cycles for an instruction. They are above the 1.9 to 2.14 that the manuals of core and
+/// flash give for this code.
 const CLOCK: f64 = 168e6;
 const CYCLES: f64 = 2.2;
 
@@ -36,8 +36,8 @@ const HANDLER: &str = "TIM5";
 /// A function that a drive has only in the emulator: neither it nor its callees count.
 const ONLY_EMULATED: &str = "emulated_servo::advance";
 
-/// The memory in place of TIM1's registers, and the offsets of those that drive the output (RM0090, 17.4): the
-/// direction, which is written with every command, and CR1, which then lets both take effect.
+/// The memory for TIM1's registers, and the offsets of those that drive the output (RM0090, 17.4). The direction is
+/// written with every command. CR1 then lets both take effect.
 const TIM1: &str = "emulated::TIM1_REGISTERS";
 const CCR2: u32 = 0x38;
 const CR1: u32 = 0x00;
@@ -64,8 +64,8 @@ pub(crate) struct Metered<'a> {
     pub(crate) marks: &'a [&'a str],
 }
 
-/// Runs a drive in the emulator, has the conversation with it, and passes the cost of every interrupt to `take`, in
-/// order, until that has had enough.
+/// Runs a drive in the emulator and holds the conversation with it. It passes the cost of every interrupt to `take`, in
+/// order, until that has enough.
 pub(crate) fn run(
     metered: Metered<'_>,
     time_limit: Duration,

@@ -1,5 +1,5 @@
-//! The playground: the core, the virtual servo and the command line's library as WebAssembly in one page that needs no
-//! server.
+//! The playground. It is the core, the virtual servo and the command line's library as WebAssembly in one page that
+//! needs no server.
 //!
 //! The page's parts are in `docs/playground`. The module is packed by gzip, which a browser unpacks, and written in base 64.
 

@@ -1,7 +1,7 @@
 //! Calls through registers, where the code itself says which function is called.
 //!
-//! At "z" the compiler loads the address of a function once and calls it by the register. The values that registers have
-//! on every way to such a call are computed here; a call of which they leave any doubt stays unresolved.
+//! At "z" the compiler loads the address of a function once and calls it by the register. The values of registers on
+//! every path to such a call are computed here. A call without a certain value stays unresolved.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

@@ -11,8 +11,7 @@ use crate::{emulator, firmware};
 /// Time between two messages of the host that keep the run alive, s of the drive.
 const KEEP_ALIVE: f64 = 5.0;
 
-/// Runs the drive for some hours at 1 kHz: no sample may be late, lost on the way, or missing in the
-/// sequence.
+/// Runs the drive for some hours at 1 kHz. No sample may be late, lost on the line, or missing in the sequence.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
     let (_running, port) = emulator::Running::start(&firmware::emulated_drive()?, &[])?;
     run(&mut Client::new(port), hours).map_err(|error| error.to_string())

@@ -1,5 +1,5 @@
-//! Thumb-2 instructions of a Cortex-M4F as Capstone decodes them, reduced to their stack, their
-//! flow and what they do to the core's registers.
+//! Thumb-2 instructions of a Cortex-M4F as Capstone decodes them, reduced to their stack, their flow and their effect
+//! on the core's registers.
 
 use capstone::arch::arm::{
     ArchExtraMode, ArchMode, ArmCC, ArmInsnDetail, ArmOpMem, ArmOperandType, ArmReg,
@@ -151,7 +151,7 @@ impl Instruction {
     }
 }
 
-/// A register's bit among those of the core, 0 of another, and the words that it holds, 0 of none that is pushed.
+/// A register's bit among those of the core, 0 for another, and the words that it holds, 0 for one that is not pushed.
 fn bit_and_words(register: RegId) -> (u32, u32) {
     let number = u32::from(register.0);
     match number {

@@ -1,7 +1,7 @@
 //! The background of a drive on the chip.
 //!
-//! Generic code is compiled for the crate that names its types. These types are named here, and not in the firmware,
-//! because the firmware is compiled for the speed of its interrupts and everything else for size.
+//! Generic code is compiled for the crate that names its types. These types are named here and not in the firmware. The
+//! firmware is compiled for the speed of its interrupts, everything else for size.
 
 use drive_link::{Fault, Settings};
 use drive_logic::{BackgroundEnd, Conversation, Memory, OutputStage};
@@ -20,8 +20,8 @@ macro_rules! background {
             /// The background's half.
             pub type Supervisor = drive_logic::Supervisor<'static, RecordFlash<Mmio<$family>>>;
 
-            /// The background's half with the record in the flash; see [`drive_logic::Supervisor::new`]. None if there is
-            /// one already: it has a static place, as it is large.
+            /// The background's half with the record in the flash; see [`drive_logic::Supervisor::new`]. None if there
+            /// is one already, because its large memory is static.
             #[inline(never)]
             pub fn supervisor(
                 channel: BackgroundEnd<'static>,

@@ -16,8 +16,8 @@ pub struct Oscillator<F> {
 }
 
 impl<F: Family> Oscillator<F> {
-    /// A crystal between OSC_IN and OSC_OUT, Hz: of an STM32F4 a multiple of 2 MHz from 4 to 26 MHz, of an STM32G4 one of
-    /// 4 MHz from 4 to 48 MHz.
+    /// A crystal between OSC_IN and OSC_OUT, Hz. An STM32F4 takes a multiple of 2 MHz from 4 to 26 MHz, an STM32G4 one
+    /// of 4 MHz from 4 to 48 MHz.
     ///
     /// # Panics
     /// Any other frequency; in a constant it does not compile.

@@ -6,8 +6,8 @@ use crate::board::Oscillator;
 use crate::family::{Bus, ClockTree};
 pub use crate::frequencies::Clocks;
 
-/// Sets the clocks. Where the oscillator or the PLL does not become ready they stay those after reset, and
-/// the result is the fault.
+/// Sets the clocks. If the oscillator or the PLL does not become ready, the clocks stay those after reset, and the
+/// result is the fault.
 pub fn start<B: Bus>(bus: B, oscillator: Oscillator<B::Family>) -> (Clocks, Result<(), Fault>) {
     // A debugger restarts a program with the clocks of the previous run.
     B::Family::reset_clock(bus);

@@ -1,8 +1,7 @@
-//! Memory in place of the registers that an emulated chip lacks, and access to them from outside.
+//! Memory for the registers that an emulated chip lacks, and access to them from outside.
 //!
-//! QEMU's STM32F405 has no pins, TIM1, watchdog, DMA and flash control, keeps RCC as plain storage, and
-//! lets the timers of the encoder and of the steps count the clock. Memory stands in for those; everything else is the
-//! emulator's.
+//! QEMU's STM32F405 has no pins, TIM1, watchdog, DMA and flash control. It keeps RCC as plain storage, and its timers
+//! of the encoder and of the steps count the clock. Memory replaces those; everything else is the emulator's.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -20,7 +19,7 @@ const TIM1: timer::Timer = F4::TIM1;
 /// Words of each peripheral.
 const WORDS: usize = 40;
 
-/// The peripherals, by the addresses of their first registers: RCC, FLASH, DMA1, PWR, DBGMCU, the ports A to C, TIM3,
+/// The peripherals by the addresses of their first registers: RCC, FLASH, DMA1, PWR, DBGMCU, the ports A to C, TIM3,
 /// TIM4, IWDG.
 const PERIPHERALS: [u32; 11] = [
     0x4002_3800,
@@ -109,12 +108,12 @@ pub(crate) fn write(register: Register, word: u32) -> bool {
     true
 }
 
-/// Ticks of TIM5 that an emulated sample has at least. A tick is an instruction, of which the emulated servo takes some
-/// thousand between two samples, and a processor needs two cycles each.
+/// Ticks of TIM5 that an emulated sample has at least. A tick is an instruction, and the emulated servo takes some
+/// thousand between two samples. A processor needs two cycles for each.
 const MIN_SAMPLE_TICKS: u32 = 40_000;
 
-/// A word as it is written to a register of the emulator's own: the period of the samples is stretched by a whole number
-/// for everything to have its time in one.
+/// A word for a register of the emulator's own. The period of the samples is multiplied by a whole number, so that a
+/// sample has time for everything.
 #[inline(always)]
 pub(crate) fn stretched(register: Register, word: u32) -> u32 {
     if register != TIM5.at(timer::ARR) {
@@ -129,8 +128,8 @@ pub(crate) fn stretched(register: Register, word: u32) -> u32 {
 const PINS: usize = 16;
 const PORTS: usize = 3;
 
-/// The last word that switched each pin: two pins of a port are switched one after the other, and one
-/// word would hold only the second. Nothing switches an input: its word reads as low.
+/// The last word that switched each pin. Two pins of a port are switched one after the other, and one word would hold
+/// only the second. Nothing switches an input: its word reads as low.
 static PIN_WORDS: [AtomicU32; PORTS * PINS] = [const { AtomicU32::new(0) }; PORTS * PINS];
 
 /// The word of a pin, by any register of its port.
@@ -139,7 +138,7 @@ fn pin(register: Register, number: u32) -> Option<&'static AtomicU32> {
     PIN_WORDS.get(port as usize * PINS + number as usize)
 }
 
-/// The register that stands for a pin's IDR or BSRR.
+/// The register that represents a pin's IDR or BSRR.
 pub(crate) fn pin_word(register: Register, number: u32) -> Register {
     pin(register, number).map_or(register, |word| Register::at(word.as_ptr() as u32))
 }
@@ -160,7 +159,7 @@ pub fn set_count(count: u16) {
 /// The drive's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    /// Steps of a PWM period that the output is high for; none while it is switched off.
+    /// Steps of a PWM period with a high output; none while it is switched off.
     pub duty: Option<u16>,
     /// True if its direction is positive.
     pub is_positive: bool,

@@ -12,7 +12,7 @@ use crate::serial::RING_LENGTH;
 
 const BUS: Mmio<F4> = Mmio::BUS;
 
-/// Receives a byte as the DMA stream does, if USART2 has one: its interrupt stands in for the stream's request.
+/// Receives a byte as the DMA stream does, if USART2 has one. Its interrupt replaces the stream's request.
 pub fn receive() {
     if BUS.read(usart::SR) & SR_RXNE == 0 {
         return;

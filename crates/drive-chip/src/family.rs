@@ -1,8 +1,8 @@
 //! The bus to a chip, and the boundary between the drivers and its family.
 //!
-//! The drivers are written once, for peripherals that the families share. A [`Family`] has what differs: an address
-//! where a register lies elsewhere, a field that means something else, a function where the procedure is another one.
-//! Each is a folder: `f4`, `g4`.
+//! The drivers are written once, for peripherals that the families share. A [`Family`] has the differences: an address
+//! for a register that lies elsewhere, a field with another meaning, a function for another procedure. Each is a
+//! folder: `f4`, `g4`.
 
 use core::fmt::Debug;
 
@@ -27,8 +27,8 @@ pub trait Bus: Copy {
         self.write(register, self.read(register) & !clear | set);
     }
 
-    /// The word in which [`Bus::read_pin`] and [`Bus::write_pin`] find a pin, from the IDR or BSRR of
-    /// its port: looked up once, it costs a sample nothing.
+    /// The word in which [`Bus::read_pin`] and [`Bus::write_pin`] find a pin, from the IDR or BSRR of its port. It is
+    /// looked up once and costs a sample nothing.
     #[inline(always)]
     fn pin_word(self, register: Register, _pin: u32) -> Register {
         register
@@ -148,12 +148,12 @@ pub trait Peripherals {
     /// True if the watchdog reset the chip; only once.
     fn was_reset_by_watchdog(bus: impl Bus<Family = Self>) -> bool;
 
-    /// Switches the peripherals' clocks on and puts them in the state after reset, which they are not in if a debugger
-    /// started the program anew.
+    /// Switches the peripherals' clocks on and puts them in the state after reset. They are not in it if a debugger
+    /// restarted the program.
     fn power_peripherals(bus: impl Bus<Family = Self>);
 
-    /// Has the watchdog and the PWM run on while a debugger halts the processor, whatever the debugger has set before: a
-    /// PWM that stands still may stand at high, and a watchdog that runs resets the chip, which disables the output.
+    /// Keeps the watchdog and the PWM running while a debugger halts the processor, for any earlier setting of the
+    /// debugger. A stopped PWM may stop at high. A running watchdog resets the chip, which disables the output.
     fn run_while_halted(bus: impl Bus<Family = Self>);
 }
 
@@ -176,8 +176,8 @@ pub trait Receiver {
     /// The DMA of its reception.
     const RECEPTION: Reception;
 
-    /// Has every byte that USART2 receives written to memory, from a place on, bytewise and round and round, before any
-    /// other transfer.
+    /// Writes every byte that USART2 receives to memory, from a place on, bytewise in a ring, before any other
+    /// transfer.
     fn receive_into(bus: impl Bus<Family = Self>, place: u32, length: u32);
 
     /// Clears the errors of the reception, once the status was read.
@@ -203,8 +203,8 @@ pub trait Storage {
         step: impl FnMut(Register, u32) -> Result<(), E>,
     ) -> Result<(), E>;
 
-    /// Writes whole units to the flash, which is unlocked, from a place on, by steps of a word at a place that another one
-    /// may precede.
+    /// Writes whole units to the unlocked flash from a place on. Each step is a word at a place, and another word may
+    /// precede it.
     ///
     /// # Errors
     /// Those of a step.

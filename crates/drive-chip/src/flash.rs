@@ -1,8 +1,7 @@
 //! Two areas of the chip's flash, where records are kept (RM0090, 3.6; RM0440, FLASH).
 //!
-//! While the flash erases or writes, the processor can fetch nothing from it. So each step runs from
-//! RAM, without any interrupt, and feeds the watchdog itself: records are kept only while the servo
-//! is disabled.
+//! While the flash erases or writes, the processor can fetch nothing from it. So each step runs from RAM, without any
+//! interrupt, and feeds the watchdog itself. Records are kept only while the servo is disabled.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
@@ -67,7 +66,7 @@ impl NorFlashError for FlashError {
 }
 
 impl<B: Bus> RecordFlash<B> {
-    /// Of a chip whose flash nothing else writes.
+    /// For a chip whose flash nothing else writes.
     pub fn new(bus: B, areas: Areas) -> Self {
         Self { bus, areas }
     }

@@ -47,7 +47,7 @@ fn set_priority(bus: impl Bus, interrupt: u32, priority: u32) {
     bus.modify(register, 0xff << shift, priority << shift);
 }
 
-/// Zeros leave the others as they are.
+/// Zeros do not change the others.
 fn unmask(bus: impl Bus, interrupt: u32) {
     bus.write(nvic::ISER.offset(word(interrupt)), bit(interrupt));
 }

@@ -1,8 +1,8 @@
 //! Everything of a drive that touches a register of an STM32F4 or STM32G4.
 //!
-//! Every driver is generic over a [`Bus`]: `Mmio` on the chip, a model of the registers in the tests. A bus is of a
-//! [`Family`] of chips, which has what differs from the other: [`F4`], [`G4`].
-//! [`wire`] sets all of them up from a [`Board`], in the order that is safe.
+//! Every driver is generic over a [`Bus`]: `Mmio` on the chip, a model of the registers in the tests. A bus belongs to
+//! a [`Family`] of chips, which has its differences from the other: [`F4`], [`G4`]. [`wire`] sets all of them up from a
+//! [`Board`], in the order that is safe.
 //!
 //! | driver | peripheral | purpose |
 //! |---|---|---|
@@ -22,7 +22,7 @@
 //!
 //! `background` has the drive's background with the drivers of a chip.
 //!
-//! References are to RM0090, the manual of the STM32F405; the STM32F446 (RM0390) is the same in all that is used here.
+//! References are to RM0090, the manual of the STM32F405. The STM32F446 (RM0390) is the same in everything used here.
 //! Those of the STM32G474 are to RM0440, by the names of its chapters.
 #![no_std]
 #![deny(missing_docs)]

@@ -1,4 +1,4 @@
-//! The timer that has the line listened to: a stop in the middle of other bytes gives no sign of its own.
+//! The timer for listening to the line. A stop in the middle of other bytes raises no interrupt of its own.
 
 use crate::clock::Clocks;
 use crate::family::Bus;

@@ -84,8 +84,8 @@ impl<F: Family> Bus for Mmio<F> {
     }
 }
 
-/// A step of the flash, by code in RAM: a processor that fetches from a busy flash stalls (RM0090, 3.6),
-/// for up to two seconds, and would not feed the watchdog. Everything that it calls is inlined.
+/// A step of the flash, by code in RAM. A processor that fetches from a busy flash stalls for up to two seconds
+/// (RM0090, 3.6) and would not feed the watchdog. Everything that it calls is inlined.
 // SAFETY: the section is copied to RAM before `main`, as the values of statics are.
 #[unsafe(link_section = ".data.flash_step")]
 #[inline(never)]

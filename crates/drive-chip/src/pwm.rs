@@ -1,5 +1,5 @@
-//! TIM1 as an output of magnitude and sign that a fault line disables in hardware: the first channel is a PWM, and the
-//! second one its direction, a level that changes with a period as the duty does.
+//! TIM1 as an output of magnitude and sign that a fault line disables in hardware. The first channel is a PWM. The
+//! second is its direction, a level that changes with a period, like the duty.
 
 use core::convert::Infallible;
 
@@ -17,14 +17,13 @@ pub const FREQUENCY: u32 = 20_000;
 /// A switching period, s.
 pub const PERIOD: f64 = 1.0 / FREQUENCY as f64;
 
-/// Off: the break input is on and active high, and the timer drives the output to its idle state, low,
-/// in place of floating (OSSI; RM0090, table 98). The first write locks what concerns breaks until a reset (RM0090,
-/// 17.4.18); no output comes back by itself after one (AOE).
+/// Off. The break input is on and active high. The timer drives the output to its idle state, low, and does not let it
+/// float (OSSI; RM0090, table 98). The first write locks the bits of breaks until a reset (RM0090, 17.4.18). No output
+/// returns by itself after a break (AOE).
 const OFF: u32 =
     timer::BDTR_BKE | timer::BDTR_BKP | timer::BDTR_OSSR | timer::BDTR_OSSI | timer::BDTR_LOCK_1;
 
-/// TIM1, channel 1. From a break on, hardware keeps the output off until it was switched off and a duty is set
-/// after that.
+/// TIM1, channel 1. After a break, hardware keeps the output off until it is switched off and then a duty is set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pwm<B> {
     bus: B,

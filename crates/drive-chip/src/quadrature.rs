@@ -8,8 +8,8 @@ use identifier_core::measurement::Counter;
 use crate::family::{Bus, Family};
 use crate::registers::timer::{self, TIM3};
 
-/// Highest rate of counts, 1/s: both edges of two lines, each level as long as the filter takes, longer than the PWM's
-/// edges ring.
+/// Highest rate of counts, 1/s. Each level of two lines with both edges lasts as long as the filter takes, which is
+/// longer than the PWM's edges ring.
 #[must_use]
 pub const fn max_count_rate<F: Family>() -> f64 {
     2.0 * F::CLOCKS.low_timers as f64 / F::ENCODER_FILTER.ticks as f64
@@ -17,8 +17,7 @@ pub const fn max_count_rate<F: Family>() -> f64 {
 
 /// TIM3, which counts both edges of both lines in 16 bits, and captures its count at the index pulse.
 ///
-/// It must be read before the servo has moved by half its range: 32 767 counts a sample are beyond
-/// any servo.
+/// It must be read before the servo has moved by half its range. No servo reaches 32 767 counts a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadrature<B> {
     bus: B,
@@ -26,7 +25,7 @@ pub struct Quadrature<B> {
 }
 
 impl<B: Bus> Quadrature<B> {
-    /// Counts from zero, wherever the servo stands, from a timer in its reset state.
+    /// Counts from zero at any position of the servo, from a timer in its reset state.
     pub(crate) fn new(bus: B) -> Self {
         let lines = timer::CCMR1_CC1S_TI1 | timer::CCMR1_CC2S_TI2;
         let filter = B::Family::ENCODER_FILTER.bits;

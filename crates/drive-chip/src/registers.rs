@@ -22,7 +22,7 @@ pub(crate) mod rcc {
 
 /// Fields of the flash's interface at the same places in both families (RM0090, 3.9; RM0440, FLASH).
 pub(crate) mod flash {
-    /// Size of an area, bytes; in an emulator memory stands in for it.
+    /// Size of an area, bytes. In an emulator, memory replaces it.
     pub(crate) const AREA: u32 = if cfg!(feature = "emulator") {
         0x2000
     } else {

@@ -1,16 +1,14 @@
 //! The timer whose update is a sample, in step with the PWM.
 //!
-//! A sample takes a whole number of PWM periods, and begins [`LEAD`] before one of them does: a
-//! command that is written within that time takes effect with that period. So the time from a sample to
-//! its output is always the same.
+//! A sample takes a whole number of PWM periods and begins [`LEAD`] before one of them. A command written within that
+//! time takes effect with that period. So the time from a sample to its output is always the same.
 
 use crate::clock::Clocks;
 use crate::family::{Bus, Family};
 use crate::pwm;
 use crate::registers::timer::{self, TIM5};
 
-/// Time from the beginning of a sample to the PWM period in which its command takes effect, s: a quarter
-/// of a period.
+/// Time from the beginning of a sample to the PWM period of its command, s: a quarter of a period.
 pub const LEAD: f64 = 1.0 / (LEADS_PER_PERIOD * pwm::FREQUENCY) as f64;
 
 const LEADS_PER_PERIOD: u32 = 4;
@@ -66,7 +64,7 @@ impl<B: Bus> SampleTimer<B> {
     }
 }
 
-/// Begins a sample: the next one is due when its time has come.
+/// Begins a sample; the next one follows after the sample time.
 #[inline]
 pub fn acknowledge(bus: impl Bus) {
     // Ones leave the other flags.

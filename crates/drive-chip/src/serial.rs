@@ -1,5 +1,5 @@
-//! A serial line without waiting. DMA receives into a ring, however long an interrupt takes; an interrupt listens to the
-//! ring, and sends from a queue.
+//! A serial line without waiting. DMA receives into a ring, however long an interrupt takes. An interrupt listens to
+//! the ring and sends from a queue.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
@@ -12,12 +12,12 @@ use crate::family::{Bus, Receiver};
 use crate::interrupts;
 use crate::registers::usart;
 
-/// Bits per second: exactly 42 ticks of an STM32F4's bus and 170 of an STM32G4's with the PLL, and 16 without. The 921 600 that hosts often
-/// offer would be 0.93 % too slow and 2.1 % too fast (RM0090, 30.3.4).
+/// Bits per second. A bit is exactly 42 ticks of an STM32F4's bus, 170 of an STM32G4's with the PLL, and 16 without.
+/// The 921 600 that hosts often offer would be 0.93 % too slow and 2.1 % too fast (RM0090, 30.3.4).
 pub const BAUD: u32 = 1_000_000;
 
-/// Length of the queue of what is sent, bytes: at least two whole frames, and a power of two, so that it masks where it
-/// would divide.
+/// Length of the send queue, bytes. It is at least two whole frames, and a power of two, so that a mask replaces a
+/// division.
 const QUEUE_LENGTH: usize = 2048;
 const _: () = assert!(QUEUE_LENGTH > 2 * MAX_FRAME_BYTES);
 
@@ -102,7 +102,7 @@ impl<B> fmt::Debug for Port<'_, B> {
     }
 }
 
-/// Both ends of a line of 8 bits without parity, of a USART and a DMA stream that are as after reset.
+/// Both ends of a line of 8 bits without parity. USART and DMA stream are in their reset state.
 pub fn line<'a, B: Bus>(
     bus: B,
     clocks: &Clocks,

@@ -1,20 +1,21 @@
 //! TIM4 as the counter of step pulses with a direction.
 //!
 //! A timer of this family counts pulses one way only. So it counts all of them, and captures its count at every edge of
-//! the direction line: each pulse then counts by the direction that it had, however late it is read.
+//! the direction line. Each pulse then counts in the direction that it had, however late it is read.
 
 use crate::board::Board;
 use crate::family::{Bus, Family};
 use crate::pins::Input;
 use crate::registers::timer::{self, TIM4};
 
-/// Highest rate of steps, 1/s: a high and a low level as long as the filter takes, which delays both lines alike.
+/// Highest rate of steps, 1/s. A high and a low level each last as long as the filter takes, which delays both lines
+/// alike.
 #[must_use]
 pub const fn max_step_rate<F: Family>() -> f64 {
     0.5 * F::CLOCKS.low_timers as f64 / F::STEP_FILTER.ticks as f64
 }
 
-/// TIM4, which counts the rising edges of the step line; it must be read before 32 767 of them have come.
+/// TIM4, which counts the rising edges of the step line. It must be read before 32 767 of them have come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepInput<B> {
     bus: B,

@@ -1,4 +1,4 @@
-//! The chip's supply: a sag disables the output at once, and stays known until the output is disabled in a sample.
+//! The chip's supply. A sag disables the output at once and is remembered until the output is disabled in a sample.
 
 use crate::family::{Bus, Family, Supply};
 use crate::registers::exti;

@@ -1,7 +1,7 @@
 //! The independent watchdog, which resets the chip unless it is fed (RM0090, 21).
 //!
-//! Its timeout is set once: a new one takes effect some ticks of its own oscillator after it was written,
-//! and until then either may hold.
+//! Its timeout is set once. A new one takes effect some ticks of its own oscillator after the write, and until then
+//! either may hold.
 
 use crate::bus::Register;
 use crate::family::Bus;

@@ -122,8 +122,8 @@ pub fn wire<'a, B: Bus>(
     }
 }
 
-/// Disables the output whatever the state of the drivers, for a program that cannot continue: the
-/// amplifier is off, and the PWM's pins are driven low in place of floating.
+/// Disables the output in any state of the drivers, for a program that cannot continue. The amplifier is off, and the
+/// PWM's pins are driven low and do not float.
 pub fn disable_outputs<B: Bus>(bus: B, board: &Board<B::Family>) {
     board.enable.set_low(bus);
     pwm::off(bus);

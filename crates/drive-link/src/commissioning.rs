@@ -43,11 +43,11 @@ pub struct Outcome {
     pub commissioning: Commissioning,
     /// The servo, if it was identified.
     pub servo: Option<IdentifiedServo>,
-    /// The gains that were found, with their promise.
+    /// The gains that were found, with their predicted response.
     pub tuning: Option<Tuning>,
     /// The reason for no gains, with the figure that would do.
     pub no_gains: Option<NoGains>,
-    /// The promised figures as measured in the trial.
+    /// The predicted figures as measured in the trial.
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
     pub noise: f64,
@@ -62,7 +62,7 @@ pub struct Gains {
     pub controller: ControllerSettings,
     /// The cut-off of its velocity estimate, rad/s.
     pub cutoff: f64,
-    /// Where they come from.
+    /// Where they are from.
     pub origin: Origin,
 }
 

@@ -100,7 +100,7 @@ impl Report {
     }
 }
 
-/// Assembles messages from bytes as they are received, in any state.
+/// Assembles messages from received bytes, in any state.
 #[derive(Debug, Default)]
 pub struct Receiver {
     bytes: Vec<u8, MAX_FRAME_BYTES>,
@@ -117,7 +117,7 @@ impl Receiver {
         }
     }
 
-    /// Takes a byte; at the end of a frame, its message or an error, which costs that frame and no other.
+    /// Takes a byte. The end of a frame gives its message or an error, which costs that frame and no other.
     pub fn take<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
         self.take_as(byte, |message| whole(message).ok_or(FrameError::Unknown))
     }
@@ -168,21 +168,20 @@ fn request(message: &[u8]) -> Result<Request, FrameError> {
         .ok_or(FrameError::NoRequest { id, given, bytes })
 }
 
-/// What takes all of these bytes.
+/// A message that takes all of these bytes.
 fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     let (read, rest) = postcard::take_from_bytes(bytes).ok()?;
     rest.is_empty().then_some(read)
 }
 
-/// Detects stops alone, byte by byte as they are received: so a stop need not wait for the answers to earlier
-/// requests.
+/// Detects stops alone, byte by byte as received. A stop therefore need not wait for the answers to earlier requests.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StopListener {
     bytes: [u8; STOP_BYTES],
     length: usize,
 }
 
-/// Bytes of the frame of a stop, without the zero at its end: its two and the check, and one for COBS.
+/// Bytes of the frame of a stop, without the zero at its end: two of its own, the check, and one for COBS.
 const STOP_BYTES: usize = 2 + CHECK_BYTES + 1;
 
 impl StopListener {

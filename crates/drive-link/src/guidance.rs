@@ -18,10 +18,11 @@ pub enum TargetSource {
     },
 }
 
-/// The way to the home position of an axis, on which a switch is closed at one end of its travel.
+/// The motion to the home position of an axis. A switch is closed at one end of its travel.
 ///
 /// The axis seeks the switch, or begins on it, and drives off it slowly. With an index pulse, the first one behind the
-/// switch is the home position; without, the axis approaches slowly, and the home position is where the switch closes.
+/// switch is the home position. Without it, the axis approaches slowly, and the home position is where the switch
+/// closes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Homing {
     /// Velocity at which the switch is sought, rad/s: negative for one at the lower end.

@@ -1,10 +1,9 @@
 //! Messages between a drive and its host over a serial line.
 //!
-//! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS:
-//! no byte of a frame is zero but its last, so a receiver that has lost bytes resumes at the next
-//! zero. No message is assumed to arrive: each [`Request`] carries a number that its answer repeats,
-//! every command may be repeated without harm, and telemetry that finds no room is dropped and counted. The [`Record`]
-//! that a drive keeps is postcard bytes too.
+//! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS. No byte of a frame
+//! is zero but its last, so a receiver that has lost bytes resumes at the next zero. No message is assumed to arrive.
+//! Each [`Request`] carries a number that its answer repeats, and every command may be repeated without harm. Telemetry
+//! without room is dropped and counted. The [`Record`] that a drive keeps is postcard bytes too.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

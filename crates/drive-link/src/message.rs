@@ -11,7 +11,7 @@ use crate::guidance::Home;
 use crate::settings::{NotAllowed, Settings};
 use crate::term_sizes::TermSizes;
 
-/// The version of these messages, which every request but a stop carries: a drive refuses those of another.
+/// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
 pub const PROTOCOL: u8 = 19;
@@ -50,7 +50,7 @@ pub enum Command {
     Configure(Settings),
     /// Reports the settings: answered by [`Report::Settings`].
     Show,
-    /// Closes the loop where the servo stands, and identifies.
+    /// Closes the loop at the servo's position, and identifies.
     Start,
     /// Sends the servo to a target, rad from where it started.
     Target(f64),
@@ -62,9 +62,9 @@ pub enum Command {
     Watch(u16),
     /// Saves settings and estimates, so that they survive a loss of power; only while the servo is disabled.
     Save,
-    /// Identifies the servo, tunes the gains to a goal, validates them on the servo and saves them: from rest, or in place
-    /// of the running loop, which resumes at the end. The delay that is given adds to the drive's own. From rest,
-    /// settings and estimates are saved first.
+    /// Identifies the servo, tunes the gains to a goal, validates them on the servo and saves them. It begins from
+    /// rest, or suspends the running loop, which resumes at the end. The delay that is given adds to the drive's own.
+    /// From rest, settings and estimates are saved first.
     Commission(CommissionSettings),
     /// Reports the last commissioning: answered by [`Report::Outcome`].
     Outcome,
@@ -170,13 +170,13 @@ pub struct Status {
     pub home: Home,
     /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
-    /// Why the law of the last run has no first fit after a second of motion.
+    /// Why the estimator of the last run has no first fit after a second of motion.
     pub obstacle: Option<Reason>,
-    /// Standard deviation of the encoder's noise in motion, counts, by the first fit of the last run; 0.29, that of
-    /// rounding alone, where it is not clearly more.
+    /// Standard deviation of the encoder's noise in motion, counts, by the first fit of the last run. It is 0.29, that
+    /// of rounding alone, unless it is clearly larger.
     pub noise: Option<f32>,
-    /// How the servo of this run, or of the last, differs from that for which its gains were commissioned, where
-    /// [`Settings::servo_changes`] asks for it.
+    /// The difference between the servo of this run, or of the last, and the one for which its gains were commissioned.
+    /// [`Settings::servo_changes`] enables it.
     pub servo_change: Option<ServoChange>,
     /// Events of the identifier since the start, as last reported.
     pub noticed: Noticed,
@@ -216,7 +216,7 @@ pub struct Noticed {
     pub started: u32,
     /// Steps of the load.
     pub load_steps: u32,
-    /// Samples in which the servo did not follow its command or, by some laws, times that this began.
+    /// Samples in which the servo did not follow its command or, by some estimators, times that this began.
     pub not_following: u32,
     /// Times that the model's friction was too large and was lowered.
     pub friction_lowered: u32,

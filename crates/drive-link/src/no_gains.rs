@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::NotAllowed;
 
-/// The reason for which a commissioning found no gains, with the figure that would do: the core's [`TuningError`] as a
-/// message.
+/// The reason for which a commissioning found no gains, with the sufficient figure. It is the core's [`TuningError`] as
+/// a message.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum NoGains {
     /// A setting is out of the range that the identified servo leaves it.
     NotAllowed(NotAllowed),
-    /// The bandwidth is higher than the servo bears.
+    /// The bandwidth is higher than the servo tolerates.
     TooFast {
         /// The requested bandwidth, rad/s.
         bandwidth: f64,

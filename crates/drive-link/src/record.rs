@@ -30,7 +30,7 @@ pub struct Commissioned {
     /// The covariance is symmetric: row by row up to the diagonal.
     covariance: [f64; ENTRIES],
     unexplained: f64,
-    /// The gains and their promise.
+    /// The gains and their predicted response.
     pub tuning: Tuning,
     /// The trial of the gains on the servo.
     pub trial: Option<TrialResult>,
@@ -58,7 +58,7 @@ impl Record {
 }
 
 impl Commissioned {
-    /// Of a servo that was identified, with the gains for it.
+    /// The record of an identified servo, with the gains for it.
     #[must_use]
     pub fn new(servo: &IdentifiedServo, tuning: Tuning, trial: Option<TrialResult>) -> Self {
         let mut covariance = [0.0; ENTRIES];

@@ -17,7 +17,8 @@ pub type Name = heapless::String<24>;
 pub struct Settings {
     /// Controller and identifier.
     pub closed_loop: LoopSettings,
-    /// The dither on the reference while it identifies, which then has no filter: that would take it out of the command.
+    /// The dither on the reference during identification. The reference then has no filter, which would remove the
+    /// dither from the command.
     pub dither: Dither,
     /// Limits beyond which the servo is disabled.
     pub protection: Protection,
@@ -44,14 +45,14 @@ pub enum ServoChanges {
 pub struct LoopSettings {
     /// Controller and identifier, as the core takes them.
     pub core: identifier_core::Settings,
-    /// The adaptation law.
+    /// The estimator.
     pub law: Law,
 }
 
-/// An adaptation law.
+/// An estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Law {
-    /// The paper's gradient law.
+    /// The paper's gradient estimator.
     Gradient {
         /// True to estimate Coulomb friction too.
         friction: bool,
@@ -82,9 +83,8 @@ pub struct Protection {
     pub pace: f64,
     /// Largest speed, rad/s, averaged over 5 ms.
     pub speed: f64,
-    /// The change of the command that friction and a hand on the shaft cannot withstand, as a part of
-    /// the command's limit. A change that is larger, or as large as the dither asks for, must move the
-    /// servo.
+    /// The change of the command that friction and a hand on the shaft cannot withstand, as a part of its limit. A
+    /// change that is larger, or as large as the dither asks for, must move the servo.
     pub breakaway: f64,
     /// The time for which such a command may act without moving the servo, s.
     pub stall_time: f64,
@@ -94,8 +94,7 @@ pub struct Protection {
     pub duration: f64,
     /// The time for which the host may be silent while the servo is driven, s; 0 for unbounded.
     pub link_timeout: f64,
-    /// The longest time that a run may take to come to rest at its end, s: then the servo is disabled,
-    /// at rest or not.
+    /// The longest time in which a run may come to rest at its end, s. Then the servo is disabled, at rest or not.
     pub stop_time: f64,
 }
 
@@ -334,7 +333,7 @@ pub enum Why {
         /// The period, s.
         period: f64,
     },
-    /// With it the sampled loop is unstable for some servo of the box.
+    /// With it the sampled loop is unstable for some servo of the parameter range.
     Unstable {
         /// The given value.
         given: f64,
@@ -350,7 +349,7 @@ pub enum Why {
 }
 
 impl NotAllowed {
-    /// Of a setting, by its name.
+    /// For a setting, by its name.
     #[must_use]
     pub fn new(name: &str, why: Why) -> Self {
         Self {

@@ -21,7 +21,7 @@ pub struct TermSizes {
 }
 
 impl TermSizes {
-    /// Of a model that knows the size of each; none if it does not know one.
+    /// The sizes of a model that knows each; none if it does not know one.
     #[must_use]
     pub fn where_known(size: impl Fn(Unknown) -> Option<f64>) -> Option<Self> {
         let mut sizes = [0.0; COUNT];

@@ -1,11 +1,11 @@
 //! The watch over the background, which must run now and then for the watchdog to be fed.
 
-/// The longest pause of the background while the servo is driven, before the watchdog is left to reset the chip, s.
+/// The longest pause of the background while the servo is driven, s. After it the watchdog resets the chip.
 pub(crate) const DRIVEN_PATIENCE: f64 = 0.1;
 
 /// The longest time without a turn of the background.
 ///
-/// A count runs down in every sample; only when it has run out are the background's turns compared with those before.
+/// A count runs down in every sample. Only at its end are the background's turns compared with those before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BackgroundWatch {
     interval: u32,

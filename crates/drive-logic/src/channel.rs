@@ -1,5 +1,5 @@
-//! Queues and counters between the two halves and the line: orders one way, events the other; the record of a motion, and what the
-//! background finds in it; and counters for what must never wait for room.
+//! Queues and counters between the two halves and the line. Orders go one way, events the other, with the record of a
+//! motion and the background's results from it. Counters are for everything that must never wait for room.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -11,12 +11,12 @@ use identifier_core::identifier::NumberedBlock;
 use crate::closed_loop::Fitted;
 use crate::messages::{Event, Order};
 
-/// Orders and events that may be on their way at once, and one more; powers of two, so that a queue
-/// masks where it would divide.
+/// Orders and events that may be pending at once, and one more. They are powers of two, so that a queue masks and does
+/// not divide.
 const ORDERS: usize = 4;
 const EVENTS: usize = 8;
 
-/// Pieces of a record that may be on their way, and one more: a block of a run is some 16 ms long.
+/// Pieces of a record that may be pending, and one more. A block of a run is some 16 ms long.
 const RECORD: usize = 16;
 
 /// Solutions on their way back, and one more.
@@ -331,7 +331,7 @@ impl BackgroundEnd<'_> {
 }
 
 impl InterruptEnd<'_> {
-    /// The number of requests of any kind so far: while it stands still, there is nothing to obey.
+    /// The number of requests of any kind so far. While it is constant, there is nothing to obey.
     #[inline]
     pub(crate) fn requests(&self) -> u32 {
         let requests = self.signals.requests.load(Ordering::Acquire);

@@ -16,7 +16,7 @@ pub trait Chip {
     /// Encoder and output stage.
     fn servo(&mut self) -> (&mut Self::Sensor, &mut Self::Output);
 
-    /// True if the home switch is closed, which it is while the axis is at that end; an open wire is away from home.
+    /// True if the home switch is closed, that is, while the axis is at that end. An open wire is away from home.
     fn home_switch_is_closed(&self) -> bool;
 
     /// The count at the encoder's last index pulse, if there was one since the last call.

@@ -89,7 +89,7 @@ impl Commissioning {
         })
     }
 
-    /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
+    /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
         self.state.begin_at(count);
@@ -164,7 +164,7 @@ impl Commissioning {
         self.fault.or(lost.then_some(Fault::EncoderLost))
     }
 
-    /// The last sample as it is reported.
+    /// The last sample in its reported form.
     pub(crate) fn report(&self) -> CommissionSample {
         self.sample
     }
@@ -206,7 +206,7 @@ impl Commissioning {
         }
     }
 
-    /// One sample: the command goes out first, then an event of the record, if there is one, is exchanged for a
+    /// One sample. The command goes out first. Then an event of the record, if there is one, is exchanged for a
     /// decision of the solver. `exchange` gives false for an event that finds no room.
     #[inline]
     pub(crate) fn step<'a, S: PositionSensor, A: Actuator<f32>>(

@@ -7,9 +7,9 @@ use crate::supervisor::Supervisor;
 
 /// The loop of the background.
 ///
-/// Stops are heard by the line's listener, whatever waits before them. Reports never take the room that an answer needs. A
-/// request is carried out whether or not there is room for its answer: a host that gets none repeats the request, which
-/// does no harm.
+/// Stops are heard by the line's listener, whatever waits before them. Reports never take the room that an answer
+/// needs. A request is carried out whether or not there is room for its answer. A host without an answer repeats the
+/// request, which does no harm.
 #[derive(Debug, Default)]
 pub struct Conversation {
     receiver: Receiver,

@@ -10,7 +10,7 @@ use crate::time::samples;
 const REST_COUNTS: u32 = 4;
 pub(crate) const REST_TIME: f64 = 0.02;
 
-/// A place at which a servo stands: the count, and the samples for which it has been there.
+/// A place at which a servo is at standstill: the count, and the samples for which it has been there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Standstill {
     at: i32,
@@ -18,7 +18,7 @@ pub(crate) struct Standstill {
 }
 
 impl Standstill {
-    /// The samples for which it stands, after one at a count.
+    /// The samples of standstill, after one at a count.
     pub(crate) fn take(&mut self, count: i32) -> u32 {
         if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
             (self.at, self.samples) = (count, 0);
@@ -60,7 +60,7 @@ impl Rest {
         self.left = self.max_samples;
     }
 
-    /// True if it rests after a sample at a count, or its time is over.
+    /// True if it is at rest after a sample at a count, or its time is over.
     pub(crate) fn is_over(&mut self, count: i32) -> bool {
         self.left = self.left.saturating_sub(1);
         self.standstill.take(count) >= self.needed || self.left == 0
@@ -69,8 +69,8 @@ impl Rest {
 
 /// The time that a run or a commissioning has, and a host may be silent.
 ///
-/// One count runs down in every sample, to the earlier of the two; only when it has run out, or a frame of the host was received, is
-/// anything computed.
+/// One count runs down in every sample, to the earlier of the two. Computation follows only at its end, or after a
+/// received frame of the host.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deadline {
     /// Samples to the next evaluation, and those that were left at the last.
@@ -78,13 +78,13 @@ pub(crate) struct Deadline {
     begun_with: u32,
     /// Samples that the run had left at the last evaluation, if its time is bounded.
     run_left: Option<u32>,
-    /// Samples for which the host may be silent, if that is bounded; those that it had been at the last evaluation.
+    /// Samples for which the host may be silent, if that is bounded. The other is its silence at the last evaluation.
     max_silence: Option<u32>,
     silence: u32,
 }
 
 impl Deadline {
-    /// Of a time and of a silence of the host, s; 0 for unbounded.
+    /// For a time and a silence of the host, s; 0 for unbounded.
     pub(crate) fn new(duration: f64, link_timeout: f64, units: &Units) -> Self {
         let bound = |time: f64| (time > 0.0).then(|| samples(time, units));
         let mut deadline = Self {
@@ -128,7 +128,7 @@ impl Deadline {
         self.left == 0
     }
 
-    /// The way in which it has passed, once it is due.
+    /// The end of the run by a deadline that has passed, if any.
     fn passed(&mut self) -> Option<Ended> {
         self.evaluate();
         let passed = if self.run_left == Some(0) {

@@ -102,8 +102,8 @@ impl Guide {
         !self.is_active
     }
 
-    /// A sample that ended at a count, after which the reference may go elsewhere; the count of the origin, if it was
-    /// found.
+    /// A sample that ended at a count, after which the reference may change. The result is the count of the origin, if
+    /// it was found.
     ///
     /// # Errors
     /// The fault by which the run ends.

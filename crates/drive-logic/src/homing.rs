@@ -1,4 +1,4 @@
-//! The way to the home position: to a switch, off it slowly, and to the switch's edge or the index pulse behind it.
+//! The motion to the home position: to a switch, off it slowly, and to the switch's edge or the index pulse behind it.
 
 use drive_link::{Fault, NotAllowed, Settings};
 use identifier_core::number::Number;
@@ -120,7 +120,7 @@ impl Homing {
         self.phase != Phase::Idle
     }
 
-    /// Begins with the switch as it is now.
+    /// Begins with the switch in its present state.
     pub(crate) fn begin(
         &mut self,
         is_closed: bool,

@@ -5,7 +5,7 @@ use heapless::Deque;
 
 use crate::channel::LineEnd;
 
-/// Listens to the line below the sample interrupt and above the background: a stop waits for no work of the background.
+/// Listens to the line below the sample interrupt and above the background. A stop waits for no work of the background.
 #[derive(Debug)]
 pub struct LineListener<'a> {
     end: LineEnd<'a>,

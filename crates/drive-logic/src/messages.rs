@@ -9,8 +9,8 @@ use crate::guide::Origin;
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, Counts, RunSample};
 
-/// A mode that drives the servo: built by the background, lent to the interrupt, and returned when it has ended or was
-/// not begun.
+/// A mode that drives the servo. The background builds it, the interrupt borrows it, and it returns when it has ended
+/// or was not begun.
 #[derive(Debug)]
 pub(crate) enum Mode {
     /// A loop that is closed.
@@ -24,8 +24,8 @@ pub(crate) enum Mode {
 pub(crate) enum Order {
     /// Drive the servo from its place at rest.
     Begin(Mode),
-    /// Drive the servo in place of the mode that drives it now: a commissioning in place of the run, a run where a
-    /// commissioning holds the servo.
+    /// Drive the servo with this mode and end the present one. A commissioning replaces the run, and a run replaces a
+    /// commissioning that holds the servo.
     Replace(Mode),
     /// Send the servo to a target, counts from the start.
     Target(i32),

@@ -1,4 +1,4 @@
-//! The watches that disable the servo while it is driven.
+//! The supervision that disables a driven servo.
 
 use commissioning::watch::LateSamples;
 use drive_link::{Dither, Fault, NotAllowed, Settings};
@@ -13,15 +13,15 @@ use crate::conversion::{out_of_range, too_small};
 use crate::reference::MAX_DISTANCE_COUNTS;
 use crate::time::samples;
 
-/// Amplitudes of the dither that the largest position error must leave room for: a step of two, and
-/// the overshoot that the step before may have left.
+/// Amplitudes of the dither for which the largest position error must leave room. They are a step of two, and the
+/// overshoot that the step before may have left.
 const AMPLITUDES_OF_ERROR: f64 = 3.0;
 
 /// Amplitudes of the dither by which targets stay within the travel.
 const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
 
-/// Part of the command that the dither asks for, which must move the servo: otherwise there is nothing
-/// to identify from, or no encoder.
+/// Part of the command that the dither requests and that must move the servo. Otherwise there is nothing to identify
+/// from, or no encoder.
 const SHARE_OF_DITHER: f64 = 0.9;
 
 /// Counts within which a servo has not moved: one line of an encoder that is broken still flickers.
@@ -66,8 +66,8 @@ struct SpeedWatch {
     from: i32,
 }
 
-/// The watch over the motion: the servo must move when the command has changed by this much since it last moved.
-/// A command that holds a load at rest is not such a one.
+/// The stall supervision. The servo must move when the command has changed by this much since its last motion. A
+/// command that holds a load at rest is not such a one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct StallWatch {
     change: f32,
@@ -81,7 +81,7 @@ struct StallWatch {
 
 /// The largest position error, rad, speed, rad/s, and time, s, that the samples compute with.
 pub(crate) fn largest(units: &Units) -> [f64; 3] {
-    /// Counts in a sample that an encoder's counter of 16 bits tells from those of the other direction.
+    /// Counts in a sample that an encoder's counter of 16 bits distinguishes from those of the other direction.
     const COUNTS_IN_A_SAMPLE: f64 = i16::MAX as f64;
     [
         f64::from(f32::REACH) * units.position_unit(),
@@ -107,7 +107,7 @@ pub(crate) fn reach(settings: &Settings) -> f64 {
 }
 
 impl Protection {
-    /// Of a run with this controller.
+    /// The protection of a run with this controller.
     ///
     /// # Errors
     /// The setting that is not allowed, or that contradicts another.
@@ -201,7 +201,7 @@ impl Protection {
         })
     }
 
-    /// From the count at which the servo rests; the travel counts from an origin.
+    /// From the count of the servo at rest; the travel counts from an origin.
     pub(crate) fn start(&mut self, count: i32, origin: i32) {
         self.origin = origin;
         self.speed.from = count;

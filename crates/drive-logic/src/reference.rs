@@ -59,7 +59,7 @@ impl Reference {
         })
     }
 
-    /// Stays where the servo stands.
+    /// Stays at the servo's position.
     pub(crate) fn start(&mut self, count: i32) {
         self.target = count;
         self.at = Setpoint { count, offset: 0.0 };

@@ -24,7 +24,7 @@ use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
 use crate::time::samples;
 
-/// The shortest sample times of a run, s, without terms and with them: of each at least half stays free of its longest
+/// The shortest sample times of a run, s, without terms and with them. At least half of each stays free of its longest
 /// interrupt, on the slowest chip (`cargo xtask interrupt`).
 pub const MIN_SAMPLE_TIME: f64 = 5e-5;
 /// See [`MIN_SAMPLE_TIME`].
@@ -101,8 +101,8 @@ impl Run {
         })
     }
 
-    /// Checks settings without keeping the run; those without a controller, which wait for a commissioning, with a
-    /// controller of zero gains.
+    /// Checks settings without keeping the run. Settings without a controller, which wait for a commissioning, are
+    /// checked with a controller of zero gains.
     ///
     /// # Errors
     /// The setting that is not allowed.
@@ -132,7 +132,7 @@ impl Run {
         }
     }
 
-    /// From the count at which the servo rests. Not inlined, to be seen in the machine code.
+    /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
         self.closed_loop.start(count);
@@ -257,7 +257,7 @@ impl Run {
         self.protection.end_sample(late).map_err(Ended::Faulted)
     }
 
-    /// The last sample as it is reported.
+    /// The last sample in its reported form.
     #[inline]
     pub(crate) fn report(
         &self,
@@ -333,9 +333,9 @@ fn axis(core: &identifier_core::Settings, controller: &ControllerSettings) -> Wa
     }
 }
 
-/// The settings of its loop: those that were given, and under a dither neither filter of the reference nor reference model. They
-/// would take most of the acceleration out of the dither, and with it the evidence of b; targets are approached at a bounded speed
-/// as it is.
+/// The settings of its loop. They are the given ones, but under a dither without filter of the reference and without
+/// reference model. Those two would remove most of the acceleration from the dither, and with it the evidence of b.
+/// Targets are approached at a bounded speed anyway.
 fn loop_settings(settings: &Settings) -> LoopSettings {
     let mut own = settings.closed_loop;
     if settings.dither.amplitude != 0.0
@@ -350,7 +350,7 @@ fn loop_settings(settings: &Settings) -> LoopSettings {
 /// Samples from one examination of the estimates to the next; 0 for none.
 ///
 /// # Errors
-/// The settings ask for one of a law that has no standard errors, or of a model with terms.
+/// The settings ask for one of an estimator that has no standard errors, or of a model with terms.
 fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAllowed> {
     let LoopSettings { core, law, .. } = &settings.closed_loop;
     let is_examined = *law == Law::GaussNewton && core.identifier.terms.demanded.is_empty();

@@ -19,7 +19,7 @@ use crate::telemetry::{Counts, ReportTimer};
 #[derive(Debug)]
 pub struct Sampler<'a> {
     channel: InterruptEnd<'a>,
-    /// The mode that drives the servo; none while it is disabled.
+    /// The mode that drives the servo; none while the servo is disabled.
     mode: Option<Mode>,
     fault: Option<Fault>,
     /// How the last run ended.
@@ -38,7 +38,7 @@ pub struct Sampler<'a> {
     examination_timer: ReportTimer,
     counts: Counts,
     background: BackgroundWatch,
-    /// The axis while it is disabled.
+    /// The standstill of the disabled axis.
     standstill: Standstill,
 }
 
@@ -202,8 +202,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Obeys a stop, reports the state if that is pending, and does the next order, a sample each, until nothing is left of all
-    /// that.
+    /// Obeys a stop, reports a pending state, and does the next order, one per sample, until nothing is left.
     #[cold]
     #[inline(never)]
     fn obey<S: PositionSensor, A: Actuator<f32>>(
@@ -278,7 +277,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Begins a mode from where the servo rests, unless a fault holds, old or new.
+    /// Begins a mode from the servo's rest position, unless a fault holds, old or new.
     fn begin<S: PositionSensor, A: Actuator<f32>>(
         &mut self,
         mut mode: Mode,
@@ -441,7 +440,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// The count at which the servo rests, unless a fault keeps it from being moved.
+/// The count of the servo at rest, unless a fault prevents its motion.
 fn rest_count<S: PositionSensor>(lines: Lines, sensor: &mut S) -> Result<i32, Fault> {
     lines.before_motion()?;
     sensor.count().map_err(|_| Fault::EncoderLost)

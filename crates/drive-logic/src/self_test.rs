@@ -22,8 +22,8 @@ const START: i32 = i32::MAX - 100;
 
 type Filter = LowPass<f32>;
 
-/// Runs controller and identifier with friction over a motion that is a table of whole numbers and
-/// holds every bit of the estimates against what they are elsewhere.
+/// Runs controller and identifier with friction over a motion from a table of whole numbers. It compares every bit of
+/// the estimates with their value elsewhere.
 ///
 /// # Errors
 /// [`Fault::SelfTestFailed`].

@@ -1,10 +1,9 @@
 //! Records that survive a loss of power at any moment.
 //!
-//! Two areas of flash that can be erased apart are filled with records in turn, one slot each; the
-//! newest whole record holds. A record is written behind the last one, never over it, and an area is
-//! erased only when the other one holds the newest: so whenever the power goes, either the record
-//! before or the new one is whole. 12 records of 1336 bytes fill an area of 16 KiB, so that 10 000
-//! cycles of erasing last for 240 000 records.
+//! Two areas of flash that can be erased apart are filled with records in turn, one slot each. The newest whole record
+//! holds. A record is written behind the last one, never over it. An area is erased only when the other one holds the
+//! newest. After a loss of power at any time, either the record before or the new one is whole. An area of 16 KiB holds
+//! 12 records of 1336 bytes, so that 10 000 cycles of erasing last for 240 000 records.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -15,8 +14,8 @@
 //! | 12–15 | CRC-32 of the twelve bytes before and the contents |
 //! | 16–… | contents, postcard |
 //!
-//! A store that others maintain was tried first (`sequential-storage` 8.0): two dozen panics of it
-//! survive in the release, which the firmware does not link with.
+//! A store that others maintain was tried first (`sequential-storage` 8.0). Two dozen panics of it survive in the
+//! release, which the firmware does not link with.
 
 use core::fmt;
 
@@ -194,8 +193,8 @@ impl<F: NorFlash> Store<F> {
         self.newest.map_or(0, |newest| newest.slot / Self::SLOTS)
     }
 
-    /// The next blank slot in the area of the newest record, or the first of the other area once that
-    /// is erased.
+    /// The next blank slot in the area of the newest record. If there is none, the other area is erased, and its first
+    /// slot is next.
     fn free_slot(&mut self) -> Result<u32, StoreError> {
         if let Some(slot) = self.blank_slot() {
             return Ok(slot);

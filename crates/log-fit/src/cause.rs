@@ -67,7 +67,7 @@ causes! {
     /// Friction that grows with the square of the velocity.
     QuadraticFriction: "quadratic-friction", None, "friction that grows with the square of the velocity",
         "let one fit to the whole record estimate it, with law = \"fit\", or identify at the speeds that matter";
-    /// A force that goes with the angle, once a revolution.
+    /// A force that depends on the angle, with a period of one revolution.
     Gravity: "gravity", Some(Unknown::GravitySine), "gravity, or another force that goes with the angle",
         "let it be estimated with required_terms = [\"gravity\"], on an absolute angle";
     /// A force that repeats many times a revolution.
@@ -102,10 +102,10 @@ causes! {
     GainAsymmetry: "gain-asymmetry", None, "a gain that differs between the directions",
         "let one fit to the whole record estimate it, with law = \"fit\", \
          or calibrate the amplifier in both directions";
-    /// A gain that goes with the angle.
+    /// A gain that depends on the angle.
     TorqueRipple: "torque-ripple", None, "a gain that goes with the angle (torque ripple)",
         "let one fit to the whole record estimate it, with law = \"fit\", or check the commutation's offset";
-    /// An inertia that goes with the angle.
+    /// An inertia that depends on the angle.
     VaryingInertia: "varying-inertia", None, "an inertia that goes with the angle",
         "let one fit to the whole record estimate it, with law = \"fit\", or identify about the pose that matters";
     /// A load that steps.

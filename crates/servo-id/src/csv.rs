@@ -1,4 +1,4 @@
-//! Tables as comma-separated values, SI. Of an experiment and a commissioning the first columns are those of a log. A
+//! Tables as comma-separated values, SI. The first columns of an experiment and a commissioning are those of a log. A
 //! value that is not known or not finite is left empty.
 
 use std::fmt;

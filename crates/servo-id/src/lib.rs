@@ -1,4 +1,4 @@
-//! The program `servo-id`: verbs over the experiments of [`host_sim`], what a reader sees of their results, and the host
+//! The program `servo-id`: verbs over the experiments of [`host_sim`], the presentation of their results, and the host
 //! of a drive.
 //!
 //! | what | where |

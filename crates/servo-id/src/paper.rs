@@ -27,7 +27,7 @@ pub const LEAST_SQUARES: &str =
 /// The two methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// The Γ-gradient law on the model loop.
+    /// The Γ-gradient estimator on the model loop.
     Proposed,
     /// Relay-closed recursive least squares.
     LeastSquares,

@@ -164,7 +164,7 @@ impl Port {
         Ok(None)
     }
 
-    /// The same sentence whether reading or writing notices first that nobody is there.
+    /// The same sentence whether reading or writing notices first that the other end is gone.
     fn broken(&self, error: &io::Error) -> PortError {
         match error.kind() {
             ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => self.fault(

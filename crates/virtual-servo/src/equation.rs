@@ -2,8 +2,8 @@
 
 use crate::friction::Friction;
 
-/// Position and velocity of the motor, and twist and twist rate of the spring, by which the load leads
-/// it: rad, rad/s, rad, rad/s. Without a spring the last two stay zero.
+/// Position and velocity of the motor, and twist and twist rate of the spring, by which the load leads it. The units
+/// are rad, rad/s, rad, rad/s. Without a spring the last two stay zero.
 pub(crate) type State = [f64; 4];
 
 /// The mode of friction.
@@ -72,9 +72,9 @@ impl Angular {
     }
 }
 
-/// The spring between motor and load. Of both as one rigid body of inertia 1, the load is a share ρ:
-/// with ω the resonance of both free and ζ its damping, stiffness is ω² ρ (1 − ρ) and damping
-/// 2 ζ ω ρ (1 − ρ). Within its play neither side feels the other.
+/// The spring between motor and load. The load is a share ρ of both as one rigid body of inertia 1. With ω the
+/// resonance of both free and ζ its damping, stiffness is ω² ρ (1 − ρ) and damping 2 ζ ω ρ (1 − ρ). Within its backlash
+/// neither side feels the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spring {
     stiffness: f64,
@@ -85,7 +85,8 @@ pub(crate) struct Spring {
 }
 
 impl Spring {
-    /// From a resonance (rad/s), its damping ratio, the load's share of the inertia and the play from end to end, rad.
+    /// From a resonance (rad/s), its damping ratio, the load's share of the inertia and the backlash from end to end,
+    /// rad.
     pub(crate) fn new(resonance: f64, damping: f64, load_share: f64, play: f64) -> Self {
         let reduced = load_share * (1.0 - load_share);
         Self {
@@ -122,7 +123,7 @@ pub(crate) struct Equation {
     pub(crate) friction: Friction,
     pub(crate) gravity: Angular,
     pub(crate) ripple: Angular,
-    /// The deviation of the inertia from its mean at an angle, as a share: the load's where there is a spring.
+    /// The deviation of the inertia from its mean at an angle, as a share. With a spring it is the load's.
     pub(crate) inertia: Angular,
     pub(crate) spring: Option<Spring>,
 }
@@ -178,8 +179,8 @@ impl Equation {
         }
     }
 
-    /// The acceleration of a body whose inertia goes with its angle, from that of its mean inertia: with
-    /// J = 1 + j, J q̈ + j′ q̇²/2 = w (Lagrange).
+    /// The acceleration of a body whose inertia depends on its angle, from that of its mean inertia. With J = 1 + j, J
+    /// q̈ + j′ q̇²/2 = w (Lagrange).
     fn with_inertia_at(&self, angle: f64, velocity: f64, of_mean: f64) -> f64 {
         if self.inertia.is_zero() {
             return of_mean;
@@ -205,7 +206,7 @@ impl Equation {
         }
     }
 
-    /// Distance from a change of the mode: negative once it is due.
+    /// Distance from a change of the mode; negative once the mode must change.
     pub(crate) fn margin(&self, mode: Mode, time: f64, state: &State) -> f64 {
         match mode {
             Mode::Standing => self.hold_margin(time, state),

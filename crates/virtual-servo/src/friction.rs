@@ -5,8 +5,8 @@ use identifier_core::parameters::ServoParameters;
 use crate::Effects;
 use crate::effects::any;
 
-/// Deceleration by friction: a q̇ + κ |q̇| q̇ + sign(q̇) (δa |q̇| + c + s e^(−(q̇/v)²) + λ |p|), rad/s²,
-/// under a push p of the motor.
+/// Deceleration by friction under a push p of the motor, rad/s²: a q̇ + κ |q̇| q̇ + sign(q̇) (δa |q̇| + c + s
+/// e^(−(q̇/v)²) + λ |p|).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Friction {
     /// a, 1/s.
@@ -26,7 +26,7 @@ pub(crate) struct Friction {
 }
 
 impl Friction {
-    /// Of a servo with effects.
+    /// The friction of a servo with effects.
     pub(crate) fn new(servo: &ServoParameters, effects: &Effects) -> Self {
         Self {
             viscous: servo.a,

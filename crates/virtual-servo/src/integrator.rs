@@ -5,8 +5,8 @@ use crate::equation::{Equation, Mode, State};
 /// Integrates an equation of motion to a given accuracy: Dormand and Prince's pair of orders 5 and 4
 /// (J. Comput. Appl. Math. 6, 1980), with steps as long as its own estimate of the error allows.
 ///
-/// Where the motor stops, turns or breaks away, the time is found to 10⁻⁹ of the given time, and the
-/// motion continues from there.
+/// If the motor stops, turns or breaks away, the time is found to 10⁻⁹ of the given time. The motion continues from
+/// there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Integrator {
     /// Error allowed in a step, relative to 1 + the magnitude of the state.
@@ -18,15 +18,15 @@ pub(crate) struct Integrator {
 }
 
 impl Integrator {
-    /// Errors of this size, rad and rad/s in a step, add up to far less than a thousandth of an
-    /// encoder's count in 10 s.
+    /// Errors of this size, rad and rad/s in a step, accumulate to far less than a thousandth of an encoder's count in
+    /// 10 s.
     pub(crate) const TOLERANCE: f64 = 1e-11;
 
     /// The shortest step and the precision of an event, as parts of the time that is asked for.
     const FINEST_STEP: f64 = 1.0 / 4096.0;
     const FINEST_EVENT: f64 = 1e-9;
 
-    /// Events in the time that is asked for after which a motor that stops repeatedly stands.
+    /// Events in the requested time after which a motor that stops repeatedly is at standstill.
     const MAX_EVENTS: u32 = 1000;
 
     /// With steps of up to `longest`, s.

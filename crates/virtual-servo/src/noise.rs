@@ -22,8 +22,8 @@ pub fn distinct_seed(seed: u32, index: u32) -> u32 {
     (source.next_word() >> 33) as u32
 }
 
-/// A generator of uniform random words that is good from any seed on (Steele, Lea and Flood, "Fast
-/// splittable pseudorandom number generators", OOPSLA 2014).
+/// A generator of uniform random words that is good from any seed on. Literature: Steele, Lea and Flood, "Fast
+/// splittable pseudorandom number generators", OOPSLA 2014.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SplitMix64(u64);
 

@@ -1,11 +1,10 @@
 use identifier_core::parameters::ServoParameters;
 
-/// q̈ = −a q̇ + b u + d − c sign(q̇), moved from sample to sample in closed form for a held command.
+/// q̈ = −a q̇ + b u + d − c sign(q̇), integrated from sample to sample in closed form for a held command.
 ///
-/// Coulomb friction is taken event by event: where the velocity reaches zero within a sample, the
-/// time is found in closed form, and from there the servo stands if friction can hold it, or turns.
-/// Standing, it breaks away when the drive exceeds friction; the drive is held, so that happens at
-/// a sample.
+/// Coulomb friction is taken event by event. If the velocity reaches zero within a sample, the time is found in closed
+/// form. From there the servo is at standstill if friction can hold it, or it turns. Standing, it breaks away when the
+/// drive exceeds friction; the drive is held, so that happens at a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plant {
     a: f64,
@@ -19,7 +18,7 @@ pub struct Plant {
     pub velocity: f64,
 }
 
-/// The exact step of q̈ = −a q̇ + w over a time t: q += g₁ q̇ + g₂ w, q̇ = e^(−at) q̇ + g₁ w.
+/// The exact step of q̈ = −a q̇ + w over a time t, with q += g₁ q̇ + g₂ w, q̇ = e^(−at) q̇ + g₁ w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Step {
     time: f64,
@@ -30,8 +29,8 @@ struct Step {
 
 impl Step {
     fn new(a: f64, time: f64) -> Self {
-        /// Below this a t the two integrals are taken from their series, whose next term is then
-        /// below 10⁻¹⁸; the closed form would cancel.
+        /// Below this a t the two integrals are taken from their series, whose next term is then below 10⁻¹⁸. The
+        /// closed form would cancel.
         const SERIES_BELOW: f64 = 1e-4;
         let t = time;
         let x = a * t;
@@ -134,8 +133,8 @@ impl Plant {
         }
     }
 
-    /// When q̇ e^(−at) + w (1 − e^(−at))/a is zero: t = ln(1 − a q̇/w)/a, or q̇/−w without viscosity;
-    /// never if the acceleration w drives the servo on.
+    /// The time at which q̇ e^(−at) + w (1 − e^(−at))/a is zero. It is t = ln(1 − a q̇/w)/a, or q̇/−w without
+    /// viscosity. It is infinite if the acceleration w drives the servo on.
     fn time_to_rest(&self, w: f64) -> f64 {
         if self.velocity == 0.0 || self.velocity * w >= 0.0 {
             return f64::INFINITY;

@@ -1,7 +1,7 @@
-//! The play between a motor and the encoder on its load.
+//! The backlash between a motor and the encoder on its load.
 
-/// The load stands while the motor is within the play, and is taken along by the end of the play that
-/// the motor is at (the play operator of hysteresis).
+/// The load is at standstill while the motor is within the backlash. The end of the backlash at the motor takes it
+/// along (the play operator of hysteresis).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Play {
     half: f64,

@@ -39,8 +39,8 @@ impl SensorEffects {
     }
 }
 
-/// A sensor with its errors, from sample to sample. It is an incremental one: it counts from where it is
-/// first read, so that its first error belongs to its origin.
+/// A sensor with its errors, from sample to sample. It is an incremental one. It counts from its first reading, so that
+/// its first error belongs to its origin.
 #[derive(Debug, Clone)]
 pub struct SensorErrors {
     noise: Option<(f64, NormalSource)>,

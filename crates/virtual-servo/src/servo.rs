@@ -58,8 +58,7 @@ impl Servo {
         })
     }
 
-    /// The same after this command was held for long: it also acts in the first samples, for the delay of
-    /// commands.
+    /// The same after this command was held for long. It also acts in the first samples, for the delay of commands.
     #[must_use]
     pub fn held_by(mut self, command: f64) -> Self {
         let mut acting = command;

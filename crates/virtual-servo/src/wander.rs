@@ -4,8 +4,8 @@ use crate::excitation::NormalSource;
 
 use crate::noise::{Stream, source};
 
-/// A first-order Gauss–Markov process, exact from sample to sample and held in between: from its
-/// first value on it has the same standard deviation, and its correlation falls as e^(−t/τ).
+/// A first-order Gauss–Markov process, exact from sample to sample and held in between. From its first value on it has
+/// the same standard deviation, and its correlation falls as e^(−t/τ).
 #[derive(Debug, Clone)]
 pub(crate) struct Wander {
     kept: f64,

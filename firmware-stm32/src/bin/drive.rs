@@ -1,8 +1,9 @@
 //! The drive: controls and identifies a real servo.
 //!
-//! TIM5 interrupts at every sample, above everything else, runs the sampler and feeds the watchdog as long as the
-//! background completes its turns. USART2 interrupts for every byte that is sent, and with SysTick, to listen for stops
-//! among the bytes that DMA has received. In between, the background obeys, answers, reports and keeps records.
+//! TIM5 interrupts at every sample, above everything else. It runs the sampler and feeds the watchdog as long as the
+//! background completes its turns. USART2 interrupts for every byte that is sent. Together with SysTick it also listens
+//! for stops among the bytes that DMA has received. In between, the background obeys, answers, reports and keeps
+//! records.
 #![no_std]
 #![no_main]
 
@@ -146,7 +147,7 @@ fn main() -> ! {
     }
 }
 
-/// The wired board, and the large parts of the program in static places: the stack is for what comes and goes.
+/// The wired board, and the large parts of the program in static memory. The stack is for temporary values.
 struct Parts {
     wired: Wired,
     output: Output,

@@ -1,8 +1,8 @@
 //! Boards: the functions of their pins, one file per board, chosen by a feature of its name.
 //!
 //! A board file is data: `BOARD` has the oscillator, the pins and the areas of the records. To add one, copy one of its
-//! family, change its pins, and name it here and in Cargo.toml. `f4` and `g4` have the
-//! interrupts of a family, by the vendor's description.
+//! family, change its pins, and name it here and in Cargo.toml. The modules `f4` and `g4` have the interrupts of a
+//! family, by the vendor's description.
 
 #[cfg(feature = "f4")]
 mod f4;
@@ -75,8 +75,8 @@ pub type Output = Gate<Stage, pins::Output<Mmio>>;
 
 type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, drive_chip::pwm::Direction<Mmio>>;
 
-/// The other parts of a board that a drive uses, and the fault found on the way: an unstable clock, a failed output, or
-/// a reset by the watchdog.
+/// The other parts of a board that a drive uses, and the fault found meanwhile. It is an unstable clock, a failed
+/// output, or a reset by the watchdog.
 pub type Wired = drive_chip::Wired<'static, Mmio>;
 
 /// Disables the output whatever the state of the drivers, for a program that cannot continue.

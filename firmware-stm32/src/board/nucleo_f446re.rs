@@ -1,5 +1,5 @@
-//! ST NUCLEO-F446RE, with an STM32F446RE; the debug probe on it gives the clock and is the host's end
-//! of the serial line (UM1724, 6.7.1 and 6.8).
+//! ST NUCLEO-F446RE, with an STM32F446RE. The debug probe on it gives the clock and is the host's end of the serial
+//! line (UM1724, 6.7.1 and 6.8).
 //!
 //! | pin | at | what | towards |
 //! |---|---|---|---|

@@ -1,5 +1,5 @@
-//! ST NUCLEO-G474RE, with an STM32G474RE, a crystal of 24 MHz, and a debug probe that is the host's end of the serial
-//! line (UM2505). It has the pins of the NUCLEO-F446RE, and a limit of the current in hardware besides.
+//! ST NUCLEO-G474RE, with an STM32G474RE and a crystal of 24 MHz. Its debug probe is the host's end of the serial line
+//! (UM2505). It has the pins of the NUCLEO-F446RE, and a limit of the current in hardware besides.
 //!
 //! | pin | at | what | towards |
 //! |---|---|---|---|
@@ -15,8 +15,8 @@
 //! | PB6, PB7 | CN10 17, CN7 21 | step and direction (TIM4), pulled up, 3.3 V or open collector | controller |
 //! | PA2, PA3 | on the board | serial line, out and in (USART2), 1 Mbaud, over the probe's USB | host |
 //!
-//! PA0 has no pull: a resistor of 1 MΩ to 3.3 V outside has a broken wire disable the output too. One that is not used is
-//! bridged to ground.
+//! PA0 has no pull. With a resistor of 1 MΩ to 3.3 V outside, a broken wire disables the output too. One that is not
+//! used is bridged to ground.
 
 use drive_chip::G4;
 use drive_chip::board::{Board, Oscillator};

@@ -1,5 +1,5 @@
-//! The evidence of the end of a run for a law's estimates: the record is fitted once more, from the estimates, with the
-//! law's own model, so that every law is judged alike.
+//! The evidence for an estimator's estimates at the end of a run. The record is fitted once more, from the estimates
+//! and with the estimator's own model. All estimators are thus judged alike.
 
 use identifier_core::parameters::{ServoParameters, Unknown};
 use log_fit::fit::{Effect, Survey, Values};
@@ -18,7 +18,7 @@ use log_fit::{Estimated, Lacking, Logged, MAX_SAMPLES, effects, examine};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Judged<'a> {
     pub(super) scenario: &'a Scenario,
-    /// The estimates; of what is not estimated, what the model takes for it.
+    /// The estimates, with the model's own value for a parameter that is not estimated.
     pub(super) servo: ServoParameters,
     /// The terms that have entered.
     pub(super) terms: &'a [TermEstimate],
@@ -31,7 +31,7 @@ pub(super) struct Judged<'a> {
 pub(super) struct Effort {
     /// Samples at most.
     pub(super) samples: usize,
-    /// The same of a law that takes the whole record.
+    /// The same of an estimator that takes the whole record.
     pub(super) whole: usize,
     /// True if it may take many passes.
     is_thorough: bool,
@@ -56,7 +56,7 @@ impl Effort {
 /// The evidence for estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Assessment {
-    /// Of every unknown that is estimated.
+    /// One entry for every unknown that is estimated.
     unknowns: Vec<Asked>,
     /// The output error of the model, where it was fitted again.
     pub(super) residual: Option<Residual>,
@@ -76,7 +76,7 @@ pub(super) struct Asked {
     pub(super) pull: f64,
     /// Infinite where the motion says nothing of it.
     pub(super) std_error: f64,
-    /// True if a command of other sizes would tell more of it.
+    /// True if a command of other sizes would determine it better.
     pub(super) needs_sizes: bool,
 }
 
@@ -86,7 +86,7 @@ impl Assessment {
         self.unknowns.iter().find(|asked| asked.unknown == unknown)
     }
 
-    /// Of the estimates of a law by the end of its run; none where there is too little of it, or no servo follows it.
+    /// Assesses the estimates at the end of a run. None if the record is too short or no servo fits it.
     pub(super) fn of_law(judged: &Judged<'_>, samples: &[Logged], effort: Effort) -> Option<Self> {
         let mut command = Statistics::default();
         samples.iter().for_each(|one| command.add(one.command));
@@ -135,7 +135,7 @@ impl Assessment {
         })
     }
 
-    /// Of a fit to the whole record, which is where the record would have it.
+    /// Assesses a fit to the whole record, which is already at its own optimum.
     pub(super) fn of_fit(whole: &WholeRecord, unknowns: &[Unknown]) -> Self {
         let asked = |&unknown: &Unknown| Asked {
             unknown,
@@ -154,7 +154,7 @@ impl Assessment {
 }
 
 impl Judged<'_> {
-    /// The law's model in the units of a record.
+    /// The estimator's model in the units of a record.
     fn values(&self, scale: &Scale) -> Values {
         let declared = &self.scenario.stated.identifier.terms;
         let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
@@ -183,7 +183,7 @@ impl Scale {
         }
     }
 
-    /// An effect that a law's model lacks, in SI, of a model that has it.
+    /// An effect that an estimator's model lacks, in SI, of a model that has it.
     fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
         let Lacking { entered, share } = lacking;
         let parts = effects(entered.cause);

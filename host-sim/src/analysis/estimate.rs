@@ -1,15 +1,15 @@
-//! One estimate over a run: where it ended, how far it spread at the end, how far it still had to go.
+//! One estimate over a run: its final value, its spread at the end, and the distance still to go.
 
 use super::statistics::Statistics;
 use crate::result::Estimate;
 use crate::verdict::State;
 
-/// The distances from the truth within which an estimate counts as settled: b̂ within this fraction, â
-/// within this many 1/s.
+/// The distances from the truth within which an estimate is settled: b̂ within this fraction, â within this value in
+/// 1/s.
 pub(super) const SETTLED_B: f64 = 0.02;
 pub(super) const SETTLED_A: f64 = 0.1;
 
-/// An estimate that is at a bound for more than this part of the run's end stands there.
+/// An estimate that is at a bound for more than this part of the run's end counts as being there.
 const AT_BOUND: f64 = 0.5;
 
 /// Gathers an [`Estimate`] from its values, sample by sample.
@@ -37,8 +37,8 @@ impl Tracked {
         }
     }
 
-    /// The estimate, with the tolerance within which it counts as being at rest; its standard error is not known
-    /// here, and its value is that of the end.
+    /// The estimate, with the tolerance within which it counts as being at rest. Its standard error is unknown here,
+    /// and its value is that of the end.
     pub(super) fn estimate(&self, tolerance: impl Fn(f64) -> f64) -> Estimate {
         let last = self.last;
         let unknown = Estimate {
@@ -73,10 +73,10 @@ impl Tracked {
 
 /// Where a sequence that has passed three equally spaced values will still go.
 ///
-/// An exponential approach shortens its steps by a constant ratio; the steps to come then sum to
-/// d₂²/(d₁ − d₂). A last step counts as none if it is below a quarter of the tolerance, or so small
-/// beside the standard deviation over the whole stretch that noise explains it (a steady drift has
-/// steps of 1.15 standard deviations). One that is no shorter than the step before is endless.
+/// An exponential approach shortens its steps by a constant ratio. The remaining steps then sum to d₂²/(d₁ − d₂). A
+/// last step counts as none if it is below a quarter of the tolerance. The same holds if it is so small beside the
+/// standard deviation over the whole segment that noise explains it. A steady drift has steps of 1.15 standard
+/// deviations. One that is no shorter than the step before is endless.
 fn distance_to_go([first, second, third]: [f64; 3], tolerance: f64, deviation: f64) -> f64 {
     const STILL_STEP: f64 = 0.25;
     const NOISE: f64 = 0.7;

@@ -1,9 +1,9 @@
-//! The information on a servo's parameters in a motion, whatever the law.
+//! The information on a servo's parameters in a motion, for any estimator.
 //!
-//! A unit of a parameter θ changes the model's position by s_θ with s̈ = −(a + l_d) ṡ − l_p s + φ_θ, where φ is
-//! −q̇ for a, u for b, −sign q̇ for the Coulomb friction and 1 for the load; l_p = ω², l_d = 2ω − a is the correction
-//! that keeps a model beside its servo. With rounding of variance σ² the standard error is at least
-//! σ √(Σ s sᵀ)⁻¹ (Cramér and Rao).
+//! A unit of a parameter θ changes the model's position by s_θ with s̈ = −(a + l_d) ṡ − l_p s + φ_θ. Here φ is −q̇ for
+//! a, u for b, −sign q̇ for the Coulomb friction and 1 for the load. The correction that keeps a model beside its servo
+//! has l_p = ω² and l_d = 2ω − a. With rounding of variance σ² the standard error is at least σ √(Σ s sᵀ)⁻¹ (Cramér and
+//! Rao).
 
 use identifier_core::parameters::Parameter;
 
@@ -11,7 +11,7 @@ use identifier_core::parameters::Parameter;
 #[derive(Debug, Clone)]
 pub(super) struct Information {
     parameters: Vec<Parameter>,
-    /// Of the correction, rad/s.
+    /// Frequency of the correction, rad/s.
     omega: f64,
     sample_time: f64,
     /// Variance of a position, rad².
@@ -102,8 +102,8 @@ fn stepped([s, rate]: [f64; 2], shift: f64, omega: f64, time: f64) -> [f64; 2] {
     ]
 }
 
-/// An element of the inverse's diagonal of a positive definite matrix, by elimination with that row last;
-/// infinite where there is none.
+/// An element of the inverse's diagonal of a positive definite matrix, by elimination with that row last. Infinite if
+/// there is no inverse.
 fn diagonal_of_inverse(count: usize, place: usize, of: impl Fn(usize, usize) -> f64) -> f64 {
     /// Below this a pivot is rounding.
     const NOTHING: f64 = 1e-12;

@@ -1,4 +1,4 @@
-//! The accuracy that the motion of a run allows, whatever the law.
+//! The accuracy that the motion of a run allows, for any estimator.
 
 use identifier_core::parameters::{Parameter, Unknown};
 
@@ -27,8 +27,8 @@ impl Reachable {
     pub(super) fn new(scenario: &Scenario) -> Option<Self> {
         /// The correction's bandwidth where there is no loop to take it from, in 1/T.
         const PER_SAMPLE: f64 = 0.05;
-        /// The time for which the fit of a verdict trusts its model, over the reciprocal of the motion's bandwidth: four of
-        /// the shortest, of 0.7.
+        /// The time over which the fit of a verdict trusts its model, over the reciprocal of the motion's bandwidth. It
+        /// is four times the shortest, 0.7.
         const HORIZON: f64 = 2.8;
         let servo = scenario.plant?;
         let sample_time = scenario.sample_time();

@@ -14,7 +14,7 @@ pub(super) struct ScaledRecording<'a> {
 }
 
 impl<'a> ScaledRecording<'a> {
-    /// Of samples of a scenario's servo.
+    /// Scales the samples of a scenario's servo.
     pub(super) fn new(scenario: &Scenario, samples: &'a [Logged]) -> Self {
         let units = scenario.units();
         let revolution = scenario.stated.identifier.terms.revolution;

@@ -9,10 +9,10 @@ use super::scaled_recording::ScaledRecording;
 use super::whole_record::WholeRecord;
 use crate::scenario::Scenario;
 
-/// What a model leaves of its log, SI.
+/// The residuals of a model over its log, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// Of every sample the measured position less that of the model, which runs free in windows, rad.
+    /// The measured position minus that of the model for every sample, rad. The model runs free in windows.
     pub errors: Vec<f64>,
     /// Length of a window, s.
     pub window: f64,
@@ -52,12 +52,12 @@ pub struct FoundResponse {
     pub measured: f64,
     /// See `measured`.
     pub model: f64,
-    /// The part of the log's velocity that goes with the command, 0 to 1.
+    /// The part of the log's velocity that is coherent with the command, 0 to 1.
     pub coherence: f64,
 }
 
 impl Seen {
-    /// Of the samples that a fit explains; none where the model runs away in them.
+    /// The residuals over the samples that a fit explains; none if the model diverges in them.
     pub(super) fn new(
         scenario: &Scenario,
         samples: &[Logged],
@@ -95,8 +95,9 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// Means by velocity of what brakes: b u + d and the forces of the angle less the acceleration. The second difference of
-    /// positions is the mean acceleration with triangular weights, and so the command is taken with the same.
+    /// Means by velocity of what brakes: b u + d and the forces of the angle less the acceleration. The second
+    /// difference of positions is the mean acceleration with triangular weights. The command is averaged with the same
+    /// weights.
     fn friction(self, whole: &WholeRecord, noise: f64) -> Vec<Braking> {
         /// Part of the usual acceleration that the noise of a second difference has at most, and longest span, s.
         const NOISE: f64 = 0.05;
@@ -177,8 +178,8 @@ impl Motion<'_> {
             .collect()
     }
 
-    /// The response from the command to the velocity by windows of a cosine: as the log has it, and as its model has it under
-    /// the same commands.
+    /// The response from the command to the velocity by windows of a cosine. One is that of the log, the other that of
+    /// its model under the same commands.
     fn response(self, errors: &[f64]) -> Vec<FoundResponse> {
         const FREQUENCIES: usize = 30;
         const WINDOWS: usize = 16;

@@ -2,10 +2,10 @@
 
 use crate::result::SensorNoise;
 
-/// Samples of a window in which the servo moves or stands.
+/// Samples of a window in which the servo moves or is at standstill.
 const WINDOW: usize = 64;
 
-/// Fifth differences, in which hardly any of a motion is left, and their variance for white noise of variance one.
+/// Fifth differences, which remove almost all of a motion, and their variance for white noise of variance one.
 const DIFFERENCE: [f64; 6] = [-1.0, 5.0, -10.0, 10.0, -5.0, 1.0];
 const DIFFERENCE_VARIANCE: f64 = 252.0;
 
@@ -44,7 +44,7 @@ pub(crate) struct NoiseMeter {
 }
 
 impl NoiseMeter {
-    /// For an encoder with a count of so many rad.
+    /// For an encoder with a count of this size, rad.
     pub(crate) fn new(count: f64) -> Self {
         Self {
             count,
@@ -89,8 +89,8 @@ impl NoiseMeter {
     }
 }
 
-/// True if the halves of a window are where noise alone may have them: by three deviations of their difference, and by
-/// a part of a count, beyond which rounding does not keep the mean of what stands.
+/// True if noise alone explains the difference between the halves of a window. The bound is three deviations of that
+/// difference plus a part of a count. Below that part, rounding does not keep the mean at standstill.
 fn stands(window: &[f64], squares: f64) -> bool {
     const DEVIATIONS: f64 = 3.0;
     const ROUNDING: f64 = 0.5;

@@ -1,5 +1,5 @@
-/// Mean and standard deviation of a stream (Welford, "Note on a method for calculating corrected
-/// sums of squares and products", Technometrics 4(3), 1962).
+/// Mean and standard deviation of a stream. Literature: Welford, "Note on a method for calculating corrected sums of
+/// squares and products", Technometrics 4(3), 1962.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Statistics {
     count: f64,

@@ -1,4 +1,4 @@
-//! The end of a run as it was recorded.
+//! The end of a run in its recorded form.
 
 use std::collections::VecDeque;
 
@@ -6,8 +6,8 @@ use log_fit::Logged;
 
 use crate::experiment::Sample;
 
-/// The last samples of a run: position and the command that acted from there on. A shorter run is
-/// kept whole; of a longer one its end is judged, where the estimates are at their best.
+/// The last samples of a run: position and the command that acted from there on. A shorter run is kept whole. A longer
+/// one is judged by its end, where the estimates are best.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
     samples: VecDeque<Logged>,

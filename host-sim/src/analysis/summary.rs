@@ -53,9 +53,9 @@ pub struct Summariser {
     outside_b: Option<f64>,
     end: f64,
     prediction: Option<f64>,
-    /// Of a law that fits the whole record, once it has; none in it where nothing explains the record.
+    /// The record of an estimator that fits the whole record, after its fit. None in it: nothing explains the record.
     whole: Option<Option<WholeRecord>>,
-    /// Of a simulated servo, for a page of the program.
+    /// The reachable accuracy of a simulated servo, for a page of the program.
     reachable: Option<Box<Reachable>>,
 }
 
@@ -125,8 +125,8 @@ impl Summariser {
         self
     }
 
-    /// Takes in a sample. Inlined so that a sample is never put together in memory: the processor would wait for every copy
-    /// of it. A page in a browser is small before fast.
+    /// Takes in a sample. It is inlined so that a sample is never assembled in memory. The processor would wait for
+    /// every copy of it. A page in a browser is small before fast.
     #[cfg_attr(feature = "experiments", inline(always))]
     pub fn add(&mut self, sample: &Sample) {
         let time = sample.time;
@@ -172,8 +172,7 @@ impl Summariser {
         self.last_position = None;
     }
 
-    /// The estimates predicted a motion that they have not seen with this error, relative to the
-    /// motion; the largest counts.
+    /// Takes the error with which the estimates predicted an unseen motion, relative to the motion. The largest counts.
     pub fn predicted(&mut self, error: f64) {
         // NaN is no small error.
         let worse = |known: f64| error.is_nan() || error > known;
@@ -182,8 +181,8 @@ impl Summariser {
         }
     }
 
-    /// The servo that is judged: of laws with standard errors of their own the last estimates, which
-    /// hold all that was seen, of others the mean over the tail.
+    /// The servo that is judged. Estimators with standard errors of their own give the last estimates, which contain
+    /// all samples. Others give the mean over the tail.
     fn judged(&self) -> ServoParameters {
         let of = |i: usize| {
             let tail = self.tracked[i].estimate(|_| 0.0);
@@ -210,8 +209,8 @@ impl Summariser {
         }
     }
 
-    /// The servo of the whole record as far as the fit may go on, of a law that fits it at its end; none of another, or where
-    /// nothing explains it.
+    /// The servo of the whole record as far as the fit may go on, from an estimator that fits it at its end. None for
+    /// another estimator, or if nothing explains the record.
     pub fn fit_record(&mut self, scenario: &Scenario, goes_on: GoesOn<'_>) -> Option<FoundServo> {
         if !scenario.identifier.law.takes_whole_record() {
             return None;
@@ -226,7 +225,8 @@ impl Summariser {
         })
     }
 
-    /// The samples beside the model, of a law that fits all of them; none of another, or where nothing explains them.
+    /// The samples beside the model, from an estimator that fits all of them. None for another estimator, or if nothing
+    /// explains them.
     pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
         let _ = self.fit_record(scenario, &|| true);
         let whole = self.whole.as_ref()?.as_ref()?;

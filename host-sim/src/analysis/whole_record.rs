@@ -23,7 +23,7 @@ pub(super) struct WholeRecord {
     /// Their declared and identified settings.
     pub(super) settings: TermSettings,
     pub(super) evidence: FitEvidence,
-    /// The effects of which a command of other sizes would tell more.
+    /// The effects that a command of other sizes would determine better.
     pub(super) needs_sizes: Vec<Effect>,
     /// Deviation of the sensor's noise, counts.
     pub(super) noise: f64,

@@ -20,7 +20,7 @@ pub struct Axis {
     encoder: Encoder,
     /// Distance of its first position beyond an edge of the encoder, rad.
     beyond: f64,
-    /// Command units; what balances the load where the servo stands at first.
+    /// The command that balances the load at the servo's start, command units.
     balance: f64,
 }
 
@@ -60,7 +60,7 @@ impl Axis {
         })
     }
 
-    /// The command that keeps it where it stands at first, command units.
+    /// The command that keeps it at its start, command units.
     #[must_use]
     pub fn balance(&self) -> f64 {
         self.balance

@@ -108,7 +108,7 @@ impl Excursion {
         }
     }
 
-    /// Of two stretches, of which either may have none.
+    /// Combines two segments, either of which may be empty.
     fn both(one: Option<Self>, other: Option<Self>) -> Option<Self> {
         let (Some(one), Some(other)) = (one, other) else {
             return one.or(other);

@@ -41,8 +41,8 @@ impl FrequencyResponse {
         })
     }
 
-    /// The same of the servo as it was identified, with the hold of a sample (s) and without the current loop: by
-    /// frequency, finer than the lines.
+    /// The frequency response of the identified servo, with the hold of a sample (s) and without the current loop. Its
+    /// frequencies are finer than the lines.
     pub fn identified(
         &self,
         servo: &ServoParameters,

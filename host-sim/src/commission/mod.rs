@@ -1,7 +1,8 @@
 //! A commissioning on the simulated drive: the machine of the firmware, the simulator's servo.
 //!
-//! A sample is the same in the simulator and on the chip: the encoder is read, the interrupt's half gives a command, the background's half does its slices of work, and the command
-//! acts until the next sample. So a commissioning is the same to the bit wherever it runs.
+//! A sample is the same in the simulator and on the chip. The encoder is read, the interrupt's half gives a command and
+//! the background's half does its slices of work. The command acts until the next sample. So a commissioning is the
+//! same to the bit wherever it runs.
 
 mod axis;
 mod course;
@@ -102,8 +103,8 @@ impl Commissioning {
         self.run_beside(&mut |slices| slices, observe)
     }
 
-    /// The same where the background is faster or has other work: the slices of work that it does in a sample, from those
-    /// that it should.
+    /// The same for a background that is faster or has other work. It maps the slices of work that are due in a sample
+    /// to those that are done.
     ///
     /// # Errors
     /// As [`Commissioning::new`].

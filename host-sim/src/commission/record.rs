@@ -35,9 +35,9 @@ pub struct Known {
 pub struct Outcome {
     /// Its end; none if it never did, which is a fault of the machine.
     pub end: Option<End>,
-    /// The servo as it was known after each motion.
+    /// The identified servo after each motion.
     pub known: Vec<Known>,
-    /// The gains that were found, and their promise.
+    /// The gains that were found, and their predicted response.
     pub tuning: Option<Tuning>,
     /// The reason why no gains were found, with the value that would do.
     pub no_gains: Option<NoGains>,

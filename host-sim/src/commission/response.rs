@@ -22,8 +22,8 @@ pub struct StepResponse {
 }
 
 impl StepResponse {
-    /// Of the servo as it was identified, under the gains that were found, by an encoder without edges; none
-    /// where none were found.
+    /// The response of the identified servo under the gains that were found, with an encoder without edges. None if no
+    /// gains were found.
     #[must_use]
     pub fn promised(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
         /// Counts in a count of the scenario's encoder.
@@ -41,7 +41,7 @@ impl StepResponse {
         Self::of_outcome(&promised, outcome)
     }
 
-    /// Of the true servo under the gains that were found; none where none were.
+    /// The response of the true servo under the gains that were found; none if none were found.
     #[must_use]
     pub fn in_truth(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
         Self::of_outcome(scenario, outcome)
@@ -50,8 +50,7 @@ impl StepResponse {
     fn of_outcome(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
         /// Settling times for which a servo is watched, and s besides.
         const WATCHED: (f64, f64) = (4.0, 0.1);
-        /// The longest that a servo is taken to need for settling, in 1/ω: the slow pole's part has then died
-        /// down to a 400th.
+        /// The longest settling time that is simulated, in 1/ω. The slow pole's part has then decayed to a 400th.
         const SLOWEST: f64 = 30.0;
         let tuning = outcome.tuning.as_ref()?;
         let limits = scenario.commission_settings().ok()?.limits;
@@ -68,8 +67,8 @@ impl StepResponse {
         Self::new(scenario, &gains, step, times * settling + besides).ok()
     }
 
-    /// Of a scenario's servo, encoder included, for a time (s): it stands, and the integral is on the load's
-    /// balance, as in a trial.
+    /// Simulates a scenario's servo, encoder included, for a time (s). It starts at standstill, and the integral
+    /// balances the load, as in a trial.
     ///
     /// # Errors
     /// The key that it cannot be built from.

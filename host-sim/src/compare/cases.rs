@@ -2,7 +2,7 @@ use identifier_core::parameters::ServoParameters;
 
 use crate::scenario::{Fault, Scenario};
 
-/// A servo and its surroundings, as a scenario whose law does not matter.
+/// A servo and its surroundings, as a scenario whose estimator does not matter.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Its name.
@@ -14,8 +14,8 @@ pub struct Case {
 }
 
 impl Case {
-    /// The cases of a scenario: its servo without load and friction, then one thing at a time that
-    /// the `[compare]` table says, then all of them.
+    /// The cases of a scenario. The first is its servo without load and friction. Then comes one thing at a time from
+    /// the `[compare]` table, then all of them.
     ///
     /// # Errors
     /// The servo is not given.

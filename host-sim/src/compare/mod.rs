@@ -15,8 +15,8 @@ use crate::scenario::{Arithmetic, Closing, Fault, Law, Scenario, box_around};
 use crate::simulate::{Simulation, operations};
 use crate::verdict::Status;
 
-/// The scenario with another law and the parameters that it estimates at most, in the loop that the
-/// law closes.
+/// The scenario with another estimator and the most parameters that it estimates, in the loop that the estimator
+/// closes.
 #[must_use]
 pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     let mut scenario = base.clone();
@@ -47,7 +47,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     scenario.in_own_loop()
 }
 
-/// The laws that are compared: those that work in the loop.
+/// The estimators that are compared: those that work in the loop.
 fn compared() -> Vec<Law> {
     let all = Law::ALL.iter().copied();
     all.filter(|law| !law.takes_whole_record()).collect()
@@ -102,7 +102,7 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonRe
     })
 }
 
-/// The box for methods that have to know one, where the scenario states neither a box nor a first b.
+/// The parameter range for methods that need one, if the scenario states neither a range nor a first b.
 fn assumed_box(base: &Scenario) -> Result<Option<BoxSettings>, Fault> {
     let stated = &base.stated.identifier;
     let is_known = stated.plant_box.is_some() || stated.initial.b.is_some();

@@ -1,8 +1,8 @@
 //! One experiment in every number format, side by side on the same measurements: what a format
 //! makes of them.
 //!
-//! Every format has a controller and a Γ-gradient identifier of its own that are given the same
-//! setpoints and counts. Those in double precision command the servo; the others act on nothing.
+//! Every format has its own controller and Γ-gradient identifier with the same setpoints and counts. Those in double
+//! precision command the servo; the others act on nothing.
 
 mod side_by_side;
 mod statistics;
@@ -26,9 +26,8 @@ pub struct Compared {
     pub signals: [Signals; 3],
 }
 
-/// Runs `samples` samples of a scenario in every format, the servo a number of turns from where its
-/// encoder counted zero, and shows each to `observe`. `reference` gives the reference of a sample,
-/// rad from where the servo is.
+/// Runs `samples` samples of a scenario in every format and shows each to `observe`. The servo begins a number of turns
+/// from its encoder's zero. `reference` gives the reference of a sample, rad from the servo's start.
 ///
 /// # Errors
 /// The key that a format cannot be built from.

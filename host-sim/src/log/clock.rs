@@ -11,12 +11,11 @@ pub(super) enum Tick {
     TooEarly,
 }
 
-/// An even clock that follows the time stamps of a log: the samples are taken to be even, however much
-/// their stamps jitter, as those of a drive are that is logged by a computer.
+/// An even clock that follows the time stamps of a log. The samples are assumed even, however much their stamps jitter.
+/// Those of a drive that a computer logs are even.
 ///
-/// A stamp belongs to the sample that it is within 0.6 sample times of. The clock is the mean of the
-/// stamps so far, in the end that of the last 32: it follows a rate that is a little off and averages
-/// the jitter.
+/// A stamp belongs to the sample that it is within 0.6 sample times of. The clock is the mean of the stamps so far, and
+/// later that of the last 32. It follows a rate that is slightly off and averages the jitter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ticks {
     sample_time: f64,
@@ -46,7 +45,7 @@ impl Ticks {
         }
     }
 
-    /// The next stamp, s. The clock stands still where it is back or too early.
+    /// The next stamp, s. The clock stops for a stamp that is back or too early.
     pub(super) fn tick(&mut self, stamp: f64) -> Tick {
         // Samples since the last tick of the clock, not whole where the stamps jitter.
         let later = (stamp - self.even) / self.sample_time;

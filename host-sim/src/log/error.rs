@@ -14,7 +14,7 @@ pub struct LogError {
     pub line: Option<u64>,
     /// The column.
     pub column: Option<String>,
-    /// The fault, what is allowed, and the remedy.
+    /// The fault, the allowed values, and the remedy.
     pub fault: String,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for LogError {
 impl std::error::Error for LogError {}
 
 impl LogError {
-    /// Of a file as a whole.
+    /// An error of a file as a whole.
     pub(super) fn in_file(path: &Path, fault: String) -> Self {
         Self {
             file: path.display().to_string(),
@@ -44,12 +44,12 @@ impl LogError {
         }
     }
 
-    /// Of a file that is not yet read as a log.
+    /// An error of a file that is not yet read as a log.
     pub(crate) fn of_file(path: &Path, fault: &str) -> Self {
         Self::in_file(path, fault.to_owned())
     }
 
-    /// Of a column as a whole.
+    /// An error of a column as a whole.
     pub(super) fn in_column(path: &Path, column: &Column, fault: String) -> Self {
         Self {
             column: Some(column.to_string()),
@@ -57,7 +57,7 @@ impl LogError {
         }
     }
 
-    /// Of a line, perhaps of one column there.
+    /// An error of a line, perhaps of one column there.
     pub(super) fn at_line(path: &Path, line: u64, column: Option<&str>, fault: String) -> Self {
         Self {
             line: Some(line),

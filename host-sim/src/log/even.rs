@@ -1,9 +1,9 @@
 //! The time of a log: its rows as samples of one length, whatever its stamps are.
 //!
-//! Two clocks may be true of rows whose stamps are uneven. The rows of a drive are even, and what logged them stamped them
-//! late: then a row is the next sample. The rows of a loop in software are as uneven as their stamps: then the position at
-//! even times is interpolated, and the command, held from its stamp to the next, is averaged over each sample. The motion
-//! says which ([`Clock`] is chosen by the bits that either saves).
+//! Two clocks may be true of rows whose stamps are uneven. The rows of a drive are even, and a logger stamped them
+//! late. A row is then the next sample. The rows of a loop in software are as uneven as their stamps. The position at
+//! even times is then interpolated. The command, held from its stamp to the next, is averaged over each sample. The
+//! motion says which ([`Clock`] is chosen by the bits that either saves).
 
 use std::ops::Range;
 
@@ -37,10 +37,11 @@ pub(super) struct EvenRows {
 const BRIDGED: u32 = 3;
 /// Deviation from an even clock, part of a sample, from which the clocks differ.
 const UNEVEN: f64 = 0.02;
-/// Longest time from one position to the next, samples, within a motion as it is stamped.
+/// Longest time from one position to the next, samples, within a motion with stamped times.
 const LONGEST: f64 = BRIDGED as f64 + 1.5;
 
-/// The usual time from one row to the next, s: the mean of the steps without a missing sample; none where nothing advances.
+/// The usual time from one row to the next, s. It is the mean of the steps without a missing sample. None if the time
+/// never advances.
 pub(super) fn usual_step(rows: &[Row]) -> Option<f64> {
     /// Steps that are examined.
     const MAX_STEPS: usize = 100_000;
@@ -61,7 +62,8 @@ pub(super) fn usual_step(rows: &[Row]) -> Option<f64> {
 }
 
 impl EvenRows {
-    /// Of rows with their stamps, `step` (s) apart; the positions are continued, and `cell` is their smallest change.
+    /// The motion of rows with their stamps, `step` (s) apart. The positions are continued, and `cell` is their
+    /// smallest change.
     ///
     pub(super) fn new(
         mut rows: Vec<Row>,
@@ -125,7 +127,7 @@ impl EvenRows {
         Self::by_rows(&rows, settings, step).unwrap_or_default()
     }
 
-    /// Rows as they are, where every one is the sample behind the last.
+    /// Takes every row as the sample after the last.
     fn in_place(mut rows: Vec<Row>, settings: &LogSettings, step: f64) -> Result<Self, Vec<Row>> {
         let Some(first) = rows.first() else {
             return Err(rows);
@@ -151,7 +153,7 @@ impl EvenRows {
 
     /// Every row the sample that its stamp is next to: none where stamps and samples do not go together.
     fn by_rows(rows: &[Row], settings: &LogSettings, step: f64) -> Option<Self> {
-        /// Part of the rows that may be bridged, or stand where another row does.
+        /// Part of the rows that may be bridged, or have the place of another row.
         const MAX_SHARE: f64 = 0.01;
         let bridge = settings.bridge.max(BRIDGED);
         let mut all = Self {
@@ -202,7 +204,7 @@ impl EvenRows {
         is_sound.then_some(all)
     }
 
-    /// The samples between two rows, the later of which is so many samples after the other.
+    /// Adds the samples between two rows, the later of which is `after` samples after the other.
     fn bridge(&mut self, from: &Row, to: &Row, after: u32) {
         for sample in 1..after {
             let part = f64::from(sample) / f64::from(after);
@@ -222,7 +224,7 @@ impl EvenRows {
         }
     }
 
-    /// The motion at even times, of rows as they are stamped.
+    /// The motion at even times, from rows with stamped times.
     fn as_stamped(rows: &[Row], settings: &LogSettings, step: f64) -> Self {
         let mut all = Self {
             sample_time: step,
@@ -237,7 +239,8 @@ impl EvenRows {
     }
 }
 
-/// The rows between breaks: where time goes back, or goes on by more than `longest` from one position to the next.
+/// The rows between breaks. A break is a step back in time, or one of more than `longest` from one position to the
+/// next.
 fn pieces(rows: &[Row], settings: &LogSettings, longest: f64) -> Vec<Range<usize>> {
     let mut pieces = Vec::new();
     let (mut first, mut measured) = (0, f64::NAN);
@@ -352,7 +355,7 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// True if the motion is told in fewer bits by rows that are even than by rows as they are stamped.
+/// True if even rows encode the motion in fewer bits than rows with stamped times.
 fn is_even(rows: &[Row], pieces: &[Range<usize>], step: f64, cell: f64) -> bool {
     /// Bits that the clock which contradicts the stamps must save.
     const NEEDED: f64 = 10.0;

@@ -22,7 +22,7 @@ pub struct Log {
     /// Findings about it.
     pub found: Found,
     rows: Vec<Row>,
-    /// Its stretches, each without a break.
+    /// Its segments, each without a break.
     stretches: Vec<Stretch>,
     smallest_step: f64,
     references: Vec<f64>,
@@ -67,8 +67,8 @@ impl Log {
     /// beginning.
     const MIN_SAMPLES: usize = 10;
 
-    /// Reads a `.csv` or `.csv.gz` file whose samples must be `sample_time` (s) apart; without it,
-    /// the mean of the log holds.
+    /// Reads a `.csv` or `.csv.gz` file whose samples must be `sample_time` (s) apart. Without it, the mean of the log
+    /// is used.
     ///
     /// # Errors
     /// The line and column that is wrong.
@@ -81,7 +81,7 @@ impl Log {
         Self::new(&Table::read(path)?, settings, sample_time)
     }
 
-    /// Of columns in memory, whose samples must be `sample_time` (s) apart; without it, the mean of the log holds.
+    /// Reads columns in memory, whose samples must be `sample_time` (s) apart. Without it, the mean of the log is used.
     ///
     /// # Errors
     /// The line and column that is wrong.
@@ -167,7 +167,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Finds its stretches, and computes the commands of an inner loop in each.
+    /// Finds its segments, and computes the commands of an inner loop in each.
     fn divide(&mut self) -> Result<(), String> {
         const BEGINNING: usize = 3;
         let mut firsts: Vec<usize> = (0..self.rows.len())
@@ -234,7 +234,7 @@ impl Log {
         &self.rows[0]
     }
 
-    /// Its stretches, one or more.
+    /// Its segments, one or more.
     pub(crate) fn stretches(&self) -> &[Stretch] {
         &self.stretches
     }
@@ -245,7 +245,7 @@ impl Log {
         self.samples as f64 * self.sample_time
     }
 
-    /// The reference at the beginning, at most as many samples as a choice of Γ plays; nothing where the log has none.
+    /// The reference at the beginning, up to the samples that a choice of Γ simulates. Empty if the log has none.
     #[must_use]
     pub fn references(&self) -> &[f64] {
         &self.references
@@ -277,7 +277,7 @@ fn is_backwards(rows: &[Row]) -> bool {
     2 * back > rows.len()
 }
 
-/// Holds commands and references where a row has none: what was commanded before the first number is taken to be nothing.
+/// Holds commands and references over rows without one. Before the first number the command is zero.
 fn hold(rows: &mut [Row]) {
     let commanded = rows.iter().any(|row| row.command.is_some());
     let (mut command, mut reference) = (commanded.then_some(0.0), None);
@@ -369,7 +369,7 @@ fn unwrap(rows: &mut [Row], settings: &LogSettings) -> Result<Option<f64>, Strin
     Ok(Some(period))
 }
 
-/// Checks that the usual time from one row to the next, s, is the stated one, unless rows are missing all over.
+/// Checks the usual time from one row to the next, s, against the stated one, unless rows are missing all over.
 fn check_rate(
     path: &Path,
     settings: &LogSettings,
@@ -402,13 +402,13 @@ impl AsRef<[Self]> for Log {
 }
 
 impl Stretch {
-    /// True if the servo stands at the first sample, to a resolution of the position.
+    /// True if the servo is at standstill at the first sample, to a resolution of the position.
     ///
-    /// It does if the first step shows no motion, or if it is the beginning of one: under a held
-    /// command, steps from rest are as 1 to 3, and steps at a velocity v are v + 1 to v + 3. So
-    /// 3Δ₁ − Δ₂ is twice the velocity at the first sample; it counts as none where rounding (at most
-    /// half a resolution for each of three positions) or a command that changed meanwhile explains it.
-    /// Behind a break a servo is taken to be in motion, as it mostly is: slow ones cannot be detected.
+    /// It does if the first step shows no motion, or the beginning of one. Under a held command, steps from rest are as
+    /// 1 to 3, and steps at a velocity v are v + 1 to v + 3. So 3Δ₁ − Δ₂ is twice the velocity at the first sample. It
+    /// counts as none if rounding explains it (at most half a resolution for each of three positions), or a command
+    /// that changed meanwhile. Behind a break a servo is assumed to be in motion, because it mostly is and a slow
+    /// motion cannot be detected.
     pub(crate) fn begins_at_rest(&self, resolution: f64) -> bool {
         const ROUNDING: f64 = 4.0;
         const COMMAND_CHANGE: f64 = 0.5;

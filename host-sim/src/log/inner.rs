@@ -1,6 +1,7 @@
-//! The command of a servo that takes goals, computed as its own position loop does: u = kp (goal − q) − kd q̇ within its
-//! limit, at each sample of that loop, of which a row of the log may have many. The position between two rows is their
-//! cubic Hermite interpolation; the goal acts from its row to the next, and so does the row's command, the mean over them.
+//! Reconstructs the command of the servo's inner loop from its position goals. It is u = kp (goal − q) − kd q̇ within
+//! its limit, at each sample of that loop. A row of the log may have many such samples. The position between two rows
+//! is their cubic Hermite interpolation. The goal acts from its row to the next, and so does the row's command, the
+//! mean over them.
 
 use super::row::Row;
 use crate::scenario::{InnerLoop, Integrator};
@@ -114,7 +115,7 @@ impl<'a> Inner<'a> {
         Some(now + time * (next - now))
     }
 
-    /// The position at a time behind the row, rows; at the ends of a stretch it continues straight.
+    /// The position at a time behind the row, rows; at the ends of a segment it continues straight.
     fn position(&self, time: f64) -> f64 {
         let last = self.rows.len() - 1;
         let place = self.place as f64 + time;
@@ -160,8 +161,9 @@ mod tests {
     use crate::log::{Log, Table};
     use crate::scenario::{Column, InnerLoop, Integrator, LogSettings};
 
-    /// A joint q̈ = −a q̇ + b u with its position loop, by the integrator of a simulator or, with many steps to a sample
-    /// of the loop, as a drive has it. Every `rows`-th sample of the loop is a row: goal, position and the mean command.
+    /// A joint q̈ = −a q̇ + b u with its position loop. It uses the integrator of a simulator or, with many steps to a
+    /// sample of the loop, that of a drive. Every `rows`-th sample of the loop is a row: goal, position and the mean
+    /// command.
     fn simulated(inner: &InnerLoop, rows: usize, velocity: bool) -> (LogSettings, Table, Vec<f64>) {
         const STEPS: usize = 200;
         let [a, b] = [4.0, 20.0];
@@ -228,7 +230,8 @@ mod tests {
         (settings, columns, commands)
     }
 
-    /// The largest difference of the log's commands from the true ones of a simulation, parts of the largest of these.
+    /// The largest difference between the log's commands and the true ones of a simulation, as a part of the largest of
+    /// these.
     fn difference(inner: &InnerLoop, rows: usize, velocity: bool) -> f64 {
         let (settings, columns, truth) = simulated(inner, rows, velocity);
         let log = Log::new(&columns, &settings, settings.sample_time);

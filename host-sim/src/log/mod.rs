@@ -1,9 +1,9 @@
 //! Recorded logs: samples in SI and in even time, from CSV files or from columns in memory.
 //!
-//! A file is read once, into the columns of a [`Table`] (folder `csv`). [`Log::new`] takes the columns that its settings
-//! state as rows in SI (`row`), continues positions that begin again (`wrap`), and puts the rows in even time (`even`).
-//! Where a range of time is left out, and behind a gap, a stretch ends: nothing is carried over such a break but the
-//! estimates.
+//! A file is read once, into the columns of a [`Table`] (folder `csv`). [`Log::new`] takes the columns that its
+//! settings state as rows in SI (`row`). It continues positions that begin again (`wrap`) and puts the rows in even
+//! time (`even`). A segment ends at a range of time that is left out, and at a gap. Only the estimates are carried over
+//! such a break.
 
 mod clock;
 mod csv;

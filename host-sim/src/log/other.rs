@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// A kind of file, the extra of the Python package that reads it, and the test of how its bytes begin.
+/// A kind of file, the extra of the Python package that reads it, and the test of its first bytes.
 type Kind = (&'static str, &'static str, fn(&[u8]) -> bool);
 
 const KINDS: [Kind; 8] = [
@@ -28,7 +28,7 @@ const KINDS: [Kind; 8] = [
 const BAG: &str = "a ROS 2 bag";
 const ROS: &str = "[ros]";
 
-/// The fault of a file that is no text, of such a kind, with the command that identifies it; none of another.
+/// The fault of a file that is no text, of such a kind, with the command that identifies it. None for another file.
 pub(super) fn fault(path: &Path, beginning: &[u8]) -> Option<String> {
     let mut kinds = KINDS.iter();
     kinds.find_map(|(what, extra, is_it)| is_it(beginning).then(|| in_python(path, what, extra)))

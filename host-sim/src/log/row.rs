@@ -20,10 +20,10 @@ pub struct Row {
     pub injection: f64,
     /// Measured velocity, where the log has one.
     pub velocity: Option<f64>,
-    /// True where a straight line stands in for samples that were not recorded.
+    /// True if a straight line replaces samples that were not recorded.
     pub bridged: bool,
-    /// True where the motion directly before is unknown: at the first row, and at the first behind a range
-    /// that was left out.
+    /// True if the motion directly before is unknown: at the first row, and at the first after a range that was left
+    /// out.
     pub begins: bool,
 }
 
@@ -56,8 +56,8 @@ impl Row {
     }
 }
 
-/// The rows of a table in SI, as its lines stand, and how many were left out by their time. Position and velocity are NaN
-/// where a row has none. Without a column of time, and by a counter, rows are `sample_time` (s) apart.
+/// The rows of a table in SI, in the order of its lines, and the number that was left out by time. Position and
+/// velocity are NaN where a row has none. Without a column of time, and by a counter, rows are `sample_time` (s) apart.
 ///
 /// # Errors
 /// The column that is missing, the row whose number is not allowed.

@@ -15,8 +15,8 @@ use crate::experiment::{Outcome, TermEstimate};
 /// An identifier with its state, whatever its types. Increments, position units, and commands are in double
 /// precision, which holds the numbers of every format exactly.
 pub(crate) trait DynIdentifier {
-    /// One sample: the increment of the position and the whole command that acts from now on; then the work
-    /// that a drive does in the background, if there is any.
+    /// One sample with the increment of the position and the whole command from now on. The background work of a drive
+    /// follows, if there is any.
     ///
     /// # Errors
     /// An increment or a command that is not allowed.
@@ -25,7 +25,7 @@ pub(crate) trait DynIdentifier {
     /// The estimates, SI.
     fn estimates(&self) -> ServoParameters;
 
-    /// Their standard errors, SI, for laws that have them.
+    /// Their standard errors, SI, for estimators that have them.
     fn standard_errors(&self) -> Option<ServoParameters> {
         None
     }

@@ -1,5 +1,5 @@
-//! The loop closed by a relay: the command is ± its level by the sign of q_d − q, and the servo swings around the
-//! scenario's reference, as the paper has it.
+//! The loop closed by a relay. The command is ± its level by the sign of q_d − q, and the servo oscillates around the
+//! scenario's reference, as in the paper.
 
 use identifier_core::error::StepError;
 use identifier_core::number::Number;

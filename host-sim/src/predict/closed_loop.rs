@@ -13,22 +13,21 @@ use crate::scenario::{Fault, Scenario};
 /// Relative deviation of a closed-loop simulation from the recording: ‖recorded − simulated‖/‖recorded‖.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClosedLoop {
-    /// Samples that it covers: all but those in which each stretch settles.
+    /// Samples that it covers: all but those in which each segment settles.
     pub samples: u64,
-    /// Of the position, from where each stretch begins.
+    /// Error of the position, from the beginning of each segment.
     pub position: f64,
-    /// Of the velocity, by the declared velocity estimate on both sides.
+    /// Error of the velocity, by the declared velocity estimate on both sides.
     pub velocity: f64,
-    /// Of the command; none where none was recorded.
+    /// Error of the command; none if none was recorded.
     pub command: Option<f64>,
 }
 
 /// Lets a servo follow the recorded reference under the declared controller.
 ///
-/// **The start is taken from the first samples** of each stretch: there the controller follows the
-/// recording, until its velocity estimate has settled and, where it has an integral, until a recorded
-/// command within the limit has shown what that holds. The loop forgets its start, so nothing is
-/// fitted.
+/// **The start is taken from the first samples** of each segment. There the controller follows the recording until its
+/// velocity estimate has settled. With an integral, it does so until a recorded command within the limit has shown the
+/// integral's value. The loop forgets its start, so nothing is fitted.
 ///
 /// None where samples have no reference, or the loop leaves every bound.
 ///
@@ -51,7 +50,7 @@ struct Simulation<V: VelocityEstimate<f64>> {
     velocity: V,
     /// A position unit, rad.
     unit: f64,
-    /// Samples in which a stretch settles.
+    /// Samples in which a segment settles.
     settling: u64,
     stretch: Option<Stretch<V>>,
     position: Squares,
@@ -62,7 +61,7 @@ struct Simulation<V: VelocityEstimate<f64>> {
     is_lost: bool,
 }
 
-/// On the way through a stretch.
+/// On the way through a segment.
 struct Stretch<V: VelocityEstimate<f64>> {
     first: f64,
     /// The recorded position of the last sample, and its filtered velocity.

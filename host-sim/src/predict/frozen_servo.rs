@@ -4,8 +4,7 @@ use identifier_core::replay::{ReplayModel, ReplayState};
 use identifier_core::settings::TermSettings;
 use identifier_core::units::Units;
 
-/// A servo whose parameters do not change: the model of the identifiers with every term, without
-/// anything that corrects it.
+/// A servo with constant parameters. It is the model of the identifiers with every term and without any correction.
 ///
 /// Every term of the core's own step is here too.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,9 @@
 //! Prediction of a recorded motion by a servo with frozen parameters.
 //!
-//! `open_loop` is driven by the recorded command and nothing corrects it: the hardest test, as an
-//! error of the acceleration adds up twice. `closed_loop` follows the recorded reference under the
-//! declared controller: the view of a user of the loop. Both run in double precision with the core's
-//! own exact step ([`FrozenServo`]), and both see the samples as often as they need them, one at a time.
+//! `open_loop` is driven by the recorded command without any correction. It is the hardest test, because an error of
+//! the acceleration is integrated twice. The other, `closed_loop`, follows the recorded reference under the declared
+//! controller, the view of a user of the loop. Both run in double precision with the core's own exact step
+//! ([`FrozenServo`]). Both read the samples as often as they need, one at a time.
 
 mod closed_loop;
 mod frozen_servo;
@@ -27,8 +27,8 @@ use crate::scenario::{Fault, Scenario};
 pub struct Predicted {
     /// Driven by the recorded command; none where there is none, or the simulation leaves every bound.
     pub open_loop: Option<OpenLoop>,
-    /// Under the declared controller; none where none is declared, the log has no reference, or the
-    /// loop leaves every bound.
+    /// Under the declared controller. None if none is declared, the log has no reference, or the loop leaves every
+    /// bound.
     pub closed_loop: Option<ClosedLoop>,
 }
 

@@ -12,16 +12,16 @@ pub struct OpenLoop {
     pub rms: f64,
     /// The largest position error, rad.
     pub largest: f64,
-    /// The error relative to the motion from where each stretch begins.
+    /// The error relative to the motion from where each segment begins.
     pub relative: f64,
 }
 
 /// Drives a servo by the recorded command alone.
 ///
-/// **The start is fitted**: position and velocity at the first sample of each stretch are those from
-/// which the simulation comes nearest to all of it, as is usual for published results. The first
-/// samples alone do not determine the velocity below the rounding of an encoder, and the error would add
-/// up to more than the model's own error. Nothing else is fitted.
+/// **The start is fitted.** Position and velocity at the first sample of each segment minimize the error of the
+/// simulation over all of it, as is usual for published results. The first samples alone do not determine the velocity
+/// below the rounding of an encoder. Its error would accumulate to more than the model's own error. Nothing else is
+/// fitted.
 ///
 /// None where samples have no command, or the simulation leaves every bound.
 pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
@@ -45,7 +45,7 @@ pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
     simulated(servo, &starts, rows)
 }
 
-/// The number of the stretch that a sample belongs to.
+/// The number of the segment that a sample belongs to.
 fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
     let number = match *stretch {
         None => 0,
@@ -55,7 +55,7 @@ fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
     number
 }
 
-/// The first position and the first step of each stretch, and the usual speed.
+/// The first position and the first step of each segment, and the usual speed.
 fn first_guesses(rows: &[Row]) -> Option<Vec<StartFit>> {
     let mut stretch = None;
     let mut starts: Vec<Motion> = Vec::new();
@@ -130,8 +130,8 @@ mod tests {
         coulomb: 10.0,
     };
 
-    /// The motion of the simulator's servo under a command of several tones, from sample 700 on, in two
-    /// stretches; positions are rounded to counts.
+    /// The motion of the simulator's servo under a command of several tones, from sample 700 on, in two segments.
+    /// Positions are rounded to counts.
     fn recorded(counts: f64) -> Vec<Row> {
         let mut plant = Plant::at_rest(&SERVO, 1e-3);
         let count = std::f64::consts::TAU / counts;

@@ -1,7 +1,7 @@
 //! Provenance of a result, so that it can be reproduced.
 //!
-//! [`Origin`] goes into every JSON result and the description beside a CSV trace; [`Kept`] is read
-//! back from one of them, and compared with the result of another run.
+//! [`Origin`] is in every JSON result and in the description beside a CSV trace. [`Kept`] is read back from one of them
+//! and compared with the result of another run.
 
 mod difference;
 mod fingerprint;

@@ -43,7 +43,7 @@ pub enum Task {
     Commission,
 }
 
-/// A scenario as it was read.
+/// The text of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScenarioText {
     /// The file.
@@ -72,7 +72,7 @@ pub struct WithOrigin<'a, D> {
 }
 
 impl Origin {
-    /// Of the present call of a program in a version.
+    /// The origin of the present call of a program in a version.
     #[must_use]
     pub fn new(version: &str, task: Task, text: &ScenarioText, scenario: &Scenario) -> Self {
         Self {
@@ -86,7 +86,7 @@ impl Origin {
         }
     }
 
-    /// That of a result's JSON, with its scenario; none without an origin, and where its scenario is no longer one.
+    /// The origin from a result's JSON, with its scenario. None without an origin, or if its scenario is no longer one.
     #[must_use]
     pub fn of_result(json: &str) -> Option<(Self, Scenario)> {
         #[derive(Deserialize)]
@@ -141,7 +141,7 @@ impl ScenarioText {
 }
 
 impl LogFile {
-    /// A log as it is now.
+    /// Reads the present state of a log.
     ///
     /// # Errors
     /// If it cannot be read.

@@ -27,7 +27,8 @@ impl Positions {
 
     /// True if each lies on a multiple of a step of its own, to a tenth of the step.
     pub(crate) fn lie_on(&self, step: f64) -> bool {
-        /// Largest distance from a multiple, part of the step, and the share of positions within it; a fifth is by chance.
+        /// Largest distance from a multiple, as a part of the step, and the share of positions within it. By chance the
+        /// share is a fifth.
         const MAX_DISTANCE: f64 = 0.1;
         const MIN_SHARE: f64 = 0.85;
         let mut last = None;
@@ -87,7 +88,7 @@ pub(crate) fn is_whole(counts: f64) -> bool {
     (20.0..1e7).contains(&counts) && (counts - counts.round()).abs() < MAX_DISTANCE
 }
 
-/// True for a number of counts that encoders have: a product of twos and fives, and threes twice at most.
+/// True for a number of counts that encoders have: a product of twos and fives, and at most two threes.
 pub(crate) fn is_usual(counts: f64) -> bool {
     if !is_whole(counts) {
         return false;

@@ -1,8 +1,9 @@
-//! Which column is measured and which commands it: readings compete by the bits that a command saves in the code of the
+//! Finds the measured column and its command. Readings compete by the bits that a command saves in the code of the
 //! column that it moves. No name excludes a reading; each contradiction to a name halves what its bits count.
 //!
-//! A servo integrates: what a command tells some rows ahead it tells four times as many rows ahead. What a controller's fine
-//! output tells about its own encoder it tells one row ahead alone; so the smaller saving of two neighbouring thinnings counts.
+//! A servo integrates. The information of a command some rows ahead is four times as large at four times as many rows.
+//! A controller's fine output contains information about its own encoder only one row ahead. So the smaller saving of
+//! two neighbouring thinnings counts.
 
 mod grid;
 mod line;
@@ -28,7 +29,7 @@ pub(crate) struct Reading {
     pub(crate) trial: Trial,
     /// Bits that the command saves in the measured column.
     pub(crate) bits: f64,
-    /// What a unit of the command does, measured units per s or s².
+    /// The effect of a unit of the command, measured units per s or s².
     pub(crate) gain: f64,
     /// True if the command goes against the motion, some rows ahead and four times as many.
     pub(crate) is_reversed: bool,
@@ -38,18 +39,19 @@ pub(crate) struct Reading {
 pub(crate) const HEARD: f64 = 30.0;
 
 impl Reading {
-    /// A rival with this part of the score makes it a question, where names speak for the reading and where none does: a column
-    /// that was computed of others tells them well.
+    /// A rival with this part of the score makes the reading ambiguous, with and without names that favour the reading.
+    /// A column that was computed from others is predicted well by them.
     const NEAR: [f64; 2] = [1.0 / 1.5, 0.125];
     /// Doubts beyond which names speak against all readings.
     const MAX_DOUBT: i32 = 2;
 
-    /// Its bits, a half for each doubt: all bits of an incomplete servo are too many by about one factor.
+    /// Its bits, halved for each mismatch of a name. All bits of an incomplete servo are too many by about one factor.
     pub(crate) fn score(&self) -> f64 {
         score(self.bits, self.trial.doubt)
     }
 
-    /// True if another reading that shares a column explains nearly as much, with names that speak for this one or not.
+    /// True if another reading that shares a column explains nearly as much. `is_named` is true if names favour this
+    /// one.
     pub(crate) fn is_rivalled_by(&self, other: &Self, is_named: bool) -> bool {
         let pair = |of: &Self| [of.trial.measured, of.trial.command];
         let shares = pair(self).iter().any(|column| pair(other).contains(column));
@@ -226,8 +228,8 @@ mod tests {
     const STEP: f64 = 2e-3;
     const COUNT: f64 = 0.001;
 
-    /// Position, velocity and command of a servo in rows: open loop, or under a controller that follows levels, which are the
-    /// last column.
+    /// Position, velocity and command of a servo in rows. It is in open loop, or under a controller that follows
+    /// levels, which are the last column.
     fn servo(rows: usize, is_controlled: bool) -> [Vec<f64>; 4] {
         let [mut position, mut velocity, mut command, mut goal] = [const { Vec::new() }; 4];
         let (mut q, mut v) = (0.0_f64, 0.0_f64);

@@ -1,9 +1,10 @@
-//! The columns of a log as signals, and the bits in which a column is told.
+//! The columns of a log as signals, and the bits of a column's code.
 //!
-//! An observer of a column (critically damped, pole p) predicts each of its values from those before. What it misses is
-//! regressed on the observer's response to what may have moved the column: its own forces (friction, damping, spring, a
-//! constant) and the held command. The measure is the length of the code of the raw column in cells of its smallest step,
-//! with coefficients and scale from the other half of the blocks of rows: bits that a command saves there are no chance.
+//! An observer of a column (critically damped, pole p) predicts each of its values from those before. Its error is
+//! regressed on the observer's response to the possible causes of the motion. These are the column's own forces
+//! (friction, damping, spring, a constant) and the held command. The measure is the length of the code of the raw
+//! column in cells of its smallest step. Coefficients and scale come from the other half of the blocks of rows. Bits
+//! that a command saves there are no chance.
 
 use super::line::line;
 
@@ -30,14 +31,14 @@ pub(crate) enum Order {
     Position = 2,
 }
 
-/// How thoroughly a column is told.
+/// The effort of encoding a column.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
     /// Poles of the observer, parts of 1/(row step).
     pub(super) poles: &'static [f64],
-    /// Every so many rows are told.
+    /// One row in this number is encoded.
     pub(super) thinnings: &'static [usize],
-    /// With friction that holds what stands still, too.
+    /// With static friction, too.
     pub(super) sticks: bool,
 }
 
@@ -54,7 +55,7 @@ impl Effort {
     };
 }
 
-/// What moves a column, one of its rows: damping, spring, friction, a constant, the command.
+/// The forces on a column, one of its rows each: damping, spring, friction, a constant, the command.
 const FORCES: usize = 5;
 const DAMPING: usize = 0;
 const SPRING: usize = 1;
@@ -65,7 +66,7 @@ const COMMAND: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Code {
     pub(super) bits: f64,
-    /// What a unit of the command does, column units per s or s².
+    /// The effect of a unit of the command, column units per s or s².
     pub(super) gain: f64,
 }
 
@@ -90,7 +91,7 @@ pub(super) struct Told {
 }
 
 impl Signals {
-    /// Of columns with the time from each row to the next, s, and their smallest steps.
+    /// From columns with the time from each row to the next, s, and their smallest steps.
     pub(crate) fn new(
         dt: Vec<f64>,
         begins: Vec<bool>,
@@ -123,9 +124,9 @@ impl Signals {
         self.measured[1].push(command.unwrap_or(0.0));
     }
 
-    /// The bits in which the position is told by its command, row by row.
+    /// The bits of the position's code given its command, row by row.
     pub(crate) fn told(self, step: f64, cell: f64) -> f64 {
-        /// Rows that are told: the first ones.
+        /// Rows that are encoded: the first ones.
         const ROWS: usize = 8000;
         const EACH: Effort = Effort {
             thinnings: &[1],
@@ -169,7 +170,7 @@ impl Signals {
         &self.dt
     }
 
-    /// At most so many rows: every r-th value as measured, what is held the mean of the rows between.
+    /// At most this number of rows: every r-th value as measured. A held column has the mean of the rows between.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let each = self.rows().div_ceil(most).max(1);
         if each == 1 {
@@ -268,7 +269,7 @@ pub(crate) fn held(column: &[f64]) -> Vec<f64> {
     column.iter().map(hold).collect()
 }
 
-/// What an observer of a column misses, and its responses to what may move the column.
+/// The prediction errors of an observer of a column, and its responses to the possible forces.
 struct Observed {
     order: Order,
     pole: f64,
@@ -277,7 +278,7 @@ struct Observed {
     misses: Vec<f64>,
     responses: Vec<[f64; FORCES]>,
     folds: Vec<bool>,
-    /// By how much a force acts on what stands still, of each row; all of it without friction that holds.
+    /// The part of a force that acts at standstill, for each row. It is all of the force without static friction.
     gate: Vec<f64>,
 }
 
@@ -290,7 +291,7 @@ impl Observed {
         thinning: usize,
         sticks: bool,
     ) -> Self {
-        /// Blocks of rows that are told in turn.
+        /// Blocks of rows that are encoded in turn.
         const BLOCKS: usize = 40;
         let values = &signals.measured[column];
         let rows = values.len();
@@ -444,7 +445,8 @@ impl Observed {
         self.misses[row] - told.sum::<f64>()
     }
 
-    /// Robust least squares over the rows of the other half; a force that can only resist is none where it would drive.
+    /// Robust least squares over the rows of the other half. A force that can only brake is set to zero if it would
+    /// drive.
     fn regression(&self, fold: bool, mut on: [bool; FORCES]) -> [f64; FORCES] {
         const TURNS: usize = 3;
         const WEIGHINGS: usize = 3;
@@ -530,8 +532,8 @@ impl Observed {
         found
     }
 
-    /// Bits of the rows of a half, with the scale of the other half: a distribution of Student with two degrees of freedom,
-    /// whose sums over a cell are in closed form.
+    /// Bits of the rows of a half, with the scale of the other half. The distribution is Student's with two degrees of
+    /// freedom, whose sums over a cell have a closed form.
     fn length(&self, fold: bool, found: &[f64; FORCES], cell: f64) -> f64 {
         const SAMPLED: usize = 1000;
         const LEAST: f64 = 1e-12;
@@ -560,7 +562,7 @@ impl Observed {
     }
 }
 
-/// An observer that is corrected at every so many values, its pole expanding at a beginning.
+/// An observer that is corrected at every n-th value. Its pole expands at a beginning.
 struct Observer {
     order: Order,
     pole: f64,

@@ -1,4 +1,4 @@
-//! Which column holds which quantity: readings of the columns compete, and names are doubts.
+//! Finds the quantity of each column. Readings of the columns compete, and names weigh against them.
 
 use super::name::{Named, Quantity, Unit, of_column};
 use super::{question::Question, stated::Stated};
@@ -50,8 +50,8 @@ pub(super) struct Clock {
 }
 
 impl Columns {
-    /// The unit of the command by the name of its column, where the command is not scaled and no inertia or torque is
-    /// stated that another unit would have.
+    /// The unit of the command by the name of its column. It applies if the command is not scaled and no stated inertia
+    /// or torque implies another unit.
     pub(super) fn command_unit(&self, units: &LogUnits, stated: &Stated) -> Option<CommandUnit> {
         let Some(Unit::Command(unit)) = self.command.as_ref()?.named.unit else {
             return None;
@@ -76,7 +76,7 @@ impl Columns {
 /// Doubts up to which names decide, and the fit judges.
 const NAMED: i32 = 1;
 
-/// What names say against a column that is measured, and against one that commands.
+/// The evidence of names against a column that is measured, and against one that commands.
 const fn against_measured(quantity: Quantity) -> i32 {
     match quantity {
         Quantity::Position | Quantity::Velocity => 0,
@@ -364,7 +364,7 @@ impl<'a> Candidates<'a> {
         Signals::new(steps, begins, columns, cells)
     }
 
-    /// Lets the readings of the columns compete, those of a `position` and of a command that `pushes` where these are stated.
+    /// Lets the readings of the columns compete, with a stated `position` and a stated command that `pushes`.
     fn contest(
         &self,
         clock: &Clock,
@@ -527,8 +527,8 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// The reading that the fit is to judge: the best of those that names speak for, or else the best of all. A position goes
-    /// before a velocity, and the order that a name says before the other, unless the motion speaks clearly for it.
+    /// The reading that the fit judges: the best of those that names favour, or else the best of all. A position
+    /// precedes a velocity, and the order in a name precedes the other, unless the motion clearly favours it.
     fn chosen_reading(&self, contest: &Contest) -> Option<Reading> {
         /// Bits for a reading over those of one that goes before it.
         const CLEARLY: f64 = 8.0;
@@ -599,7 +599,7 @@ struct Found {
     next: Option<String>,
 }
 
-/// The smallest step of a column that most of its changes are multiples of, or else the usual distance of its values.
+/// The smallest step of a column of which most of its changes are multiples, or else the usual distance of its values.
 fn cell(column: &[f64]) -> f64 {
     const SAMPLED: usize = 4000;
     let mut values: Vec<f64> = column

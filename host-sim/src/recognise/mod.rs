@@ -19,7 +19,7 @@ use name::Unit;
 pub use question::Question;
 pub use stated::Stated;
 
-/// A log as it was recognised.
+/// A recognised log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recognised {
     /// Columns and units.

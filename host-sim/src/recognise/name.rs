@@ -25,7 +25,7 @@ pub(super) enum Quantity {
 pub(super) enum Unit {
     Time(TimeUnit),
     Position(PositionUnit),
-    /// That of a command, as it is written.
+    /// The unit of a command in its written form.
     Command(&'static str),
 }
 
@@ -60,7 +60,7 @@ const COMMANDS: &[&str] = &[
     "effort", "control", "ctrl", "force", "output", "input", "drive", "actuation", "stellgroesse", "spannung", "strom",
     "moment", "drehmoment",
 ];
-/// What makes a position or a velocity one that is commanded.
+/// Words that mark a position or a velocity as commanded.
 const COMMANDED: [&str; 4] = ["command", "commands", "commanded", "cmd"];
 #[rustfmt::skip]
 const VELOCITIES: &[&str] = &[
@@ -118,7 +118,7 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
     Named { quantity, unit }
 }
 
-/// The unit of a velocity by the name of its column or a cell of units, and how many rad/s one is.
+/// The unit of a velocity by the name of its column or a cell of units, and its size in rad/s.
 pub(super) fn rate(name: &str, unit_cell: &str) -> Option<(&'static str, f64)> {
     let text = format!("{name} {unit_cell}").to_lowercase();
     let units: [(&str, &[&str], f64); 4] = [
@@ -233,7 +233,7 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// The unit that a word stands for.
+/// The unit of a word.
 fn unit(word: &str) -> Option<Unit> {
     if let Some(unit) = TimeUnit::of_word(word) {
         return Some(Unit::Time(unit));

@@ -12,7 +12,7 @@ use crate::scenario::{LogUnits, PositionUnit};
 /// The unit of a position, and its encoder where the steps show one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
-    /// True if rad stands for the column's own unit.
+    /// True if rad denotes the column's own unit.
     pub(super) is_own: bool,
     /// Units for one of the column's.
     pub(super) scale: f64,
@@ -32,8 +32,8 @@ const ANGLES: [PositionUnit; 3] = [
     PositionUnit::Radian,
 ];
 
-/// Reads the unit of a column. A unit that neither name nor content shows is the column's own: the result is in it, and rad
-/// stands for one of it.
+/// Reads the unit of a column. A unit that neither name nor content shows is the column's own. The result is in it, and
+/// rad denotes one of it.
 pub(super) fn read(
     column: &TableColumn,
     chosen: &Chosen,

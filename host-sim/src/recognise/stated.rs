@@ -5,7 +5,8 @@ use crate::scenario::{
     PositionUnit, TimeUnit,
 };
 
-/// The user's statements about a log: each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its name.
+/// The user's statements about a log. Each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its
+/// name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stated {
     /// Column of the time, by name or number from 1; `none` if the rows are the samples.
@@ -28,16 +29,17 @@ pub struct Stated {
     pub command: Option<String>,
     /// Command units for one of the column's; below 0 for the other direction.
     pub command_scale: Option<f64>,
-    /// Unit of the command: V for the feed-forward kS, kV, kA and kG, Nm, or N on a linear axis, for inertia and friction;
-    /// A or other.
+    /// Unit of the command. V gives the feed-forward kS, kV, kA and kG. Nm, or N on a linear axis, gives inertia and
+    /// friction. The others are A and other.
     pub command_unit: Option<CommandUnit>,
-    /// Torque of a unit of command at the joint, N·m (N on a linear axis): the result has inertia and friction.
+    /// Torque of a unit of command at the joint, N·m (N on a linear axis). With it the result has inertia and friction.
     pub torque_constant: Option<f64>,
     /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
     pub inertia: Option<f64>,
-    /// Column of the position goal of a servo that closes its own loop, in place of a command.
+    /// Column of the position goal, not the command, of a servo that closes its own loop.
     pub goal: Option<String>,
-    /// Proportional gain of the servo's own loop, command units per rad; without it b is that of a rad of distance from the goal.
+    /// Proportional gain of the servo's own loop, command units per rad. Without it b is that of a rad of distance from
+    /// the goal.
     pub kp: Option<f64>,
     /// Its derivative gain, command units per rad/s.
     pub kd: Option<f64>,
@@ -64,8 +66,8 @@ pub struct Stated {
 }
 
 impl Stated {
-    /// The settings of a log with this column of the position, as far as they are stated; the other columns and the
-    /// units of time and position are not among them.
+    /// The stated settings of a log with this column of the position. The other columns and the units of time and
+    /// position are not among them.
     pub(super) fn settings(&self, position: Column) -> LogSettings {
         let mut cut = self.cut.clone();
         cut.sort_by(|one, other| one[0].total_cmp(&other[0]));
@@ -95,7 +97,7 @@ impl Stated {
         }
     }
 
-    /// The servo's own position loop; of an unknown gain that of a command which is the distance from the goal.
+    /// The servo's own position loop. With an unknown gain the command is the distance from the goal.
     pub(super) fn inner(&self) -> InnerLoop {
         InnerLoop {
             kd: self.kd.unwrap_or(0.0),

@@ -83,7 +83,7 @@ impl Columns {
         text
     }
 
-    /// Of a command that is multiplied by a scale, or of one that an inner loop gives.
+    /// The text of a command that is multiplied by a scale, or of one from an inner loop.
     pub(super) fn command_text(
         &self,
         scale: f64,
@@ -161,7 +161,7 @@ impl Chosen {
 }
 
 impl Recognised {
-    /// The scenario that identifies the log as it was recognised.
+    /// The scenario that identifies the recognised log.
     #[must_use]
     pub fn scenario(&self, log: &str) -> String {
         let mut text = format!("# {} as `servo-id identify` took it:\n", one_line(log));

@@ -44,8 +44,8 @@ impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
         self.controller.process(state, error, increment)
     }
 
-    /// The state before a sample with the integral behind its `own` command: the command less its proportional
-    /// and derivative parts. A command at the limit does not determine it.
+    /// The state before a sample with the integral behind its `own` command, which is the command minus its
+    /// proportional and derivative parts. A command at the limit does not determine it.
     pub(crate) fn with_integral(
         &self,
         mut before: State<V>,
@@ -70,7 +70,7 @@ impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
 pub(super) struct Declared<V: VelocityEstimate<f64>> {
     pid: DeclaredPid<V>,
     control: State<V>,
-    /// True if the integral is known where a stretch begins.
+    /// True if the integral is known where a segment begins.
     begins_known: bool,
     /// True once the integral is that of the controller that ran.
     knows_integral: bool,
@@ -94,7 +94,7 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         })
     }
 
-    /// Begins again at the first sample of a stretch.
+    /// Begins again at the first sample of a segment.
     pub(super) fn begin(&mut self) {
         self.control = ControlState::default();
         self.knows_integral = self.begins_known;
@@ -107,8 +107,8 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         Ok(sample.command + scaled.row.injection)
     }
 
-    /// Holds its command against the one that was recorded in a log, by its number from 0, until there
-    /// is a sample that it cannot compute with; `comparable` once its velocity estimate is reliable.
+    /// Compares its command with the recorded one in a log, by its number from 0, until it cannot compute a sample. The
+    /// argument `comparable` is true once its velocity estimate is reliable.
     pub(super) fn compare(&mut self, scaled: &ScaledRow, log: usize, comparable: bool) {
         if !self.is_lost {
             self.is_lost = self.try_compare(scaled, log, comparable).is_err();

@@ -1,8 +1,7 @@
 //! Identification on recorded logs.
 //!
-//! The passes drive the identifier's model with the command that was recorded; the command of the declared
-//! controller is compared with it by [`agreement`]. A log without the command is driven by the declared
-//! controller's, computed again.
+//! The passes drive the identifier's model with the recorded command. [`agreement`] compares the command of the
+//! declared controller with it. A log without the command is driven by the declared controller's, computed again.
 
 pub mod agreement;
 mod declared;

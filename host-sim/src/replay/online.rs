@@ -124,7 +124,7 @@ impl OnlineIdentifier {
         self.samples
     }
 
-    /// The parameters that the law estimates.
+    /// The parameters that the estimator estimates.
     #[must_use]
     pub fn estimated(&self) -> Vec<Parameter> {
         self.scenario.estimated()
@@ -136,7 +136,7 @@ impl OnlineIdentifier {
         self.progress.identifier.estimates()
     }
 
-    /// Their standard errors, SI, where the law knows them.
+    /// Their standard errors, SI, where the estimator knows them.
     #[must_use]
     pub fn standard_errors(&self) -> Option<ServoParameters> {
         self.progress.identifier.standard_errors()

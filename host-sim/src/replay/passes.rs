@@ -29,10 +29,9 @@ pub struct Replayed {
     pub term_settings: TermSettings,
 }
 
-/// The scenario with what only the logs know: the sample time where no controller is declared, the
-/// resolution of the position where no encoder is, and the time over which a first fit looks where
-/// the longest stretch is shorter than what is usual. A run's own log adds nothing but the last. The
-/// first log counts where they differ.
+/// The scenario completed from the logs. They give the sample time if no controller is declared, and the resolution of
+/// the position if no encoder is. They also give the time window of a first fit if the longest segment is shorter than
+/// usual. A run's own log adds nothing but the last. The first log counts where they differ.
 #[must_use]
 pub fn fitted(mut scenario: Scenario, logs: &(impl AsRef<[Log]> + ?Sized)) -> Scenario {
     let logs = logs.as_ref();
@@ -65,10 +64,10 @@ pub(super) fn sampled_every(scenario: &mut Scenario, sample_time: f64) {
     }
 }
 
-/// The samples of a stretch in which nothing is learnt yet: none if the servo stands at first, for then
-/// all is known of its motion; otherwise those in which the velocity estimate settles.
+/// The samples of a segment without learning. There are none if the servo starts at standstill, because its motion is
+/// then fully known. Otherwise they are those in which the velocity estimate settles.
 pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
-    /// At most this fraction of a stretch, one over, is spent on settling.
+    /// At most this fraction of a segment, one over, is spent on settling.
     const SETTLING_DIVISOR: u64 = 10;
     if stretch.begins_at_rest(scenario.stated.resolution) {
         return 0;
@@ -82,10 +81,10 @@ pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
 const DEFAULT_START_TIME: f64 = 1.0;
 const MIN_START_TIME: f64 = 1e-4;
 
-/// Runs `passes` passes over logs of one servo, one after the other, with a scenario that is [`fitted`]
-/// to them, and shows every sample to `observe`, with the number of its pass from 0. Its time continues
-/// from log to log and from pass to pass, without the ranges that are left out. Behind a break the model
-/// joins the motion that it finds, and the estimates are kept.
+/// Runs `passes` passes over logs of one servo, one after the other, with a scenario that is [`fitted`] to them. It
+/// shows every sample to `observe`, with the number of its pass from 0. Its time continues from log to log and from
+/// pass to pass, without the ranges that are left out. Behind a break the model joins the motion that it finds, and the
+/// estimates are kept.
 ///
 /// # Errors
 /// The key that does not suit the logs; nothing has been observed then.

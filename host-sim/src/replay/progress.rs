@@ -1,4 +1,4 @@
-//! The identifier on its way through the samples of logs, stretch by stretch.
+//! The identifier on its way through the samples of logs, segment by segment.
 
 use identifier_core::error::StepError;
 use identifier_core::measurement::VelocityEstimate;
@@ -11,7 +11,7 @@ use crate::log::Row;
 use crate::loops::DynIdentifier;
 use crate::scenario::Scenario;
 
-/// State that lasts from stretch to stretch.
+/// State that lasts from segment to segment.
 pub(super) struct Progress<V: VelocityEstimate<f64>> {
     pub(super) identifier: Box<dyn DynIdentifier + Send>,
     pub(super) declared: Option<Declared<V>>,
@@ -21,13 +21,13 @@ pub(super) struct Progress<V: VelocityEstimate<f64>> {
     /// Travel of a revolution, rad.
     pub(super) revolution: f64,
     pub(super) outcome: Outcome,
-    /// Time before this stretch, s.
+    /// Time before this segment, s.
     pub(super) time: f64,
     /// True once the identifier has had a sample.
     pub(super) begun: bool,
 }
 
-/// State within a stretch.
+/// State within a segment.
 pub(super) struct InStretch<V: VelocityEstimate<f64>> {
     scaler: RowScaler,
     /// When it began, s, of the log.
@@ -51,7 +51,7 @@ pub(super) struct Input {
     pub(super) increment: f64,
     /// The command that acts from now on.
     pub(super) command: f64,
-    /// True in the first sample of a stretch that is learnt from.
+    /// True in the first sample of a segment that is learnt from.
     begins: bool,
 }
 
@@ -71,7 +71,7 @@ impl<V: VelocityEstimate<f64>> InStretch<V> {
 }
 
 impl<V: VelocityEstimate<f64>> Progress<V> {
-    /// Begins a stretch, and with `anew` the declared controller, too.
+    /// Begins a segment, and with `anew` the declared controller, too.
     pub(super) fn begin(&mut self, anew: bool) {
         if let Some(declared) = self.declared.as_mut().filter(|_| anew) {
             declared.begin();

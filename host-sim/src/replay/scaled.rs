@@ -6,7 +6,7 @@ use crate::scenario::Scenario;
 /// A row of a log in position units.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ScaledRow {
-    /// As it is in the log.
+    /// The row in the log's own form.
     pub(super) row: Row,
     /// Motion since the last sample; zero in the first.
     pub(super) increment: f64,
@@ -14,7 +14,7 @@ pub(super) struct ScaledRow {
     pub(super) error: f64,
 }
 
-/// Follows the position through a stretch.
+/// Follows the position through a segment.
 pub(super) struct RowScaler {
     first: f64,
     unit: f64,
@@ -23,12 +23,11 @@ pub(super) struct RowScaler {
 }
 
 impl RowScaler {
-    /// Largest distance of a position from the count that it is, counts: rounding by a few decimals of
-    /// the log.
+    /// Largest distance of a position from its count, counts. It covers rounding to a few decimals of the log.
     const MAX_ROUNDING: f64 = 0.01;
 
-    /// For a stretch that begins at this position; positions within rounding of a count of the scenario's
-    /// encoder become that count.
+    /// For a segment that begins at this position. Positions within rounding of a count of the scenario's encoder
+    /// become that count.
     pub(super) fn new(scenario: &Scenario, first: f64, unit: f64) -> Self {
         Self {
             first,

@@ -112,7 +112,7 @@ pub fn commissioned_values(parameters: &ServoParameters, delay: f64) -> [f64; 5]
     ]
 }
 
-/// Those of a scenario's servo, where it stands at first. A slow current loop delays by its time constant.
+/// Those of a scenario's servo, at its start. A slow current loop delays by its time constant.
 #[must_use]
 pub fn commissioned_truth(scenario: &Scenario) -> Option<[f64; 5]> {
     let effects = &scenario.effects;

@@ -13,7 +13,7 @@ pub struct ComparisonResult {
     pub methods: Vec<Method>,
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
-    /// The box that was given to methods that have to know one, where the scenario states none.
+    /// The parameter range for methods that need one, if the scenario states none.
     pub assumed_box: Option<BoxSettings>,
 }
 
@@ -56,11 +56,11 @@ pub struct MethodErrors {
     pub reason: String,
     /// Of a, 1/s.
     pub error_a: Option<f64>,
-    /// Of b, rad/s² per command unit.
+    /// Error of b, rad/s² per command unit.
     pub error_b: Option<f64>,
-    /// Of the Coulomb friction, rad/s².
+    /// Error of the Coulomb friction, rad/s².
     pub error_coulomb: Option<f64>,
-    /// Of the load, rad/s².
+    /// Error of the load, rad/s².
     pub error_load: Option<f64>,
     /// Settling time of a, s.
     pub settling_a: Option<f64>,

@@ -21,7 +21,7 @@ pub struct DriveStatus {
     pub noise_counts: Option<f32>,
     /// The gains in force.
     pub gains: Option<Gains>,
-    /// How the servo differs from the one that the gains promise for.
+    /// How the servo differs from the one for which the gains' prediction holds.
     #[serde(serialize_with = "change")]
     pub servo_change: Option<ServoChange>,
 }

@@ -15,7 +15,7 @@ use crate::replay::Agreement;
 /// The result of a run or a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// The law's name.
+    /// The estimator's name.
     pub law: &'static str,
     /// The number format's name.
     pub arithmetic: &'static str,
@@ -28,10 +28,10 @@ pub struct Summary {
     pub verdict: Verdict,
     /// The verdict's reason in words, and remarks on the run.
     pub reason: String,
-    /// Why a law that begins by a fit had none after a second of motion.
+    /// Why an estimator that begins by a fit had none after a second of motion.
     #[serde(serialize_with = "super::reason::serialize")]
     pub obstacle: Option<Reason>,
-    /// The effect that the model lacks, if one stands out.
+    /// The effect that the model lacks, if one is distinct.
     pub cause: Option<Finding>,
     /// The estimates.
     pub estimates: Estimates,
@@ -43,7 +43,7 @@ pub struct Summary {
     pub voltage_gains: Option<VoltageGains>,
     /// The true servo, where it is known.
     pub truth: Option<ServoParameters>,
-    /// The output error, for laws with a model.
+    /// The output error, for estimators with a model.
     pub output_error: Option<OutputError>,
     /// Times at which the estimates came near the truth.
     pub settling_time: SettlingTime,
@@ -53,12 +53,12 @@ pub struct Summary {
     /// Record of the run itself.
     #[serde(flatten)]
     pub outcome: Outcome,
-    /// The output error of the model with the final estimates over the end of the run; none where that is too
-    /// short, or the estimates are no servo.
+    /// The output error of the model with the final estimates over the end of the run. None if that is too short, or
+    /// the estimates are no servo.
     pub residual: Option<Residual>,
     /// Noise of the position sensor over the end of the run.
     pub noise: SensorNoise,
-    /// Findings of a fit to the whole record, for the law that makes one.
+    /// Findings of a fit to the whole record, for the estimator that makes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<FitNotes>,
     /// Logs and predictions of a replay.
@@ -69,7 +69,7 @@ pub struct Summary {
     pub reachable: Vec<(Unknown, f64)>,
 }
 
-/// The estimates of a, b, c and d, constant where the law does not estimate them, and of optional terms.
+/// The estimates of a, b, c and d, constant if the estimator does not estimate them, and of optional terms.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimates {
     /// â, 1/s.
@@ -92,9 +92,9 @@ pub struct Estimates {
 /// One estimate over a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
-    /// The value that the verdict is on, and that every page, table, file and tool shows: of laws with standard errors of
-    /// their own the last, which contains all samples, of others the mean over the last quarter. NaN, like everything that
-    /// follows from it, if the method had none at the end.
+    /// The value that the verdict judges and that every page, table, file and tool shows. An estimator with standard
+    /// errors of its own gives the last one, which contains all samples. Others give the mean over the last quarter.
+    /// NaN, like everything that follows from it, if the method had none at the end.
     pub value: f64,
     /// At the end.
     #[serde(skip)]
@@ -104,20 +104,20 @@ pub struct Estimate {
     pub tail_mean: f64,
     /// Wander: standard deviation over the last quarter.
     pub tail_std: f64,
-    /// Standard error of the [value](Self::value): chance, the encoder, and the distance that it still had to go;
-    /// none where it is not known, infinite where the motion contains no information on it.
+    /// Standard error of the [value](Self::value): chance, the encoder, and the distance still to go. None if it is
+    /// unknown, infinite if the motion contains no information on it.
     pub std_error: Option<f64>,
-    /// What the motion says of it.
+    /// The state of knowledge from the motion.
     pub state: State,
     /// True if it stood at a bound for most of the last quarter: such a value is no result.
     pub at_bound: bool,
     /// Its unit.
     pub unit: &'static str,
-    /// Distance that it still had to go when the run ended, judged from the means over the thirds of the last
-    /// quarter; infinite if its steps did not get shorter.
+    /// Distance still to go at the end of the run, from the means over the thirds of the last quarter. Infinite if its
+    /// steps did not get shorter.
     #[serde(skip)]
     pub to_go: f64,
-    /// True if the law estimates it.
+    /// True if the estimator estimates it.
     #[serde(skip)]
     pub is_estimated: bool,
 }
@@ -150,9 +150,9 @@ pub struct OutputError {
 /// Last times at which estimates were away from the truth, s; none where one still was at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SettlingTime {
-    /// Of â, outside ±0.1 1/s.
+    /// Time of â, outside ±0.1 1/s.
     pub a: Option<f64>,
-    /// Of b̂, outside 2 %.
+    /// Time of b̂, outside 2 %.
     pub b: Option<f64>,
 }
 
@@ -174,7 +174,7 @@ impl Summary {
         self.verdict.status
     }
 
-    /// One estimate; none if the law does not estimate the parameter.
+    /// One estimate; none if the estimator does not estimate the parameter.
     #[must_use]
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
         let estimate = self.estimates.get(parameter);
@@ -208,7 +208,7 @@ impl Estimates {
         }
     }
 
-    /// Number of parameters that the law estimates.
+    /// Number of parameters that the estimator estimates.
     #[must_use]
     pub fn count(&self) -> usize {
         let all = [&self.a, &self.b, &self.coulomb, &self.load];

@@ -7,13 +7,13 @@ use serde::Serialize;
 pub struct FitNotes {
     /// Samples that were fitted.
     pub samples: u64,
-    /// Samples by which the command was recorded late, that is in a row after the one from which it acted; none
-    /// where it was not. The estimates are those with the command where it acted.
+    /// Samples by which the command was recorded late, in a row after the one from which it acted. None if it was not.
+    /// The estimates are those with the command where it acted.
     pub command_recorded_late: Option<f64>,
-    /// Of a motion in one direction what brakes it of friction and load together, rad/s²: the two are one force then.
+    /// The braking force of a motion in one direction, friction and load together, rad/s². The two are one force then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub braking: Option<BrakingForce>,
-    /// The effects that the record shows, in the order in which they entered; then a load that steps, and the delay.
+    /// The effects that the record shows, in the order in which they entered. A load that steps and the delay follow.
     pub effects: Vec<EnteredEffect>,
 }
 
@@ -35,8 +35,8 @@ pub struct EnteredEffect {
     pub meaning: &'static str,
     /// Increase of twice the logarithm of the likelihood, counted in independent samples.
     pub gain: f64,
-    /// Another effect that explains the record nearly as well, or of which this one is so small a part that it may be
-    /// the error of its form; none where this one is certain.
+    /// Another effect that explains the record nearly as well. Or this effect is so small a part of it that it may be
+    /// the error of its form. None if this one is certain.
     pub or: Option<&'static str>,
     /// Sizes that are no unknown of the model, by name.
     #[serde(serialize_with = "by_name")]

@@ -18,10 +18,10 @@ pub struct FormResult {
     pub sample_time: f64,
     /// Margins of the stored parameters, at the worst corner of the servo's uncertainty.
     pub margins: FormMargins,
-    /// Step of the target, and where that overshoots, the same through a filter in the program that sends it; both without
+    /// Step of the target. If it overshoots, also the same through a filter in the sending program. Both are without
     /// friction and limits.
     pub steps: Vec<FormStep>,
-    /// What the firmware cannot do, and what the numbers rest on.
+    /// Limits of the firmware, and the assumptions behind the numbers.
     pub remarks: Vec<String>,
     /// The last of the steps.
     #[serde(skip)]
@@ -33,7 +33,7 @@ pub struct FormResult {
 pub struct FormParameter {
     /// Its name in the firmware.
     pub name: &'static str,
-    /// As it is stored.
+    /// The stored value.
     pub value: f64,
     /// Its unit.
     pub unit: String,

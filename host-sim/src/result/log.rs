@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::log::{Clock, Log};
 use crate::predict::{ClosedLoop, Predicted};
 
-/// Properties of a log as it was read.
+/// Properties of a log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogReading {
     /// The file.
@@ -97,7 +97,7 @@ pub struct OpenLoopError {
 }
 
 impl Prediction {
-    /// Of a log; `learnt_from`: the estimates come from it, too.
+    /// The reading of a log. `learnt_from`: the estimates come from it, too.
     #[must_use]
     pub fn new(log: &Log, learnt_from: bool, predicted: &Predicted) -> Self {
         let units = &log.settings().units;

@@ -1,5 +1,5 @@
-//! Results: of each experiment what was found, serialised as it is. Its fields are the keys of `--json`,
-//! documented in docs/results.md; its numbers are what every page shows.
+//! Results: the findings of each experiment, serialised unchanged. Its fields are the keys of `--json`, documented in
+//! docs/results.md; its numbers are what every page shows.
 
 #[cfg(feature = "experiments")]
 pub mod commissioning;

@@ -49,7 +49,7 @@ pub struct Finding {
     /// The effect.
     #[serde(flatten, serialize_with = "described")]
     pub cause: Cause,
-    /// Another effect that explains the record nearly as well; none if this one stands out.
+    /// Another effect that explains the record nearly as well; none if this one is distinct.
     #[serde(skip)]
     pub or: Option<Cause>,
     /// The part of the output error's square that it explains.

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-/// Standard deviation of the noise of the measured position, rounding included; none where there was too little of
-/// the motion, or standstill, to tell.
+/// Standard deviation of the noise of the measured position, rounding included. None if there was too little motion, or
+/// standstill, to measure it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct SensorNoise {
     /// In motion, encoder counts; rounding alone is 0.29 counts.

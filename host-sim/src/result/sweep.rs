@@ -8,7 +8,7 @@ use crate::verdict::Status;
 /// The result of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepResult {
-    /// The law's name.
+    /// The estimator's name.
     pub law: &'static str,
     /// The seed of servos and references.
     pub seed: u32,
@@ -49,7 +49,7 @@ impl SweepRun {
 pub struct Distribution {
     /// Servos that were run.
     pub runs: usize,
-    /// Of them: the estimates may be relied on.
+    /// The number of servos whose estimates are reliable.
     pub converged: usize,
     /// The gain may be relied on, and another unknown may not.
     pub partial: usize,

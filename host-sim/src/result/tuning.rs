@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::FormResult;
 
-/// Gains, with their promise and their conditions.
+/// Gains, with their predicted response and their conditions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TuningResult {
     /// Sample time, s.
@@ -83,24 +83,25 @@ impl Gains {
     }
 }
 
-/// A promise with the stiffness that follows from its compliance.
+/// A predicted response with the stiffness that follows from its compliance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StiffPromise {
-    /// The promise.
+    /// The predicted response.
     #[serde(flatten)]
     pub promise: Promise,
     /// Load per distance that it moves the servo at most, rad/s² per rad.
     pub stiffness: f64,
 }
 
-/// Coefficients of the reference's motion in the command, command units per SI unit, for a controller with such an input.
+/// Coefficients of the reference's motion in the command, command units per SI unit. They are for a controller with
+/// such an input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FeedForward {
     /// Of the acceleration.
     pub acceleration: f64,
     /// Of the velocity.
     pub velocity: f64,
-    /// Of the velocity's sign.
+    /// Coefficient of the velocity's sign.
     pub sign: f64,
     /// Constant.
     pub constant: f64,
@@ -147,7 +148,7 @@ pub struct TuningConditions {
     pub resonance: Option<f64>,
 }
 
-/// The commands that hold the forces that are known, and what else is known of the command, SI; zero for what is not.
+/// The commands that hold the known forces, and other known figures of the command, SI. Zero for an unknown one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct KnownForces {
     /// −d/b, command units.
@@ -165,7 +166,8 @@ pub struct KnownForces {
 }
 
 impl FeedForward {
-    /// Of a servo with known forces under a derivative gain, command units per rad/s; `hold` is the mean delay of a hold, s.
+    /// For a servo with known forces under a derivative gain, command units per rad/s. `hold` is the mean delay of a
+    /// hold, s.
     #[must_use]
     pub fn of_servo(
         servo: &ServoParameters,

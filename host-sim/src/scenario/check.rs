@@ -13,8 +13,7 @@ const MAX_SAMPLES: f64 = 1e10;
 /// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
 const IDEAL_UNIT: f64 = 1e-5;
 
-/// A scenario as it was read, with what follows from it, for a purpose; `build` finds what no loop can
-/// be built from.
+/// Completes a parsed scenario for a purpose. `build` finds settings from which no loop can be built.
 pub(super) fn complete(
     mut scenario: Scenario,
     purpose: Purpose,

@@ -161,7 +161,7 @@ impl Scenario {
         }))
     }
 
-    /// The refusal of a commissioning, at the key that remedies it.
+    /// The rejection of a commissioning, at the key that remedies it.
     #[must_use]
     pub fn fault_of_commission(&self, error: &CommissionError) -> Fault {
         let asked = self.commission.and_then(|order| order.response_time);

@@ -1,11 +1,11 @@
-//! From a scenario's choices to the core's types: the one place where a number format, a velocity
-//! estimate and a set of parameters become types.
+//! From a scenario's choices to the core's types. Only here do a number format, a velocity estimate and a set of
+//! parameters become types.
 //!
-//! Each macro calls a function that is generic over what it chooses: the types that the call names
-//! come first, those that are chosen follow. `with_velocity!(scenario, N => pid::<N>(settings))` is
-//! `pid::<N, LowPass<N>>(settings)` for a scenario with a low-pass.
+//! Each macro calls a function that is generic over the choice. The types in the call come first, the chosen ones
+//! follow. `with_velocity!(scenario, N => pid::<N>(settings))` is `pid::<N, LowPass<N>>(settings)` for a scenario with
+//! a low-pass.
 
-/// With the number that a loop is computed in; what has no form in fixed point is computed in `f64`.
+/// With the number format of a loop. A loop without a form in fixed point is computed in `f64`.
 #[cfg(feature = "experiments")]
 macro_rules! with_number {
     ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {

@@ -48,13 +48,13 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
-/// A fault of the contents, before it is known on which line of the file it stands.
+/// A fault of the contents, before its line in the file is known.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: {fault}")]
 pub struct Fault {
     pub(crate) key: String,
     pub(crate) fault: String,
-    /// Byte of the file at which it stands, where that is not simply its key's.
+    /// Its byte in the file, if that is not simply its key's.
     pub(super) at: Option<usize>,
     pub(super) advice: String,
 }

@@ -1,4 +1,4 @@
-//! Γ of the gradient laws: chosen from box and reference, and shown.
+//! Γ of the gradient estimators: chosen from parameter range and reference, and shown.
 
 use identifier_core::Settings;
 use identifier_core::error::Allowed;
@@ -12,7 +12,7 @@ use super::dispatch::{with_types, with_words};
 use super::reference::MAX_PLAYED;
 use super::{Arithmetic, Scenario};
 
-/// The box of servos around one where none is stated: b within a factor of three, a up to three times.
+/// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
 #[must_use]
 pub(crate) fn box_around(servo: &ServoParameters) -> BoxSettings {
     const FACTOR: f64 = 3.0;
@@ -40,8 +40,8 @@ pub(super) fn choose(
     Ok(())
 }
 
-/// Reduces a chosen Γ to the range of fixed point, by one factor: it adapts more slowly. Other refusals of
-/// fixed point come from building the identifier.
+/// Reduces a chosen Γ to the range of fixed point, by one factor: it adapts more slowly. Other rejections of fixed
+/// point come from building the identifier.
 fn slow_to_fixed_range<V, S, const P: usize>(settings: &mut Settings)
 where
     V: VelocityEstimate<Word>,

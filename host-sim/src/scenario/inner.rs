@@ -4,7 +4,7 @@ use super::Scenario;
 use super::error::Fault;
 use super::names::named;
 
-/// The loop that a servo closes about its position goal, u = kp (goal − q) − kd q̇ within a limit, as hobby servos and
+/// The loop that a servo closes about its position goal, u = kp (goal − q) − kd q̇ within a limit. Hobby servos and
 /// simulators have it. The goal is the log's reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InnerLoop {

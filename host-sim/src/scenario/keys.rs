@@ -1,7 +1,7 @@
 //! Every key of a scenario file: a line each, in the order in which they are read.
 //!
-//! A line has the key's path, the kind of its value with its place in the [`Scenario`], the default, the unit
-//! and the meaning. Reading, messages, help and schema all follow from it.
+//! A line has the key's path, the kind of its value with its place in the [`Scenario`], the default, the unit and the
+//! meaning. Reading, messages, help and schema all follow from it.
 
 use commissioning::{CommissionSettings, Limits};
 use identifier_core::control::{FeedForwardSettings, Gains};
@@ -34,7 +34,8 @@ use super::{
 const CUTOFF: f64 = 500.0;
 
 const ANY: Range = Fixed(Allowed::Finite);
-/// The largest acceleration of a servo, rad/s² for a unit of command or by itself, or rate of braking, 1/s.
+/// The largest acceleration of a servo, rad/s² for a unit of command or by itself. Also the largest rate of braking,
+/// 1/s.
 const MAX_RATE: f64 = 1e12;
 const COUNTS: Range = Fixed(Allowed::Within(0.0, 1e9));
 const POSITIVE: Range = Fixed(Allowed::Above(0.0));
@@ -542,7 +543,7 @@ fn ranges(s: &mut Scenario) -> &mut RangeSettings {
     })
 }
 
-/// The limit of the amplifier stands before it in the table.
+/// The limit of the amplifier precedes it in the table.
 fn order(s: &mut Scenario) -> &mut CommissionOrder {
     let amplifier = s.stated.controller.map(|controller| controller.limit);
     s.commission.get_or_insert_with(|| CommissionOrder {
@@ -621,7 +622,7 @@ impl Key {
         KEYS.iter().find(|key| key.path == path)
     }
 
-    /// The key that a name or a path is most likely meant to be, wherever it stands.
+    /// The most likely key for a name or a path, in any table.
     #[must_use]
     pub fn nearest(word: &str) -> Option<&'static Self> {
         let named = KEYS.iter().find(|key| key.place().1 == word);

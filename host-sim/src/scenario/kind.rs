@@ -1,4 +1,4 @@
-//! The kinds of value that a key can hold: how each is read, described, and written in a JSON schema.
+//! The kinds of value of a key. Each is read, described, and written in a JSON schema here.
 
 use identifier_core::control::CommandLimit;
 use identifier_core::error::{Allowed, OutOfRange};
@@ -118,7 +118,7 @@ pub(super) enum Default {
     Required(&'static str),
     /// This number.
     Value(f64),
-    /// This initial estimate; the laws that fit need none.
+    /// This initial estimate; the estimators that fit need none.
     Initial(f64),
     /// The first choice.
     FirstChoice,

@@ -1,4 +1,4 @@
-//! The laws: all that is known of each in one table.
+//! The estimators, with all facts about each in one table.
 
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::ControllerSettings;
@@ -31,7 +31,7 @@ enum Kind {
     Rival,
 }
 
-/// The controller of the loop in which a law works.
+/// The controller of the loop in which an estimator works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Closing {
     /// The scenario's PID.
@@ -83,7 +83,7 @@ macro_rules! laws {
 }
 
 laws! {
-    /// The Γ-gradient law (11).
+    /// The Γ-gradient estimator (11).
     Gradient: "gradient", Gradient, ALL, Pid, "box of a and b, gains of the PID", "the paper",
         GRADIENT;
     /// Recursive Gauss–Newton.
@@ -95,10 +95,9 @@ laws! {
     /// One fit to the whole record, with the effects that it needs.
     Fit: "fit", Record, ALL, Pid, "nothing", "this project",
         &["required_terms", "low_speed_velocity", "ripple_order", "revolution"];
-    /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ
-    /// (μ ε + ε̇) (Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop
-    /// identification", IECON 2006). It assumes a servo without load and friction: a load leaves a
-    /// constant ε that no integral takes over.
+    /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ (μ ε + ε̇).
+    /// Literature: Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop identification", IECON 2006.
+    /// It assumes a servo without load and friction: a load leaves a constant ε that no integral takes over.
     PdGradient: "pd-gradient", Gradient, AB, Pd, "box of a and b, gains of the PD", "[7]",
         GRADIENT;
     /// Recursive least squares on filtered signals in the loop of a relay.
@@ -107,7 +106,7 @@ laws! {
 }
 
 impl Law {
-    /// The law's name in scenarios and results.
+    /// The estimator's name in scenarios and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         Self::CHOICES[self as usize].name
@@ -143,13 +142,13 @@ impl Law {
         self.closing() == Closing::Pid || self == Self::RelayLeastSquares
     }
 
-    /// True for a Γ-gradient law.
+    /// True for a Γ-gradient estimator.
     #[must_use]
     pub fn is_gradient(self) -> bool {
         self.row().kind == Kind::Gradient
     }
 
-    /// True for a law that finds its own initial estimates.
+    /// True for an estimator that finds its own initial estimates.
     #[must_use]
     pub fn fits(self) -> bool {
         self.row().kind == Kind::Fit
@@ -219,7 +218,7 @@ impl RivalSettings {
 }
 
 impl Identification {
-    /// Takes a law, with the parameters that it estimates by default.
+    /// Takes an estimator, with the parameters that it estimates by default.
     pub fn set_law(&mut self, law: Law) {
         self.law = law;
         self.rival = RivalSettings::TYPICAL;
@@ -230,7 +229,7 @@ impl Identification {
         self.parameters = default.to_vec();
     }
 
-    /// The controller of the loop that the law closes, from the declared one.
+    /// The controller of the loop that the estimator closes, from the declared one.
     pub(super) fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
         match self.law.closing() {
             Closing::Pd => ControllerSettings {

@@ -36,8 +36,8 @@ pub struct LogSettings {
     pub sample_time: Option<f64>,
     /// Ranges of time that are left out, s, ascending.
     pub cut: Vec<[f64; 2]>,
-    /// The period after which the position begins again, in the column's unit, zero for none; where nothing states it,
-    /// it is found.
+    /// The period after which the position begins again, in the column's unit, zero for none. If it is not stated, it
+    /// is found.
     pub wrap: Option<f64>,
     /// True if the column of the position is that of a velocity, whose integral is the position.
     pub is_velocity: bool,
@@ -144,7 +144,7 @@ impl LogSettings {
         self.time.is_some() && self.units.time != TimeUnit::Sample
     }
 
-    /// The first other unit of log.time in which a time from one sample to the next, s, is one that `fits`.
+    /// The first other unit of log.time in which a time from one sample to the next, s, `fits`.
     pub(crate) fn other_time_unit(
         &self,
         step: f64,

@@ -12,9 +12,9 @@ pub struct LogUnits {
     pub time: TimeUnit,
     /// Of the position.
     pub position: PositionUnit,
-    /// Of the position, log units per log unit; below 0 for the other direction.
+    /// Scale of the position, log units per log unit; below 0 for the other direction.
     pub position_scale: f64,
-    /// Of the reference; none for that of the position, its scale included.
+    /// Unit of the reference; none for that of the position, its scale included.
     pub reference: Option<PositionUnit>,
     /// Of the reference.
     pub reference_scale: f64,
@@ -61,7 +61,7 @@ named! {
 }
 
 impl PositionUnit {
-    /// The unit that a word in the name of a column stands for.
+    /// The unit of a word in the name of a column.
     #[must_use]
     pub fn of_word(word: &str) -> Option<Self> {
         match word.to_lowercase().as_str() {
@@ -77,7 +77,7 @@ impl PositionUnit {
 }
 
 impl TimeUnit {
-    /// The unit that a word in the name of a column stands for.
+    /// The unit of a word in the name of a column.
     #[must_use]
     pub fn of_word(word: &str) -> Option<Self> {
         match word.to_lowercase().as_str() {
@@ -138,8 +138,7 @@ impl LogUnits {
         self.reference_scale * unit.unwrap_or_else(|| self.position())
     }
 
-    /// Radians (or metres) for one of a unit; NaN for counts of no encoder, which is refused when a
-    /// scenario is read.
+    /// Radians (or metres) for one of a unit. NaN for counts of no encoder, which is rejected when a scenario is read.
     #[must_use]
     pub fn radians(&self, unit: PositionUnit) -> f64 {
         match unit {

@@ -1,9 +1,8 @@
 //! Scenarios: the servo, its loop, the reference and the identifier of an experiment, in SI.
 //!
-//! A scenario file is read in steps that each do one thing: `source` parses the text, `read` writes its values,
-//! key by key, into the settings, and `check` refuses settings that do not go together. [`keys`] is the table
-//! of all keys, from which reading, errors, help and [`schema`] follow; a key's `kind` reads and describes its
-//! value.
+//! A scenario file is read in steps that each do one thing. The module `source` parses the text. Then `read` writes its
+//! values, key by key, into the settings. Last, `check` rejects settings that contradict each other. The table [`keys`]
+//! has all keys, from which reading, errors, help and [`schema`] follow. A key's `kind` reads and describes its value.
 
 mod check;
 mod commission;
@@ -137,9 +136,9 @@ named! {
 /// Law, parameters and number format of the identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// The law.
+    /// The estimator.
     pub law: Law,
-    /// The settings of a law that is there for comparison.
+    /// The settings of an estimator for comparison.
     pub rival: RivalSettings,
     /// The parameters to be estimated, in the user's order.
     pub parameters: Vec<Parameter>,
@@ -166,14 +165,14 @@ impl Scenario {
         self.stated.resolution = std::f64::consts::TAU / counts_per_rev;
     }
 
-    /// True if a log that is replayed with it is that of its own run: it states the true servo
-    /// and no columns. The defaults of a run then hold for the log too.
+    /// True if the replayed log is that of the scenario's own run. It then states the true servo and no columns. The
+    /// defaults of a run then hold for the log too.
     #[must_use]
     pub fn is_own_log(&self) -> bool {
         self.plant.is_some() && self.log.is_none()
     }
 
-    /// The seed of what is random in servo and sensor: the run's, or else that of the reference, or 1.
+    /// The seed of everything random in servo and sensor: the run's, or else that of the reference, or 1.
     #[must_use]
     pub fn noise_seed(&self) -> u32 {
         self.seed.or(self.excitation.seed()).unwrap_or(1)
@@ -238,8 +237,8 @@ impl Scenario {
         }
     }
 
-    /// This scenario with what follows from its values, checked for a purpose; `build` finds what no loop can be built
-    /// from.
+    /// This scenario with the settings that follow from its values, checked for a purpose. `build` finds settings from
+    /// which no loop can be built.
     pub(crate) fn complete(
         self,
         purpose: Purpose,
@@ -248,8 +247,8 @@ impl Scenario {
         check::complete(self, purpose, build)
     }
 
-    /// Reads a scenario from a text; `name` stands for the file in errors. A fault that `build` finds is located by
-    /// its place in the text, too.
+    /// Reads a scenario from a text. Errors show `name` as the file. A fault that `build` finds is located by its place
+    /// in the text, too.
     ///
     /// # Errors
     /// File, line, key and what is allowed there.

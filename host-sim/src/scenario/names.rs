@@ -1,7 +1,7 @@
 //! Enumerations whose values have a name in a scenario.
 
-/// Declares an enumeration with the names of its values in scenarios and results, the default first, each with
-/// the keys of its table that belong to it alone.
+/// Declares an enumeration with the names of its values in scenarios and results. The default is first. Each has the
+/// keys of its table that belong to it alone.
 macro_rules! named {
     (
         $(#[$meta:meta])*

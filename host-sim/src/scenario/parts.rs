@@ -1,4 +1,4 @@
-//! The core's settings of a scenario, and the keys of their refusals.
+//! The core's settings of a scenario, and the keys of their rejections.
 
 use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
@@ -11,8 +11,7 @@ use identifier_core::units::Units;
 use super::{Arithmetic, ExcitationKind, Fault, Reference, Scenario};
 
 impl Scenario {
-    /// The scenario with the loop that its law closes in place of the declared one, where it has one
-    /// of its own.
+    /// The scenario with the loop that its estimator closes, if it has one of its own, else with the declared one.
     #[must_use]
     pub fn in_own_loop(mut self) -> Self {
         let declared = self.stated.controller;
@@ -29,9 +28,8 @@ impl Scenario {
         self.settings_for(Some(&reference))
     }
 
-    /// The settings of loop and identifier: those of the file, with parameters that are not estimated as
-    /// known, and for the gradient laws a Γ chosen from box and reference where none is
-    /// stated.
+    /// The settings of loop and identifier. They are those of the file, with parameters that are not estimated as
+    /// known. A gradient estimator gets a Γ chosen from range and reference if none is stated.
     ///
     /// # Errors
     /// If no Γ can be chosen.
@@ -59,8 +57,8 @@ impl Scenario {
         Ok(settings)
     }
 
-    /// The scenario with Γ stated where it would be chosen: it follows from the box and the
-    /// reference, and the servos of one box can share it. Where none can be chosen it stays as it is.
+    /// The scenario with Γ stated if it would be chosen. It follows from the parameter range and the reference, so the
+    /// servos of one range can share it. If none can be chosen, the scenario is unchanged.
     #[must_use]
     pub fn with_gamma_chosen(mut self) -> Self {
         if let Ok(settings) = self.settings() {
@@ -162,8 +160,8 @@ impl Scenario {
     }
 }
 
-/// Fixed point needs bounds of friction and load. Where none are stated, the box gives them: a command
-/// of the limit, or of an error of one, makes no larger acceleration of any servo in it.
+/// Fixed point needs bounds of friction and load. If none are stated, the parameter range gives them. A command of the
+/// limit, or of an error of one, makes no larger acceleration of any servo in it.
 fn bound_by_the_box(settings: &mut Settings) {
     let (Some(within), Some(controller)) = (settings.identifier.plant_box, settings.controller)
     else {

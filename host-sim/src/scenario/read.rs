@@ -43,7 +43,7 @@ struct Reading<'a, 'b> {
     tables: Vec<&'static str>,
     /// The choices made, each with its table and its alternatives.
     choices: Vec<(&'static str, &'static Choice, &'static [Choice])>,
-    /// Of tables of which there may be many, the one that is being read, and its path.
+    /// The current table among those that may occur several times, and its path.
     entry: Option<(&'static str, &'b DeTable<'a>)>,
 }
 
@@ -229,8 +229,8 @@ fn advice(table: &str, unknown: &str) -> String {
     lines
 }
 
-/// The fault of a key that means nothing beside a choice: accepted, it would be a setting that the user
-/// relies on and that has no effect.
+/// The fault of a key that has no meaning beside a choice. If it were accepted, the user would rely on a setting
+/// without effect.
 fn key_not_applicable(key: &Key, choice: &Choice) -> Fault {
     let takes = match choice.takes {
         [] => "and no others of its kind".to_owned(),

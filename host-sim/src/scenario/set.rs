@@ -21,8 +21,8 @@ impl Identification {
         self.parameters.contains(&parameter)
     }
 
-    /// True for a parameter of the model that stays at its initial value. The Gauss–Newton laws always find
-    /// the load: nothing else in them would account for it.
+    /// True for a parameter of the model that stays at its initial value. The Gauss–Newton estimators always find the
+    /// load: nothing else in them would account for it.
     #[must_use]
     pub fn is_known(&self, parameter: Parameter) -> bool {
         let finds_load = self.law.fits() && parameter == Parameter::Load;
@@ -52,8 +52,8 @@ impl Scenario {
         }
     }
 
-    /// The parameters that a run of this scenario finds: those that the user chose, and the load
-    /// where the law or the integral of its correction finds it besides.
+    /// The parameters that a run of this scenario estimates. They are those of the user's choice, and the load if the
+    /// estimator or the integral of its correction finds it besides.
     #[must_use]
     pub fn estimated(&self) -> Vec<Parameter> {
         let mut found = self.identifier.parameters.clone();

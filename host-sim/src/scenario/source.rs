@@ -86,8 +86,7 @@ impl<'a> Source<'a> {
         Some(value)
     }
 
-    /// A fault of the contents with its place: the line of its key, or of the nearest table around
-    /// it that the file has.
+    /// A fault of the contents with its place: the line of its key, or of the nearest table around it in the file.
     pub(super) fn locate(&self, fault: Fault) -> ScenarioError {
         let mut advice = String::new();
         if let Some(key) = Key::at(&fault.key) {

@@ -1,6 +1,6 @@
 //! From a scenario to a loop on its test rig.
 //!
-//! A new law is an arm of [`method`].
+//! A new estimator is an arm of [`method`].
 
 use identifier_core::Settings;
 use identifier_core::control::Controller;
@@ -58,7 +58,7 @@ fn is_fixed_point(scenario: &Scenario) -> bool {
     identifier.arithmetic == Arithmetic::Fixed && !identifier.law.is_rival()
 }
 
-/// A law and the loop that it works in.
+/// An estimator and the loop that it works in.
 pub(super) enum Method {
     /// An identifier beside the PID.
     Identifier(Box<dyn DynIdentifier + Send>),
@@ -86,8 +86,8 @@ impl Method {
     }
 }
 
-/// The PID's loop with the identifier beside it, in the number format of the scenario, at rest at a count; the
-/// settings are those of [`Scenario::settings_for`].
+/// The PID's loop with the identifier beside it, in the number format of the scenario, at rest at a count. The settings
+/// are those of [`Scenario::settings_for`].
 ///
 /// # Errors
 /// The key that it cannot be built from.
@@ -142,8 +142,8 @@ where
     Ok(Box::new(FixedLoop::<V, S, P>::new(settings, start)?))
 }
 
-/// The identifier of a scenario beside any controller, in the number format of the scenario; the settings are
-/// those of [`Scenario::settings_for`].
+/// The identifier of a scenario beside any controller, in the number format of the scenario. The settings are those of
+/// [`Scenario::settings_for`].
 ///
 /// # Errors
 /// The key that it cannot be built from.
@@ -190,7 +190,7 @@ pub(super) fn identifier_in<N: Number>(
     }
 }
 
-/// The law of a scenario in a number format.
+/// The estimator of a scenario in a number format.
 pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Method, Fault> {
     let built = match scenario.identifier.law {
         Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
@@ -257,8 +257,7 @@ where
     Ok(Box::new(Running::<N, _>::new(identifier, known)))
 }
 
-/// The load is one of the parameters of a model with terms, and without friction its friction stays at
-/// zero.
+/// The load is one of the parameters of a model with terms. Without friction its friction stays at zero.
 fn with_terms(scenario: &Scenario, settings: &Settings) -> Settings {
     let mut settings = *settings;
     settings.identifier.known.coulomb |= !scenario.identifier.estimates(Parameter::Coulomb);

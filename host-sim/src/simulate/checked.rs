@@ -1,5 +1,5 @@
-//! Scenarios that can be run: every part is built once when they are read, so that nothing can fail after
-//! output has begun.
+//! Scenarios that can be run. Every part is built once when they are read, so that nothing can fail after output has
+//! begun.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ impl Scenario {
         Self::parse(&path.display().to_string(), &fetch(path)?, purpose)
     }
 
-    /// Reads a scenario from a text; `name` stands for the file in errors.
+    /// Reads a scenario from a text. Errors show `name` as the file.
     ///
     /// # Errors
     /// As [`Scenario::load`].

@@ -1,5 +1,5 @@
-//! From a scenario to its loop where there is room for one law in one number format: recursive Gauss–Newton in
-//! `f32`, its velocity from a low-pass, and the fit of a whole record. The types, and so the bits, are those of the program.
+//! From a scenario to its loop with room for one estimator in one number format. It is recursive Gauss–Newton in `f32`,
+//! its velocity from a low-pass, and the fit of a whole record. The types, and so the bits, are those of the program.
 
 use identifier_core::Settings;
 use identifier_core::control::Controller;

@@ -1,4 +1,4 @@
-//! The arithmetic operations of a law per sample, counted by a number type.
+//! The arithmetic operations of an estimator per sample, counted by a number type.
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
@@ -13,8 +13,7 @@ use super::build::{Method, method};
 use crate::loops::{DynIdentifier, Innovation, RelayMethod};
 use crate::scenario::{Fault, Scenario};
 
-/// Samples of the mean, enough for rare ones to count as they do in a long run, and samples of the start
-/// before them.
+/// Samples of the mean, enough for rare ones to count as in a long run, and samples of the start before them.
 const SAMPLES: u64 = 4000;
 const STARTING: u64 = 1000;
 
@@ -22,9 +21,9 @@ thread_local! {
     static OPERATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The additions, multiplications and comparisons of a law in a sample, the mean over a run of the
-/// scenario, as single precision with its compensated sums does them; none for what is computed
-/// after the experiment. The controller and the simulated servo are not counted.
+/// The additions, multiplications and comparisons of an estimator in a sample, the mean over a run of the scenario.
+/// They are counted for single precision with its compensated sums. None for a computation after the experiment. The
+/// controller and the simulated servo are not counted.
 ///
 /// # Errors
 /// The key that something cannot be built from.
@@ -80,7 +79,7 @@ fn count<T>(result: T) -> T {
     result
 }
 
-/// A law whose samples are counted.
+/// An estimator whose samples are counted.
 struct Metered<T: ?Sized> {
     meter: Arc<Meter>,
     law: Box<T>,

@@ -68,8 +68,8 @@ impl Rig<'_> {
         self.servo.advance(acting);
     }
 
-    /// Closes a loop around the servo, sample by sample, and shows each to `observe`, before its
-    /// command acts, with the loop as it is then.
+    /// Closes a loop around the servo, sample by sample. It shows each sample to `observe` before its command acts,
+    /// with the loop's present state.
     pub(crate) fn run<L: SimLoop + ?Sized>(
         mut self,
         closed: &mut L,

@@ -4,11 +4,10 @@ use virtual_servo::excitation::NormalSource;
 
 use crate::scenario::{ExcitationKind, Scenario, box_around};
 
-/// The scenario of one servo of a sweep: b log-uniform and a uniform in the plant box (or within a
-/// factor of three of the scenario's servo), the load uniform between minus and plus the scenario's,
-/// friction uniform from none to the scenario's, and seeds of its own for a noise reference and for
-/// what is random in servo and sensor. Its other effects are the scenario's, those of friction in
-/// proportion to it.
+/// The scenario of one servo of a sweep. Its b is log-uniform and its a uniform in the plant's range, or within a
+/// factor of three of the scenario's servo. The load is uniform between minus and plus the scenario's, and friction is
+/// uniform from none to the scenario's. It has seeds of its own for a noise reference and for everything random in
+/// servo and sensor. Its other effects are the scenario's, those of friction in proportion to it.
 ///
 /// Each follows from the seed and the number alone.
 #[must_use]

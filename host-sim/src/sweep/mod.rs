@@ -15,9 +15,9 @@ use crate::result::SweepRun;
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
-/// Runs the random servos of some numbers on all cores, in the order of their numbers whatever the number of
-/// threads; a servo is the same in any range. Each that is done calls `done`; once `stop` is set no further one begins, and the result
-/// is what was done.
+/// Runs the random servos of some numbers on all cores, in the order of their numbers for any number of threads. A
+/// servo is the same in any range. Each completed one calls `done`. Once `stop` is set no further one begins, and the
+/// result contains the completed ones.
 ///
 /// # Errors
 /// The key that a servo's scenario cannot be built from.

@@ -11,8 +11,7 @@ use crate::provenance::{Origin, Task};
 use crate::result::Summary;
 use crate::scenario::{CommandUnit, Scenario};
 
-/// The conditions that gains are computed for, SI, as options; the rest is taken from the scenario or the result,
-/// or has a default.
+/// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Conditions {
     /// Sample time of the loop, s; the result's by default.
@@ -29,7 +28,8 @@ pub struct Conditions {
     pub cutoff: Option<f64>,
     /// Largest sensitivity Ms; 1.6 by default.
     pub max_sensitivity: Option<f64>,
-    /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit; 0.03 by default.
+    /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit. The default is
+    /// 0.03.
     pub max_noise: Option<f64>,
     /// Lowest known resonance, rad/s.
     pub resonance: Option<f64>,
@@ -78,7 +78,7 @@ pub enum ConditionError {
 }
 
 impl Conditions {
-    /// The step that is promised where none is stated, rad.
+    /// The step of the prediction if none is stated, rad.
     pub const STEP: f64 = 0.1;
 
     /// The tuner's settings for a goal.
@@ -180,8 +180,8 @@ impl KnownConditions {
         }
     }
 
-    /// Those of replayed logs, each with its resolution, rad, and its largest command, where their scenario states no
-    /// encoder or no controller.
+    /// The conditions of replayed logs, each with its resolution, rad, and its largest command. They apply if the
+    /// scenario states no encoder or no controller.
     fn of_logs(
         scenario: &Scenario,
         has_delay: bool,
@@ -203,8 +203,8 @@ impl KnownConditions {
         known
     }
 
-    /// Those of the JSON of a result with its origin: its scenario's, and of a log that was replayed with an unknown
-    /// encoder or controller those that it showed. Without an origin nothing is known.
+    /// The conditions from the JSON of a result with its origin. They are its scenario's, and those of the replayed log
+    /// if encoder or controller are unknown. Without an origin nothing is known.
     #[cfg(feature = "experiments")]
     #[must_use]
     pub fn of_result(json: &str, has_delay: bool) -> Self {
@@ -260,8 +260,8 @@ impl Conditions {
     }
 }
 
-/// Standard deviation of the noise of the position, rad, where it is more than rounding and the error of that estimate
-/// would be.
+/// Standard deviation of the noise of the position, rad. Zero unless it exceeds rounding and the error of that
+/// estimate.
 fn noise_beside_rounding(result: &IdentifiedResult, resolution: f64) -> f64 {
     let noise = result.noise.filter(|noise| *noise > 0.5 * resolution);
     noise.filter(|_| resolution > 0.0).map_or(0.0, |noise| {
@@ -287,8 +287,8 @@ fn beyond_the_load(
     Ok(command)
 }
 
-/// The delay that a scenario declares besides what was identified, s: an identified delay contains the
-/// declared one, but not the current loop's.
+/// The delay that a scenario declares besides the identified one, s. An identified delay contains the declared one, but
+/// not the current loop's.
 fn declared_delay(scenario: &Scenario, identified: bool) -> f64 {
     let terms = &scenario.stated.identifier.terms;
     terms.current_loop + if identified { 0.0 } else { terms.delay }

@@ -1,4 +1,4 @@
-//! What is known of the forces on a servo beside inertia and friction, for the formula of a feed-forward.
+//! The known forces on a servo beside inertia and friction, for the formula of a feed-forward.
 
 use super::IdentifiedResult;
 use super::effects::{Effects, Estimated};
@@ -28,7 +28,7 @@ impl Angle {
     }
 }
 
-/// The standard errors that an estimate is away from zero where it counts as known: chance alone does that to one of a million.
+/// The standard errors from zero at which an estimate is certain. Chance alone does that to one in a million.
 const KNOWN: f64 = 5.0;
 
 /// The value of an estimate that is known, else zero.

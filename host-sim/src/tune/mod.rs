@@ -1,7 +1,7 @@
 //! Gains from the result of an identification.
 //!
-//! result.json → [`IdentifiedResult`]; with [`Conditions`] from options and scenario → the core's tuner →
-//! [`Tuned`], and for a drive's firmware → [`Form`].
+//! result.json → [`IdentifiedResult`]. With [`Conditions`] from options and scenario → the core's tuner → [`Tuned`],
+//! and for a drive's firmware → [`Form`].
 
 mod conditions;
 mod effects;
@@ -29,7 +29,7 @@ use crate::scenario::Scenario;
 pub struct Tuned {
     /// The servo.
     pub servo: IdentifiedServo,
-    /// What is known of the forces beside inertia and friction.
+    /// The known forces beside inertia and friction.
     pub forces: KnownForces,
     /// The goal and its conditions.
     pub settings: TuningSettings,
@@ -42,7 +42,7 @@ pub struct Tuned {
 /// The reason why there are no gains.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoGains {
-    /// The core's refusal.
+    /// The core's rejection.
     #[error(transparent)]
     Error(TuningError),
     /// They do not get the form of the drive, in a sentence.
@@ -55,7 +55,7 @@ pub enum NoGains {
         cap: Cap,
         /// The largest bandwidth, rad/s.
         most: f64,
-        /// The rise time that it promises, s.
+        /// The predicted rise time, s.
         rise_time: Option<f64>,
     },
 }

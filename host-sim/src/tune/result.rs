@@ -9,8 +9,7 @@ use crate::result::Summary;
 /// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedResult {
-    /// The servo, with the standard errors of what was identified. What one unknown has to do with
-    /// another the result does not hold.
+    /// The servo, with the standard errors of what was identified. The result contains no covariances between unknowns.
     pub servo: IdentifiedServo,
     /// The load, rad/s².
     pub load: Estimated,
@@ -73,7 +72,7 @@ impl IdentifiedResult {
         Ok(Self { noise, ..servo })
     }
 
-    /// Of a result at hand.
+    /// From a result in memory.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -102,7 +101,7 @@ impl IdentifiedResult {
         Ok(Self { noise, ..servo })
     }
 
-    /// Of a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
+    /// Checks a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
     /// its standard error.
     fn checked(
         status: &str,
@@ -145,7 +144,7 @@ impl IdentifiedResult {
                 0.0
             };
         }
-        /// The standard error of b, part of it, up to which gains are for a servo that is else known in part.
+        /// The standard error of b, as a part of it, up to which a partially identified servo gets gains.
         const SURE: f64 = 0.04;
         let is_partial = status == "partial" && b[1] <= SURE * b[0];
         let doubt = if status == "converged" || is_partial {

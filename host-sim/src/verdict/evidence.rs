@@ -7,7 +7,7 @@ use super::Cause;
 /// is not held against it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// The motion that it rests on.
+    /// The motion behind it.
     pub motion: Motion,
     /// The run ended early.
     pub aborted: bool,
@@ -18,7 +18,7 @@ pub struct Evidence {
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
     pub prediction: Option<f64>,
-    /// Why a law that begins by a fit had none after a second of motion.
+    /// Why an estimator that begins by a fit had none after a second of motion.
     pub obstacle: Option<Reason>,
     /// A required term that did not enter the model.
     pub missing_term: Option<Term>,
@@ -26,7 +26,7 @@ pub struct Evidence {
     pub not_a_servo: bool,
     /// The evidence of a fit to the whole record, whose standard errors hold model errors too.
     pub fit: Option<FitEvidence>,
-    /// The evidence of the fit by which the estimates of another law are judged.
+    /// The evidence of the fit by which the estimates of another estimator are judged.
     pub judged_by: Option<FitEvidence>,
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
 }
@@ -34,7 +34,7 @@ pub struct Evidence {
 /// The evidence of a fit to a whole record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitEvidence {
-    /// Increase of −2 ln L, in independent samples, where b is 0.8 and 1.25 of itself and all else is fitted again.
+    /// Increase of −2 ln L, in independent samples, at 0.8 and 1.25 times b with all else fitted again.
     pub profile: [f64; 2],
     /// True if the servo moved in both directions.
     pub reverses: bool,
@@ -58,25 +58,25 @@ pub struct Motion {
 pub struct UnknownEvidence {
     /// The estimate; not finite if there is none.
     pub estimate: f64,
-    /// The size beside which an error of it is small or large: for friction and load the acceleration
-    /// that the command gives, for a the rate at which the servo's velocity changes.
+    /// The size against which its error is small or large. For friction and load it is the acceleration by the command,
+    /// for a the rate at which the servo's velocity changes.
     pub scale: f64,
-    /// Standard error that counts the residual's colour and the encoder's resolution; infinite where
-    /// the motion says nothing of it.
+    /// Standard error with the residual's autocorrelation and the encoder's resolution; infinite if the motion contains
+    /// no information on it.
     pub std_error: Option<f64>,
-    /// True if most of it is effects of the command's size: a command of other sizes would tell them.
+    /// True if most of it comes from effects of the command's size. A command of other sizes would determine them.
     pub needs_sizes: bool,
     /// The distance that it still moved, or still had to go, at the end.
     pub movement: f64,
-    /// The distance by which the data would move it from where it ended, if they were fitted once more, with the effect
-    /// that the model lacks.
+    /// The refit difference: the distance from the final estimate to a refit of the data with the effect that the model
+    /// lacks.
     pub pull: Option<f64>,
-    /// True if it stands at a bound.
+    /// True if it is at a bound.
     pub at_bound: bool,
 }
 
 impl UnknownEvidence {
-    /// An estimate without objections; `scale` as in [`UnknownEvidence::scale`].
+    /// An estimate without a rejection reason; `scale` as in [`UnknownEvidence::scale`].
     #[must_use]
     pub const fn at(scale: f64) -> Self {
         Self {
@@ -90,8 +90,7 @@ impl UnknownEvidence {
         }
     }
 
-    /// The standard error of the estimate as it stands: chance, and the distance to where the data
-    /// say that it should be; none where nothing is known of it.
+    /// The standard error of the estimate: chance, and the refit difference. None if nothing is known of it.
     #[must_use]
     pub fn uncertainty(&self) -> Option<f64> {
         let known = self.std_error.filter(|error| error.is_finite())?;
@@ -111,7 +110,7 @@ pub struct Residual {
 /// An effect that a model lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lack {
-    /// The effect that stands out; none where several could be it.
+    /// The effect, if one is distinct; none if several are possible.
     pub cause: Option<Cause>,
     /// The part of the output error that it explains.
     pub share: f64,

@@ -1,5 +1,4 @@
-//! The verdict on estimates: whether they may be relied on, by the evidence for them; otherwise the reason and a
-//! remedy.
+//! The verdict on estimates: their reliability by the evidence, and otherwise the reason and a remedy.
 //!
 //! The truth plays no part in it: a drive does not know it either. Nor does the initial guess: the
 //! same evidence leads to the same verdict wherever the estimates began.

@@ -5,11 +5,10 @@ use identifier_core::reason::Reason;
 
 use super::Cause;
 
-/// Why a verdict is what it is: the unknown that it concerns, the figure, and what would have been
-/// accepted, in the unknown's unit.
+/// The reason of a verdict: the unknown that it concerns, the figure, and the acceptable figure in the unknown's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VerdictReason {
-    /// No objection to the estimates.
+    /// No rejection reason.
     Explained,
     /// The run ended early.
     EndedEarly,
@@ -17,7 +16,7 @@ pub enum VerdictReason {
     NoEstimate {
         /// Of this unknown.
         unknown: Unknown,
-        /// Why a law that begins by a fit has none.
+        /// Why an estimator that begins by a fit has none.
         obstacle: Option<Reason>,
     },
     /// Too few samples.
@@ -27,14 +26,14 @@ pub enum VerdictReason {
         /// Samples that are needed.
         needed: u64,
     },
-    /// The servo hardly moved.
+    /// The servo barely moved.
     NoMotion {
         /// Encoder counts travelled.
         counts: f64,
         /// Counts that are needed.
         needed: f64,
     },
-    /// The motion hardly depends on an unknown, so that its estimate means little.
+    /// The motion barely depends on an unknown, so that its estimate means little.
     NotExcited {
         /// The unknown.
         unknown: Unknown,
@@ -42,10 +41,10 @@ pub enum VerdictReason {
         std_error: f64,
         /// The largest that would do.
         limit: f64,
-        /// True if a command of other sizes would tell it.
+        /// True if a command of other sizes would determine it.
         needs_sizes: bool,
     },
-    /// An estimate stands at a bound.
+    /// An estimate is at a bound.
     AtBound {
         /// The unknown.
         unknown: Unknown,
@@ -83,7 +82,7 @@ pub enum VerdictReason {
     Stopped,
     /// The model lacks an effect that would move an estimate.
     Lacks {
-        /// The effect; none where none stands out.
+        /// The effect; none if none is distinct.
         cause: Option<Cause>,
         /// The part of the output error that it explains.
         share: f64,
@@ -92,7 +91,7 @@ pub enum VerdictReason {
         /// The distance.
         shift: f64,
     },
-    /// The data would have an estimate elsewhere than where it stands.
+    /// A refit of the data differs from the estimate.
     Elsewhere {
         /// The unknown.
         unknown: Unknown,
@@ -116,8 +115,8 @@ impl VerdictReason {
         0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 40, 41, 42, 43,
     ];
 
-    /// Its number in results, the same in every version: 0 is converged; from 10 aborted, from 20 no
-    /// information, from 30 moving, from 40 unexplained.
+    /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
+    /// 30 moving, from 40 unexplained.
     ///
     /// | code | reason |
     /// |---|---|

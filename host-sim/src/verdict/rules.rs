@@ -48,9 +48,9 @@ pub struct Verdict {
     pub reason: VerdictReason,
 }
 
-/// The standard error up to which an unknown is known, wider than [`Tolerance::STD_ERROR`] as it holds model errors too, and
-/// not chance alone: an interval of two of them is 8 % of b, 20 % of friction or load or a hundredth of the acceleration by
-/// the command.
+/// The standard error up to which an unknown is within tolerance. It is wider than [`Tolerance::STD_ERROR`] because it
+/// contains model errors and not chance alone. An interval of two of them is 8 % of b, 20 % of friction or load or a
+/// hundredth of the acceleration by the command.
 const MAX_STD_ERROR: Tolerance = Tolerance {
     gain: 0.04,
     force: [0.1, 0.005],
@@ -72,7 +72,7 @@ const MAX_PULL: Tolerance = Tolerance {
     other: [0.05, 0.01],
 };
 
-/// The same of where they say in a model with an effect that the law's lacks: that is no chance.
+/// The same for a refit with an effect that the estimator's model lacks. Its difference is no chance.
 const MAX_SHIFT: Tolerance = Tolerance {
     force: [0.08, 0.001],
     ..MAX_PULL
@@ -90,8 +90,8 @@ const ENCODER_RATIO: f64 = 1.5;
 /// The prediction error from which estimates do not hold outside the data that they come from.
 const MAX_PREDICTION_ERROR: f64 = 0.1;
 
-/// The same where the model explains its own data down to the encoder: without a loop the least error
-/// of an estimate adds up.
+/// The same for a model that explains its own data down to the encoder. Without a loop the least error of an estimate
+/// accumulates.
 const MAX_ACCUMULATED_ERROR: f64 = 0.3;
 
 impl Verdict {
@@ -103,8 +103,8 @@ impl Verdict {
         is_a_guess || self.reason.hides_all()
     }
 
-    /// The verdict on the evidence. Where much speaks against the estimates, what must be mended first
-    /// is the reason.
+    /// The verdict on the evidence. If several facts speak against the estimates, the first to be corrected is the
+    /// reason.
     #[must_use]
     pub fn on(evidence: &Evidence) -> Self {
         let (status, reason) = aborted(evidence)
@@ -125,7 +125,7 @@ impl Verdict {
     }
 }
 
-/// What a motion says of an unknown.
+/// The state of knowledge of an unknown from a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
@@ -133,7 +133,7 @@ pub enum State {
     Known,
     /// Its interval is an answer, if a wide one.
     Bounded,
-    /// This motion does not tell it.
+    /// This motion does not determine it.
     Unknown,
 }
 
@@ -141,7 +141,7 @@ pub enum State {
 const KNOWN: f64 = 0.125;
 
 impl UnknownEvidence {
-    /// What the motion says of it.
+    /// The state of knowledge of an unknown from the motion.
     #[must_use]
     pub fn state(&self, unknown: Unknown) -> State {
         let size = self.estimate.abs();
@@ -160,7 +160,7 @@ impl UnknownEvidence {
         MAX_MOVEMENT.limit(unknown, self.estimate, self.scale)
     }
 
-    /// True if the data say, with an effect that the model `lacks` or without one, that it is where they would have it.
+    /// True if a refit agrees with the estimate, with an effect that the model `lacks` or without one.
     #[must_use]
     pub fn is_in_place(&self, unknown: Unknown, lacks: bool) -> bool {
         let tolerance = if lacks { MAX_SHIFT } else { MAX_PULL };
@@ -273,7 +273,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     Some((unless_gain_is_known(evidence), reason))
 }
 
-/// What the model lacks, where it holds an estimate off where the data say: it is the reason for movement, too.
+/// The effect that the model lacks, if it biases an estimate against the data. It is the reason for movement, too.
 fn lacking(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.as_ref()?;
     let reason = first(evidence, |unknown, of| {
@@ -343,7 +343,7 @@ fn first<T>(
         .find_map(|(unknown, of)| objection(unknown, of))
 }
 
-/// True if it is known to its limit: where one that is not stands does not matter.
+/// True if it is within tolerance. The value of one that is not does not matter.
 fn is_excited(unknown: Unknown, of: &UnknownEvidence) -> bool {
     let limit = MAX_STD_ERROR.limit(unknown, of.estimate, of.scale);
     of.std_error.is_none_or(|error| within(error, limit))

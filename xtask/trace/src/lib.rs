@@ -1,6 +1,6 @@
-//! A plugin of QEMU that sends the address of every instruction, as it is executed, and of every write to a range of the
-//! memory, to a listener: words of 32 bits in the machine's own order. The lowest bit is 1 for an instruction, and 0 for a
-//! write. All unsafe code of the checks is here.
+//! A plugin of QEMU that sends the address of every instruction at its execution, and of every write to a range of the
+//! memory. The listener receives words of 32 bits in the machine's own order. The lowest bit is 1 for an instruction,
+//! and 0 for a write. All unsafe code of the checks is here.
 //!
 //! The declarations are a part of `qemu-plugin.h` (QEMU's manual, "QEMU TCG Plugins"), version 3: QEMU 9.1 and later.
 

@@ -1,7 +1,8 @@
 use super::RoughModel;
 use identifier_core::number::Number;
 
-/// The part of a command's effect that the first half of a step shows: a sound actuator's is one, a weak one's is less.
+/// The part of a command's effect that the first half of a step shows. It is one for a sound actuator, less for a weak
+/// one.
 ///
 /// With x counts since the servo departed, n samples before, and u beyond the command that balances the load,
 ///
@@ -22,13 +23,13 @@ impl<N: Number> ActingShare<N> {
     /// The counts from which on a servo has departed.
     const DEPARTED: f64 = 2.0;
 
-    /// The least share of an actuator that is not weak: delay, and friction that is higher at low speed, take a part too.
+    /// The least share of an actuator that is not weak. Delay, and friction that is higher at low speed, reduce it too.
     const SOUND: f64 = 0.55;
 
-    /// The least effect that tells, counts.
+    /// The least effect that is evidence, counts.
     const TELLING: f64 = 14.0;
 
-    /// Of a step of this size, counts.
+    /// For a step of this size, counts.
     pub(super) fn new(servo: &RoughModel<N>, step: N) -> Self {
         Self {
             servo: *servo,
@@ -41,7 +42,7 @@ impl<N: Number> ActingShare<N> {
         }
     }
 
-    /// Takes the counts from where the step began and the command beyond the load's, both positive towards the step.
+    /// Takes the counts since the step began and the command beyond the load's. Both are positive towards the step.
     pub(super) fn take(&mut self, gone: N, command: N) {
         let departs = gone >= N::from_f64(Self::DEPARTED);
         if self.gone >= self.half || (self.samples == N::ZERO && !departs) {
@@ -72,7 +73,8 @@ mod tests {
     const TIME: f64 = 1e-3;
     const RESOLUTION: f64 = 1e-4;
 
-    /// If a servo is weak of whose command a share acts, one or more samples late, under a command that steps.
+    /// True if a servo is found weak. A share of its command acts, one or more samples late, under a command that
+    /// steps.
     fn is_weak(share: f64, delay: usize) -> bool {
         let parameters = ServoParameters {
             a: 4.0,

@@ -4,11 +4,10 @@ use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
-/// Gains that hold a servo while it is studied: a double pole at −ω and one at −ω/5, placed for what is
-/// known of it, which may be little.
+/// Gains that hold a servo during its study, with a double pole at −ω and one at −ω/5. They are placed for the present
+/// estimate, which may be rough.
 ///
-/// They are computed in the sample in which they take over, hence in the working number and in machine
-/// units.
+/// They are computed in the sample of the takeover, hence in the working number and in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ConservativePid<N> {
     /// Lowest and highest command.
@@ -54,8 +53,8 @@ impl<N: Number> ConservativePid<N> {
         self.max_bandwidth
     }
 
-    /// The loop, with an ω T of at most `bandwidth`, for a servo whose commands act after a delay, samples; none where no
-    /// loop holds it.
+    /// The loop, with an ω T up to `bandwidth`, for a servo with a delay of its commands, samples. None if no loop
+    /// holds it.
     pub(super) fn around(&self, servo: &RoughModel<N>, delay: N, bandwidth: N) -> Option<Loop<N>> {
         let bandwidth = bandwidth.smaller(self.max_bandwidth);
         let quarter = N::from_f64(0.25);
@@ -91,7 +90,7 @@ impl<N: Number> ConservativePid<N> {
     }
 }
 
-/// With a cut-off ω_c T and the pole of the backward difference: an exponential is dear where there is no other.
+/// With a cut-off ω_c T and the pole of the backward difference. An exponential is expensive where there is no other.
 fn low_pass<N: Number>(cutoff: N) -> LowPass<N> {
     LowPass::passing(cutoff * (N::ONE + cutoff).reciprocal())
 }
@@ -111,7 +110,8 @@ pub(super) mod tests {
         duration: 1.0,
     };
 
-    /// The widest loop for a servo of a gain, at a sample time, with counts a turn and a delay in samples.
+    /// The widest loop for a servo of a gain, at a sample time. `counts` are those per turn, and the delay is in
+    /// samples.
     pub(in crate::commission) fn loop_for(b: f64, time: f64, counts: f64, delay: f64) -> Loop<f64> {
         let resolution = core::f64::consts::TAU / counts;
         let units = Units::new(time, resolution).expect("valid");

@@ -2,7 +2,7 @@ use core::fmt;
 
 use identifier_core::error::{Allowed, OutOfRange};
 
-/// Why a commissioning is refused before anything moves.
+/// Why a commissioning is rejected before anything moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CommissionError {
@@ -10,29 +10,29 @@ pub enum CommissionError {
     OutOfRange {
         /// Its name in [`Limits`](super::Limits) or [`CommissionSettings`](super::CommissionSettings).
         setting: &'static str,
-        /// As it was given, SI.
+        /// The given value, SI.
         value: f64,
         /// The nearest value that would do, SI.
         needed: f64,
     },
     /// The travel is less than evidence needs with this encoder.
     TravelTooSmall {
-        /// As it was given, rad.
+        /// The given value, rad.
         travel: f64,
         /// The least that would do, rad.
         needed: f64,
     },
     /// The speed is less than evidence needs with this encoder and sample time.
     SpeedTooSmall {
-        /// As it was given, rad/s.
+        /// The given value, rad/s.
         speed: f64,
         /// The least that would do, rad/s.
         needed: f64,
     },
-    /// With the largest b, all of the command changes the speed within a sample by too large a part of its limit, which
-    /// would be passed before the encoder shows it.
+    /// With the largest b, all of the command changes the speed too much within a sample. The speed would exceed it
+    /// before the encoder shows it.
     TooStrong {
-        /// As it was given, s.
+        /// The given value, s.
         sample_time: f64,
         /// The longest sample time that would do, s.
         most: f64,

@@ -18,7 +18,7 @@ pub(super) struct Holding<N: Number> {
     disturbance: N,
     limit: [N; 2],
     rest: RestWatch<N>,
-    /// True while it is brought to a place.
+    /// True while the loop moves it to a position.
     is_led: bool,
 }
 
@@ -41,8 +41,8 @@ impl<N: Number> Holding<N> {
     /// Counts within which it has arrived: friction holds it short of its place.
     const ARRIVED: f64 = 20.0;
 
-    /// Takes over where the servo is after the last sample of its predecessor, without a bump of
-    /// the command. `rest` is the number of samples for which it must be still to be at rest.
+    /// Takes over at the servo's position after the last sample of its predecessor, without a bump of the command.
+    /// `rest` is the number of samples without motion that count as at rest.
     pub(super) fn take_over(
         controller: Loop<N>,
         limit: [N; 2],
@@ -77,8 +77,8 @@ impl<N: Number> Holding<N> {
         &self.controller
     }
 
-    /// Goes on with a part of the loop's bandwidth. The integral's command stays as far as it balances the load, and not the
-    /// damping of the reference's motion, of which only that part is left.
+    /// Goes on with a part of the loop's bandwidth. The integral's command is kept as far as it balances the load. The
+    /// damping of the reference's motion is not, because only that part of it remains.
     pub(super) fn give_way(&mut self, part: N) {
         let damping = self.controller.linear(N::ZERO, self.velocity());
         self.relieve((part - N::ONE) * damping);
@@ -105,8 +105,8 @@ impl<N: Number> Holding<N> {
         self.reference = target;
     }
 
-    /// Has the integral hold a load by this command and nothing else. A servo at rest that friction holds
-    /// does not notice; what the integral had gathered against friction is forgotten.
+    /// Has the integral hold a load by this command and nothing else. A servo at rest by friction does not notice. The
+    /// integral loses the part that it had gathered against friction.
     pub(super) fn balance(&mut self, command: N) {
         let integral = self.controller.integral_for(command, N::ZERO, N::ZERO);
         self.state = self.state.with_integral(integral);
@@ -170,7 +170,7 @@ impl<N: Number> Holding<N> {
         Some(command)
     }
 
-    /// True if the servo has arrived and stands.
+    /// True if the servo has arrived and is at standstill.
     pub(super) fn is_at_rest(&self) -> bool {
         self.reference == self.target && self.rest.still >= self.rest.needed
     }

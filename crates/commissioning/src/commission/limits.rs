@@ -2,8 +2,7 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
-    /// Lowest and highest position, rad from where the servo stands when it begins: the first at most
-    /// zero, the second at least zero.
+    /// Lowest and highest position, rad from the servo's start. The first is zero or less, the second zero or more.
     pub travel: [f64; 2],
     /// The largest speed, rad/s.
     pub speed: f64,

@@ -11,7 +11,7 @@ use identifier_core::reason::Reason;
 use identifier_core::tuning::{Tuning, TuningError};
 use identifier_core::units::Units;
 
-/// An event of the record, from the interrupt to the solver: a plain value that a caller carries across.
+/// An event of the record, from the interrupt to the solver. It is a plain value that a caller transfers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordEvent<N>(pub(super) EventKind<N>);
 
@@ -45,13 +45,13 @@ pub(super) enum EventKind<N> {
     Line(LineSums<N>),
     /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
     Ended(RoughModel<N>),
-    /// The trial has kept the promise, and the gains are to be proved by slides.
+    /// The measured response of the trial matches the prediction, and slides validate the gains next.
     Tried,
-    /// The motion was over before there was enough evidence, for this reason: the servo as it moved by then.
+    /// The motion was over before there was enough evidence, for this reason. The servo is the estimate by then.
     Inconclusive(RoughModel<N>, Reason),
 }
 
-/// A decision of the solver: one for each motion that has ended, and one more when it has tuned.
+/// A decision of the solver. There is one for each motion that has ended, and one more after tuning.
 ///
 /// All that the interrupt's half needs is prepared in it: no sample converts from SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,11 +60,11 @@ pub struct Decision<N: Number>(pub(super) DecisionKind<N>);
 /// The decisions of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DecisionKind<N: Number> {
-    /// The servo as it is known now: after the first motion and after the second.
+    /// The servo in its present estimate, after the first motion and after the second.
     Identified(Identified<N>),
-    /// The servo as it is known after a motion, not well enough: the second is done again.
+    /// The servo in its estimate after a motion, not yet within tolerance. The second motion is repeated.
     Uncertain(Identified<N>),
-    /// The response is to be measured: the servo slides as planned, after the trial under the gains that were tried.
+    /// The response must be measured. The servo slides as planned, after the trial under the gains that were tried.
     /// [`Verified`] follows, or other slides.
     ///
     /// [`Verified`]: Self::Verified
@@ -73,12 +73,12 @@ pub(super) enum DecisionKind<N: Number> {
     Verified(Identified<N>),
     /// Gains and their predicted performance.
     Tuned(Candidate<N>),
-    /// The response under the gains that were tried bears them.
+    /// The measured response confirms the gains that were tried.
     Proved,
     /// No gains meet the goal; the error names a goal that some would.
     NoGains(TuningError),
-    /// An effect that the model lacks of the servo: what goes wrong from now on may come of it; none if what
-    /// was suspected before is explained. Another answer follows.
+    /// An effect that the model lacks of the servo, a possible cause of later failures. None if the earlier one is
+    /// explained. Another answer follows.
     Suspects(Option<Reason>),
     /// The commissioning cannot continue, for this reason.
     Failed(Reason),
@@ -96,7 +96,7 @@ impl<N: Number> Decision<N> {
         }
     }
 
-    /// The gains and their promise, where the decision carries them.
+    /// The gains and their predicted response, if the decision has them.
     #[must_use]
     pub fn tuning(&self) -> Option<&Tuning> {
         match &self.0 {
@@ -133,8 +133,8 @@ impl<N: Number> Identified<N> {
         }
     }
 
-    /// Takes in the command under which the servo rests: where friction does not hold it so far from the command that balances
-    /// its load, the load has changed.
+    /// Takes in the command at which the servo is at rest. If friction does not explain its distance from the command
+    /// that balances the load, the load has changed.
     pub(super) fn rest_under(&mut self, command: N, spare: N) {
         let friction = N::from_f64(Trial::<N>::LOW_SPEED);
         let reach = friction * self.rough.coulomb() * self.rough.per_gain + spare;
@@ -150,7 +150,7 @@ impl<N: Number> Identified<N> {
 /// Gains that are to be tried, and their trial in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Candidate<N: Number> {
-    /// The gains and their promise, SI.
+    /// The gains and their predicted response, SI.
     pub(super) tuning: Tuning,
     pub(super) controller: Loop<N>,
     /// Where the trial's step begins, counts from where the commissioning began.
@@ -166,7 +166,8 @@ impl<N: Number> Candidate<N> {
     /// The part of the remaining travel that a disturbance may move the servo.
     const MAX_ROOM_SHARE: f64 = 0.2;
 
-    /// The part of the travel in its direction at which the trial's step ends at most: a longer one begins on the other side.
+    /// The largest part of the travel in its direction at which the trial's step ends. A longer one begins on the other
+    /// side.
     pub(super) const MAX_END: f64 = 0.45;
 
     /// The part of the command that disturbs the servo in the trial.

@@ -1,4 +1,4 @@
-//! A commissioning: its two halves, what they exchange, and the parts of each.
+//! A commissioning: its two halves, the messages between them, and the parts of each.
 
 mod acting_share;
 mod conservative_pid;

@@ -1,8 +1,8 @@
 //! Encoder noise above a count.
 //!
 //! A commissioning judges motion and rest by counts, whose rounding it knows. Noise of several counts would look like
-//! motion. So the position is held until it has moved by more than the noise explains, and is told in units of the noise
-//! instead of counts: the axis has a coarser encoder then, without noise.
+//! motion. So the position is held until it has moved by more than the noise explains. It is given in units of the
+//! noise, not counts. The axis then has a coarser encoder without noise.
 
 use identifier_core::number::Number;
 
@@ -115,8 +115,8 @@ impl Held {
         self.moved
     }
 
-    /// The half width for noise that shows at the edges of counts alone, where there is some: a motion that turns takes an
-    /// increment back in the next sample once in a while, an edge in every second one.
+    /// The half width for noise that shows only at the edges of counts, if there is some. A motion that turns rarely
+    /// reverses an increment in the next sample. An edge does so in every second one.
     fn chatter(&mut self, count: i32, is_open: bool) -> i32 {
         const CHATTERS: u8 = 8;
         let increment = count.wrapping_sub(self.last);
@@ -137,8 +137,8 @@ pub(super) enum Rest {
     Noisy,
 }
 
-/// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ², and
-/// a smooth motion a positive one.
+/// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ². A
+/// smooth motion has a positive one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RestNoise<N> {
     last: Option<i32>,
@@ -152,7 +152,7 @@ pub(super) struct RestNoise<N> {
 impl<N: Number> RestNoise<N> {
     /// Samples after which the deviation is known to a fifth.
     const KNOWN: u32 = 48;
-    /// Samples of noise of which hardly any run is monotonic, as those of a fall are: 2/7!.
+    /// Samples of noise among which a monotonic run is improbable, 2/7!. The samples of a fall are monotonic.
     const TOLD_FROM_FALL: u32 = 8;
 
     pub(super) const NONE: Self = Self {
@@ -175,10 +175,10 @@ impl<N: Number> RestNoise<N> {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// Judges a rest of which so many counts of noise are tolerated; none before that is clear. The position is from where
-    /// it began, units; `is_declared` if the hysteresis keeps noise out of it.
+    /// Judges a rest with this many tolerated counts of noise; none before the result is clear. The position is from
+    /// where it began, units; `is_declared` if the hysteresis keeps noise out of it.
     pub(super) fn judge(&self, position: N, tolerated: N, is_declared: bool) -> Option<Rest> {
-        /// Of as few samples, the deviation is by chance as much larger, over their inverse.
+        /// Factor by which chance increases the deviation of few samples, over their inverse.
         const CHANCE: f64 = 8.0;
         let chance = N::from_f64(CHANCE) * self.inverse_of_samples();
         let rest = if self.deviation() > tolerated * (N::ONE + chance) {

@@ -1,4 +1,4 @@
-/// Where a commissioning stands.
+/// The phase of a commissioning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -19,7 +19,7 @@ pub enum Phase {
     Slide,
     /// The servo is held while the solver tunes.
     Tune,
-    /// The new gains hold, and a step and a disturbance are measured against the promise.
+    /// The new gains hold, and a step and a disturbance are measured against the prediction.
     Trial,
     /// The new gains hold for good.
     Applied,

@@ -4,10 +4,9 @@ use identifier_core::replay::NormalEquations;
 
 /// A linear least-squares estimate of the servo while it moves, without a first guess.
 ///
-/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ], δ
-/// being the delay beyond the assumed one, and its error is
-/// the encoder's rounding: white, in counts (equation error; Young, Recursive Estimation and Time-Series
-/// Analysis, 2nd edition 2011, chapter 8).
+/// Behind the filter 1/(p + λ)² the equation of motion is linear in [b, d − c, d + c, a, b δ]. The delay beyond the
+/// assumed one is δ. Its error is the encoder's rounding: white, in counts. Literature on the equation error: Young,
+/// Recursive Estimation and Time-Series Analysis, 2nd edition 2011, chapter 8.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Regression<N> {
     gains: [N; 2],
@@ -58,8 +57,8 @@ impl<N: Number> RegressionState<N> {
         self.equations = NormalEquations::EMPTY;
     }
 
-    /// The variances of the accelerations that it predicts under commands, at velocities in their
-    /// direction, for errors of variance one.
+    /// The variances of the accelerations that it predicts under commands, for errors of variance one. The velocities
+    /// are in their direction.
     pub(crate) fn variances(&self, accelerated: &[(N, N); 2]) -> [N; 2] {
         self.equations
             .variances(&accelerated.map(|(command, velocity)| {
@@ -75,7 +74,7 @@ impl<N: Number> RegressionState<N> {
             }))
     }
 
-    /// The estimate as it is now, where it makes sense.
+    /// The present estimate, if it is plausible.
     pub(crate) fn estimate(&self) -> Option<RoughModel<N>> {
         let free = [true; ROW];
         let found = self.equations.solve(N::ZERO, &free);
@@ -111,8 +110,8 @@ impl<N: Number> Regression<N> {
         self.stride == 1
     }
 
-    /// Takes a sample: how far the servo moved, in which direction (zero: it stood), under the command
-    /// that acted. True if there is a new equation.
+    /// Takes a sample: the distance and the direction of the motion (zero at standstill), and the command that acted.
+    /// True if there is a new equation.
     #[inline]
     pub(crate) fn observe(
         &self,

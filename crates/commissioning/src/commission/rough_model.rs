@@ -22,12 +22,12 @@ pub(crate) struct RoughModel<N> {
 pub(crate) struct Breakaway<N> {
     pub command: N,
     pub is_forward: bool,
-    /// The farthest command the other way under which it stood, if commands that grew were needed to move it there.
+    /// The farthest command of standstill in the other direction, if growing commands were needed to move it there.
     pub other: Option<N>,
 }
 
 impl<N: Number> Breakaway<N> {
-    /// It stands under a command that grows in a direction.
+    /// It is at standstill under a command that grows in a direction.
     pub(crate) fn stand(&mut self, command: N, direction: N) {
         let is_other = self.is_forward != (direction > N::ZERO);
         let is_farther = |other| direction * (command - other) > N::ZERO;
@@ -95,9 +95,10 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
-    /// Confines friction and load to those that commands of up to `most` overcome, and where the servo broke away those commands:
-    /// a servo that moves hardly needs more. How much less it needs they leave open: they show friction at rest, and a motor in
-    /// its play stands by the encoder. Of a load that rings on a spring the motion itself says anything.
+    /// Confines friction and load to those that commands of up to `most` overcome. For a known break-away, its command
+    /// is the bound. A servo that moves barely needs more. Those commands do not bound the friction from below. They
+    /// show friction at rest, and a motor in its backlash is at standstill by the encoder. The motion of a load that
+    /// oscillates on a spring would give arbitrary values.
     pub(crate) fn confine(&mut self, seen: &Breakaway<N>, most: N) {
         /// The part of the command by which a motion may need more.
         const SLACK: f64 = 0.1;
@@ -154,7 +155,7 @@ impl<N: Number> RoughModel<N> {
         self.gain * command + self.without_command(velocity) - self.viscous * velocity
     }
 
-    /// Takes over the friction and load that balance a slide; by how much the command that it takes has changed.
+    /// Takes over the friction and load that balance a slide. The result is the change of the command for it.
     pub(crate) fn learn(&mut self, slide: &SlideBalance<N>) -> N {
         let SlideBalance {
             velocity,
@@ -182,7 +183,7 @@ impl<N: Number> RoughModel<N> {
 mod tests {
     use super::*;
 
-    /// A servo that broke away forwards at 2 of 10 command units does not need 8 to move on, nor 12 backwards.
+    /// A servo that broke away forwards at 2 of 10 command units needs neither 8 to continue nor 12 backwards.
     #[test]
     fn friction_is_confined_to_that_which_a_breakaway_shows() {
         let with = |forward, backward| RoughModel {
@@ -210,7 +211,8 @@ mod tests {
         }
     }
 
-    /// A servo that broke away at 2 one way and stood under up to 3 of 10 command units the other way.
+    /// A servo that broke away at 2 of 10 command units in one direction. In the other it was at standstill under up to
+    /// 3.
     #[test]
     fn friction_both_ways_is_that_of_both_breakaways() {
         for way in [1.0, -1.0] {

@@ -13,31 +13,32 @@ pub struct CommissionSettings {
     pub resolution: f64,
     /// Limits of the axis.
     pub limits: Limits,
-    /// The known part of the delay from the reading of the encoder to the change of the output, s; the
-    /// rest is identified.
+    /// The known part of the delay from the reading of the encoder to the change of the output, s. The rest is
+    /// identified.
     pub command_delay: f64,
-    /// The largest b that the servo may have, rad/s² per command unit, if that is known: the motion
-    /// before anything is known is then planned for it.
+    /// The largest b that the servo may have, rad/s² per command unit, if it is known. The motion of the unknown servo
+    /// is then planned for it.
     pub max_gain: Option<f64>,
     /// Standard deviation of the encoder's noise beside the rounding of a count, rad; 0 for none. Motion is then judged
-    /// in units of the noise, as with a coarser encoder, and gains are as slow as that asks for.
+    /// in units of the noise, as with a coarser encoder. The gains are accordingly slower.
     pub noise: f64,
     /// The goal of the gains.
     pub goal: Goal,
     /// The largest sensitivity Mₛ, above 1.
     pub max_sensitivity: f64,
-    /// The step of the trial, rad; none: the largest within a quarter of the travel, the speed and half of the command.
+    /// The step of the trial, rad. None is the largest within a quarter of the travel, the speed and half of the
+    /// command.
     pub trial_step: Option<f64>,
-    /// Rounds of slides, each of both ways and of both ways again with the excitation inverted, 0 to
-    /// [`CommissionSettings::MAX_SLIDE_ROUNDS`]. None where the axis is known to be stiff, unless its motions are not
-    /// explained: a resonance that friction hides is then not seen. Two and more know a compliant axis better, and prove its
-    /// gains by as many rounds under them: they are applied if no line certainly shows a larger sensitivity than
-    /// 1 + 4/3 (`max_sensitivity` − 1), or looked for anew with all lines, at most twice.
+    /// Rounds of slides, 0 to [`CommissionSettings::MAX_SLIDE_ROUNDS`]. Each is in both directions, and again with the
+    /// excitation inverted. None if the axis is known to be stiff, unless its motions are not explained. A resonance
+    /// that friction hides then stays unseen. Two and more identify a compliant axis better, and validate its gains by
+    /// as many rounds under them. The gains are applied unless a line certainly shows a larger sensitivity than 1 + 4/3
+    /// (`max_sensitivity` − 1). Otherwise they are designed again with all lines, at most twice.
     pub slide_rounds: u8,
     /// True if the gains may have a notch filter, which a controller in fixed point has not.
     pub notch: bool,
-    /// True to lead the servo along a reference model with feed-forward where that makes the step rise faster
-    /// ([`TuningSettings::feed_forward`]), which a controller in fixed point has not.
+    /// True to lead the servo along a reference model with feed-forward if the step then rises faster
+    /// ([`TuningSettings::feed_forward`]). A controller in fixed point has none.
     pub feed_forward: bool,
 }
 
@@ -67,15 +68,15 @@ impl CommissionSettings {
     /// The most rounds of slides.
     pub const MAX_SLIDE_ROUNDS: u8 = 4;
 
-    /// The sensitivities that can be asked for: below the first no delay would do, above the second a loop
-    /// is hardly stable.
+    /// The range of possible sensitivities. Below the first no delay is permitted; above the second a loop is barely
+    /// stable.
     pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
 
-    /// The longest declared delay, s and samples: with a longer one the watch and the fit cannot tell a late servo from
-    /// a reversed, a dead or a compliant one.
+    /// The longest declared delay, s and samples. With a longer one monitoring and fit cannot distinguish a late servo
+    /// from a reversed, a dead or a compliant one.
     const MAX_COMMAND_DELAY: (f64, f64) = (0.015, 16.0);
 
-    /// The same for positions in units of the noise, within a travel that keeps as far from its ends as the noise hides.
+    /// The same for positions in units of the noise. The travel keeps the distance from its ends that the noise hides.
     pub(super) fn in_units_of_noise(&self) -> Self {
         let resolution = noise::unit(self.noise / self.resolution) * self.resolution;
         let hidden = if resolution > self.resolution {
@@ -159,13 +160,13 @@ impl CommissionSettings {
     }
 
     /// # Errors
-    /// [`CommissionError::TooFast`] for a bandwidth that no servo bears at this sample time and delay, with
-    /// one that a servo without a delay of its own does.
+    /// [`CommissionError::TooFast`] for a bandwidth that no servo tolerates at this sample time and delay. It names one
+    /// that a servo without a delay of its own tolerates.
     fn can_be_sampled(&self, bandwidth: f64) -> Result<(), CommissionError> {
         /// The largest ω T that the tuner takes for a loop at all.
         const FASTEST: f64 = 0.5;
-        /// ω times hold and delay that a servo without friction bears with Mₛ = 1.6, and the Mₛ that is
-        /// left with none.
+        /// ω times hold and delay that a servo without friction tolerates with Mₛ = 1.6. Also the Mₛ that is left with
+        /// none.
         const BORNE: f64 = 0.085;
         const MIN_SENSITIVITY: f64 = 1.1;
         if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {

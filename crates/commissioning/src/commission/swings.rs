@@ -1,12 +1,12 @@
-//! The swings of a servo, from one turning point to the next.
+//! The half-cycles of a servo, from one turning point to the next.
 
 use identifier_core::number::Number;
 
-/// The swing under way. Positions in counts.
+/// The present half-cycle. Positions in counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swings<N> {
     way: N,
-    /// Where it began, and the samples since then.
+    /// Its beginning, and the samples since then.
     turned_at: N,
     since: u32,
     /// The farthest place of it, and the samples since then.
@@ -14,7 +14,7 @@ pub(super) struct Swings<N> {
     ago: u32,
 }
 
-/// A swing that has ended.
+/// A half-cycle that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swing<N> {
     /// Counts, without a sign, and samples.
@@ -23,7 +23,8 @@ pub(super) struct Swing<N> {
 }
 
 impl<N: Number> Swings<N> {
-    /// The longest way that is no swing, counts: an edge of the encoder to either side, and what rounding adds.
+    /// The longest distance that is no half-cycle, counts. It is an edge of the encoder to either side, and the
+    /// rounding.
     const TURNED: f64 = 2.5;
 
     /// From a place.
@@ -37,7 +38,7 @@ impl<N: Number> Swings<N> {
         }
     }
 
-    /// Takes a sample: the swing that shows to have ended.
+    /// Takes a sample and returns the half-cycle that has ended, if any.
     pub(super) fn take(&mut self, position: N) -> Option<Swing<N>> {
         self.since = self.since.saturating_add(1);
         self.ago = self.ago.saturating_add(1);
@@ -66,14 +67,15 @@ impl<N: Number> Swings<N> {
 }
 
 impl<N: Number> Swing<N> {
-    /// True if it was faster than a speed in the mean, counts a sample, and shorter than the half period of a bandwidth, ω T.
+    /// True if its mean speed exceeded this one, counts a sample. It must also be shorter than the half period of a
+    /// bandwidth, ω T.
     pub(super) fn is_faster(&self, speed: N, bandwidth: N) -> bool {
         let samples = N::from_count(self.samples.min(1 << 20) as i32);
         self.length > speed * samples && bandwidth * samples < N::from_f64(core::f64::consts::PI)
     }
 
-    /// True if it took more than an acceleration, counts a sample², for half of it and as much against it for the other:
-    /// L > ẍ t²/4.
+    /// True if it needed more than an acceleration, counts a sample², for half of it. The other half needs as much
+    /// against it: L > ẍ t²/4.
     pub(super) fn is_harder(&self, acceleration: N) -> bool {
         let samples = N::from_count(self.samples.min(1 << 12) as i32);
         self.length > N::from_f64(0.25) * acceleration * samples * samples
@@ -87,7 +89,8 @@ mod tests {
 
     use super::*;
 
-    /// The ends of the swings of a sine of an amplitude in counts, a period in samples, and a drift in counts a sample.
+    /// The ends of the half-cycles of a sine with an amplitude in counts and a period in samples. The drift is in
+    /// counts a sample.
     fn swings(amplitude: f64, period: f64, drift: f64) -> Vec<Swing<f32>> {
         let mut swings = Swings::from(0.0_f32);
         let position = |sample: u32| {

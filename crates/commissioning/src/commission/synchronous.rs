@@ -9,8 +9,8 @@ use identifier_core::tuning::Tuning;
 
 /// Both halves of a commissioning in one place, for a servo that waits: one that is simulated.
 ///
-/// A sample is that of [`CommissionIsr`] and after it the slices of the [`CommissionSolver`] that go with it, so that it
-/// is the same to the bit wherever it runs.
+/// A sample is that of [`CommissionIsr`], followed by its slices of the [`CommissionSolver`]. It is thus the same to
+/// the bit wherever it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SynchronousCommission<N: Number, const W: usize = 256> {
     commission: CommissionIsr<N>,
@@ -29,11 +29,11 @@ pub struct SynchronousCommission<N: Number, const W: usize = 256> {
 pub struct CommissionReading {
     /// The command that acts until the next sample, command units; none: the stage is disabled.
     pub command: Option<f64>,
-    /// Where it stands.
+    /// Its phase.
     pub phase: Phase,
     /// Why it ended without new gains, if it did.
     pub reason: Option<Reason>,
-    /// The servo, if the solver has come to know it better in this sample.
+    /// The servo, if the solver has improved its estimate in this sample.
     pub servo: Option<IdentifiedServo>,
     /// The gains, if they were found and not reported before.
     pub tuning: Option<Tuning>,
@@ -75,8 +75,8 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         self.commission.slices()
     }
 
-    /// One sample in which the background does this many slices of work: more than it should where it is faster, fewer
-    /// where it has other work.
+    /// One sample in which the background does this many slices of work. A faster background does more than its share,
+    /// one with other work fewer.
     pub fn sample_with_slices(
         &mut self,
         seen: &CommissionInputs,
@@ -128,8 +128,8 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         }
     }
 
-    /// About to begin anew with the noise that the encoder has at rest, more than was declared; none where that leaves no
-    /// room for a motion.
+    /// The commissioning from the beginning with the encoder's noise at rest, which is more than declared. None if that
+    /// leaves no room for a motion.
     fn with_noise(&self) -> Option<Self> {
         let state = self.state.as_ref()?;
         let noise = state.noise() * self.settings.resolution;
@@ -150,7 +150,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         is_more.then(again)?.ok()
     }
 
-    /// Standard deviation of the encoder's noise, rad: the declared one, or a larger one that it had at rest.
+    /// Standard deviation of the encoder's noise, rad. It is the declared one, or a larger one at rest.
     #[must_use]
     pub fn noise(&self) -> f64 {
         self.settings.noise

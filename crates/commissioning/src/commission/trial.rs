@@ -15,8 +15,8 @@ pub(super) struct Trial<N> {
     /// True if the axis may go back.
     returns: bool,
     disturbance: N,
-    /// The command that balances the load, how far from it friction may hold the servo, and how far friction that is higher
-    /// at rest may.
+    /// The command that balances the load. The others are the distances from it at which friction, and the higher
+    /// friction at rest, may hold the servo.
     balance: N,
     friction: [N; 2],
     promised: Promised<N>,
@@ -40,7 +40,7 @@ struct TriedStep<N> {
     share: ActingShare<N>,
 }
 
-/// The promise, in samples and counts, tolerances included.
+/// The predicted response, in samples and counts, tolerances included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Promised<N> {
     rise: [N; 2],
@@ -49,8 +49,8 @@ struct Promised<N> {
     excursion: N,
     /// The least that a disturbance must move it, whatever friction is; zero where friction may hold it.
     least_excursion: N,
-    /// Samples after which a transient is over, after which one is of a servo that friction has held so far, and by which it
-    /// must be at rest.
+    /// Samples after which a transient is over, and the same for a servo that was held by friction. The last is the
+    /// limit by which it must be at rest.
     over: u32,
     departed: u32,
     most: u32,
@@ -62,9 +62,9 @@ enum TrialStage {
     Stepping,
     Disturbed,
     Recovering,
-    /// The step back: an axis that rests shows no fault, and this one shows those that came since the step.
+    /// The step back. An axis at rest shows no fault. This step shows those that came since the first.
     Returning,
-    /// All was kept. What it measured is converted in a sample that judges nothing.
+    /// All was kept. Its measurement is converted in a sample that judges nothing.
     Kept,
 }
 
@@ -85,23 +85,23 @@ pub struct TrialResult {
 }
 
 impl<N: Number> Trial<N> {
-    /// The part by which the rise time may differ from the promise.
+    /// The part by which the rise time may differ from the prediction.
     pub(super) const RISE: f64 = 0.15;
 
     /// Tolerance of the overshoot, as a part of the step.
     pub(super) const OVERSHOOT: f64 = 0.03;
 
-    /// The factor by which a disturbance may move the servo further than promised.
+    /// The factor by which a disturbance may move the servo further than predicted.
     const EXCURSION: f64 = 1.5;
 
-    /// The part of the promise, of what friction leaves of the disturbance, by which it must move the servo at least. A stuck
-    /// encoder shows none.
+    /// The least motion of the servo by a disturbance minus friction, as a part of the predicted one. A stuck encoder
+    /// shows none.
     const LEAST_EXCURSION: f64 = 0.25;
 
     /// Friction at low speed over Coulomb friction, which may act to either side at first.
     pub(super) const LOW_SPEED: f64 = 1.5;
 
-    /// Friction at rest over Coulomb friction that no axis has: a command that is larger moves it, or nothing does.
+    /// Friction at rest over Coulomb friction that no axis has. A larger command moves it, or nothing does.
     const STICTION: f64 = 5.0;
 
     /// Counts by which a measured position is uncertain.
@@ -111,19 +111,18 @@ impl<N: Number> Trial<N> {
     const TRANSIENT_SETTLING_TIMES: f64 = 1.5;
     const MAX_SETTLING_TIMES: f64 = 6.0;
 
-    /// The time after which a transient has died down at the latest, 1/ω: that of the filter of the reference, to a
-    /// fiftieth.
+    /// The longest time in which a transient decays, 1/ω. It is that of the filter of the reference, to a fiftieth.
     const DIES_DOWN: f64 = 12.0;
 
     /// The same of the loop alone, 1/ω: its slowest poles decay with ω/2. A step along a reference model settles sooner than the
     /// loop does after a disturbance.
     const LOOP_DIES_DOWN: f64 = 8.0;
 
-    /// Time for which the slowest of promises is waited for besides, s.
+    /// Additional time to wait for the slowest predictions, s.
     const BESIDES: f64 = 0.5;
 
-    /// Of a step (rad, signed) and a disturbance (command units) under gains for a servo, and of the step back on an axis
-    /// that `returns`.
+    /// The trial of a step (rad, signed) and a disturbance (command units) under gains for a servo. On an axis that
+    /// `returns` it includes the step back.
     pub(super) fn new(
         tuning: &Tuning,
         units: &Units,
@@ -197,11 +196,11 @@ impl<N: Number> Trial<N> {
         }
     }
 
-    /// Takes in the position of a sample (counts) and the command that acts from then on, and starts the next part when one
-    /// is over. True once all was done and kept.
+    /// Takes in the position of a sample (counts) and the command that acts from then on. It starts the next part when
+    /// one is over. True once all was done and kept.
     ///
     /// # Errors
-    /// The promise that was not kept, or the fault that shows in how it was not.
+    /// The figure that does not match the prediction, or the fault that the mismatch shows.
     pub(super) fn process(
         &mut self,
         holding: &mut Holding<N>,
@@ -294,8 +293,8 @@ impl<N: Number> Trial<N> {
         self.passed = 0;
     }
 
-    /// Begins a stage with a step. Its promise is for a servo that stands: the error and the integral that friction has left
-    /// are chance.
+    /// Begins a stage with a step. Its prediction is for a servo at standstill. The error and the integral that
+    /// friction has left are chance.
     fn begin_step(&mut self, stage: TrialStage, holding: &mut Holding<N>, position: N) {
         self.from = position;
         self.begin(stage);
@@ -324,7 +323,7 @@ impl<N: Number> Trial<N> {
         }
     }
 
-    /// Begins a stage with a change of the disturbance, of a servo that stands here.
+    /// Begins a stage with a change of the disturbance, of a servo at standstill here.
     fn begin_change(&mut self, stage: TrialStage, position: N) {
         (self.from, self.moved) = (position, N::ZERO);
         self.begin(stage);
@@ -336,7 +335,7 @@ impl<N: Number> Trial<N> {
         (command - self.balance).magnitude() <= friction
     }
 
-    /// Judges the rise of a servo that rests under this command, on the average.
+    /// Judges the rise of a servo that is at rest under this command, on the average.
     fn judge_rise(&mut self, command: N) -> Result<(), Reason> {
         let [least, most] = self.promised.rise;
         let measure = self.step_under_way().measure;
@@ -377,7 +376,7 @@ mod tests {
     /// Rad per rad/s².
     const COMPLIANCE: f64 = 1e-4;
 
-    /// The promise of a first-order system: a rise of τ ln 9, no overshoot.
+    /// The predicted response of a first-order system: a rise of τ ln 9, no overshoot.
     fn promised() -> Tuning {
         Tuning {
             kp: 1.0,
@@ -427,7 +426,7 @@ mod tests {
             self.from - (self.to - self.from) * libm::expm1(-time / time_constant)
         }
 
-        /// An excursion by a factor on the promise.
+        /// An excursion by a factor on the prediction.
         fn excursion(&self, factor: f64) -> f64 {
             let change = match self.stage {
                 TrialStage::Disturbed => 1.0,
@@ -453,7 +452,7 @@ mod tests {
         tried_by(&promised(), step, coulomb, position)
     }
 
-    /// The same by another promise.
+    /// The same by another prediction.
     fn tried_by(
         tuning: &Tuning,
         step: f64,
@@ -509,7 +508,7 @@ mod tests {
         panic!("it neither ends nor fails");
     }
 
-    /// A step of first order, and an excursion as promised.
+    /// A step of first order, and an excursion as predicted.
     fn first_order(time_constant: f64) -> impl Fn(Moment) -> f64 {
         move |at| at.step(time_constant) + at.excursion(1.0)
     }

@@ -1,4 +1,4 @@
-//! Changes of a servo after its gains were found: whether it is still one of those that the gains promise for.
+//! Changes of a servo after its gains were found. The test is whether the prediction of the gains still holds for it.
 
 use core::fmt;
 
@@ -10,18 +10,18 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
-/// A servo with the gains that promise for it.
+/// A servo with the gains whose prediction holds for it.
 ///
-/// Its inertia and its loads are compared as the command has them, inertia as 1/b, viscous and Coulomb friction and load as
-/// a/b, c/b and d/b: a mass that is added changes the first alone.
+/// Its inertia and its loads are compared in terms of the command, inertia as 1/b. Viscous and Coulomb friction and
+/// load are a/b, c/b and d/b. An added mass changes the first alone.
 ///
-/// A servo counts as another where one of the four lies so far from the promised one
+/// A servo counts as another if one of the four differs so far from the predicted one
 ///
 /// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
-/// - in size that the promise suffers: inertia by [`PromisedServo::MAX_INERTIA_RATIO`]; viscous friction by a quarter of the
-///   loop's damping k_d + a/b; Coulomb friction by half, and by a twenty-fifth of the promised step's largest command, while the
-///   load changes by less than half of that; the load by a tenth of the largest command, and where it leaves less of it than
-///   the promised step takes.
+/// - in size that the prediction no longer holds. The limit of inertia is [`PromisedServo::MAX_INERTIA_RATIO`]. That of
+///   viscous friction is a quarter of the loop's damping k_d + a/b. That of Coulomb friction is half of it, and a
+///   twenty-fifth of the predicted step's largest command. The load must then change by less than half of that. That of
+///   the load is a tenth of the largest command. The load must also leave less of it than the predicted step takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PromisedServo {
     servo: [Known; 4],
@@ -29,13 +29,14 @@ pub struct PromisedServo {
     least: [f64; 4],
 }
 
-/// A servo that is no longer the one that gains promise for.
+/// A servo for which the gains' prediction no longer holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ServoChange {
     /// The quantity that changed.
     pub reason: Reason,
-    /// The promised value: 1/b, a/b, c/b or d/b in command units per rad/s², command units per rad/s, command units.
+    /// The predicted value of 1/b, a/b, c/b or d/b, in command units per rad/s², command units per rad/s, command
+    /// units.
     pub promised: f64,
     /// The value that was found.
     pub found: f64,
@@ -83,15 +84,15 @@ const REASONS: [Reason; 4] = [
 ];
 
 impl PromisedServo {
-    /// The standard errors, of the promised and the found value together, from which a change is certain.
+    /// The standard errors, of the predicted and the found value together, from which a change is certain.
     pub const CERTAIN: f64 = 6.0;
 
-    /// The ratio to either side from which another inertia counts: the gain margins of a loop with the largest sensitivity
-    /// that gains have, 1.6, are 0.62 and 2.7, and most of that is left to it.
+    /// The ratio to either side from which another inertia counts. With the largest sensitivity of the gains, 1.6, the
+    /// gain margins of a loop are 0.62 and 2.7. Most of that is left to the loop.
     pub const MAX_INERTIA_RATIO: f64 = 1.25;
 
-    /// For the servo that was identified, its gains, and the largest command either way, command units; infinite for none.
-    /// None where b is not known.
+    /// For the identified servo, its gains, and the largest command in either direction, command units; infinite for
+    /// none. None where b is not known.
     #[must_use]
     pub fn new(servo: &IdentifiedServo, tuning: &Tuning, limit: f64) -> Option<Self> {
         /// The change of viscous friction, as a part of the loop's damping.
@@ -122,8 +123,8 @@ impl PromisedServo {
         })
     }
 
-    /// How a servo that was identified with these standard errors differs from the promised one, by the first quantity that
-    /// does; none if it is one of those that the gains promise for, or not known well enough for another judgement.
+    /// The first quantity in which a servo, identified with these standard errors, differs from the predicted one. None
+    /// if the gains' prediction holds for it, or its estimate is too uncertain for another judgement.
     #[must_use]
     pub fn change(&self, found: &ServoParameters, errors: &ServoParameters) -> Option<ServoChange> {
         /// The largest change of the load beside one of friction, as a part of it.
@@ -162,8 +163,8 @@ fn change(promised: &Known, found: &Known, least: f64, reason: Reason) -> Option
     })
 }
 
-/// 1/b, a/b, c/b and d/b with their standard errors, the errors of both taken as independent, which makes that of a ratio
-/// too large rather than too small where both grow together. None where b is not known.
+/// 1/b, a/b, c/b and d/b with their standard errors. The errors of both are taken as independent. The error of a ratio
+/// is then too large, not too small, if both increase together. None where b is not known.
 fn per_gain(servo: &ServoParameters, errors: &ServoParameters) -> Option<[Known; 4]> {
     /// The largest relative error of b with which a ratio still has a standard error.
     const MAX_RELATIVE_ERROR: f64 = 0.2;
@@ -224,7 +225,7 @@ mod tests {
         PromisedServo::new(&servo, &tuning, LIMIT).expect("known")
     }
 
-    /// A change of the servo whose standard errors are those of the promised one times a factor.
+    /// A change of the servo whose standard errors are those of the predicted one times a factor.
     fn change_to(servo: ServoParameters, errors: f64) -> Option<Reason> {
         let errors = ServoParameters {
             a: errors * ERRORS.a,

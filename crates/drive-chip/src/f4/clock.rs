@@ -16,8 +16,8 @@ const WAIT_STATES: u32 = 5;
 const PRESCALER_TICKS: u32 = 16;
 
 impl ClockTree for F4 {
-    /// The oscillator through the PLL: 168 MHz, the slow bus a quarter of it, the fast one half; timers run at twice their
-    /// bus (RM0090, 7.2).
+    /// The oscillator through the PLL: 168 MHz, the slow bus at a quarter of it, the fast one at half. Timers run at
+    /// twice their bus (RM0090, 7.2).
     const CLOCKS: Clocks = Clocks {
         processor: 168_000_000,
         low_bus: 42_000_000,

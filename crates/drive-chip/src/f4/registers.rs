@@ -1,5 +1,5 @@
-//! Addresses of the STM32F4's registers and the fields that only it has at their places (RM0090; the section stands
-//! with each peripheral).
+//! Addresses of the STM32F4's registers, and the fields that only it has at their places (RM0090). The section is given
+//! with each peripheral.
 
 use crate::bus::Register;
 
@@ -124,7 +124,7 @@ pub(crate) mod dma {
     pub(crate) const S5PAR: Register = BASE.offset(0x90);
     pub(crate) const S5M0AR: Register = BASE.offset(0x94);
 
-    /// Of stream 5, in HISR and HIFCR alike.
+    /// Flag of stream 5, in HISR and HIFCR alike.
     pub(crate) const FEIF5: u32 = 1 << 6;
     pub(crate) const DMEIF5: u32 = 1 << 8;
     pub(crate) const TEIF5: u32 = 1 << 9;

@@ -43,8 +43,8 @@ impl Storage for G4 {
         })
     }
 
-    /// Writes double words of 64 bits (RM0440, FLASH). One that reads as blank and was not erased, as an interrupted write
-    /// may leave it, can only be zeroed: then it no longer reads as blank, and the next record passes it over.
+    /// Writes double words of 64 bits (RM0440, FLASH). One that reads as blank and was not erased, as after an
+    /// interrupted write, can only be zeroed. It then no longer reads as blank, and the next record skips it.
     fn program<E>(
         bus: impl Bus<Family = Self>,
         place: Register,
@@ -72,8 +72,8 @@ impl Storage for G4 {
             })
     }
 
-    /// The causes are a failed oscillator, and two wrong
-    /// bits in a double word of the flash: a record that was being written when the power went, or the program.
+    /// The causes are a failed oscillator, and two wrong bits in a double word of the flash. The word is of the
+    /// program, or of a record that was being written at a loss of power.
     fn outlives_nmi(bus: impl Bus<Family = Self>) -> bool {
         let has_failed = bus.read(rcc::CIFR) & rcc::CIFR_CSSF != 0;
         let is_damaged = bus.read(flash::ECCR) & flash::ECCR_DAMAGED != 0;

@@ -1,5 +1,6 @@
-//! Breaks of the PWM without the processor besides the fault line: by COMP3, which compares a voltage of the current with
-//! a threshold by DAC3; by the supply's detector; by a processor that is locked up (RM0440, SYSCFG, DAC, COMP and TIM1).
+//! Breaks of the PWM without the processor besides the fault line. COMP3 compares a voltage of the current with a
+//! threshold by DAC3. The others are the supply's detector and a lock-up of the processor (RM0440, SYSCFG, DAC, COMP
+//! and TIM1).
 
 use super::G4;
 use super::registers::{comp, dac, syscfg, tim1};
@@ -20,8 +21,8 @@ pub struct OverCurrent {
 }
 
 impl OverCurrent {
-    /// A pin with a voltage that rises with the magnitude of the current, which is the positive input of COMP3 (PA0), and
-    /// the voltage from which on the output is disabled, mV of 3300.
+    /// A pin with a voltage that rises with the magnitude of the current, and the voltage above which the output is
+    /// disabled, mV of 3300. The pin is the positive input of COMP3 (PA0).
     ///
     /// # Panics
     /// Zero, or 3300 and more; in a constant it does not compile.

@@ -1,4 +1,5 @@
-//! The reception of USART2 by channel 1 of DMA1, to which the multiplexer brings its requests (RM0440, DMA, DMAMUX and USART).
+//! The reception of USART2 by channel 1 of DMA1. The multiplexer brings the requests to it (RM0440, DMA, DMAMUX and
+//! USART).
 
 use super::G4;
 use super::registers::{dma, usart};

@@ -1,5 +1,5 @@
-//! Addresses of the STM32G474's registers and the fields that only it has at their places (RM0440; the chapter stands
-//! with each peripheral, by its abbreviation there, for its numbers differ from revision to revision).
+//! Addresses of the STM32G474's registers, and the fields that only it has at their places (RM0440). The chapter is
+//! given with each peripheral, by its abbreviation there, because its numbers differ from revision to revision.
 
 use crate::bus::Register;
 
@@ -46,7 +46,7 @@ pub(crate) mod rcc {
     pub(crate) const AHB1_DMA1: u32 = 1;
     pub(crate) const AHB1_DMAMUX1: u32 = 1 << 2;
     pub(crate) const AHB2_DAC3: u32 = 1 << 18;
-    /// Of the comparators too.
+    /// The comparators, too.
     pub(crate) const APB2_SYSCFG: u32 = 1;
     pub(crate) const APB2_TIM1: u32 = 1 << 11;
 
@@ -75,12 +75,12 @@ pub(crate) mod flash {
     pub(crate) const CR_PER: u32 = 1 << 1;
     pub(crate) const CR_PNB: u32 = 3;
 
-    /// Two errors in a word, in either half of a line of a single bank, or in a word of two banks; ones clear.
+    /// Two errors in a word, in either half of a line of a single bank, or in a word of two banks. Ones clear.
     pub(crate) const ECCR_DAMAGED: u32 = 1 << 29 | 1 << 31;
 
     /// Level of the brown-out reset: from zero, 1.7 V, to four, 2.8 V.
     pub(crate) const OPTR_BOR_LEV: u32 = 8;
-    /// Two banks with pages of 2 KiB, in place of one with pages of 4 KiB.
+    /// Two banks with pages of 2 KiB; otherwise one with pages of 4 KiB.
     pub(crate) const OPTR_DBANK: u32 = 1 << 22;
 }
 
@@ -198,10 +198,10 @@ pub(crate) mod dma {
     pub(crate) const CNDTR1: Register = BASE.offset(0x0c);
     pub(crate) const CPAR1: Register = BASE.offset(0x10);
     pub(crate) const CMAR1: Register = BASE.offset(0x14);
-    /// Of the multiplexer, whose channel 0 serves channel 1.
+    /// Register of the multiplexer, whose channel 0 serves channel 1.
     pub(crate) const C0CR: Register = Register::at(0x4002_0800);
 
-    /// Of channel 1, in ISR and IFCR alike. The one that stands for all of them would clear one that was not seen yet.
+    /// Flag of channel 1, in ISR and IFCR alike. The flag for all of them would clear one that was not seen yet.
     pub(crate) const TCIF1: u32 = 1 << 1;
     pub(crate) const HTIF1: u32 = 1 << 2;
     pub(crate) const TEIF1: u32 = 1 << 3;

@@ -27,8 +27,8 @@ impl Supply for G4 {
         bus.read(pwr::SR2) & pwr::SR2_PVDO != 0
     }
 
-    /// True if the option bytes have the chip reset itself below the voltage that it needs, 1.71 V: level 0 does so below
-    /// 1.6 to 1.7 V only, level 1 below 2.0 V (STM32G474 data sheet). There are five levels (RM0440, FLASH).
+    /// True if the option bytes make the chip reset itself below its minimum supply, 1.71 V. Level 0 does so below 1.6
+    /// to 1.7 V only, level 1 below 2.0 V (STM32G474 data sheet). There are five levels (RM0440, FLASH).
     fn resets_in_time(bus: impl Bus<Family = Self>) -> bool {
         let level = bus.read(flash::OPTR) >> flash::OPTR_BOR_LEV & 0b111;
         (1..=4).contains(&level)

@@ -26,7 +26,7 @@ pub(crate) type StepResult<S, A> = Result<
 
 /// Checks a control step before anything is learnt from it, and may end the run.
 ///
-/// A trait where a closure would do, because a method can be inlined into every law's sample by attribute.
+/// A trait and not a closure, because a method can be inlined into every estimator's sample by attribute.
 pub(crate) trait StepMonitor {
     /// How a run ends.
     type End;
@@ -54,7 +54,7 @@ pub(crate) struct Handover {
 /// Checks settings without building their loop.
 ///
 /// # Errors
-/// The settings ask for terms of a law that has none.
+/// The settings ask for terms of an estimator that has none.
 pub(crate) fn check(settings: &LoopSettings) -> Result<(), NotAllowed> {
     let terms = &settings.core.identifier.terms;
     if !terms.demanded.is_empty() && settings.law != Law::GaussNewton {

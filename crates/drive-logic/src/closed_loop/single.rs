@@ -1,5 +1,5 @@
-//! The loop in single precision, with one law or another: the choice is made once, when it is built, and costs a branch
-//! or two per sample.
+//! The loop in single precision, with one of several estimators. The choice is made once, when the loop is built, and
+//! costs a branch or two per sample.
 
 use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint};
@@ -66,7 +66,7 @@ struct With<I: Identify<f32>> {
 }
 
 impl<I: Identify<f32> + FromSettings> With<I> {
-    /// The loop of a law. Built where it is returned: copies of it would add up on the stack.
+    /// The loop of an estimator. Built where it is returned: copies of it would add up on the stack.
     #[inline(never)]
     fn build(
         settings: &Settings,
@@ -145,7 +145,7 @@ where
     }
 }
 
-/// The same for the loop of each law.
+/// The same for the loop of each estimator.
 macro_rules! for_each_law {
     ($laws:expr, $own:pat => $done:expr) => {
         match $laws {
@@ -223,7 +223,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Estimates with their standard errors, SI, where its law has them; none before the first fit.
+    /// Estimates with their standard errors, SI, where its estimator has them; none before the first fit.
     pub(crate) fn all_estimates(&self) -> Option<Estimates> {
         let found = self.estimates(&self.learnt())?;
         Some(match &self.0 {
@@ -233,7 +233,7 @@ impl ClosedLoop {
         })
     }
 
-    /// Estimates, SI; none before the first fit, and of a loop of another law.
+    /// Estimates, SI; none before the first fit, and of a loop of another estimator.
     pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
         match (&self.0, learnt) {
             (Laws::Gradient(own), Learnt::Gradient(found)) => Some(own.estimates(found)),
@@ -250,8 +250,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Starts Gauss–Newton from a servo that was identified, in place of its first fit; another law starts as
-    /// always.
+    /// Starts Gauss–Newton from an identified servo and skips its first fit. Another estimator starts as always.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         match &mut self.0 {
             Laws::GaussNewton(own) => own.know(servo, motion),
@@ -274,7 +273,7 @@ impl ClosedLoop {
         settled
     }
 
-    /// Settled estimates and their standard errors, SI; none of a loop of another law.
+    /// Settled estimates and their standard errors, SI; none of a loop of another estimator.
     pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
         match &self.0 {
             Laws::GaussNewton(own) => {
@@ -285,8 +284,8 @@ impl ClosedLoop {
         }
     }
 
-    /// Hands on the block of Gauss–Newton's record that the sample completed, if it did, and resumes from a first fit
-    /// that has come back. True if there was a block.
+    /// Transfers the block of Gauss–Newton's record that the sample completed, if any. It resumes from a first fit that
+    /// has come back. True if there was a block.
     #[inline]
     pub(crate) fn exchange<'a>(
         &mut self,

@@ -37,7 +37,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             .map(|ServoChange { reason, .. }| *reason)
     }
 
-    /// The servo for which the gains in force promise.
+    /// The servo for which the prediction of the gains in force holds.
     fn promised(&self) -> Option<PromisedServo> {
         let limit = self.command_limit()?;
         let found = self.commissioned?;

@@ -118,7 +118,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.commissioned.is_some() && self.outcome.as_ref().is_some_and(is_unsaved)
     }
 
-    /// Saves the settings that hold, if that is pending and the servo is disabled: writing stops the processor, and with
+    /// Saves the settings in force, if that is pending and the servo is disabled. Writing stops the processor, and with
     /// it the mode that holds the servo.
     pub(super) fn save_if_pending(&mut self) {
         if self.save_pending && !self.is_driven() && self.may_write() {
@@ -128,8 +128,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         }
     }
 
-    /// True unless the flash must be erased for a record and the servo, which is disabled, does not stand: for as long as
-    /// that takes no sample follows it.
+    /// False if the flash must be erased for a record while the disabled servo still moves. No sample follows it during
+    /// the erasing.
     fn may_write(&mut self) -> bool {
         let stands_for = f64::from(self.channel.standstill()) * self.sample_time();
         stands_for >= REST_TIME || !self.store.must_erase()
@@ -294,9 +294,9 @@ fn fill(
     Ok(slot.fill(commissioning).slices())
 }
 
-/// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. A law
-/// that is refused with its gains, as with a box that was given for others, is replaced by Gauss–Newton, which needs no
-/// box.
+/// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. An
+/// estimator that is rejected with its gains, for example with a parameter range for others, is replaced by
+/// Gauss–Newton. That needs no range.
 ///
 /// # Errors
 /// The setting that is not allowed all the same.

@@ -2,7 +2,7 @@ use super::solver::CommissioningSolver;
 use crate::commissioning::Commissioning;
 use crate::run::Run;
 
-/// Memory of a drive that is too large for a stack, or that is lent to the interrupt and comes back.
+/// Memory of a drive that is too large for a stack, or that the interrupt borrows and returns.
 #[derive(Debug)]
 pub struct Memory {
     pub(super) run: Option<Run>,

@@ -32,8 +32,8 @@ use crate::run::Run;
 use crate::store::Store;
 use crate::telemetry::Counts;
 
-/// The longest that the background may be busy while the servo is disabled, s: building a loop takes a hundredth of
-/// that, and while the flash erases there are no samples that could miss it.
+/// The longest that the background may be busy while the servo is disabled, s. Building a loop takes a hundredth of it.
+/// While the flash erases there are no samples that could miss the background.
 const DISABLED_PATIENCE: f64 = 5.0;
 
 /// The background's half of a drive.
@@ -52,7 +52,7 @@ pub struct Supervisor<'a, F> {
     /// Memory in which a commissioning is built, unless the interrupt has it.
     commissioning_slot: Option<Slot<Commissioning>>,
     solver: Solver,
-    /// Why there is no first fit, as it was reported last.
+    /// The last reported reason why there is no first fit.
     obstacle: Option<Reason>,
     /// Changes of the servo in the last run.
     changes: ServoChangeState,
@@ -66,7 +66,7 @@ pub struct Supervisor<'a, F> {
     origin: Origin,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
-    /// The settings that hold are to be saved as soon as the servo is disabled, and at rest if that takes erasing.
+    /// The settings in force are saved as soon as the servo is disabled, and at standstill if that takes erasing.
     save_pending: bool,
     /// The commissioning that the gains come from, unless they were given.
     commissioned: Option<Commissioned>,
@@ -223,8 +223,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.channel.count_turn();
     }
 
-    /// Does the work that the interrupt leaves to the background; true if there is more of it to do before the next
-    /// sample.
+    /// Does the work that the interrupt leaves to the background. True if there is more of it before the next sample.
     pub fn work(&mut self) -> bool {
         if self.awaits_resume {
             self.resume();
@@ -248,8 +247,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.answer_after(request, || {})
     }
 
-    /// The same, and listens to the line before motion is ordered: building a loop and saving a record take many times as
-    /// long as a stop, which may have come meanwhile.
+    /// The same, but listens to the line before motion is ordered. Building a loop and saving a record take many times
+    /// as long as a stop, which may have come meanwhile.
     pub fn answer_after(&mut self, request: &Request, listen: impl FnOnce()) -> Report {
         self.channel.count_host_frame();
         let id = request.id;

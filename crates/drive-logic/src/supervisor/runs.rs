@@ -1,4 +1,4 @@
-//! Runs, from where the servo rests and from where a commissioning holds it.
+//! Runs, from the servo's rest position and from the one where a commissioning holds it.
 
 use commissioning::Phase;
 use commissioning::servo_change::ServoChangeState;
@@ -13,7 +13,7 @@ use crate::messages::{Mode, Order};
 use crate::run::Run;
 
 impl<F: NorFlash> Supervisor<'_, F> {
-    /// Orders a run from where the servo stands, unless it is overtaken by a stop.
+    /// Orders a run from the servo's position, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
         let known = self.known();
@@ -25,8 +25,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.order_run(&begun_from, Order::Begin)
     }
 
-    /// Orders a run where a commissioning that is over holds the servo, unless it was ordered already: with
-    /// the gains that it validated, or with those before.
+    /// Orders a run if a commissioning that is over holds the servo, unless it was ordered already. The gains are those
+    /// that it validated, or those before.
     #[cold]
     #[inline(never)]
     pub(super) fn resume(&mut self) {
@@ -94,8 +94,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 }
 
-/// Fills a slot with a run that starts from the knowledge of the servo; from the configuration, where the settings would
-/// be refused with that. Returns the settings that its loop was built from.
+/// Fills a slot with a run that starts from the knowledge of the servo. If the settings would be rejected with it, the
+/// run starts from the configuration. Returns the settings that its loop was built from.
 ///
 /// Not generic, to be compiled here and once.
 #[inline(never)]

@@ -1,5 +1,5 @@
-//! The background's half of a mode, in slices: Gauss–Newton's first fit, which the interrupt keeps recording for, or the
-//! solver of a commissioning.
+//! The background's half of a mode, in slices. It is Gauss–Newton's first fit, during which the interrupt keeps
+//! recording, or the solver of a commissioning.
 
 use commissioning::{CommissionSettings, CommissionSolver};
 use drive_link::{Law, LoopSettings, NotAllowed};
@@ -26,9 +26,9 @@ type FitterState = <Fitter as FitBlocks<f32>>::State;
 /// The background's half of a mode.
 #[derive(Debug)]
 pub(super) struct Solver {
-    /// Of a run, where its law needs a first fit.
+    /// The first fit of a run, if its estimator needs one.
     first_fit: Option<(Fitter, FitterState)>,
-    /// Of a commissioning that is under way.
+    /// The solver of a commissioning under way.
     commissioning: &'static mut Option<CommissioningSolver>,
     /// Slices of a commissioning that go with a sample, and those that were done since the background last slept.
     slices: u32,
@@ -87,7 +87,7 @@ impl Solver {
         }
     }
 
-    /// Why a run's law has no first fit after a second of motion.
+    /// Why a run's estimator has no first fit after a second of motion.
     pub(super) fn obstacle(&self) -> Option<Reason> {
         let (fitter, state) = self.first_fit.as_ref()?;
         fitter.obstacle(state)
@@ -109,8 +109,8 @@ impl Solver {
         self.tuning.as_ref()
     }
 
-    /// Takes in the record, does a slice, and hands over what it finds. True if there is more to do before the
-    /// next sample; not more at once, for a stop to wait for one slice at most.
+    /// Takes in the record, does a slice, and hands over what it finds. True if there is more to do before the next
+    /// sample. It does one slice at a time, so that a stop waits for one slice only.
     #[inline(never)]
     pub(super) fn work(&mut self, channel: &mut BackgroundEnd<'_>) -> bool {
         if self.first_fit.is_none() && self.commissioning.is_none() {

@@ -1,4 +1,4 @@
-//! What acts on the servo over a part of a sample, and the acceleration by a unit of each effect.
+//! The forces on the servo over a part of a sample, and the acceleration by a unit of each effect.
 
 use super::front_end::{FrontEnd, Part};
 use super::waves::Waves;
@@ -30,7 +30,7 @@ pub(super) struct Acting<'a> {
     pub(super) drift: f64,
     /// Reciprocal of the relative inertia.
     pub(super) ease: f64,
-    /// Of that the part of the angle, and the reciprocal of the motor's share of the inertia.
+    /// The part of that reciprocal that depends on the angle, and the reciprocal of the motor's share of the inertia.
     pub(super) per_inertia: f64,
     pub(super) per_motor: f64,
     /// Relative friction over relative inertia.
@@ -70,9 +70,9 @@ impl Acting<'_> {
         change[usize::from(column.effect == Effect::InertiaCosine)]
     }
 
-    /// The acceleration per unit of each column, and the viscous friction per unit of it; `shaped` are the derivatives of the
-    /// command. A loop over slices and no function of a column: what columns have in common is computed once, and there is
-    /// one such loop whatever the number of columns.
+    /// The acceleration per unit of each column, and its viscous friction per unit. `shaped` are the derivatives of the
+    /// command. It is a loop over slices and no function of a column. The common part of the columns is computed once,
+    /// and the loop exists once for any number of columns.
     pub(super) fn force(
         &self,
         columns: &[Column],

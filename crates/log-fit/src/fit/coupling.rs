@@ -5,10 +5,11 @@ use super::state::State;
 use super::twisting::Twisting;
 use super::{Effect, Values};
 
-/// A load of the share ρ of the inertia behind a spring, ω being the resonance of motor and load, both free, and ζ its damping:
-/// by the twist w the load is accelerated by (1 − ρ)(ω² w + 2ζω ẇ), and the motor, of the inertia 1 − ρ, is held back by ρ times
-/// that. They move in pieces by a leapfrog (Hairer, Lubich and Wanner, "Geometric numerical integration illustrated by the
-/// Störmer–Verlet method", Acta Numerica 12, 2003), the motor by its own exact step.
+/// A load with the share ρ of the inertia behind a spring. The resonance of motor and load, both free, is ω, and its
+/// damping is ζ. The twist w accelerates the load by (1 − ρ)(ω² w + 2ζω ẇ). It brakes the motor, of the inertia 1 − ρ,
+/// by ρ times that. Both are integrated in pieces by a leapfrog, the motor by its own exact step. The leapfrog: Hairer,
+/// Lubich and Wanner, "Geometric numerical integration illustrated by the Störmer–Verlet method", Acta Numerica 12,
+/// 2003.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Coupling {
     frequency: f64,
@@ -40,8 +41,8 @@ impl Coupling {
         self.share * (1.0 - self.share) * self.force(0.0, twisting.twist, twisting.rate)
     }
 
-    /// ω² w + 2ζω ẇ, by the twist in the middle of a piece and the rate at its beginning. A leapfrog is too fast by the square of
-    /// its angle over 24, and a rate half a piece too early adds ζω²h w: the stiffness is less by as much.
+    /// ω² w + 2ζω ẇ, with the twist in the middle of a piece and the rate at its beginning. A leapfrog is too fast by
+    /// the square of its angle over 24. A rate half a piece too early adds ζω²h w. The stiffness is reduced by both.
     fn force(&self, length: f64, twist: f64, rate: f64) -> f64 {
         let angle = self.frequency * length;
         let kept = 1.0 - angle * (self.damping + angle / 12.0);
@@ -68,7 +69,7 @@ impl Coupling {
 }
 
 impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
-    /// Moves the motor, and the load that it may have on a spring, over a part of a sample.
+    /// Integrates the motor, and a load on a spring if there is one, over a part of a sample.
     #[inline]
     pub(super) fn advance(&mut self, coupling: Option<&Coupling>, acting: &mut Acting<'_>) {
         let shaped = self.shaped(acting);
@@ -89,7 +90,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
     }
 
-    /// The force of the spring over a piece of a sample: what holds the motor back, whose derivatives are in the tangents.
+    /// The force of the spring on the motor over a piece of a sample. Its derivatives are in the tangents.
     fn twist(&mut self, coupling: &Coupling, length: f64) -> f64 {
         let share = coupling.share;
         let rest = 1.0 - share;

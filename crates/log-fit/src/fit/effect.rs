@@ -5,8 +5,9 @@
 /// q̈ (1 + i(q)) = −½ i′(q) q̇² − (a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Mq + t_c cos Mq) C(u(t − τ)) + d
 /// + g_s sin q + g_c cos q + r_s sin Nq + r_c cos Nq − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
 ///
-/// i(q) = i_s sin Kq + i_c cos Kq, F being the acceleration by the command and C the front end of the amplifier: current loop, dead band,
-/// limit and gain by direction. The encoder shows q + e_s sin q + e_c cos q. The units of values are counts, samples and command units.
+/// i(q) = i_s sin Kq + i_c cos Kq. F is the acceleration by the command. C is the front end of the amplifier: current
+/// loop, dead band, limit and gain by direction. The encoder shows q + e_s sin q + e_c cos q. The units of values are
+/// counts, samples and command units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Effect {
     /// a, viscous friction over inertia, 1/sample.
@@ -146,9 +147,9 @@ impl Effect {
     }
 }
 
-/// An effect whose tangent a pass carries, with the setting at which it is asked for: the order of a
-/// wave, the speed at which friction fades, the level of a limit, the frequency of a resonance or a play; zero for that of the
-/// model.
+/// An effect whose tangent a pass computes, with its setting. The setting is the order of a wave, the speed at which
+/// friction fades or the level of a limit. It is also the frequency of a resonance, or the width of a backlash. Zero is
+/// the model's own setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// The effect.
@@ -196,8 +197,8 @@ impl Values {
         self.values[effect as usize]
     }
 
-    /// By how much a shaft twists per acceleration, sample²: a stiff one, or the spring behind the motor with
-    /// κ = ρ/((1 − ρ) ω²).
+    /// The twist of a shaft per acceleration, sample². The shaft is stiff, or it is the spring behind the motor with κ
+    /// = ρ/((1 − ρ) ω²).
     #[must_use]
     pub fn twist(&self) -> f64 {
         let share = self.get(Effect::LoadShare);
@@ -214,7 +215,7 @@ impl Values {
         extra.all(|&value| value == 0.0)
     }
 
-    /// The same, each effect as so many times itself.
+    /// The same with each effect multiplied by its factor.
     #[must_use]
     pub fn scaled(mut self, factor: impl Fn(Effect) -> f64) -> Self {
         for effect in Effect::ALL {

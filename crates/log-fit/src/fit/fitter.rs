@@ -109,8 +109,9 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    /// The size beside which an error of one of the four parameters is small or large: b itself, for friction and
-    /// load the acceleration by the largest command, for a that over the velocity; zero for other effects.
+    /// The size against which an error of one of the four parameters is small or large. For b it is b itself. For
+    /// friction and load it is the acceleration by the largest command, for a that over the velocity. It is zero for
+    /// other effects.
     #[must_use]
     pub fn usual_size(&self, values: &Values, effect: Effect) -> f64 {
         let gain = values.get(Effect::B).abs();

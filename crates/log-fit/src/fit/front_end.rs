@@ -14,7 +14,7 @@ pub(super) struct FrontEnd {
     /// Lengths of the two parts of a sample: the earlier command acts first.
     pub(super) lengths: [f64; 2],
     lag: Option<[Lag; 2]>,
-    /// True if friction goes with the size of the command.
+    /// True if friction depends on the size of the command.
     has_load_friction: bool,
 }
 
@@ -89,7 +89,7 @@ impl FrontEnd {
         }
     }
 
-    /// The recorded commands that act over the two parts of a sample of a motion, first sample and end.
+    /// The recorded commands over the two parts of a sample of a motion, given by its first sample and its end.
     #[inline]
     pub(super) fn recorded(
         &self,
@@ -108,7 +108,7 @@ impl FrontEnd {
         parts
     }
 
-    /// What the amplifier makes of the commands over the two parts of a sample.
+    /// Applies the amplifier to the commands over the two parts of a sample.
     #[inline]
     pub(super) fn process(
         &self,
@@ -151,7 +151,7 @@ impl FrontEnd {
         }
     }
 
-    /// True if the command acts as it is.
+    /// True if the command acts unchanged.
     const fn is_linear(&self) -> bool {
         self.slope == 0.0 && self.dead_band == 0.0 && self.asymmetry == 0.0
     }
@@ -195,8 +195,7 @@ impl FrontEnd {
         matches!(effect, DeadBand | GainAsymmetry | HiddenLimit | LimitSlope)
     }
 
-    /// The derivative of the command over a part by an effect of its shape; `lagged` is the derivative of
-    /// the current.
+    /// The derivative of the command over a part by an effect of its shape. `lagged` is the derivative of the current.
     #[inline]
     pub(super) fn derivative(
         &self,

@@ -2,9 +2,9 @@
 
 /// The time over which the model is trusted: the horizon of its process noise, samples.
 ///
-/// The filter estimates position, velocity and a load from measurements of variance one. White noise of
-/// the acceleration has the spectral density N₀⁻⁴, and the increments of a load that walks N₁⁻⁶, so that
-/// a model error grows to the measurement's within about N samples.
+/// The filter estimates position, velocity and a load from measurements of variance one. White noise of the
+/// acceleration has the spectral density N₀⁻⁴, and the increments of a random-walk load N₁⁻⁶. A model error thus grows
+/// to the measurement's within about N samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Horizon {
     /// N₀ of white acceleration.
@@ -20,14 +20,14 @@ pub(super) struct Diffuse {
     pub(super) load: f64,
 }
 
-/// Riccati's recursion (Kalman, "A new approach to linear filtering and prediction problems", Journal of
-/// Basic Engineering 82(1), 1960) until it stands still.
+/// Riccati's recursion until it is stationary (Kalman, "A new approach to linear filtering and prediction problems",
+/// Journal of Basic Engineering 82(1), 1960).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Riccati {
     covariance: [[f64; 3]; 3],
     transition: [[f64; 3]; 3],
     noise: [[f64; 3]; 3],
-    /// Of position, velocity and load per innovation.
+    /// Gain of position, velocity and load per innovation.
     pub(super) gain: [f64; 3],
     /// Variance of the innovation over that of a measurement.
     pub(super) variance: f64,
@@ -73,7 +73,7 @@ impl Riccati {
 
     /// The gain of the next sample that has a measurement.
     pub(super) fn measure(&mut self) {
-        /// Relative change of the gain over sixteen measurements below which it stands still.
+        /// Relative change of the gain over sixteen measurements below which it is stationary.
         const STEADY: f64 = 1e-7;
         /// Measurements before it may.
         const MIN_MEASUREMENTS: u32 = 50;
@@ -98,7 +98,7 @@ impl Riccati {
 
     /// The model moves on by a sample.
     ///
-    /// Written in loops: closures over arrays are not inlined here, and took half of the time of a plain fit.
+    /// It is written in loops. Closures over arrays are not inlined here and took half of the time of a plain fit.
     pub(super) fn predict(&mut self) {
         if self.is_steady {
             return;

@@ -5,9 +5,9 @@ use super::search::Fitted;
 use super::{Effect, Horizon};
 
 impl Fitter<'_> {
-    /// Of fits of the same effects at several [horizons](Self::horizons) the one with the least robust variance, and the
-    /// likeliest of those that are nearly as good; the noise of a filter that trusts its model less than the model deserves
-    /// costs variance, that of one that trusts it more costs bias, which the segments' disagreement shows.
+    /// Fits the same effects at several [horizons](Self::horizons) and chooses the one with the least robust variance.
+    /// Among those that are nearly as good it takes the likeliest. A filter that trusts its model less than the model
+    /// deserves costs variance. One that trusts it more costs bias, which the segments' disagreement shows.
     #[must_use]
     pub fn best_horizon(
         &self,
@@ -53,8 +53,8 @@ impl Fitter<'_> {
         }
     }
 
-    /// The load of a fit and its standard error: where a load walks its mean, by the disagreement of the
-    /// segments.
+    /// The load of a fit and its standard error. For a random-walk load it is the mean, and the error is from the
+    /// disagreement of the segments.
     #[must_use]
     pub fn load(&self, fitted: &Fitted, free: &[Effect]) -> (f64, f64) {
         const SEGMENTS: usize = 16;

@@ -1,14 +1,13 @@
-//! Identification from a record: one fit that needs no first guess, no setting of the noise and no
-//! choice of a bandwidth.
+//! Identification from a record by one fit. It needs no first guess, no setting of the noise and no choice of a
+//! bandwidth.
 //!
-//! The servo's model, driven by the recorded command, is kept with the recorded position by a Kalman
-//! filter, and Levenberg and Marquardt's search makes its innovations small ([`Fitter::search`]). The noise
-//! is the innovations' scale, the start is the equation of motion in its weak form ([`Fitter::beginnings`]), and the
-//! horizon over which the model is trusted is the one at which the estimates scatter least
-//! ([`Fitter::best_horizon`]).
+//! The recorded command drives the servo's model, and a Kalman filter keeps it with the recorded position. Levenberg
+//! and Marquardt's search minimizes its innovations ([`Fitter::search`]). The noise is the innovations' scale, and the
+//! start is the equation of motion in its weak form ([`Fitter::beginnings`]). The model is trusted over the horizon at
+//! which the estimates scatter least ([`Fitter::best_horizon`]).
 //!
-//! Ljung, System Identification, 2nd edition 1999, sections 3.2, 7.2 and 10.2 (prediction errors and the
-//! search for their minimum).
+//! Prediction errors and the search for their minimum: Ljung, System Identification, 2nd edition 1999, sections 3.2,
+//! 7.2 and 10.2.
 
 mod acting;
 mod coupling;

@@ -27,16 +27,15 @@ pub struct Row<'a> {
     pub regressor: &'a [f64],
 }
 
-/// The model loop: the servo's model, driven by the recorded command and kept with the record by a Kalman
-/// filter.
+/// The model loop: the recorded command drives the servo's model, and a Kalman filter keeps it with the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelPass<'a> {
     /// The record.
     pub record: &'a Record<'a>,
     /// The horizon of the filter.
     pub horizon: Horizon,
-    /// Viscous friction that the filter's own model has, 1/sample; not a parameter of the fit, so that the
-    /// filter stays while the fit searches.
+    /// Viscous friction in the filter's own model, 1/sample. It is not a parameter of the fit, so that the filter stays
+    /// constant during the search.
     pub damping: f64,
     pub(super) diffuse: Diffuse,
 }

@@ -2,10 +2,9 @@
 
 /// A recorded motion: what the encoder showed and what the servo was commanded.
 ///
-/// A sample may be a part of a block of samples: with a `stride` of two every second sample has a
-/// measurement, and a block with the mean command ū and the first moment m = mean of u·(x − ½), x being the
-/// place in the block from 0 to 1, is two samples with the commands ū ∓ 4m. Positions between
-/// measurements are interpolated.
+/// A sample may be a part of a block of samples. With a `stride` of two every second sample has a measurement. A block
+/// has the mean command ū and the first moment m = mean of u·(x − ½). Here x is the place in the block from 0 to 1. The
+/// block is two samples with the commands ū ∓ 4m. Positions between measurements are interpolated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record<'a> {
     /// Measured positions, counts.
@@ -20,8 +19,8 @@ pub struct Record<'a> {
     pub begins: &'a [usize],
     /// Samples from one measurement to the next, at least 1.
     pub stride: usize,
-    /// Of blocks the recorded commands, as many of each; else empty. What an amplifier makes of a command by its size it
-    /// makes of these: half a block's mean has sizes that the command never had.
+    /// The recorded commands of blocks, as many of each; else empty. The amplifier's nonlinear effects are computed
+    /// from these, because half a block's mean has sizes that the command never had.
     pub recorded: &'a [f64],
 }
 
@@ -49,7 +48,8 @@ impl Record<'_> {
         !self.recorded.is_empty()
     }
 
-    /// A function of the command over a sample: of a part of a block as the command itself, by mean and first moment.
+    /// A function of the command over a sample. For a part of a block it is computed from the block's recorded
+    /// commands, by mean and first moment.
     #[inline]
     pub(super) fn over(&self, sample: usize, function: impl Fn(f64) -> f64) -> f64 {
         if !self.has_blocks() {
@@ -110,7 +110,7 @@ impl Record<'_> {
         ]
     }
 
-    /// sin q and cos q at a sample of a motion that begins at `first`, less those at its beginning.
+    /// sin q and cos q at a sample of a motion that begins at `first`, minus those at its beginning.
     #[inline]
     pub(super) fn wave_since(&self, first: usize, sample: usize) -> [f64; 2] {
         let of = |sample: usize| self.angles.get(sample).copied().unwrap_or([0.0; 2]);
@@ -118,7 +118,7 @@ impl Record<'_> {
         [0, 1].map(|i| 0.5 * (before[i] + after[i]) - origin[i])
     }
 
-    /// sin Nq and cos Nq in the middle of a sample, for a whole N ≥ 1; zero on an axis without angle.
+    /// sin Nq and cos Nq in the middle of a sample for an integer N ≥ 1. Both are zero on an axis without angle.
     pub(super) fn wave(&self, sample: usize, order: f64) -> [f64; 2] {
         let Some(&[sine, cosine]) = self.angles.get(sample) else {
             return [0.0; 2];

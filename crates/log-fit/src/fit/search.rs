@@ -1,4 +1,4 @@
-//! A fit at one horizon: the search for the least innovations, and how sure it is.
+//! A fit at one horizon: the search for the least innovations, and its uncertainty.
 
 use super::fitter::Fitter;
 use super::spectrum::{MAX_UNKNOWNS, Spectrum, Vector};
@@ -28,7 +28,7 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// Standard errors by chance and colour of the free effects, in their order.
+    /// Standard errors by chance and autocorrelation of the free effects, in their order.
     #[must_use]
     pub fn std_errors(&self) -> Vector {
         self.covariances.variances.map(libm::sqrt)
@@ -98,8 +98,8 @@ impl Fitter<'_> {
         held
     }
 
-    /// Searches the minimum of the innovations' squares at one horizon: Levenberg and Marquardt's way, with
-    /// bounds. None if the model runs away from the start.
+    /// Searches the minimum of the innovations' squares at one horizon: Levenberg and Marquardt's way, with bounds.
+    /// None if the model diverges from the start.
     #[must_use]
     pub fn search(
         &self,
@@ -219,7 +219,7 @@ fn walked(free: &[Effect], horizon: Horizon) -> [bool; MAX_UNKNOWNS] {
     held
 }
 
-/// The innovations' squares without tangents; infinite if the model runs away.
+/// The innovations' squares without tangents; infinite if the model diverges.
 fn squares(pass: &ModelPass<'_>, values: &Values) -> f64 {
     let mut squares = 0.0;
     let ran = pass.run(values, &[], &mut |row| {

@@ -23,7 +23,7 @@ impl Spectrum {
     /// Eigenvalues below this part of the largest are rounding.
     const ROUNDING: f64 = 1e-13;
 
-    /// Of the first rows of a matrix, by Jacobi's rotations (Golub and Van Loan, Matrix Computations, 4th
+    /// The spectrum of the first rows of a matrix, by Jacobi's rotations (Golub and Van Loan, Matrix Computations, 4th
     /// edition 2013, section 8.5).
     #[must_use]
     pub fn new(matrix: &Matrix, rows: usize) -> Self {
@@ -83,8 +83,8 @@ impl Spectrum {
         self.largest() / least.max(f64::MIN_POSITIVE)
     }
 
-    /// The solution of (A + λ diag A) x = y. Eigenvalues that are rounding are taken for as large as rounding
-    /// can be: a pseudo-inverse would call sure what nothing is known of.
+    /// The solution of (A + λ diag A) x = y. Eigenvalues at the rounding level are set to the largest that rounding can
+    /// produce. A pseudo-inverse would call a direction certain that the data do not determine.
     #[must_use]
     pub fn solve(&self, right: &Vector, damping: f64) -> Vector {
         let least = Self::ROUNDING * self.largest();

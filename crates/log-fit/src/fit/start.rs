@@ -59,7 +59,7 @@ impl Fitter<'_> {
         })
     }
 
-    /// The estimates to which a beginning leads, and their −2 ln L; none where every search runs away.
+    /// The estimates to which a beginning leads, and their −2 ln L; none if every search diverges.
     #[must_use]
     pub fn search_from(&self, beginning: &Beginning) -> Option<(Values, f64)> {
         let search = Search {
@@ -82,9 +82,9 @@ impl Fitter<'_> {
         likelihood.is_finite().then_some((values, likelihood))
     }
 
-    /// Where the command acts before it was recorded it was recorded late: by how much, samples, and its
-    /// standard error, with the estimates at a long horizon, at which a command that already answers the
-    /// position cannot explain it.
+    /// How late the command was recorded, samples, and the standard error; it is late if it acts before it was
+    /// recorded. The estimates are those at a long horizon. There a command that already responds to the position
+    /// cannot explain the lateness.
     #[must_use]
     pub fn lateness(&self, values: &Values) -> Option<Lateness> {
         let rows = self.record.len() as f64;

@@ -17,16 +17,16 @@ pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     pub(super) acceleration: f64,
     /// The twist of the spring between motor and load.
     pub(super) twisting: Twisting,
-    /// The encoder's place within the play, from its middle.
+    /// The encoder's position within the backlash, from its middle.
     pub(super) play: f64,
-    /// True if there is play, or a column of it.
+    /// True if there is backlash, or a column of it.
     pub(super) plays: bool,
     pub(super) columns: &'c [Column],
     /// The column of the delay.
     pub(super) delay: Option<usize>,
     pub(super) tangents: Tangents<C>,
-    /// The response over either part of a sample, which is nearly always that of the last sample. Elsewhere in memory:
-    /// beside an array that is indexed by a variable the compiler keeps no state in registers.
+    /// The response over either part of a sample, which is nearly always that of the last sample. It is elsewhere in
+    /// memory, because the compiler keeps no state in registers beside an array that is indexed by a variable.
     pub(super) responses: &'c mut [Response; 2],
 }
 
@@ -36,17 +36,17 @@ pub(super) struct Tangents<const C: usize> {
     pub(super) error: [f64; C],
     pub(super) velocity: [f64; C],
     load: [f64; C],
-    /// Of the current by a shape of the command.
+    /// Derivative of the current by a shape of the command.
     current: [f64; C],
-    /// Of the acceleration over the last sample.
+    /// Derivative of the acceleration over the last sample.
     pub(super) acceleration: [f64; C],
-    /// Of a column with a resonance of its own the twist per κ, and its rate.
+    /// For a column with a resonance of its own, the twist per κ and its rate.
     twisted: [[f64; 2]; C],
-    /// Of the twist of the spring.
+    /// Derivative of the twist of the spring.
     pub(super) twisting: [Twisting; C],
-    /// Of the force with which it holds the motor back.
+    /// Derivative of the force with which the spring brakes the motor.
     pub(super) held: [f64; C],
-    /// Of the place within the play; of a column with a play of its own that place in it.
+    /// Derivative of the position within the backlash. For a column with a backlash of its own it is that position.
     play: [f64; C],
 }
 
@@ -64,7 +64,7 @@ impl<const C: usize> Tangents<C> {
     };
 }
 
-/// (1 − e^(−z))/z and (1 − (1 − e^(−z))/z)/z times powers of the length, and their derivatives by a.
+/// (1 − e^(−z))/z and (1 − (1 − e^(−z))/z)/z times powers of the length, with their derivatives by a.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Response {
     a: f64,
@@ -129,8 +129,8 @@ const fn eccentric_per(effect: Effect, [sine, cosine]: [f64; 2]) -> f64 {
 }
 
 impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
-    /// The innovation, and the regressor of each column; `wave` are sin q and cos q less those at the beginning of the motion,
-    /// where an encoder counts from.
+    /// The innovation, and the regressor of each column. The pair `wave` is sin q and cos q minus those at the
+    /// beginning of the motion, where an encoder counts from.
     #[inline]
     pub(super) fn innovation(
         &self,
@@ -157,8 +157,8 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         self.error - twist * self.acceleration - self.play - eccentric(values, wave)
     }
 
-    /// The acceleration over the last sample has twisted the shafts of columns that have a resonance of their own: y of
-    /// ÿ + 2ζω ẏ + ω² y = ω² q̈, by which a motor is ahead of both masses as one per κ = ρ/((1 − ρ) ω²).
+    /// Updates the twist of columns that have a resonance of their own, with the acceleration over the last sample. It
+    /// is y of ÿ + 2ζω ẏ + ω² y = ω² q̈. The motor is ahead of both masses by y per κ = ρ/((1 − ρ) ω²).
     pub(super) fn twist_columns(&mut self) {
         for (column, [y, rate]) in self.columns.iter().zip(&mut self.tangents.twisted) {
             if column.effect == Effect::Compliance {
@@ -170,8 +170,8 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
     }
 
-    /// The motor has moved by a way, counts, from earlier derivatives of the error: within the play, or it takes the encoder
-    /// along.
+    /// Moves the motor by a displacement, counts, from earlier derivatives of the error. The motor stays within the
+    /// backlash or takes the encoder along.
     pub(super) fn take_up_play(&mut self, play: f64, way: f64, earlier: &[f64; C]) {
         let wanted = self.play - way;
         let half = 0.5 * play;
@@ -204,7 +204,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
     }
 
-    /// The column of the delay; of a plain model known to the compiler, which keeps the tangents in registers then.
+    /// The column of the delay. For a plain model the compiler knows it and keeps the tangents in registers.
     #[inline]
     pub(super) fn delay(&self) -> Option<usize> {
         if PLAIN {
@@ -214,7 +214,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
     }
 
-    /// True if there is play, or a column of it.
+    /// True if there is backlash, or a column of it.
     #[inline]
     pub(super) fn plays(&self) -> bool {
         !PLAIN && self.plays
@@ -226,8 +226,8 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         if PLAIN { 0.0 } else { values.get(effect) }
     }
 
-    /// The command steps between two parts of a sample: a longer delay, the column at `place`, lets the earlier push act
-    /// longer. A spring takes `held` of either.
+    /// The command steps between two parts of a sample. A longer delay, the column at `place`, makes the earlier push
+    /// act longer. A spring takes `held` of either.
     #[inline]
     pub(super) fn pass_step(&mut self, acting: &Acting<'_>, earlier: f64, held: f64, place: usize) {
         let push = acting.push - held;
@@ -248,7 +248,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
     }
 
-    /// The derivatives of the command over a part of a sample by the columns that are a shape of it.
+    /// The derivatives of the command over a part of a sample by the columns of its shape.
     #[inline]
     pub(super) fn shaped(&mut self, acting: &Acting<'_>) -> [f64; C] {
         let mut shaped = [0.0; C];
@@ -264,8 +264,8 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         shaped
     }
 
-    /// Moves the model over a piece of a part of a sample in which the command is constant; friction may stop it or
-    /// turn it round on the way.
+    /// Moves the model over a piece of a part of a sample in which the command is constant. Friction may stop or
+    /// reverse it on the way.
     #[inline]
     pub(super) fn advance_motor(&mut self, acting: &Acting<'_>, shaped: &[f64; C]) {
         let values = acting.values;

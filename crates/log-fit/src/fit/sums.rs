@@ -26,8 +26,8 @@ pub struct Sums {
     pub segments: f64,
 }
 
-/// The segments of a record of so many samples: long enough that errors hardly reach from one into the
-/// next, and enough of them for a variance.
+/// The segments of a record of this length. They are long enough that errors barely correlate across them, and numerous
+/// enough for a variance.
 #[must_use]
 pub fn segments(samples: usize) -> usize {
     (samples / 100).clamp(16, 60)
@@ -46,7 +46,7 @@ impl Sums {
         segments: 0.0,
     };
 
-    /// Of a pass with some values; none if the model ran away. At most [`MAX_UNKNOWNS`] effects count.
+    /// The sums of a pass with some values; none if the model diverged. At most [`MAX_UNKNOWNS`] effects count.
     #[must_use]
     pub fn new(pass: &ModelPass<'_>, values: &Values, free: &[Effect]) -> Option<Self> {
         let count = free.len().min(MAX_UNKNOWNS);
@@ -130,9 +130,8 @@ impl Sums {
         self.rows * libm::log(self.noise().max(f64::MIN_POSITIVE)) + self.log_variances
     }
 
-    /// Covariances of the estimates at a minimum: by white noise, and by how far the segments disagree
-    /// (the sandwich of Huber, 1967, and White, Econometrica 50(1), 1982). Unknowns that `held` marks are not
-    /// among them.
+    /// Covariances of the estimates at a minimum, by white noise and by the disagreement of the segments. The latter is
+    /// the sandwich of Huber, 1967, and White, Econometrica 50(1), 1982. Unknowns that `held` marks are not among them.
     #[must_use]
     pub fn covariances(&self, held: &[bool; MAX_UNKNOWNS]) -> Covariances {
         let mut places = [0; MAX_UNKNOWNS];
@@ -189,7 +188,7 @@ pub struct Covariances {
 }
 
 impl Covariances {
-    /// Rows that count as one, the errors being coloured: the median ratio of the variances.
+    /// Rows per independent row of autocorrelated errors: the median ratio of the variances.
     #[must_use]
     pub fn rows_per_independent_row(&self) -> f64 {
         let mut ratios = [f64::INFINITY; MAX_UNKNOWNS];

@@ -22,11 +22,11 @@ pub(super) struct Window {
     pub(super) velocity: f64,
     pub(super) command: f64,
     pub(super) command_change: f64,
-    /// Of the direction of the motion.
+    /// Mean direction of the motion.
     pub(super) direction: f64,
     /// The part of the window in which the servo moved.
     pub(super) moving: f64,
-    /// Of the angle's sine and cosine; zero on an axis without angle.
+    /// Means of the angle's sine and cosine; zero on an axis without angle.
     pub(super) wave: [f64; 2],
 }
 
@@ -111,7 +111,7 @@ pub(super) fn windows(
 }
 
 impl Survey {
-    /// Of a record; none without motion.
+    /// The survey of a record; none without motion.
     #[must_use]
     pub fn new(record: &Record<'_>) -> Option<Self> {
         /// Variance of a third difference of white noise.
@@ -175,8 +175,8 @@ impl Survey {
         0.5 * self.velocity / self.bandwidth
     }
 
-    /// The shortest horizon of the filter, samples: the motion's own time, below which the filter would follow
-    /// whatever the model lacks.
+    /// The shortest horizon of the filter, samples. It is the motion's own time. Below it the filter would follow
+    /// everything that the model lacks.
     #[must_use]
     pub fn shortest_horizon(&self, samples: usize) -> f64 {
         (0.7 / self.bandwidth).clamp(6.0, (samples as f64 / 100.0).max(8.0))

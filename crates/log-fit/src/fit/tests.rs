@@ -242,7 +242,7 @@ fn a_fit_needs_no_guess_whatever_the_noise() {
     }
 }
 
-/// A motor with friction and a load on a spring, in fine steps under a random command, the encoder on the motor.
+/// A motor with friction and a load on a spring, in fine steps under a random command. The encoder is on the motor.
 fn two_masses(samples: usize, [b, c]: [f64; 2], [frequency, damping, share]: [f64; 3]) -> Motion {
     const STEPS: usize = 200;
     let mut dice = Dice(11);
@@ -414,8 +414,8 @@ fn blocks_of_samples_are_as_good_as_samples() {
     assert!((friction / 0.01 - 1.0).abs() < 0.01, "{friction}");
 }
 
-/// Of a command of one size a dead band is a smaller gain and friction that grows with the load is Coulomb friction,
-/// though the mean of a block in which it changes its sign has other sizes.
+/// Under a command of one size a dead band equals a smaller gain, and load-dependent friction equals Coulomb friction.
+/// The mean of a block in which the command changes its sign has other sizes all the same.
 #[test]
 fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain() {
     let mut made = motion(8000, 0.001, 0.1, 0.01, 0.0);

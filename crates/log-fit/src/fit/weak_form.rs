@@ -22,8 +22,8 @@ pub(super) const MAX_STARTS: usize = 14;
 ///
 /// −∫g′q̇ = −a ∫g q̇ + b ∫g (u − τ u̇) − c ∫g sign q̇ + d ∫g
 ///
-/// is linear in a, b, bτ, c, d and gravity, and no noise is differentiated (Preisig and Rippin, "Theory and application
-/// of the modulating function method", Computers & Chemical Engineering 17(1), 1993).
+/// is linear in a, b, bτ, c, d and gravity, and no noise is differentiated. Literature: Preisig and Rippin, "Theory and
+/// application of the modulating function method", Computers & Chemical Engineering 17(1), 1993.
 pub(super) fn starts(
     record: &Record<'_>,
     survey: &Survey,

@@ -1,5 +1,5 @@
-//! Candidates beside a model: the parts of their columns that the model's own unknowns do not take, and how much of the
-//! innovations those explain.
+//! Candidates beside a model. Each is the part of its columns that the model's own unknowns do not explain, and the
+//! innovations that this part explains.
 
 use crate::fit::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
 
@@ -29,7 +29,7 @@ impl Own {
         }
     }
 
-    /// What is left of a candidate's columns beside the model.
+    /// The remainder of a candidate's columns beside the model.
     pub(super) fn beside(&self, grams: &Grams, candidate: &[usize]) -> Beside {
         let own = self.places.len();
         let count = grams.count();
@@ -82,8 +82,8 @@ impl Own {
     }
 }
 
-/// A candidate's columns less what the model's own unknowns take of them (Frisch and Waugh, "Partial time regressions as
-/// compared with individual trends", Econometrica 1(4), 1933).
+/// A candidate's columns after partial regression on the model's own unknowns (Frisch and Waugh, "Partial time
+/// regressions as compared with individual trends", Econometrica 1(4), 1933).
 pub(super) struct Beside {
     sizes: usize,
     parts: Vec<Part>,
@@ -125,7 +125,7 @@ impl Part {
 }
 
 impl Beside {
-    /// The sum of every so many parts.
+    /// The sum of every `every`-th part.
     pub(super) fn sum(&self, first: usize, every: usize) -> Part {
         let mut sum = Part::default();
         for part in self.parts.iter().skip(first).step_by(every) {
@@ -136,7 +136,7 @@ impl Beside {
 
     /// The inverse of a sum's matrix, with a ridge over its diagonal.
     pub(super) fn inverse(&self, sum: &Part, ridge: f64) -> [[f64; 2]; 2] {
-        /// What rounding leaves of a column that the model has already, of its squares.
+        /// The share of its squares that rounding leaves of a column that the model has already.
         const ROUNDING: f64 = 1e-12;
         let m = &sum.matrix;
         let [a, d] = [0, 1].map(|k| {

@@ -17,7 +17,7 @@ pub(super) struct Candidate {
 /// The highest order of ripple that is looked for: slots and pole pairs of usual motors.
 const MAX_ORDER: u32 = 40;
 
-/// Orders of an inertia that goes with the angle: of an arm once a turn, of a crank twice.
+/// Orders of an inertia that depends on the angle: one per turn for an arm, two for a crank.
 const INERTIA_ORDERS: [f64; 2] = [1.0, 2.0];
 
 /// Speeds at which friction may fade, of a large velocity of the motion.
@@ -53,14 +53,15 @@ pub(super) struct Range {
     pub(super) mean_wave: [f64; 2],
     /// A large command.
     pub(super) peak: f64,
-    /// Levels of the command below which half, three quarters, nine tenths and most of it lies, where it has several.
+    /// Levels of the command below which half, three quarters, nine tenths and most of it lies. Empty if it has a
+    /// single size.
     pub(super) levels: Vec<f64>,
     /// Resonances faster than the motion, rad/sample.
     pub(super) resonances: Vec<f64>,
 }
 
 impl Range {
-    /// Of a record with these figures.
+    /// The candidates for a record with these figures.
     pub(super) fn new(recording: &Recording<'_>, survey: &Survey) -> Self {
         let [small, half, most, nearly, all, peak] =
             recording.levels([0.1, 0.5, 0.75, 0.9, 0.97, 0.99]);
@@ -105,7 +106,7 @@ pub(super) struct Usual {
 }
 
 impl Usual {
-    /// Of a record with some values.
+    /// The usual sizes for a record with some values.
     pub(super) fn new(fitter: &Fitter<'_>, values: &Values) -> Self {
         let survey = &fitter.survey;
         Self {
@@ -252,7 +253,7 @@ impl Candidate {
         }
     }
 
-    /// True if an effect of this size matters: no servo is its model to better than a fiftieth of usual sizes.
+    /// True if an effect of this size matters. No servo matches its model to better than a fiftieth of usual sizes.
     pub(super) fn matters(&self, values: &Values, usual: &Usual) -> bool {
         const MIN_SHARE: f64 = 0.02;
         let size = |column: &Column| match column.effect {
@@ -263,8 +264,7 @@ impl Candidate {
         squares.sum::<f64>().sqrt() >= MIN_SHARE * self.usual_size(usual)
     }
 
-    /// The values with which a search for it begins, its sizes by linear algebra, and the effects that are
-    /// free with it.
+    /// The start values of a search for it, and the effects that are free with it. Linear algebra gives its sizes.
     pub(super) fn enter(
         &self,
         values: &Values,

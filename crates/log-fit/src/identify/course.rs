@@ -5,11 +5,11 @@ use crate::fit::{Fitter, Horizon, Record};
 use super::every_sample::of_samples;
 use super::{Identified, Recording};
 
-/// What a model leaves of a log.
+/// The residuals of a model over a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
-    /// Of every sample of the log the measured position less that of the model, which runs free from the beginning of its
-    /// window, with the start that fits what was measured there so far; counts. NaN until that is known.
+    /// The measured position minus that of the model for every sample of the log, counts. The model runs free from the
+    /// beginning of its window, with the start that fits the measurements there so far. NaN until that is known.
     pub errors: Vec<f64>,
     /// Samples of a window.
     pub window: usize,
@@ -26,7 +26,7 @@ const HORIZONS: f64 = 30.0;
 const KNOWN: f64 = 1.5;
 
 impl Identified {
-    /// The course of the recording beside its model; none where the model runs away in it.
+    /// The course of the recording beside its model; none if the model diverges in it.
     #[must_use]
     pub fn course(&self, recording: &Recording<'_>) -> Option<Course> {
         let every = recording.every_sample();

@@ -1,5 +1,5 @@
-//! The last fit of a long log, to every sample: its blocks have shown which effects there are, and leave out what the
-//! servo did within them.
+//! The last fit of a long log, to every sample. Its blocks have shown which effects exist, but leave out the motion
+//! within them.
 
 use crate::fit::{Effect, Fitter, Horizon, Record, Search, Survey, Values};
 
@@ -11,9 +11,9 @@ const SEARCH: Search = Search {
     tolerance: 1e-8,
 };
 
-/// Fits the model of blocks to every sample of its log. The chance in the standard errors is then that of every
-/// sample, and what they hold beyond it stays. The load where one that is constant was fitted; nothing changes where the log has
-/// no blocks.
+/// Fits the model of blocks to every sample of its log. The random part of the standard errors is then that of every
+/// sample. The rest of them is unchanged. The load where one that is constant was fitted; nothing changes where the log
+/// has no blocks.
 pub(super) fn refine(
     fitter: &Fitter<'_>,
     recording: &Recording<'_>,
@@ -40,12 +40,12 @@ pub(super) fn refine(
     is_constant.then(|| fitted.values.get(Effect::Load))
 }
 
-/// A sample of a record of blocks in samples of the log, to the power that it has in an effect's unit.
+/// A sample of a record of blocks in samples of the log, raised to its power in an effect's unit.
 fn in_samples(effect: Effect, block: f64) -> f64 {
     block.powi(effect.unit()[1])
 }
 
-/// Range, values and horizon of blocks of so many samples as those of a record of the samples.
+/// Converts range, values and horizon from blocks of this length to a record of the samples.
 pub(super) fn of_samples<'a>(
     (fitter, values, horizon): (&Fitter<'a>, &Values, Horizon),
     record: &'a Record<'a>,

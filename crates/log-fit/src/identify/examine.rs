@@ -1,5 +1,5 @@
-//! Estimates that a law has found, beside a record: where the record would have them, how sure it is, and the effect that
-//! the law's model lacks.
+//! Tests an estimator's estimates against a record. The result is the estimates that fit the record, their uncertainty,
+//! and the effect that the estimator's model lacks.
 
 use crate::fit::{Effect, Fitter, Horizon, Search, Survey, Values};
 
@@ -20,28 +20,28 @@ pub struct Estimated {
     pub is_thorough: bool,
 }
 
-/// The evidence of a record for a law's estimates, counts and samples.
+/// The evidence of a record for an estimator's estimates, counts and samples.
 #[derive(Debug, Clone)]
 pub struct Examined {
-    /// The law's model where the record would have it, with the effect that it lacks.
+    /// The estimator's model, refitted to the record, with the effect that it lacks.
     pub values: Values,
     /// The effects that are estimated in it, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// Those of which a command of other sizes would tell more.
+    /// The estimates that a command of other sizes would determine better.
     pub needs_sizes: Vec<Effect>,
-    /// Deviation of a measurement from the law's model where the record would have it, counts.
+    /// Deviation of a measurement from the estimator's refitted model, counts.
     pub noise: f64,
     /// Correlation of its innovations from sample to sample.
     pub correlation: f64,
-    /// The effect that the law's model lacks.
+    /// The effect that the estimator's model lacks.
     pub lacking: Option<Lacking>,
-    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself; none where it was not asked for, or b is not estimated.
+    /// Gain in −2 ln L over b fixed at 0.8 and 1.25 times itself. None if it was not requested or b is not estimated.
     pub profile: Option<[f64; 2]>,
     /// Figures of the record.
     pub survey: Survey,
 }
 
-/// An effect that a law's model lacks.
+/// An effect that an estimator's model lacks.
 #[derive(Debug, Clone)]
 pub struct Lacking {
     /// The effect.
@@ -50,7 +50,7 @@ pub struct Lacking {
     pub share: f64,
 }
 
-/// The horizon at which estimates are examined, of the shortest: long enough for the model to show what it is.
+/// The horizon of the examination, in units of the shortest. It is long enough for the model to show its errors.
 const HORIZON: f64 = 4.0;
 
 const SEARCH: Search = Search {
@@ -58,8 +58,8 @@ const SEARCH: Search = Search {
     tolerance: 1e-6,
 };
 
-/// Examines estimates; none where there is no motion or the model cannot follow the record. `is_explained` says of the
-/// noise and the correlation of the innovations whether they need no further effect.
+/// Examines estimates; none without motion or if the model cannot follow the record. The function `is_explained` is
+/// true if this noise and correlation of the innovations need no further effect.
 pub fn examine(
     recording: &Recording<'_>,
     law: &Estimated,
@@ -125,8 +125,8 @@ pub fn examine(
     })
 }
 
-/// A law's model where the record would have it: by a search from the law's estimates, or from a start of its own where
-/// they are none.
+/// Refits an estimator's model to the record. The search starts from the estimator's estimates, or from a start of its
+/// own if there are none.
 fn follow(
     fitter: &Fitter<'_>,
     estimates: &Values,

@@ -17,20 +17,19 @@ const MIN_KEPT_GAIN: f64 = 25.0;
 const MIN_UNSURE_GAIN: f64 = 10.0;
 const MIN_STD_ERRORS: f64 = 2.5;
 
-/// The part of what an effect explains below which another may be the error of its form: no effect has its textbook's
+/// The part of an effect's gain below which another effect may be the error of its form. No effect matches its textbook
 /// form to better than a fifth.
 const FORM_ERROR: f64 = 0.2 * 0.2;
 
-/// Standard errors below which a delay may be play, which takes a time that differs between motions: of 37 delays of drawn
-/// servos 28 were above, and of eight that were play two.
+/// Standard errors below which a delay may be backlash, whose time differs between motions. Among 37 delays of drawn
+/// servos 28 were above it. Among eight that were backlash, two were.
 const MIN_DELAY_STD_ERRORS: f64 = 8.0;
 
 /// Delays below this are none, of the reciprocal of the motion's bandwidth.
 const MIN_DELAY: f64 = 0.002;
 
 impl Tournament<'_> {
-    /// Takes effects out again that the others have made superfluous, and marks those that may be the error of another's
-    /// form.
+    /// Removes effects that the others have made superfluous. It marks those that may be the error of another's form.
     pub(super) fn prune(&self, model: &mut Model) {
         let mut losses: Vec<(Cause, f64)> = Vec::new();
         let mut kept = 0;
@@ -64,8 +63,8 @@ impl Tournament<'_> {
         }
     }
 
-    /// Marks waves of which the motion shows less than a period: they may be any force, or any change of the gain, that
-    /// goes with the angle.
+    /// Marks waves of which the motion shows less than a period. They may be any force, or any change of the gain, that
+    /// depends on the angle.
     pub(super) fn mark_short_waves(&self, model: &mut Model) {
         let values = &model.fitted.values;
         for entry in &mut model.entered {
@@ -80,8 +79,8 @@ impl Tournament<'_> {
         }
     }
 
-    /// The delay, which every model has, with its standard error, as an effect that the record shows; none where it does
-    /// not.
+    /// The delay with its standard error, as an effect of the record. Every model has it. None if the record does not
+    /// show it.
     pub(super) fn delay(&self, model: &Model, std_error: f64) -> Option<Entered> {
         let delay = model.fitted.values.get(Effect::Delay);
         let is_small = delay * self.fitter.survey.bandwidth < MIN_DELAY;
@@ -101,7 +100,8 @@ impl Tournament<'_> {
         })
     }
 
-    /// The model without the effects of a cause; none where they are all that entered, and sure, or the fit runs away.
+    /// The model without the effects of a cause. None if they are certain and the only ones that entered, or if the fit
+    /// diverges.
     fn reduced(&self, model: &Model, cause: Cause) -> Option<Reduced> {
         let own = own(model, cause);
         let is_sure = is_sure(model, &own);
@@ -123,8 +123,8 @@ impl Tournament<'_> {
         })
     }
 
-    /// A fit of the model without the effects of a cause, those that are free in it, and by how much −2 ln L is larger, in
-    /// independent rows.
+    /// A fit of the model without the effects of a cause, and its free effects. The last value is the increase of −2 ln
+    /// L in independent rows.
     fn without(
         &self,
         model: &Model,

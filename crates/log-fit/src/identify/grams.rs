@@ -11,8 +11,9 @@ pub(super) struct Grams {
 }
 
 impl Grams {
-    /// Of a pass with the `free` columns of the model and those of candidates at `places` behind them. Of candidates it has
-    /// no products with one another, which would be most of the work. None if the model runs away.
+    /// The normal equations of a pass, with the `free` columns of the model first and those of candidates at `places`
+    /// behind them. It has no products of candidates with one another, which would be most of the work. None if the
+    /// model diverges.
     pub(super) fn new(
         fitter: &Fitter<'_>,
         fitted: &Fitted,
@@ -107,7 +108,7 @@ impl Grams {
     }
 }
 
-/// Rows that count as one: no more than a small part of the horizon, over which columns hardly change.
+/// Rows that are summed as one. They span a small part of the horizon, over which columns barely change.
 fn rows_together(fitter: &Fitter<'_>, fitted: &Fitted) -> usize {
     const SHARE: f64 = 0.15;
     const MOST: usize = 8;
@@ -176,7 +177,7 @@ mod tests {
 
     use super::*;
 
-    /// Columns that hardly change over the rows that are taken together have the products of the rows by themselves.
+    /// Columns that barely change over the summed rows have the products of the single rows.
     #[test]
     fn rows_that_are_taken_together_have_the_sums_of_a_fit() {
         const FREE: [Effect; 3] = [Effect::A, Effect::B, Effect::Load];

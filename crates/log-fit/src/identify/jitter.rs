@@ -1,5 +1,5 @@
-//! Uneven sampling instants: a position that was read too early or too late is off by the way until then, so that its noise
-//! grows with the speed.
+//! Uneven sampling instants. A position that was read too early or too late is off by the distance moved until then, so
+//! its noise grows with the speed.
 
 use crate::fit::{Fitted, Fitter};
 
@@ -7,7 +7,7 @@ use super::model::Entered;
 use super::tournament::MIN_GAIN;
 use crate::cause::Cause;
 
-/// Parts of the samples by their speed, up to twice a large one, and the fewest samples of a part and parts.
+/// Number of speed classes, up to twice a large speed, and the fewest samples of a class and classes.
 const PARTS: usize = 10;
 const FASTEST: f64 = 2.0;
 const MIN_SAMPLES: f64 = 20.0;
@@ -41,7 +41,8 @@ pub(super) struct Jitter {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Part {
     samples: f64,
-    /// Mean squares of the speed, and of half the difference of two innovations, in which hardly any of a model error is left.
+    /// Mean squares of the speed, and of half the difference of two innovations. That difference contains almost no
+    /// model error.
     speed: f64,
     noise: f64,
     /// Mean product of the innovations.
@@ -61,7 +62,7 @@ impl Part {
 }
 
 impl Jitter {
-    /// Of a fitted record; none where the noise does not grow with the speed's square.
+    /// The jitter of a fitted record. None if the noise does not grow with the speed's square.
     pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
         let parts: Vec<Part> = parts(fitter, fitted)
             .into_iter()
@@ -119,7 +120,7 @@ impl Jitter {
     }
 }
 
-/// The sums of the pairs of successive samples that move, each sample in one of them, by their speed.
+/// The sums over pairs of successive samples that move, by their speed. Each sample is in one pair.
 fn parts(fitter: &Fitter<'_>, fitted: &Fitted) -> [Part; PARTS] {
     let record = fitter.record;
     let per_part = PARTS as f64 / (FASTEST * fitter.survey.velocity);

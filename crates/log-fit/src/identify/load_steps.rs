@@ -20,8 +20,8 @@ const MAX_STEPS: usize = 3;
 /// The least part of the load's scatter that a step explains.
 const MIN_STEP_SHARE: f64 = 0.02;
 
-/// The same for all steps together. A load that walks, or that goes with angle or velocity, leaves more to its parts: of
-/// drawn servos without steps they explain at most 0.74.
+/// The same for all steps together. A random-walk load, or a load that depends on angle or velocity, leaves more to its
+/// parts. For drawn servos without steps the steps explain 0.74 or less.
 const MIN_SHARE: f64 = 0.9;
 
 /// Neighbours of a load that walks agree more than strangers.
@@ -42,8 +42,8 @@ pub(super) struct LoadSteps {
 }
 
 impl LoadSteps {
-    /// Of a fitted record; none where the load is one, as that which is best fitted at a horizon of a constant load, or
-    /// no steps explain it.
+    /// The load steps of a fitted record. None if the load is constant, because the best fit is at a horizon of a
+    /// constant load, or if no steps explain it.
     pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
         let length = fitter.record.len();
         if length < MIN_PART * PARTS || fitted.horizon.walk.is_none() {
@@ -80,7 +80,7 @@ impl LoadSteps {
     }
 }
 
-/// The means over parts of a load that walks beside the fitted one; none if the model runs away.
+/// The means over parts of a random-walk load beside the fitted one. None if the model diverges.
 fn walked(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let length = fitter.record.len();
     let rows = length as f64;
@@ -101,7 +101,8 @@ fn walked(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     ran.then(|| means.skip(FIRST_PARTS).collect())
 }
 
-/// The ends of the parts between steps, the first and the last included: the step that explains most, and again.
+/// The ends of the parts between steps, the first and the last included. It takes the step that explains most,
+/// repeatedly.
 fn steps(means: &[f64]) -> Vec<usize> {
     /// The fewest means between steps.
     const MIN_LENGTH: usize = 2;

@@ -48,7 +48,7 @@ pub struct Identified {
     pub values: Values,
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// Those of which a command of other sizes would tell more.
+    /// The estimates that a command of other sizes would determine better.
     pub needs_sizes: Vec<Effect>,
     /// The effects that entered, in the order in which they did.
     pub entered: Vec<Entered>,
@@ -70,8 +70,8 @@ pub struct Identified {
     horizon: Horizon,
     /// True if the servo moved in both directions.
     pub reverses: bool,
-    /// Of a motion in one direction what brakes it of friction and load together, and its standard error: c − d ahead, c + d
-    /// back.
+    /// The braking force of a motion in one direction, friction and load together, and its standard error: c − d ahead,
+    /// c + d back.
     pub braking: Option<[f64; 2]>,
     /// True if it was stopped before its end: this is what was known then.
     pub was_stopped: bool,
@@ -212,7 +212,8 @@ fn start(fitter: &Fitter<'_>, has_gravity: bool) -> Option<Values> {
     likeliest(searched.flatten())
 }
 
-/// What brakes a motion in one direction, where friction and load are one force: by a fit without friction.
+/// The braking force of a motion in one direction, in which friction and load are one force. A fit without friction
+/// gives it.
 fn braking(fitter: &Fitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2]> {
     const SEARCH: Search = Search {
         steps: 4,
@@ -229,12 +230,12 @@ fn braking(fitter: &Fitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2
     error.is_finite().then_some([-direction * load, error])
 }
 
-/// By how much a load is larger than the force that held the servo against it: that much of it is the error of an effect's form.
+/// The excess of a load over the force that held the servo against it. This excess is the error of an effect's form.
 fn beyond_authority(load: f64, authority: f64) -> f64 {
     (load.abs() - authority).max(0.0)
 }
 
-/// The mean over the motion of a ripple of which it shows less than a period: that is a load as well.
+/// The mean over the motion of a ripple of which it shows less than a period. That mean is a load as well.
 fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
     let mut ripples = model
         .entered
@@ -249,7 +250,7 @@ fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
     sizes[0] * means[0] + sizes[1] * means[1]
 }
 
-/// The model of a record with the effects that it shows; none if every search runs away.
+/// The model of a record with the effects that it shows; none if every search diverges.
 fn model(
     fitter: &Fitter<'_>,
     range: &Range,

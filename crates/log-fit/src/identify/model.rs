@@ -1,13 +1,13 @@
 use crate::cause::Cause;
 use crate::fit::{Effect, Fitted};
 
-/// The state of a tournament: the model so far.
+/// The state of the forward selection: the model so far.
 #[derive(Debug, Clone)]
 pub(super) struct Model {
     pub(super) free: Vec<Effect>,
     pub(super) fitted: Fitted,
     pub(super) entered: Vec<Entered>,
-    /// Rows that count as one: how coloured the innovations are.
+    /// Rows per independent row, by the autocorrelation of the innovations.
     pub(super) rows_per_row: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct Entered {
     pub gain: f64,
     /// The next best, and its gain.
     pub(super) runner_up: Option<(Cause, f64)>,
-    /// The effect of whose form this one may be the error, or from which the motion is too short to tell it.
+    /// The effect of whose form this one may be the error, or that the short motion cannot distinguish from it.
     pub(super) error_of: Option<Cause>,
 }
 
@@ -50,10 +50,10 @@ impl Entered {
         }
     }
 
-    /// Another effect that explains the record nearly as well, or whose form may need this one, where there is one.
+    /// Another effect, if any, that explains the record nearly as well, or whose form may need this one.
     pub fn rival(&self) -> Option<Cause> {
-        /// Factor by which the gain must be above the next best's: of drawn servos 25 of 26 that are above by this to 1.35 have
-        /// the effect, and of 22 below it 15.
+        /// Factor by which the gain must exceed the next best's. Among drawn servos 25 of 26 between this and 1.35 have
+        /// the effect; below it 15 of 22 have it.
         const CLEAR: f64 = 1.1;
         let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
         close.map(|(cause, _)| cause).or(self.error_of)

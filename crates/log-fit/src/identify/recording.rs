@@ -11,9 +11,9 @@ pub struct Recording<'a> {
     axis: Axis,
     positions: Vec<f64>,
     commands: Vec<f64>,
-    /// Of blocks those of the log.
+    /// The recorded commands of the log, for blocks.
     recorded: Vec<f64>,
-    /// Of the angle from the middle of the motion.
+    /// Sine and cosine of the angle from the middle of the motion.
     angles: Vec<[f64; 2]>,
     begins: Vec<usize>,
     /// The samples of the log that those are.
@@ -25,8 +25,8 @@ pub struct Recording<'a> {
     span: f64,
     /// Counts to a rad of the angle; zero on an axis without angle.
     radian: f64,
-    /// The mean angle, rad, from which angles count: there sin goes with the angle and cos hardly, so that over a
-    /// short way a wave is one unknown and a constant.
+    /// The mean angle, rad, from which angles count. Around it sin varies with the angle and cos barely. Over a short
+    /// distance a wave is then one unknown and a constant.
     middle: f64,
 }
 
@@ -53,13 +53,13 @@ struct Axis {
 /// The most samples of a record: those of a longer log are taken together in blocks.
 pub const MAX_SAMPLES: usize = 1 << 15;
 
-/// The most samples of a log that are taken together: of a longer one pieces from its beginning to its end.
+/// The most samples of a log that are used together. A longer log gives pieces from its beginning to its end.
 const MAX_TAKEN: usize = 1 << 17;
 const PIECES: usize = 16;
 
 impl<'a> Recording<'a> {
-    /// Of the samples of a log with the counts per rad, and the way after which forces that go with the angle repeat, rad;
-    /// zero for an axis without angle.
+    /// A recording from the samples of a log, with the counts per rad. The argument `revolution` is the distance after
+    /// which angle-dependent forces repeat, rad; zero for an axis without angle.
     #[must_use]
     pub fn new(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
         let block = match samples.len().min(MAX_TAKEN) {
@@ -210,8 +210,8 @@ impl<'a> Recording<'a> {
         Self::turned(values, self.middle)
     }
 
-    /// Values whose waves count from angle zero, and the standard errors of effects with them: a wave of which one
-    /// part was estimated has both.
+    /// Values whose waves count from angle zero, and the standard errors of effects with them. A wave with one
+    /// estimated part has both.
     pub(super) fn about_zero(
         &self,
         values: &Values,
@@ -233,7 +233,7 @@ impl<'a> Recording<'a> {
         (Self::turned(values, -self.middle), estimated)
     }
 
-    /// The direction in which the servo moved; none if it moved in both, by more than its encoder's noise can.
+    /// The direction in which the servo moved. None if it moved in both by more than its encoder's noise.
     pub(super) fn direction(&self) -> Option<f64> {
         /// Part of the way to either side.
         const SHARE: f64 = 0.02;
@@ -263,7 +263,7 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// The motions of a log, each with its first sample, or of a long one those of some pieces.
+/// The motions of a log, each with its first sample. For a long log they are those of some pieces.
 fn motions(samples: &[Logged], in_pieces: bool) -> impl Iterator<Item = (usize, &[Logged])> {
     let count = samples.len();
     let (pieces, length) = if in_pieces && count > MAX_TAKEN {
@@ -285,8 +285,8 @@ fn motions(samples: &[Logged], in_pieces: bool) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// A motion in whole blocks of samples, each as two: the commands have the block's mean and first moment, and
-/// the position in its middle is interpolated.
+/// A motion in whole blocks of samples, each as two samples. Their commands have the block's mean and first moment. The
+/// position in its middle is interpolated.
 fn in_blocks(motion: &[Logged], block: usize) -> Vec<Logged> {
     let mut blocks = Vec::new();
     let positions = motion.iter().step_by(block).map(|first| first.position);

@@ -7,14 +7,14 @@ const SAMPLES: usize = 9000;
 const GAIN: f64 = 0.4;
 const COULOMB: f64 = 0.02;
 
-/// A servo that holds against a load, in fine steps, counts and samples: friction, the load at a sample, a position
-/// and a velocity, and the motion.
+/// A servo that holds against a load, in fine steps, counts and samples. The arguments are friction, the load at a
+/// sample, a position and a velocity, and the motion.
 fn recorded(coulomb: f64, load: impl Fn(usize, f64, f64) -> f64, amplitude: f64) -> Vec<Logged> {
     let law = |_, error: f64, v: f64| (2e-3 * error - 0.1 * v).clamp(-1.0, 1.0);
     controlled(SAMPLES, law, coulomb, load, amplitude)
 }
 
-/// The same, so many samples long, with a control law of a sample, an error and a velocity.
+/// The same with this many samples, and with a control law of a sample, an error and a velocity.
 fn controlled(
     count: usize,
     law: impl Fn(usize, f64, f64) -> f64,
@@ -81,7 +81,8 @@ fn std_error(found: &Identified, wanted: Effect) -> f64 {
     found.expect("it is estimated").1
 }
 
-/// A dead band is a smaller gain, a loss of the gear friction and an asymmetric gain a load, where the command has one size.
+/// Under a command of one size a dead band equals a smaller gain. A gear loss equals friction, and an asymmetric gain
+/// equals a load.
 #[test]
 fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
     let relay = |low: f64| {
@@ -157,7 +158,7 @@ fn a_servo_without_friction_has_a_standard_error_of_it() {
     assert!(coulomb == 0.0 && error < 0.01 * GAIN, "{coulomb} ± {error}");
 }
 
-/// A ripple of which the motion shows a part is a load as well: its mean is in the load's error.
+/// A ripple of which the motion shows a part is a load as well. Its mean is in the load's error.
 #[test]
 fn a_load_is_as_uncertain_as_the_mean_of_a_ripple_beside_it() {
     let ripple = |q: f64| 0.05 * (30.0 * TAU / 10_000.0 * q + 0.8).sin();
@@ -197,7 +198,7 @@ fn of_a_motion_in_one_direction_what_brakes_it_is_one_number() {
     );
 }
 
-/// Blocks, and pieces of a long log, leave out what the servo did within and between them: the last fit does not.
+/// Blocks, and pieces of a long log, leave out the motion within and between them. The last fit does not.
 #[test]
 fn of_a_longer_log_no_less_is_known() {
     let mixed = |k: usize| (k as u32).wrapping_mul(0x9e37_79b9) >> 16;

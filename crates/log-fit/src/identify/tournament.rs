@@ -1,5 +1,5 @@
-//! Effects enter the model one at a time: those that promise most are fitted, and the best of them stays if it
-//! explains enough that the model did not see.
+//! Effects enter the model one at a time by forward selection. The most promising are fitted. The best stays if it
+//! explains enough that the model did not.
 
 use crate::fit::{Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments};
 
@@ -96,7 +96,7 @@ impl Tournament<'_> {
         is_inside.then_some((fitted, free))
     }
 
-    /// Shifts of the effects that may be missing by fits with them in place of linear algebra, where they may matter.
+    /// Replaces the shifts of the missing effects by those of fits, not linear algebra, where they may matter.
     pub(super) fn refine(&self, model: &Model, answers: &mut [Answer]) {
         /// Gain from which a shift is worth a fit.
         const MIN_GAIN: f64 = 3.0;
@@ -163,7 +163,7 @@ impl Tournament<'_> {
         const MIN_HELD_OUT: [f64; 2] = [10.0, 4.0];
         const MIN_SIGNIFICANCE: f64 = 12.0;
         const MIN_CONSISTENCY: f64 = 2.0;
-        /// A current loop looks like the delay that is in the model already, and is fitted in any case, samples.
+        /// A current loop looks like the delay that is in the model already. It is fitted in any case, samples.
         const MIN_LAG_DELAY: f64 = 0.3;
         let is_worth = |answer: &&Answer| {
             let sizes = answer.sizes.len() as f64;

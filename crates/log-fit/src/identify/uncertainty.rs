@@ -1,4 +1,4 @@
-//! Standard errors that hold: chance and colour, effects that are missing, and the choice of the horizon.
+//! Standard errors that hold: chance and autocorrelation, effects that are missing, and the choice of the horizon.
 
 use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search, Values};
 
@@ -7,19 +7,20 @@ use super::model::Model;
 use crate::cause::Cause;
 use crate::parallel;
 
-/// What standard errors hold beside chance, colour, rounding and effects that may be missing.
+/// The parts of standard errors beside chance, autocorrelation, rounding and effects that may be missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Beyond {
     /// The part of a usual size to which a servo is its model.
     pub(super) accuracy: f64,
     /// True if they hold the spread over the horizons, which takes two fits.
     pub(super) has_spread: bool,
-    /// True if no friction and no dead band are known as well as all else leaves them, and not unknown.
+    /// True if an estimate of exactly zero friction or dead band gets the error that the other unknowns imply, and is
+    /// not unknown.
     pub(super) none_is_known: bool,
 }
 
 impl Beyond {
-    /// Of a servo that is identified.
+    /// Everything, for a servo that is identified.
     pub(super) const ALL: Self = Self {
         accuracy: 1e-3,
         has_spread: true,
@@ -27,20 +28,22 @@ impl Beyond {
     };
 }
 
-/// The share of an encoder's rounding that goes with a motion of a deviation of one count, as if the motion were larger
-/// or smaller: what no length of a record averages out. It falls with the square root of the deviation, as the first
-/// harmonic of a rounded sine does (the asymptote of Bessel's function, 0.3); over the amplitudes of a motion its sign
-/// changes, and b of drawn servos that move by one to four counts is off by a third of it.
+/// The share of an encoder's rounding that is proportional to a motion with a deviation of one count, as if the motion
+/// were larger or smaller. No length of a record averages it out. It falls with the square root of the deviation, as
+/// the first harmonic of a rounded sine does (the asymptote of Bessel's function, 0.3). Over the amplitudes of a motion
+/// its sign changes. For drawn servos that move by one to four counts, b is off by a third of it.
 const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
-/// Standard errors of the free effects, in their order, and those of which they are mostly from effects that a command of
-/// other sizes would tell; `load` is the load's by chance and colour.
+/// Standard errors of the free effects, in their order. The second list holds those whose error is mostly from effects
+/// that a command of other sizes would determine. The argument `load` is the load's error by chance and
+/// autocorrelation.
 ///
-/// σ² = sandwich + ideal² + ∑ w shift² + spread²: no servo is its model to better than a thousandth (jitter of
-/// the samples, an encoder off its centre, the command's shape within a sample), which no length of a record
-/// shows; a missing effect counts by its probability (Hoeting, Madigan, Raftery and Volinsky, "Bayesian model
-/// averaging", Statistical Science 14(4), 1999), and the spread is by how much the estimates move beyond chance where the filter trusts the model over a quarter of
-/// the horizon or four times it (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
+/// σ² = sandwich + ideal² + ∑ w shift² + spread². The term ideal: no servo matches its model to better than a
+/// thousandth. Jitter of the samples, an encoder off its centre and the command's shape within a sample remain, and no
+/// length of a record shows them. A missing effect counts by its probability w (Hoeting, Madigan, Raftery and Volinsky,
+/// "Bayesian model averaging", Statistical Science 14(4), 1999). The spread is the shift of the estimates beyond chance
+/// if the horizon of the filter is a quarter or four times as long. Its literature is Hausman, "Specification tests in
+/// econometrics", Econometrica 46(6), 1978.
 pub(super) fn std_errors(
     fitter: &Fitter<'_>,
     model: &Model,
@@ -94,12 +97,13 @@ pub(super) fn std_errors(
     (std_errors, needs_sizes)
 }
 
-/// Squares of the shifts by effects that may be missing: by all, and by those that go with the size of the command.
+/// Squares of the shifts by effects that may be missing: by all, and by those that depend on the size of the command.
 ///
-/// Each has a size of which a usual one is known beforehand, s₀, and the record tells ŝ ± σ. The odds that it is there
-/// are those of Bayes' factor, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [those before](super::candidate::Candidate::prior_odds); its size is then
-/// ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of one [kind](Kind) explain the same of a record and share its weight, each
-/// being the one; those of another kind may be missing beside them, and so may what the record leaves open of a size.
+/// Each has a usual size s₀ that is known beforehand, and the record estimates ŝ ± σ. Bayes' factor gives the odds that
+/// it exists, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [the prior
+/// odds](super::candidate::Candidate::prior_odds). Its size is then ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of
+/// one [kind](Kind) explain the same part of a record and share its weight, because only one of them exists. Those of
+/// another kind may be missing beside them. So may the part of a size that the record leaves open.
 fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<[f64; 2]> {
     /// An effect that is possible.
     struct Missing<'a> {
@@ -171,7 +175,7 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<[f64; 2]> {
     sums
 }
 
-/// True of an effect that a command of a single size does not tell from gain, friction and load.
+/// True of an effect that a command of a single size does not separate from gain, friction and load.
 const fn goes_with_size(cause: Cause) -> bool {
     matches!(
         cause,
@@ -179,7 +183,7 @@ const fn goes_with_size(cause: Cause) -> bool {
     )
 }
 
-/// What of a motion an effect goes with.
+/// The quantity of a motion on which an effect depends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// The velocity, as friction.
@@ -261,8 +265,8 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
     spread
 }
 
-/// The least increase of −2 ln L by which a gain a quarter off must be worse for the curvature at the best one to say how
-/// well it is known.
+/// The least increase of −2 ln L for a gain a quarter off. Below it the curvature at the best gain does not give its
+/// uncertainty.
 pub const SEPARATED: f64 = 9.0;
 
 /// Fits with b fixed beside its estimate.
@@ -283,7 +287,7 @@ impl Profile {
         }
     }
 
-    /// Where b is hardly separated from the rest the valley is no parabola: errors are then as wide as it.
+    /// If b is barely separated from the rest, the valley is no parabola. The errors are then as wide as the valley.
     pub(super) fn widen(&self, model: &Model, std_errors: &mut [f64]) {
         if self.increases.iter().all(|increase| *increase >= SEPARATED) {
             return;
@@ -339,7 +343,8 @@ mod tests {
     use super::super::{Logged, Recording};
     use super::*;
 
-    /// A record leaves a size open that it hardly shows, and one that is the same as the model's own but for rounding.
+    /// A record leaves a size open that it barely shows. The same holds for one that equals the model's own but for
+    /// rounding.
     #[test]
     fn a_size_that_a_record_does_not_tell_is_open_at_any_rounding() {
         let sample = |k: i32| Logged {

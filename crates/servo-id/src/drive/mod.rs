@@ -66,7 +66,7 @@ impl Client {
         }
     }
 
-    /// From now on, keeps a run of a drive with this link timeout (s; 0 for none) alive while it listens.
+    /// Keeps a run of a drive with this link timeout (s; 0 for none) alive from now on, while it listens.
     pub fn keep_alive(&mut self, link_timeout: f64) {
         let period = if link_timeout > 0.0 {
             (link_timeout / SIGNS_PER_TIMEOUT).min(MAX_SIGN_PERIOD)
@@ -110,8 +110,8 @@ impl Client {
         self.begin(Command::Start, PATIENCE, State::Running)
     }
 
-    /// Stops whatever the drive does, and returns when its servo is disabled: a stop is answered before the
-    /// sample that obeys it, and only after that are the estimates of the run complete.
+    /// Stops everything that the drive does, and returns when its servo is disabled. A stop is answered before the
+    /// sample that obeys it. Only after that sample are the estimates of the run complete.
     ///
     /// # Errors
     /// If the line breaks, or the drive does not stop.
@@ -136,8 +136,8 @@ impl Client {
         self.begin(command, PATIENCE, State::Commissioning)
     }
 
-    /// Sends once a command that must not be done twice; without an answer, the drive's state decides
-    /// whether it was done.
+    /// Sends a command once that must not be done twice. Without an answer, the drive's state decides whether it was
+    /// done.
     fn begin(
         &mut self,
         command: Command,

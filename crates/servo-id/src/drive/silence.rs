@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-/// The longest time between two calls that counts as listened to: waits for a report last 50 ms at most, and a program
-/// that was suspended, or starved by others, has not listened.
+/// The longest time between two calls that counts as listened to. Waits for a report last 50 ms or less. A program that
+/// was suspended, or starved by others, has not listened.
 const MAX_STEP: Duration = Duration::from_millis(250);
 
 /// Time since the last report.

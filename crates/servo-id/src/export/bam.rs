@@ -1,9 +1,9 @@
 //! BAM, the "better actuator models" of Rhoban (M. Duclusaud, G. Passault and others, "Extended Friction Models for the
-//! Physics Simulation of Servo Actuators", 2024, github.com/Rhoban/bam): the file of parameters of its model m1, friction
-//! by Coulomb and viscous. `load_model` takes the keys that it knows, by name, and passes over the others.
+//! Physics Simulation of Servo Actuators", 2024, github.com/Rhoban/bam). It is the file of parameters of its model m1,
+//! friction by Coulomb and viscous. `load_model` takes the keys that it knows, by name, and ignores the others.
 //!
-//! An actuator of BAM driven by a voltage has the torque kt V/R − kt²/R q̇: kt and R need the motor's resistance, without
-//! which the command is taken for a current, kt is the torque of a unit of it and R is left out.
+//! An actuator of BAM driven by a voltage has the torque kt V/R − kt²/R q̇. kt and R need the motor's resistance.
+//! Without it the command is taken as a current, kt is the torque of a unit of it and R is omitted.
 
 use host_sim::physical::Quantity;
 use serde_json::{Value, json};

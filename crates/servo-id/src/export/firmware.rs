@@ -52,7 +52,7 @@ pub struct Firmware {
 type Built = Result<(Vec<u32>, [f64; 4]), SettingsError>;
 
 impl Firmware {
-    /// The loop of a scenario, or its identifier alone where no controller is declared, that begins at the estimates of a
+    /// The loop of a scenario, or its identifier alone if no controller is declared. It begins at the estimates of a
     /// result.
     ///
     /// # Errors
@@ -277,13 +277,14 @@ fn begin_at(scenario: &mut Scenario, result: &IdentifiedResult) {
     }
 }
 
-/// The motion in which Gauss–Newton goes on: the bandwidth that is stated or that of the PID, and the command of a step.
+/// The motion in which Gauss–Newton continues: the bandwidth that is stated or that of the PID, and the command of a
+/// step.
 fn expected_motion(
     scenario: &Scenario,
     settings: &Settings,
     result: &IdentifiedResult,
 ) -> Result<ExpectedMotion, Fault> {
-    /// The step that a usual command is for, rad: as that of a promise.
+    /// The step of a usual command, rad: as that of a predicted response.
     const STEP: f64 = 0.1;
     let b = result.servo.parameters.b;
     let pid = settings.controller;

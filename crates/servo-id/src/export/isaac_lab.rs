@@ -1,5 +1,6 @@
-//! Isaac Lab: a dictionary of actuators. Fields by its `ActuatorBaseCfg`: `armature` is added to the joint's inertia,
-//! `friction` and `dynamic_friction` are torques and `viscous_friction` is in N·m s/rad; a delay is in physics steps.
+//! Isaac Lab: a dictionary of actuators. The fields are those of its `ActuatorBaseCfg`. `armature` is added to the
+//! joint's inertia, `friction` and `dynamic_friction` are torques and `viscous_friction` is in N·m s/rad. A delay is in
+//! physics steps.
 
 use super::joint::Joint;
 use super::number;

@@ -24,7 +24,7 @@ pub struct Identified {
 pub(super) struct Origin {
     /// The version of this program that exports.
     pub(super) version: &'static str,
-    /// The law that identified.
+    /// The estimator that identified.
     pub(super) law: String,
     /// The verdict on the result.
     pub(super) status: String,
@@ -54,7 +54,7 @@ pub struct Joint {
     /// Largest command, if it is known, and the torque that it makes.
     pub(super) command_limit: Option<f64>,
     pub(super) effort_limit: Option<f64>,
-    /// True if an inertia of 1 stands for one that is not known.
+    /// True if an inertia of 1 replaces an unknown one.
     pub(super) has_unit_inertia: bool,
     pub(super) is_linear: bool,
     /// The motor behind a command in V, where its resistance is known.
@@ -280,7 +280,8 @@ impl Joint {
         &self.name
     }
 
-    /// Sentences on the joint for a reader, a line each, without a pair of hyphens, which no comment of XML may have.
+    /// Sentences on the joint for a reader, a line each. They contain no pair of hyphens, which no comment of XML may
+    /// have.
     pub(super) fn remarks(&self) -> Vec<String> {
         let shown = |name: &str, quantity: Quantity| {
             let Quantity {

@@ -1,6 +1,6 @@
-//! MJCF: a default class for each joint, with its motor. Elements and attributes by MuJoCo's XML reference: `armature` is
-//! added to the joint's inertia, `damping` and `frictionloss` are in N·m s/rad and N·m, and a motor's torque is `gear`
-//! times its control.
+//! MJCF: a default class for each joint, with its motor. Elements and attributes are those of MuJoCo's XML reference.
+//! `armature` is added to the joint's inertia, and `damping` and `frictionloss` are in N·m s/rad and N·m. A motor's
+//! torque is `gear` times its control.
 
 use super::joint::Joint;
 use super::number;

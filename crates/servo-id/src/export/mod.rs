@@ -1,8 +1,8 @@
-//! Robot models and firmware from results: the identified servo in physical units, named as a simulator names it, and the
-//! loop of a scenario as constants that begin at its estimates.
+//! Robot models and firmware from results. One is the identified servo in physical units, with a simulator's names. The
+//! other is the loop of a scenario as constants that begin at its estimates.
 //!
-//! result.json → [`Identified`]; with a [`Scale`](host_sim::physical::Scale) of torques → [`Joint`]; joints in a [`Format`] →
-//! text. result.json with a scenario → [`Firmware`] → sources.
+//! result.json → [`Identified`]; with a [`Scale`](host_sim::physical::Scale) of torques → [`Joint`]; joints in a
+//! [`Format`] → text. A result.json with a scenario → [`Firmware`] → sources.
 
 mod bam;
 mod firmware;

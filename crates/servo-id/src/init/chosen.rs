@@ -1,10 +1,10 @@
-//! Gains, box and reference for a servo of which only the data sheet is known.
+//! Gains, parameter range and reference for a servo of which only the data sheet is known.
 
 use std::f64::consts::TAU;
 
 use super::{DataSheet, ServoSheet};
 
-/// Gains, box and reference.
+/// Gains, parameter range and reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chosen {
     /// ω that the poles are placed at, rad/s.
@@ -17,13 +17,13 @@ pub struct Chosen {
     pub kd: f64,
     /// See `kp`.
     pub ki: f64,
-    /// Of the velocity filter, rad/s.
+    /// Cut-off of the velocity filter, rad/s.
     pub cutoff: f64,
     /// Where a may lie, 1/s.
     pub a_box: [f64; 2],
     /// Where b may lie.
     pub b_box: [f64; 2],
-    /// Of the reference, rad.
+    /// Amplitude of the reference, rad.
     pub amplitude: f64,
     /// For how long it holds at least, s.
     pub hold: f64,
@@ -43,7 +43,7 @@ impl Chosen {
     /// For a servo.
     #[must_use]
     pub fn for_servo(sheet: &DataSheet, servo: &ServoSheet) -> Self {
-        /// ω T, that the crossover of the largest servo of the box, 6 ω, stays well below the sampling.
+        /// ω T, at which the crossover of the largest servo of the range, 6 ω, stays well below the sampling.
         const OF_A_SAMPLE: f64 = 0.05;
         /// The cut-off of the velocity filter, ω.
         const CUTOFF: f64 = 10.0;

@@ -1,4 +1,4 @@
-//! From a motor's data sheet to a servo: q̈ = −a q̇ + b u − c sign q̇ on the motor's shaft.
+//! From a motor's data sheet to a servo, q̈ = −a q̇ + b u − c sign q̇ on the motor's shaft.
 
 /// The quantity of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +12,7 @@ pub enum Drive {
     Voltage {
         /// The largest voltage, V.
         supply: f64,
-        /// Of the winding, Ω.
+        /// Resistance of the winding, Ω.
         resistance: f64,
     },
 }
@@ -63,15 +63,15 @@ pub struct ServoSheet {
 pub struct SheetError {
     /// Its option.
     pub name: &'static str,
-    /// As it was stated.
+    /// The stated value.
     pub value: f64,
     /// The allowed numbers.
     pub allowed: &'static str,
 }
 
 impl DataSheet {
-    /// The servo: J = J_rotor + J_load/n²; driven by current b = k_t/J and a = B/J, by voltage b = k_t/(R J) and
-    /// a = (B + k_t k_e/R)/J.
+    /// The servo with J = J_rotor + J_load/n². Driven by current, b = k_t/J and a = B/J. Driven by voltage, b = k_t/(R
+    /// J) and a = (B + k_t k_e/R)/J.
     ///
     /// # Errors
     /// The number that no motor has.

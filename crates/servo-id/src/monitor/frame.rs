@@ -3,7 +3,7 @@ use drive_link::{Progress, Report, Snapshot};
 /// A frame of telemetry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Frame {
-    /// Of a loop that is closed.
+    /// The snapshot of a closed loop.
     Running(Snapshot),
     /// Of a commissioning.
     Commissioning(Progress),

@@ -1,5 +1,5 @@
-//! The host's own estimates, from the telemetry: the core's Gauss–Newton in double precision runs beside the drive,
-//! whatever law the drive has, and gives standard errors while the servo moves.
+//! The host's own estimates, from the telemetry. The core's Gauss–Newton in double precision runs beside the drive, for
+//! any estimator of the drive. It gives standard errors while the servo moves.
 
 use drive_link::{Estimates, Settings};
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
@@ -44,7 +44,7 @@ impl HostIdentifier {
     }
 
     /// Takes the frame of every sample. A motion that is not received from its beginning, or with a gap, is joined as
-    /// soon as two samples give its velocity; the estimates are kept.
+    /// soon as two samples give its velocity. The estimates are kept.
     pub(super) fn take(&mut self, frame: &Frame, order: Order) {
         // Exact as long as single precision distinguishes one count from the next.
         let count = (frame.position() / self.resolution).round() as i32;

@@ -1,7 +1,7 @@
 //! A terminal view of a drive: its state, the drawing of it, and recordings.
 //!
-//! Data goes one way: the [`Link`] receives reports, [`State`] takes them in, [`draw`] shows them; a key
-//! becomes an [`Action`] through a [`Dialogue`], and an action a command for the link.
+//! Data flows one way. The [`Link`] receives reports, [`State`] takes them in, [`draw`] shows them. A key becomes an
+//! [`Action`] through a [`Dialogue`], and an action a command for the link.
 
 mod dialogue;
 mod frame;

@@ -31,7 +31,7 @@ pub enum Taken {
 }
 
 impl<W: Write> Recording<W> {
-    /// Of a drive with these settings that sends a frame every `every` samples.
+    /// For a drive with these settings that sends a frame every `every` samples.
     #[must_use]
     pub fn new(out: W, settings: Settings, every: u16) -> Self {
         Self {

@@ -40,7 +40,7 @@ pub enum Note {
 }
 
 impl State {
-    /// Of a drive with these settings and this status, which sends a frame every `every` samples.
+    /// For a drive with these settings and this status, which sends a frame every `every` samples.
     #[must_use]
     pub fn new(port: &str, settings: Settings, status: Status, every: u16, now: Instant) -> Self {
         Self {

@@ -1,18 +1,17 @@
 //! Traces of any length in bounded memory, as a figure needs them.
 //!
-//! Of each stretch of a trace its lowest and its highest point are kept. More cannot be seen where a
-//! stretch is narrower than a pixel, and no peak is lost (U. Jugel, Z. Jerzak, G. Hackenbroich and V.
-//! Markl, "M4: A visualization-oriented time series data aggregation", Proceedings of the VLDB
-//! Endowment 7(10), 2014).
+//! The lowest and the highest point of each segment of a trace are kept. More is invisible in a segment narrower than a
+//! pixel, and no peak is lost (U. Jugel, Z. Jerzak, G. Hackenbroich and V. Markl, "M4: A visualization-oriented time
+//! series data aggregation", Proceedings of the VLDB Endowment 7(10), 2014).
 
 use super::Trace;
 
-/// A trace that is gathered point by point. Up to [`Envelope::MAX_STRETCHES`] points all are kept;
-/// beyond, the lowest and highest of stretches that grow with its length are.
+/// A trace that is gathered point by point. Up to [`Envelope::MAX_STRETCHES`] points all are kept. Beyond, the lowest
+/// and highest of segments that grow with its length are kept.
 #[derive(Debug, Clone, Default)]
 pub struct Envelope {
     stretches: Vec<Stretch>,
-    /// Points to a full stretch, as a power of two.
+    /// Points to a full segment, as a power of two.
     doublings: u32,
     in_newest: u64,
     newest: Option<Point>,
@@ -94,7 +93,7 @@ impl Envelope {
         }
     }
 
-    /// Joins every two stretches.
+    /// Joins every two segments.
     fn double(&mut self) {
         self.stretches = self
             .stretches

@@ -1,5 +1,5 @@
-//! Figures of a result, each described once: pictures draw this description, pages embed the drawing, and the
-//! script of a page reads the description as JSON.
+//! Figures of a result, each described once. Pictures draw this description, pages embed the drawing, and the script of
+//! a page reads the description as JSON.
 
 use serde::Serialize;
 
@@ -116,7 +116,7 @@ impl Figure {
         self
     }
 
-    /// With a scale of its own for the second half, if all of it would be seen as a line on the scale of the whole.
+    /// With a separate scale for the second half, if it would be only a line on the scale of the whole.
     #[must_use]
     pub fn with_settled_part(mut self) -> Self {
         /// Part of the whole range from which on the settled part can be seen without a scale of its own.

@@ -5,7 +5,7 @@ use host_sim::result::FormResult;
 use super::Block;
 use super::number::{figure, sentence};
 
-/// The parameters, what their loop does, and remarks.
+/// The parameters, the behaviour of their loop, and remarks.
 pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
     let parameters = of.parameters.iter().map(|of| {
         // As it is stored, with every digit.

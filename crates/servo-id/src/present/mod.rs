@@ -1,8 +1,8 @@
 //! Results for a reader: the verdict, tables, figures and notes of each verb, put together once.
 //!
-//! Every renderer reads the same [`Page`]. A terminal prints its brief sections, without headings and figures, and
-//! then the verdict as `status: detail`; tables lose their dispensable columns where a line is too short. A report
-//! shows all of it. A picture shows its figures.
+//! Every renderer reads the same [`Page`]. A terminal prints its brief sections, without headings and figures, and then
+//! the verdict as `status: detail`. Tables lose their dispensable columns if a line is too short. A report shows all of
+//! it. A picture shows its figures.
 
 mod commissioning;
 mod comparison;

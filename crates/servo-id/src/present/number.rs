@@ -5,8 +5,8 @@ use crate::SIDES;
 /// Digits behind the point that a table has room for.
 const MAX_PLACES: f64 = 9.0;
 
-/// A value ± half of its interval of 95 %, both with the digits that two of the latter take; without a standard error the
-/// value alone, four digits of it. A dash where there is no value, or the standard error is infinite.
+/// A value ± half of its interval of 95 %, both with the digits that two of the latter take. Without a standard error
+/// it is the value alone, with four digits. A dash where there is no value, or the standard error is infinite.
 #[must_use]
 pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
     match std_error.map(|error| SIDES * error) {

@@ -111,8 +111,8 @@ fn under_load(runs: &[Run; 4]) -> String {
     text
 }
 
-/// The eight panels of Fig. 03 in the paper's order: 1–2 proposed and 3–4 least squares without
-/// load, 5–6 and 7–8 with it; odd panels â, even panels b̂, each kind on one scale.
+/// The eight panels of Fig. 03 in the paper's order. 1–2 are proposed and 3–4 least squares without load, 5–6 and 7–8
+/// with it. Odd panels are â, even panels b̂, each kind on one scale.
 fn figures(runs: &[Run; 4]) -> Vec<Figure> {
     /// Scales that the panels share, around the nominal values.
     const SCALE_A: [f64; 2] = [-0.3, 1.0];

@@ -40,7 +40,7 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
     steps
 }
 
-/// Those of a reason, for every law.
+/// Those of a reason, for every estimator.
 fn own_remedies(reason: &VerdictReason) -> Vec<String> {
     match *reason {
         VerdictReason::Explained => Vec::new(),

@@ -29,7 +29,7 @@ pub(super) fn sensitivity(
     figure
 }
 
-/// Of the identified servo and of the worst.
+/// For the identified servo and for the worst.
 fn of_servos(tuner: &Tuner, tuning: &Tuning, sample_time: f64) -> [Vec<(f64, f64)>; 2] {
     /// Lowest frequency, in ω, and how finely they are taken.
     const LOWEST: f64 = 0.05;

@@ -23,7 +23,7 @@ pub fn sweep(title: &str, command: &str, scenario: &Scenario, result: &SweepResu
 }
 
 fn verdict(distribution: &Distribution) -> Verdict {
-    /// The part that must have converged for a law to be relied on.
+    /// The part that must have converged for an estimator to be reliable.
     const RELIABLE: f64 = 0.95;
     let share = distribution.converged as f64 / distribution.runs as f64;
     let within: Vec<String> = distribution
@@ -169,7 +169,8 @@ fn next(distribution: &Distribution) -> Vec<Block> {
     vec![Block::List(steps)]
 }
 
-/// The share of the servos that are no worse than a value: none below the smallest value, all above the largest.
+/// The share of the servos that are no worse than a value. It is zero below the smallest value and one above the
+/// largest.
 fn shares(spread: &Spread) -> Figure {
     /// Factor by which the axis reaches beyond the values.
     const ROOM: f64 = 1.25;

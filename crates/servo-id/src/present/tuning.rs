@@ -1,4 +1,4 @@
-//! Gains for an identified servo, with their promise.
+//! Gains for an identified servo, with their predicted response.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use super::{Block, Column, Figure, Page, Section, Stretch, Table, Tone, Trace, V
 /// The horizontal axis of a step.
 const SINCE: &str = "time since the step [s]";
 
-/// The page of a tuning; `warnings` are the doubts about its input.
+/// The page of a tuning; `warnings` are the reservations about its input.
 ///
 /// # Errors
 /// None for a tuned servo.
@@ -139,7 +139,7 @@ pub(super) fn advice(tuned: &Tuned, known: &KnownConditions) -> Vec<Block> {
     blocks.chain(gains(tuned)).collect()
 }
 
-/// Gains that were found: the controller, its promise, the feed-forward.
+/// Gains that were found: the controller, its predicted response, the feed-forward.
 fn gains(tuned: &Tuned) -> Vec<Block> {
     let mut blocks = vec![
         Block::Code {
@@ -213,7 +213,7 @@ fn seven_digits(value: f64) -> String {
     format!("{rounded:?}")
 }
 
-/// A row for each figure of the promise.
+/// A row for each figure of the predicted response.
 fn promise(tuning: &Tuning) -> Table {
     let promise = &tuning.promise;
     let [least, most] = promise.gain_margins;

@@ -39,12 +39,12 @@ impl Clock {
         }
     }
 
-    /// A sample is due.
+    /// True if a sample is pending.
     pub(super) fn is_due(&self) -> bool {
         self.next_sample <= self.now
     }
 
-    /// A sample was taken; the next is due after its sample time, s.
+    /// Advances the clock by a sample; the next follows after its sample time, s.
     pub(super) fn advance(&mut self, sample_time: f64) {
         self.next_sample += sample_time;
     }

@@ -7,7 +7,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 pub struct FlashInMemory(Vec<u8>);
 
 impl FlashInMemory {
-    /// As it comes from the factory.
+    /// The flash in its factory state.
     #[must_use]
     pub fn erased() -> Self {
         Self(vec![0xff; 2 * Self::ERASE_SIZE])

@@ -19,8 +19,8 @@ pub struct Effects {
     pub delay: f64,
     /// Time constant of the first-order lag with which the acting command follows, s.
     pub current_loop: f64,
-    /// Half of what viscous friction has more in positive direction than in negative, 1/s: it is
-    /// −(a + δa sign q̇) q̇, with |δa| no larger than a.
+    /// Half of the excess of viscous friction in positive direction over that in negative, 1/s. The friction is −(a +
+    /// δa sign q̇) q̇, with |δa| no larger than a.
     pub asymmetry: f64,
     /// Additional friction at low speed, s e^(−(q̇/v)²), rad/s²; no less than −c. With a
     /// positive one the servo breaks away at c + s (Stribeck).
@@ -29,8 +29,8 @@ pub struct Effects {
     pub low_speed_velocity: f64,
     /// κ, 1/rad: drag κ |q̇| q̇ in addition, up to [`Effects::LARGEST_DRAG`].
     pub quadratic_friction: f64,
-    /// Coulomb friction in addition, as a share of the motor's acceleration |b u|, up to
-    /// [`Effects::LARGEST_SHARE`]: that of a gear under load.
+    /// Additional Coulomb friction as a share of the motor's acceleration |b u|, up to [`Effects::LARGEST_SHARE`]. A
+    /// gear under load has it.
     pub load_dependent_friction: f64,
     /// [g_s, g_c], rad/s²: gravity accelerates by g_s sin q + g_c cos q, q being zero where the servo
     /// starts.
@@ -39,33 +39,31 @@ pub struct Effects {
     pub ripple: [f64; 2],
     /// Its order N, periods per revolution.
     pub ripple_order: u32,
-    /// [t_s, t_c]: torque ripple makes b of an angle b (1 + t_s sin Nq + t_c cos Nq), together up to
+    /// [t_s, t_c]: torque ripple changes b with the angle to b (1 + t_s sin Nq + t_c cos Nq). Together they are up to
     /// [`Effects::LARGEST_SHARE`].
     pub torque_ripple: [f64; 2],
     /// Its order N, periods per revolution.
     pub torque_ripple_order: u32,
-    /// [j_s, j_c]: the inertia at an angle is 1 + j_s sin Nq + j_c cos Nq of its mean, together up to
-    /// [`Effects::LARGEST_SHARE`]; of two masses the load's. a, b, c and d are those of the mean.
+    /// [j_s, j_c]: the inertia at an angle is 1 + j_s sin Nq + j_c cos Nq of its mean. Together they are up to
+    /// [`Effects::LARGEST_SHARE`]. With two masses it is the load's. The values a, b, c and d are those of the mean.
     pub inertia_variation: [f64; 2],
     /// Its order N, periods per revolution.
     pub inertia_order: u32,
     /// Half of what b has more for positive commands than for negative, as a share of b, up to
     /// [`Effects::LARGEST_SHARE`].
     pub gain_asymmetry: f64,
-    /// The command that a bridge lets pass without effect to either side, command units: u acts as
-    /// u − clamp(u, −δ, δ).
+    /// The command to either side of zero that a bridge ignores, command units: u acts as u − clamp(u, −δ, δ).
     pub dead_band: f64,
-    /// Resonance of motor and load on the spring between them, both free, rad/s. The encoder is the
-    /// motor's, and so is friction; load and gravity act behind the spring. a and b are those of both
-    /// as one rigid body.
+    /// Resonance of motor and load on the spring between them, both free, rad/s. The encoder is the motor's, and so is
+    /// friction. Load and gravity act behind the spring. The values a and b are those of both as one rigid body.
     pub resonance: f64,
     /// Its damping ratio; none for [`Effects::RESONANCE_DAMPING`].
     pub resonance_damping: Option<f64>,
     /// The load's share of the inertia.
     pub inertia_ratio: f64,
-    /// Play from end to end, rad. With a resonance it is that of the coupling: within it motor and load do not feel each other.
-    /// Without one it lies between the motor and an encoder on the load, which is taken along by the end of the play and stands
-    /// within it, without an effect on the motor.
+    /// Play from end to end, rad. With a resonance it is that of the coupling: within it motor and load do not feel
+    /// each other. Without one it lies between the motor and an encoder on the load. The end of the backlash takes the
+    /// encoder along. Within it the encoder is at standstill, without an effect on the motor.
     pub backlash: f64,
     /// Relative change of b in a second, 1/s.
     pub gain_drift: f64,
@@ -123,7 +121,7 @@ impl Effects {
     pub const HIGHEST_ORDER: u32 = 10_000;
     /// The highest resonance, rad/s.
     pub const HIGHEST_RESONANCE: f64 = 1e5;
-    /// The damping ratio of a resonance of which none is stated: steel with little play.
+    /// The damping ratio of a resonance of which none is stated: steel with little backlash.
     pub const RESONANCE_DAMPING: f64 = 0.02;
     /// The shares of the inertia that a load can have.
     pub const INERTIA_RATIOS: [f64; 2] = [0.001, 0.999];
@@ -234,8 +232,8 @@ impl Effects {
         without != Self::NONE
     }
 
-    /// The same effects on another servo: what belongs to its friction is as large a share of it; of a
-    /// servo without such friction it stays what it was.
+    /// The same effects on another servo. Effects of its friction are the same share of it. If the servo has no such
+    /// friction, they are unchanged.
     #[must_use]
     pub fn carried_over(&self, from: &ServoParameters, to: &ServoParameters) -> Self {
         let share = |of: f64, whole: f64| if of > 0.0 { whole / of } else { 1.0 };

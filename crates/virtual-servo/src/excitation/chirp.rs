@@ -4,8 +4,8 @@ use identifier_core::excitation::{Excitation, Hold};
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
-/// A sine whose frequency moves linearly from one value to another and then starts again, the
-/// phase running on without a jump.
+/// A sine whose frequency changes linearly from one value to another and then starts again. The phase continues without
+/// a jump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chirp<N> {
     amplitude: N,
@@ -24,12 +24,12 @@ pub struct ChirpState {
 }
 
 impl<N: Number> Chirp<N> {
-    /// A chirp of an amplitude (rad), from and to an angular frequency (rad/s), in a time (s, a
-    /// whole number of control samples).
+    /// A chirp of an amplitude (rad), from and to an angular frequency (rad/s), in a time (s). The time is a whole
+    /// number of control samples.
     ///
     /// # Errors
-    /// `amplitude` must be above 0, both frequencies (`from`, `to`) above 0 and below π/T,
-    /// `duration` a whole number of control samples.
+    /// `amplitude` must be above 0, both frequencies (`from`, `to`) above 0 and below π/T. `duration` must be a whole
+    /// number of control samples.
     pub fn new(
         units: &Units,
         amplitude: f64,

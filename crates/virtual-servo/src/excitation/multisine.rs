@@ -13,9 +13,8 @@ pub struct Tone {
     pub frequency: f64,
 }
 
-/// A sum of at most M sines with Schroeder's phases, which keep its peak low ("Synthesis of
-/// low-peak-factor signals", IEEE Transactions on Information Theory 16(1), 1970; for equal
-/// amplitudes φₖ = −π k (k − 1)/n).
+/// A sum of up to M sines with Schroeder's phases, which keep its peak low. For equal amplitudes φₖ = −π k (k − 1)/n.
+/// Literature: "Synthesis of low-peak-factor signals", IEEE Transactions on Information Theory 16(1), 1970.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Multisine<N, const M: usize> {
     amplitudes: [N; M],

@@ -19,8 +19,8 @@ impl Phase {
 
     /// sin(2π phase).
     ///
-    /// The phase is folded onto a quarter wave, where the Taylor series to the 13th power is
-    /// within 10⁻⁹ of the sine: a shape, not a measurement, and the same bits everywhere.
+    /// The phase is folded onto a quarter wave, where the Taylor series to the 13th power is within 10⁻⁹ of the sine.
+    /// It is a shape, not a measurement, with the same bits everywhere.
     #[inline]
     pub(super) fn sine<N: Number>(self, series: &SineSeries<N>) -> N {
         let turn = (self.0 >> 32) as i32;

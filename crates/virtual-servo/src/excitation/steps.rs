@@ -19,8 +19,8 @@ pub struct StepsState {
 }
 
 impl<N: Number, const M: usize> Steps<N, M> {
-    /// The staircase of the given levels (rad), 1 to M of them, each held for a time (s, a whole
-    /// number of control samples).
+    /// The staircase of the given levels (rad), 1 to M of them. Each is held for a time (s, a whole number of control
+    /// samples).
     ///
     /// # Errors
     /// `levels`: their number, or a level that is not finite; `hold`: no whole number of samples.

@@ -3,8 +3,8 @@ use identifier_core::excitation::{Excitation, Hold};
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
-/// Simulink's Band-Limited White Noise, bit for bit: normal random numbers held for a sample time
-/// of their own, scaled by √(power/sample time).
+/// Simulink's Band-Limited White Noise, bit for bit. Normal random numbers are held for a sample time of their own,
+/// scaled by √(power/sample time).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BandLimitedWhiteNoise {
     scale: f64,
@@ -57,9 +57,8 @@ impl<N: Number> Excitation<N> for BandLimitedWhiteNoise {
     }
 }
 
-/// Simulink's generator of normal random numbers: Park and Miller's minimal standard ("Random
-/// number generators: good ones are hard to find", Communications of the ACM 31(10), 1988) behind
-/// Marsaglia's polar method.
+/// Simulink's generator of normal random numbers. It is Park and Miller's minimal standard behind Marsaglia's polar
+/// method. Literature: "Random number generators: good ones are hard to find", Communications of the ACM 31(10), 1988.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NormalSource {
     state: u32,
@@ -69,7 +68,7 @@ impl NormalSource {
     const MULTIPLIER: u64 = 16_807;
     const MODULUS: u64 = 0x7fff_ffff;
     const LARGEST_STATE: u32 = 0x7fff_fffe;
-    /// The state that Simulink puts in place of zero.
+    /// The state that Simulink substitutes for zero.
     const STATE_FOR_ZERO: u32 = 1_144_108_930;
     /// 1/modulus, with the digits that Simulink writes.
     #[expect(clippy::excessive_precision, reason = "the digits are Simulink's")]

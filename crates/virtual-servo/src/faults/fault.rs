@@ -18,7 +18,7 @@ pub struct InjectedFault {
 /// Kinds of failures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
-    /// The encoder's counter stands still; when it resumes, the counts between are lost.
+    /// The encoder's counter is stuck; when it resumes, the counts between are lost.
     EncoderStuck,
     /// The encoder gives no valid reading; its counter continues meanwhile.
     EncoderLost,

@@ -1,7 +1,7 @@
 //! Faults that begin while a servo runs, as a drive must find them.
 //!
-//! A caller that has a servo and faults asks, in each sample and in this order, what holds in it
-//! ([`Faults::begin_sample`]), what the encoder shows ([`Faults::seen`]), and which command acts
+//! A caller that has a servo and faults calls three functions in each sample, in this order. They give the forces in it
+//! ([`Faults::begin_sample`]), the reading of the encoder ([`Faults::seen`]), and the command that acts
 //! ([`Faults::acting`]).
 
 mod fault;

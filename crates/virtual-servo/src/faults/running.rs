@@ -69,8 +69,7 @@ impl Faults {
     /// The most that there can be.
     pub const MAX_FAULTS: usize = 16;
 
-    /// Those of a servo that is moved in steps of `sample_time` (s), with an encoder of which a count is
-    /// `resolution` (rad).
+    /// The faults of a servo that moves in steps of `sample_time` (s). A count of its encoder is `resolution` (rad).
     ///
     /// # Errors
     /// The value that is not allowed; of more than [`Faults::MAX_FAULTS`] faults, their number.
@@ -136,7 +135,7 @@ impl Faults {
         self.now.readable.then(|| self.encoder.shown())
     }
 
-    /// The command that acts in place of one that is given in this sample.
+    /// The command that acts if this one is given in this sample.
     pub fn acting(&mut self, command: f64) -> f64 {
         let given = if self.now.late { self.last } else { command };
         self.last = command;

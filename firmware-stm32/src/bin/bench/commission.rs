@@ -1,5 +1,4 @@
-//! Instructions of a commissioning on a simulated servo: of a sample by its phase, and of a slice of the
-//! solver.
+//! Instructions of a commissioning on a simulated servo, for a sample by its phase and for a slice of the solver.
 
 use core::hint::black_box;
 

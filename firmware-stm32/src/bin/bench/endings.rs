@@ -1,4 +1,4 @@
-//! Ends of a program that drives its output, each of which must disable it: the emulator's host chooses one by the last
+//! Ends of a program that drives its output, each of which must disable it. The emulator's host chooses one by the last
 //! word of the memory.
 
 use core::hint::black_box;

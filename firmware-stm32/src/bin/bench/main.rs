@@ -1,5 +1,5 @@
-//! What is counted and compared on the emulated chip, and on a bare board, where cycles are counted. Each part is a feature of
-//! its name, so that a binary can be of one law: what is linked with a sample changes what the compiler makes of it.
+//! Counts and comparisons on the emulated chip, and on a bare board, which counts cycles. Each part is a feature of its
+//! name, so that a binary can have one estimator. Code that is linked with a sample changes its compilation.
 #![no_std]
 #![no_main]
 

@@ -1,6 +1,6 @@
-//! Instructions per whole sample (on the chip: cycles), per law and number format: from the register
-//! of the encoder's counter, with a setpoint and an offset, to the command and the estimates. And
-//! instructions of building the loops of a box, whose stability is proved before the first sample.
+//! Instructions per whole sample (on the chip: cycles), per estimator and number format. A sample goes from the
+//! register of the encoder's counter, with a setpoint and an offset, to the command and the estimates. The instructions
+//! of building the loops of a parameter range are counted too. Their stability is proved before the first sample.
 
 use core::hint::black_box;
 
@@ -77,8 +77,8 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// Gauss–Newton without any guess: the samples that it records, in each of which the background takes a block of its
-/// first fit, the one that takes this over, and those of the recursion.
+/// Gauss–Newton without any guess. Its samples are those that it records, the one that takes over the first fit, and
+/// those of the recursion. In each recorded one the background takes a block of its first fit.
 struct Course {
     halves: Halves<Unknowns<4>, 4>,
     recording: Tally,
@@ -149,7 +149,7 @@ fn words(instructions: &Instructions) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// Building the gradient's loops: the paper's, and for three wide boxes from 250 Hz to 20 kHz, whose
+/// Building the gradient's loops: the paper's, and those of three wide parameter ranges from 250 Hz to 20 kHz, whose
 /// estimates have no bounds.
 fn builds(instructions: &Instructions) -> Result<(), SettingsError> {
     let mut tally = Tally::default();
@@ -177,8 +177,8 @@ fn build<L: FromSettings>(
     built.map(|_| ())
 }
 
-/// The paper's gains and limit at a sample time (s) with a box, a in 1/s and b in rad/s² per command
-/// unit; everything else follows from these.
+/// The paper's gains and limit at a sample time (s) with a parameter range, a in 1/s and b in rad/s² per command unit.
+/// Everything else follows from these.
 fn boxed(sample_time: f64, a: [f64; 2], b: [f64; 2]) -> Settings {
     let paper = paper::settings();
     Settings {

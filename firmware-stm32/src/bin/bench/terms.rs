@@ -11,14 +11,14 @@ use identifier_core::number::Number;
 use identifier_core::parameters::{Term, Terms, Unknown, UnknownSet, Unknowns};
 use identifier_core::settings::{IdentifierSettings, SettingsError};
 
-/// Samples after which a term that is demanded has entered, and the law has settled.
+/// Samples after which a demanded term has entered, and the estimator has settled.
 const UNTIL_IT_ENTERED: u32 = 5000;
 
 pub(crate) fn run() -> Result<(), &'static str> {
     terms(&Instructions::start()).map_err(|_| "a term did not enter")
 }
 
-/// Every term for itself.
+/// Every term separately.
 fn terms(instructions: &Instructions) -> Result<(), SettingsError> {
     with_term::<Unknowns<5>, 5>(instructions, Term::Delay, "gauss-newton-with-delay")?;
     with_term::<WithAsymmetry, 5>(instructions, Term::Asymmetry, "gauss-newton-with-asymmetry")?;

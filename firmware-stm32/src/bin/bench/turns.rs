@@ -110,7 +110,7 @@ impl Line for Wire<'_> {
     }
 }
 
-/// A sensor that stands still, and an output that nothing is at.
+/// A sensor at standstill, and an output without a load.
 struct Servo([Loose; 2]);
 
 struct Loose;

@@ -61,7 +61,7 @@ fn with_comma(text: &str) -> Option<f64> {
     format!("{whole}.{decimals}").parse().ok()
 }
 
-/// True for a number, with a decimal point or comma; a time stamp; or a number that is missing by its name, as NaN.
+/// True for a number, with a decimal point or comma, for a time stamp, and for a missing number by its name, as NaN.
 pub(super) fn is_value(cell: &[u8]) -> bool {
     let is_missing = !cell.trim_ascii().is_empty() && is_missing(cell);
     is_missing || Decimals::default().number(cell, 1).is_ok() || stamp::seconds(cell).is_some()

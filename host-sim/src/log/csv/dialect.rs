@@ -12,7 +12,7 @@ use crate::gone;
 pub(in super::super) struct Dialect {
     /// The byte between two columns.
     pub(super) separator: u8,
-    /// The first line of the table, its heading or its numbers, from 1: what stands above is a preamble.
+    /// The first line of the table, its heading or its numbers, from 1. The text above is a preamble.
     pub(super) heading: u64,
 }
 
@@ -55,8 +55,8 @@ impl Dialect {
         self.separator == b' '
     }
 
-    /// The separator that divides the most lines alike into the most cells with numbers, and where the lines of one width
-    /// begin.
+    /// The separator that divides the most lines alike into the most cells with numbers, and the first of the lines of
+    /// one width.
     fn in_text(beginning: &[u8]) -> Self {
         /// Lines that are examined.
         const LINES: usize = 400;
@@ -111,7 +111,7 @@ impl Dialect {
         }
     }
 
-    /// Of a text without a number what divides its first line most.
+    /// The separator that divides the first line most, for a text without a number.
     fn without_numbers(lines: &[(&[u8], u64)]) -> Self {
         let first = lines.first().map_or(&[][..], |(line, _)| line);
         let named = [b';', b'\t', b','];

@@ -9,8 +9,8 @@ pub(super) fn uncommented(line: &[u8]) -> &[u8] {
     mark.unwrap_or(line).trim_ascii()
 }
 
-/// A row without quotation marks around all of it, and without the brackets of a matrix: `[` counts at the beginning, perhaps
-/// behind a name, and before a number, `]` and `;` at the end.
+/// A row without quotation marks around all of it, and without the brackets of a matrix. `[` counts at the beginning,
+/// perhaps behind a name, and before a number. `]` and `;` count at the end.
 pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     let quoted = line
         .strip_prefix(b"\"")
@@ -38,7 +38,8 @@ pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     bare
 }
 
-/// A line with one space for every run of spaces and tabs, and none at its ends; within quotation marks it is as it was.
+/// A line with one space for every run of spaces and tabs, and none at its ends. Text within quotation marks is
+/// unchanged.
 pub(super) fn squeezed(line: &[u8]) -> Vec<u8> {
     let mut squeezed = Vec::with_capacity(line.len());
     let mut quoted = false;

@@ -1,10 +1,10 @@
 //! Time stamps by the calendar and the clock, `2026-11-22T06:25:00.125Z`, as seconds.
 
-/// The seconds of a time stamp since 1970 at the meridian, or since midnight where it has no date; none for a cell that is
+/// The seconds of a time stamp since 1970 at the meridian, or since midnight if it has no date. None for a cell that is
 /// no time stamp.
 ///
-/// Dates are `2026-11-22`, `2026/11/22` or `22.11.2026`; times `06:25:00`, with decimals behind a point or a comma; zones
-/// `Z`, `+01:00` or `+0100` (ISO 8601 and its usual variants).
+/// Dates are `2026-11-22`, `2026/11/22` or `22.11.2026`. Times are `06:25:00`, with decimals behind a point or a comma.
+/// Zones are `Z`, `+01:00` or `+0100` (ISO 8601 and its usual variants).
 pub(super) fn seconds(cell: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(cell.trim_ascii()).ok()?;
     let (date, time) = match text.split_once(['T', ' ', '_']) {

@@ -14,7 +14,7 @@ use crate::scenario::{Column, MAX_COLUMNS};
 /// A log's columns.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// The file, or what stands for it in messages.
+    /// The file, or its name in messages.
     pub path: PathBuf,
     /// Name of the separator between columns; none of columns in memory.
     pub separator: Option<&'static str>,
@@ -22,7 +22,7 @@ pub struct Table {
     pub columns: Vec<TableColumn>,
     /// The line of each row, from 1.
     pub lines: Vec<u32>,
-    /// True if a row of names stands above the numbers.
+    /// True if a row of names is above the numbers.
     pub has_heading: bool,
     /// True for numbers with decimal commas.
     pub decimal_commas: bool,
@@ -261,7 +261,7 @@ impl<'a> Reader<'a> {
         LogError::at_line(self.name, line, None, fault)
     }
 
-    /// Takes the names of the columns from what stands above the first row of numbers, or from its own cells.
+    /// Takes the names of the columns from the text above the first row of numbers, or from its own cells.
     fn begin(
         &mut self,
         row: &csv::ByteRecord,

@@ -65,9 +65,9 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Reads a text without what stands above its table, without comments, byte-order mark and spaces at the beginning of
-/// lines. Every line ends with a line feed alone, the last one too, and a comment leaves its empty line: the lines are
-/// still counted as an editor counts them.
+/// Reads a text without the lines above its table, comments, byte-order mark and spaces at the beginning of lines.
+/// Every line ends with a line feed alone, the last one too, and a comment leaves its empty line. The lines are thus
+/// counted as in an editor.
 #[derive(Debug)]
 pub(super) struct Uncommented<R> {
     inner: R,
@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// A text as it is read in pieces of at most `piece` bytes, whose table begins with a line.
+    /// Reads a text in pieces of at most `piece` bytes. Its table begins with a line.
     fn read(text: &[u8], heading: u64, piece: usize) -> String {
         let bytes = Box::new(io::Cursor::new(text.to_vec()));
         let (mut reader, _) = from_bytes(bytes, commas(heading));

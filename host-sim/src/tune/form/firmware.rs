@@ -84,9 +84,10 @@ pub(super) enum Of {
     Limit,
 }
 
-/// A velocity filter of a frequency ω, as an α-β filter of the position: prediction p + w, innovation e,
-/// p = prediction + α e, w += β e, with w the motion of a sample. The velocity is w + γ α e over a sample, the position
-/// p + γ w: with γ = 1 the next prediction. With α = 1 it is a low-pass filter of the difference; a phase-locked loop is one too.
+/// A velocity filter of a frequency ω, as an α-β filter of the position: prediction p + w, innovation e, p = prediction
+/// + α e, w += β e. Here w is the motion of a sample. The velocity is w + γ α e over a sample, and the position is p +
+/// γ w. With γ = 1 this is the next prediction. With α = 1 it is a low-pass filter of the difference; a phase-locked
+/// loop is one too.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 pub(super) enum Filter {
     /// Low-pass filter of the difference, with the pole e^(−ωT).
@@ -101,8 +102,9 @@ pub(super) enum Filter {
 }
 
 impl Filter {
-    /// [α, β, γ] for a frequency, rad/s, at a sample time, s, and the cut-off, rad/s, of the low-pass filter that gains are
-    /// designed with in its place: that of the same pole, of the same lag, or where there is none, of the same noise.
+    /// [α, β, γ] for a frequency, rad/s, at a sample time, s. The last value is the cut-off, rad/s, of the equivalent
+    /// low-pass filter for which gains are designed. It has the same pole or the same lag or, if neither exists, the
+    /// same noise.
     pub(super) fn of(self, frequency: f64, time: f64) -> ([f64; 3], f64) {
         let x = frequency * time;
         let (filter, cutoff) = match self {

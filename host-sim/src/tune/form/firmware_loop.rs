@@ -1,4 +1,4 @@
-//! The loop of a firmware as it runs, linear: its velocity filter, its sums, its rate and delay, around q̈ = −a q̇ + b u.
+//! The linear loop of a firmware: its velocity filter, its sums, its rate and delay, around q̈ = −a q̇ + b u.
 
 use identifier_core::model::FrictionStep;
 use identifier_core::number::Complex;
@@ -85,7 +85,7 @@ impl FirmwareLoop {
         }
     }
 
-    /// A step of the target, rad, through a first-order filter (s, 0 for none) in the program that sends it, until a time, s.
+    /// A step of the target, rad, through a first-order filter (s, 0 for none) in the sending program, until a time, s.
     pub(super) fn step(
         &self,
         servo: &PossibleServo,

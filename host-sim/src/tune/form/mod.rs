@@ -1,7 +1,7 @@
 //! Gains in the form of a drive's firmware.
 //!
-//! A [`Form`] is a row of the table of firmwares. Its rate, filter and delay enter the conditions of the design; the gains
-//! become its parameters, these are rounded to what it stores, and margins and step are computed of what is stored.
+//! A [`Form`] is a row of the table of firmwares. Its rate, filter and delay enter the conditions of the design. The
+//! gains become its parameters, rounded to the stored form. Margins and step are computed from the stored values.
 
 mod firmware;
 mod firmware_loop;
@@ -30,8 +30,8 @@ impl Form {
         settings.feed_forward = false;
     }
 
-    /// Gains for a result with their form. Where the firmware's own loop has less than the margins, or another response
-    /// time than the goal, a loop of another bandwidth is designed.
+    /// Gains for a result with their form. If the firmware's own loop has less than the margins, or another response
+    /// time than the goal, another bandwidth is designed.
     ///
     /// # Errors
     /// As [`Tuned::new`], or why the gains do not get the form.
@@ -97,7 +97,8 @@ impl Form {
         )))
     }
 
-    /// The output of the firmware for a command of the result, and what has to be assumed for it; or why there is none.
+    /// The output of the firmware for a command of the result, and the assumptions behind it. Otherwise the reason why
+    /// there is none.
     fn scale(
         self,
         known: &KnownConditions,
@@ -145,7 +146,8 @@ impl Form {
 
     /// The gains of a tuning as the firmware stores them, with what their loop does.
     fn stored(self, tuned: &Tuned, stated: &Conditions, scale: f64) -> Result<FormResult, NoGains> {
-        /// An overshoot that is worth a filter of the target, and its time constant over that of the integral's zero.
+        /// The overshoot from which a filter of the target is suggested, and its time constant over that of the
+        /// integral's zero.
         const OVERSHOOT: f64 = 0.05;
         const SMOOTHING: f64 = 1.5;
         let (firmware, settings, tuning) = (self.0, &tuned.settings, &tuned.tuning);
@@ -203,7 +205,7 @@ impl Form {
         })
     }
 
-    /// How exact the form is, the parameters as they are stored, and the gains that these are, SI.
+    /// The exactness of the form, the stored parameters, and the gains that they represent, SI.
     fn parameters(
         self,
         tuned: &Tuned,

@@ -1,5 +1,5 @@
-//! Each firmware's own update, written down from its source in its own units, around a servo in small steps: its margins
-//! and its step are those that the form promises.
+//! Each firmware's own update, written from its source in its own units, around a servo in small steps. Its margins and
+//! its step match those that the form predicts.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use super::*;
 /// The number of small steps in a period.
 const PARTS: usize = 20;
 
-/// A servo as it is identified, its delay a whole number of small steps.
+/// An identified servo. Its delay is a whole number of small steps.
 fn identified(a: f64, b: f64, delay: f64, sample_time: f64) -> IdentifiedResult {
     IdentifiedResult {
         servo: IdentifiedServo {
@@ -43,7 +43,7 @@ type Controller = Box<dyn FnMut(f64, f64) -> f64>;
 /// A controller of the values of its parameters, by name, and a period, s.
 type Update = fn(&dyn Fn(&str) -> f64, f64) -> Controller;
 
-/// What a test needs to know of a firmware.
+/// The facts about a firmware that a test needs.
 struct Case {
     form: &'static str,
     period: f64,
@@ -336,8 +336,9 @@ impl Case {
             .unwrap_or_else(|error| panic!("{}: {error:?}", self.form))
     }
 
-    /// The loop of a form, its servo's gain times a factor, for a target (rad, of the time), a command in the first sample beside the
-    /// controller's, and a load (rad/s²): position (rad) and command of each sample.
+    /// Runs the loop of a form, its servo's gain times a factor. The arguments are a target (rad, of the time), a
+    /// command in the first sample beside the controller's, and a load (rad/s²). The result is position (rad) and
+    /// command of each sample.
     fn run(
         &self,
         form: &FormResult,
@@ -660,7 +661,7 @@ fn a_cascade_without_real_gains_gets_less_integral() {
     assert!((kv * kx + kvi - 2.0).abs() < 1e-4 && (kvi * kx - 50.0).abs() < 1e-3);
 }
 
-/// Of a form under conditions: why there are no gains in it.
+/// The rejection reason of a form under conditions.
 fn refusal(form: &str, a: f64, known: &KnownConditions, stated: Conditions) -> String {
     let result = identified(a, 500.0, 5e-4, 1e-3);
     let known = KnownConditions {

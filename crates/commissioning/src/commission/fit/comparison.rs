@@ -8,8 +8,8 @@ use identifier_core::model::FrictionStep;
 use identifier_core::number::Number;
 use identifier_core::replay::NormalEquations;
 
-/// A pass over a record with a model that has an effect, and beside it models of which one unknown each is
-/// a little different: what the difference does is the tangent, through every stop and play.
+/// A pass over a record with a model that has an effect. Beside it run models with one unknown slightly different. The
+/// effect of the difference is the tangent, through every stop and backlash.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Comparison<N> {
     effect: Effect,

@@ -12,11 +12,11 @@ pub(super) enum Effect {
     DeadBand,
     /// A load g_s sin q + g_c (cos q − 1).
     Gravity,
-    /// Play before the encoder: its width, and where in it the motor stands at first.
+    /// Backlash before the encoder: its width, and the position of the motor in it at first.
     Backlash,
     /// Friction that is higher at rest by the first size, s/(1 + (v/v_s)²)², v_s being the second.
     LowSpeedFriction,
-    /// Two masses with a spring between them: the ratio of the masses, and the frequency of both free,
+    /// Two masses with a spring between them. Its sizes are the ratio of the masses, and the frequency of both free,
     /// rad/sample.
     Resonance,
     /// A load r_s sin Nq + r_c (cos Nq − 1) with the third size N.
@@ -74,13 +74,13 @@ impl Effect {
 
     /// The first sizes from a start.
     pub(super) fn first(self, start: u32, scales: &RecordScales) -> Sizes {
-        /// Widths of play, counts.
+        /// Widths of the backlash, counts.
         const PLAYS: [f64; 2] = [3.0, 200.0];
         /// Speeds below which friction is another, over the mean.
         const LOW_SPEEDS: [f64; 2] = [0.03, 0.5];
-        /// Of a dead band, over the largest command: without one, its beginning would be none.
+        /// First size of a dead band, over the largest command. At zero its start would be no dead band.
         const DEAD_BAND: f64 = 0.01;
-        /// The fewest periods of a resonance in a record, and the largest angle of one in a block, rad.
+        /// The fewest periods of a resonance in a record, and its largest angle in a block, rad.
         const PERIODS: f64 = 3.0;
         const ANGLE: f64 = 1.0;
         let between = |[low, high]: [f64; 2]| {
@@ -115,7 +115,7 @@ impl Effect {
         }
     }
 
-    /// By how much sizes may change in one pass: no further than what a change does goes with its size.
+    /// The largest change of the sizes in one pass. Beyond it the effect of a change is not proportional to its size.
     pub(super) fn most(self, sizes: &Sizes) -> Sizes {
         match self {
             Self::LowSpeedFriction => [ANY, 0.4 * sizes[1], ANY],
@@ -125,8 +125,8 @@ impl Effect {
         }
     }
 
-    /// True if there is as much of it as to be what it is called. With hardly any mass behind the spring, all
-    /// that a fit gains is that the servo need not stand at first.
+    /// True if there is as much of it as to be what it is called. With almost no mass behind the spring, a fit only
+    /// gains a servo that may move at first.
     pub(super) fn is_material(self, sizes: &Sizes) -> bool {
         const RATIO: f64 = 0.03;
         self != Self::Resonance || sizes[0] >= RATIO

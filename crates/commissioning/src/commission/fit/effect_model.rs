@@ -11,7 +11,7 @@ pub(super) struct EffectModel<N> {
     resolution: N,
 }
 
-/// State of an effect: the place in the play, or deflection and its rate.
+/// State of an effect: the position in the backlash, or deflection and its rate.
 pub(super) type Memory<N> = [N; 2];
 
 impl<N: Number> EffectModel<N> {
@@ -73,7 +73,7 @@ impl<N: Number> EffectModel<N> {
         }
     }
 
-    /// The displacement of the rigid servo less that of the encoder over a time, from the rigid servo's
+    /// The displacement of the rigid servo minus that of the encoder over a time. It follows from the rigid servo's
     /// displacement and its change of velocity.
     pub(super) fn hides(&self, memory: &mut Memory<N>, time: N, way: N, change: N) -> N {
         match self.effect {
@@ -88,8 +88,8 @@ impl<N: Number> EffectModel<N> {
         }
     }
 
-    /// The motor swings about the rigid servo: ẅ + 2ζω ẇ + ω² w = r times that one's acceleration, r
-    /// being the ratio of the masses; in steps that are short beside it.
+    /// The motor oscillates about the rigid servo: ẅ + 2ζω ẇ + ω² w = r times that one's acceleration. The ratio of the
+    /// masses is r. The steps are short beside the oscillation.
     fn swing(&self, [swing, rate]: &mut Memory<N>, time: N, change: N) -> N {
         /// The largest angle of a step, rad, and the most steps.
         const MAX_ANGLE: f64 = 0.3;

@@ -18,17 +18,17 @@ use identifier_core::reason::Reason;
 pub(crate) struct Diagnosis {
     /// The reason that names it.
     pub reason: Reason,
-    /// The part of the squared errors that it explains, the servo's own parameters being fitted with it and
-    /// without it; 0 to 1.
+    /// The part of the squared errors that it explains, 0 to 1. The servo's own parameters are fitted with it and
+    /// without it.
     pub share: f64,
     /// The dead band, where one alone explains much of them, command units; else zero.
     pub dead_band: f64,
 }
 
-/// A search for it under way: the model is fitted to the record anew, with each of the effects in turn.
+/// A search for it under way. The model is fitted to the record again, with each of the effects in turn.
 ///
-/// An effect whose size does not go evenly into the motion, as a frequency, is looked for from many first
-/// sizes: a pass from each predicts its gain, and the fit continues from the most promising.
+/// An effect whose size is not linear in the motion, as a frequency, is searched from many first sizes. A pass from
+/// each predicts its gain, and the fit continues from the most promising.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EffectSearch<N> {
     resolution: N,
@@ -61,12 +61,12 @@ impl<N: Number> EffectSearch<N> {
     };
     /// A motion is explained if the variance of the errors is below this many times the encoder's.
     const EXPLAINED: f64 = 1.5;
-    /// A dead band that explains this part of the errors, and leaves no more than this many times what the best
-    /// effect leaves, may be there too.
+    /// A dead band may exist too. It must explain this part of the errors and leave at most this multiple of the best
+    /// effect's remainder.
     const DEAD_BAND: f64 = 0.8;
     const ALIKE: f64 = 3.0;
-    /// Largest displacement by the effect at the beginning of a record, counts, and largest speed by it,
-    /// over the mean speed.
+    /// Largest displacement by the effect at the beginning of a record, counts. Also its largest speed, over the mean
+    /// speed.
     const PLACE: f64 = 20.0;
     const SPEED: f64 = 0.3;
 
@@ -236,9 +236,9 @@ impl<N: Number> EffectSearch<N> {
         self.descent = Descent::begin(&Self::DESCENT);
     }
 
-    /// The largest squared errors that a model leaves which has the cause in it: those of rounding, and of the part of the range
-    /// that any model may lack. A load that changes with the angle fits much of any large misfit, but leaves more. A second mass
-    /// leaves more even where it is there: the search has its friction on both masses alike.
+    /// The largest squared errors of a model that contains the cause. They are those of rounding, and of the part of
+    /// the range that any model may lack. A load that changes with the angle fits much of any large misfit, but leaves
+    /// more. A true second mass leaves more as well, because the search has its friction on both masses alike.
     fn max_left(&self) -> f64 {
         let share = PredictionErrors::SHARE * self.scales.range;
         let rounding = PredictionErrors::ERRORS * PredictionErrors::ERRORS * ROUNDING;
@@ -285,7 +285,7 @@ impl<N: Number> ServoFitter<N> {
         self.diagnosing(&at_rest(&self.parameters(servo)), motion)
     }
 
-    /// The same where a fit has not come to a servo; none where it had nothing to begin with.
+    /// The same for a fit without a plausible servo; none if it had nothing to begin with.
     #[must_use]
     pub(crate) fn begin_diagnosis_of<const W: usize>(
         &self,

@@ -1,8 +1,8 @@
 //! The servo from the record of a motion, in slices of background work.
 //!
-//! The interrupt condenses samples to [blocks](identifier_core::identifier::NumberedBlock); the background collects them in a
-//! [`MotionRecord`]. A [`ServoFitter`] fits a, b, c, d and the delay to it, measures how well a known servo predicts it, and
-//! looks for the effect that a failing model lacks.
+//! The interrupt condenses samples to [blocks](identifier_core::identifier::NumberedBlock); the background collects
+//! them in a [`MotionRecord`]. A [`ServoFitter`] fits a, b, c, d and the delay to it. It measures how well a given
+//! servo predicts it. It also searches the effect that a failing model lacks.
 
 mod affected;
 mod comparison;

@@ -3,8 +3,8 @@ use identifier_core::fit::{Block, Blocks};
 use identifier_core::identifier::NumberedBlock;
 use identifier_core::number::Number;
 
-/// The record of a motion, of at most W blocks of the same number of samples. Where it is full, every two blocks become one,
-/// so that a short motion is kept finely and a long one as a whole.
+/// The record of a motion, of at most W blocks of the same number of samples. If it is full, every two blocks become
+/// one. A short motion is thus kept finely and a long one as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MotionRecord<N, const W: usize> {
     blocks: [Block<N>; W],

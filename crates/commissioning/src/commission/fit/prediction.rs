@@ -4,8 +4,8 @@ use super::motion_model::{MotionFit, MotionFitter};
 use identifier_core::fit::{Blocks, Predicted, ROUNDING};
 use identifier_core::number::Number;
 
-/// The errors of a known servo's prediction of a motion, only position and velocity at its beginning being estimated;
-/// rad.
+/// The errors of an identified servo's prediction of a motion, rad. Only position and velocity at its beginning are
+/// estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PredictionErrors {
     /// Root mean square and largest magnitude of the prediction's errors.
@@ -24,11 +24,11 @@ pub(crate) struct PredictionErrors {
 }
 
 impl PredictionErrors {
-    /// The part of the motion's range that a model may lack: what it is tuned for bears more.
+    /// The part of the motion's range that a model may lack. The loop that is tuned for it tolerates more.
     pub(super) const SHARE: f64 = 0.005;
 
-    /// Largest root mean square of the errors, and largest error, in standard deviations of rounding and
-    /// of the parameters.
+    /// Largest root mean square of the errors, and largest error. Both are in standard deviations of rounding and of
+    /// the parameters.
     pub(super) const ERRORS: f64 = 3.0;
     const WORST: f64 = 6.0;
 
@@ -60,7 +60,7 @@ pub(crate) struct PredictionRun<N> {
 }
 
 impl<N: Number> PredictionRun<N> {
-    /// Of a motion, by unknowns with a covariance, machine units of a sample.
+    /// Begins the prediction of a motion, by unknowns with a covariance, machine units of a sample.
     pub(super) fn begin(
         fitter: &MotionFitter<N>,
         mut fit: MotionFit<N>,
@@ -108,7 +108,7 @@ impl<N: Number> PredictionRun<N> {
         }
     }
 
-    /// Once it has gone through a motion; a count being so many rad.
+    /// The errors after the pass through a motion. A count has this size, rad.
     pub(super) fn errors<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,

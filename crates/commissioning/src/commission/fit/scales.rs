@@ -23,7 +23,7 @@ impl RecordScales {
     /// A change that is small against the motion.
     pub(super) const SMALL_CHANGE: f64 = 0.003;
 
-    /// Of a record of a servo with a gain.
+    /// From a record of a servo with a gain.
     pub(super) fn from_record<N: Number, const W: usize>(
         motion: &MotionRecord<N, W>,
         gain: N,

@@ -15,7 +15,7 @@ pub(crate) struct ServoFit<N> {
 }
 
 impl<N: Number> ServoFit<N> {
-    /// What the linear pass has found, machine units of a sample; zero before.
+    /// The estimate of the linear pass, machine units of a sample; zero before.
     pub(super) fn linear_estimate(&self) -> [N; PARAMETERS] {
         let mut estimate = self.fitter.linear_estimate(&self.fit);
         estimate[DELAY] = self.expected_delay;

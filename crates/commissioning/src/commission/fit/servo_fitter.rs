@@ -32,10 +32,10 @@ impl FitSettings {
     }
 }
 
-/// Fits q̈ = −a q̇ + b u(t − τ) + d − c sign q̇ to the record of a motion by the fit of a running drive.
+/// Fits q̈ = −a q̇ + b u(t − τ) + d − c sign q̇ to the record of a motion with the fit of a running drive.
 ///
-/// The motion begins at rest, or nearly, and is short: so the model may go through it alone, and nothing is lost where a count
-/// is much of the motion.
+/// The motion is short and begins at rest, or nearly. The model may therefore go through it in open-loop simulation.
+/// Nothing is lost if a count is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ServoFitter<N> {
     settings: FitSettings,
@@ -50,7 +50,7 @@ impl<N: Number> ServoFitter<N> {
     /// Standard deviation of the delay that is not known, s, but at least a sample.
     const UNKNOWN_DELAY: f64 = 1e-4;
 
-    /// The speed of a servo that stands, counts per sample: a count in a hundred.
+    /// The speed of a servo at standstill, counts per sample: a count in a hundred.
     const STOOD: f64 = 0.01;
 
     /// The bandwidth of gains that hold a servo, rad/s, and the most of it per sample.
@@ -79,7 +79,7 @@ impl<N: Number> ServoFitter<N> {
         motion: &MotionRecord<N, W>,
         known: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
-        /// As a servo may change, it is known with so many times its standard errors.
+        /// Factor on the standard errors of an earlier estimate, because a servo may change.
         const CAUTION: f64 = 2.0;
         let fitter = self.fitter_for(motion, known, known.is_some());
         let mut fit = self.fit_to(&fitter, motion);
@@ -129,7 +129,7 @@ impl<N: Number> ServoFitter<N> {
         None
     }
 
-    /// A fitter for a motion of a servo of which something may be known, and which gains may have held before.
+    /// A fitter for a motion of a servo. Earlier estimates may exist, and gains may have held it before.
     pub(super) fn fitter_for<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
@@ -171,8 +171,8 @@ impl<N: Number> ServoFitter<N> {
         self.settings.command_delay / self.settings.sample_time + 1.0
     }
 
-    /// The standard deviation of the speed with which a record begins, counts per sample: of a servo that
-    /// stood, or of one that conservative gains hold, which hunts by a count. A released servo may begin to move.
+    /// The standard deviation of the speed with which a record begins, counts per sample. The servo was at standstill,
+    /// or conservative gains held it, under which it hunts by a count. A released servo may begin to move.
     pub(super) fn speed_at_first<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
@@ -222,7 +222,7 @@ impl<N: Number> ServoFitter<N> {
         [low, high]
     }
 
-    /// Of a servo, machine units of a sample.
+    /// The parameters of a servo, machine units of a sample.
     pub(super) fn parameters(&self, servo: &IdentifiedServo) -> [N; PARAMETERS] {
         let (values, scale) = (servo.values(), self.scale());
         core::array::from_fn(|i| N::from_f64(values[i] * scale[i]))
@@ -235,8 +235,8 @@ impl<N: Number> ServoFitter<N> {
     ) -> Result<IdentifiedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
-        /// The part of the motion's range that viscous friction at its bound may leave unexplained: where an amplifier holds a
-        /// speed it leaves 0.03. Beyond, something else moves the servo.
+        /// The part of the motion's range that viscous friction at its bound may leave unexplained. If an amplifier
+        /// holds a speed, it leaves 0.03. Beyond, something else moves the servo.
         const MAX_LEFT: f64 = 0.05;
         let is_explained = errors.rms <= MAX_LEFT * errors.range;
         let is_at_most = |at_bound: bool, value: N| at_bound && value > N::ZERO;

@@ -11,7 +11,7 @@ use identifier_core::reason::Reason;
 /// Counts that a servo that moves cannot have missed.
 const MISSED: f64 = 2.5;
 
-/// Counts that a released servo that stands may move.
+/// Counts that a disabled servo at standstill may move.
 const STANDS_WITHIN: f64 = 3.0;
 
 /// The probing motion, in the sample interrupt: it takes the encoder's increment and gives a command.
@@ -23,7 +23,7 @@ pub(crate) struct Probing<N> {
     settings: ProbingSettings,
 }
 
-/// Where a probing motion stands.
+/// The progress of a probing motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ProbingProgress {
     /// It moves the servo.
@@ -77,9 +77,9 @@ impl<N: Number> Probing<N> {
         ProbingState::new(&self.plan, held)
     }
 
-    /// Begins with a servo that has been released for some samples, this one included, and is `position` counts from where
-    /// it stood; none as long as it may still fall. If it falls so fast that it would soon reach a limit, the ramp pushes
-    /// against it from the first.
+    /// Begins with a servo that was disabled for some samples, this one included. It is `position` counts from its
+    /// start. None as long as it may still fall. If it falls so fast that it would soon reach a limit, the ramp opposes
+    /// it immediately.
     #[must_use]
     pub(crate) fn start_released(&self, position: N, samples: u32) -> Option<ProbingState<N>> {
         if position.magnitude() <= N::from_f64(STANDS_WITHIN) {
@@ -106,8 +106,8 @@ impl<N: Number> Probing<N> {
         Some(state)
     }
 
-    /// Begins a later motion of a servo that is known, `position` counts from where the first began, with
-    /// a `part` of the usual swing, so that it is not the same motion again.
+    /// Begins a later motion of an identified servo, `position` counts from the beginning of the first. It has a `part`
+    /// of the usual half-cycle, so that it is not the same motion again.
     #[must_use]
     pub(crate) fn start_from_known(
         &self,
@@ -172,8 +172,8 @@ impl<N: Number> Probing<N> {
         command
     }
 
-    /// Ends a relay that drives a resonance: the motor alone, which is a multiple as strong, swings faster and harder than it is
-    /// moved. A servo that falls by its load is not left to friction.
+    /// Ends a relay that excites a resonance. The motor alone has a multiple of the gain. It oscillates faster and
+    /// harder than the relay moves it. A servo that falls by its load is not left to friction.
     fn end_ringing(&self, state: &mut ProbingState<N>) {
         /// Swings after which it ends, and the multiple of the planned acceleration that they took.
         const SWINGS: u32 = 2;
@@ -225,7 +225,7 @@ impl<N: Number> Probing<N> {
         self.progress(state)
     }
 
-    /// Notes the command under which the servo stands in a push that grows, where counts show its break-away in time.
+    /// Notes the command during standstill in a growing push, if counts show its break-away in time.
     fn stand(&self, state: &mut ProbingState<N>) {
         let is_timed = state.servo.gain >= self.plan.timed_gain;
         let is_pushed = state.stage == ProbingStage::Push && state.extra > N::ZERO;
@@ -316,8 +316,8 @@ mod tests {
     use super::super::super::tests::unknown_servos::Unknown;
     use super::*;
 
-    /// Two swings of a tenth of the relay's shortest half-cycle, at half of the planned speed, end it at every rate; the loop then holds
-    /// with 0.4 of its bandwidth, 0.16 of its stiffness.
+    /// Two half-cycles of a tenth of the relay's shortest one, at half of the planned speed, end it. This holds at
+    /// every rate. The loop then holds with 0.4 of its bandwidth, 0.16 of its stiffness.
     #[test]
     fn a_servo_whose_relay_rings_is_held_with_less_bandwidth() {
         for sample_time in [4e-3, 1e-3, 5e-5] {

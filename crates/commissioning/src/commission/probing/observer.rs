@@ -3,9 +3,9 @@ use identifier_core::number::Number;
 
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.
 ///
-/// It predicts with the rough model's acceleration and a rest, and corrects position, velocity and rest by
-/// the error of the prediction so that all three errors decay as pᵏ. While nothing is known of the servo,
-/// the rest is its whole acceleration.
+/// It predicts with the rough model's acceleration and a remainder. It corrects position, velocity and remainder by the
+/// error of the prediction. All three errors thus decay as pᵏ. While nothing is known of the servo, the rest is its
+/// whole acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observer<N> {
     gains: [N; 3],
@@ -30,7 +30,7 @@ impl<N: Number> ObserverState<N> {
         acceleration: N::ZERO,
     };
 
-    /// Of a servo that has fallen this far in this time from rest: q = w t²/2.
+    /// For a servo that has fallen this far in this time from rest, q = w t²/2.
     pub(super) fn falling(fallen: N, time: N) -> Self {
         let mean = fallen * time.reciprocal();
         let velocity = mean + mean;
@@ -48,7 +48,7 @@ impl<N: Number> ObserverState<N> {
         *self = Self::AT_REST;
     }
 
-    /// Counts show that it no longer moves as it was thought to.
+    /// Counts show that it no longer moves in the estimated direction.
     pub(super) fn turn(&mut self) {
         self.velocity = N::ZERO;
     }

@@ -13,7 +13,7 @@ pub(super) struct Plan<N> {
     /// The part of it that is used, to either side.
     pub(super) half_room: N,
     pub(super) usable_speed: N,
-    /// From a decision to where it can act at the latest.
+    /// Delay from a decision to its latest effect.
     pub(super) horizon: N,
     /// Samples by which a command is thought to be delayed.
     pub(super) delay: usize,
@@ -26,16 +26,16 @@ pub(super) struct Plan<N> {
     pub(super) growth: N,
     pub(super) per_growth: N,
     pub(super) steepest: N,
-    /// The least b of a servo that shows at which command it broke away: it passes a count, q = b u̇ t³/6, before the steepest command
-    /// has grown by much.
+    /// The least b of a servo whose break-away command is measurable. Such a servo passes a count, q = b u̇ t³/6,
+    /// before the steepest command has grown by much.
     pub(super) timed_gain: N,
-    /// The square of half a swing's time, over two: swing over acceleration.
+    /// The square of half a half-cycle's time, over two: amplitude over acceleration.
     pub(super) swing: N,
-    /// Speed over acceleration for such a swing.
+    /// Speed over acceleration for such a half-cycle.
     pub(super) swing_speed: N,
     /// The shortest informative half-cycle, counts.
     pub(super) least_swing: N,
-    /// Samples without an edge after which a servo that should be slow stands.
+    /// Samples without an edge after which a servo that should be slow is at standstill.
     pub(super) standing: u32,
     /// Samples without an edge under all of the command after which nothing moves the servo.
     pub(super) jammed: u32,
@@ -50,9 +50,10 @@ pub(super) struct Plan<N> {
     pub(super) quiet: u32,
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
-    /// Samples between two turns of a swing that is as fast as the loop that holds it.
+    /// Samples between two turns of an oscillation as fast as the holding loop.
     pub(super) hold_swing: u32,
-    /// Speed, counts a sample, and bandwidth, ω T, of swings that a relay does not plan: its own are faster and slower.
+    /// Speed, counts a sample, and bandwidth, ω T, that separate the relay's half-cycles from unplanned ones. The
+    /// latter are faster and shorter.
     pub(super) ringing: [N; 2],
     /// Viscous friction that is usual, 1/sample.
     pub(super) usual_viscous: N,
@@ -62,7 +63,7 @@ pub(super) struct Plan<N> {
     pub(super) reaction: u32,
     /// Samples for which a released servo must stand.
     pub(super) released: u32,
-    /// Samples within which a ramp that must be noticed before it turns against a fall does not catch it.
+    /// Samples within which a ramp does not catch a fall if it must be noticed first.
     pub(super) soon: N,
 }
 
@@ -74,12 +75,13 @@ impl<N: Number> Plan<N> {
     /// Samples by which a command may be later than known.
     const UNKNOWN_DELAY: f64 = 2.0;
 
-    /// The shortest half-cycle of the relay, and the phase that it costs to hold the servo, rad, by the delay that is
-    /// known.
+    /// The shortest half-cycle of the relay, in known delays. Also the phase, rad, that the known delay costs the
+    /// holding loop.
     const SWING_DELAYS: f64 = 4.0;
     const HOLD_PHASE: f64 = 0.4;
 
-    /// The part of the planned speed beyond which, and that of the shortest half-cycle within which a swing is not the relay's.
+    /// Parts of the planned speed and of the shortest half-cycle. A half-cycle above the first and within the second is
+    /// not the relay's.
     const RINGING: [f64; 2] = [0.1, 0.5];
 
     /// The part of the command that may grow from a break-away to the count that shows it.

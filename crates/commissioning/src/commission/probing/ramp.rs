@@ -8,8 +8,8 @@ use identifier_core::reason::Reason;
 const MIN_FALL_COUNTS: f64 = 3.0;
 
 impl<N: Number> Guess<N> {
-    /// Of a servo that fell and was caught: its velocity is back at zero, w t + b ∫u = 0, where it has come
-    /// furthest, w t²/2 + b ∬u = q.
+    /// For a servo that fell and was caught. At its furthest point, w t²/2 + b ∬u = q, its velocity is back at zero, w
+    /// t + b ∫u = 0.
     fn caught(fall: &[N; 4], base: N) -> Self {
         let [time, pushed, way, moved] = *fall;
         let half = N::from_f64(0.5);
@@ -107,8 +107,7 @@ impl<N: Number> Probing<N> {
         state.held + state.direction * state.ramp
     }
 
-    /// The next step of the ramp: the faster, the sooner a servo that moves on its own would be too far or
-    /// too fast.
+    /// The next step of the ramp. It is the faster, the sooner a servo that moves alone would be too far or too fast.
     fn ramp_step(&self, state: &ProbingState<N>, moved: N) -> N {
         let plan = &self.plan;
         let usual = (plan.first_step + plan.growth * state.ramp).limited(N::ZERO, plan.steepest);
@@ -142,8 +141,8 @@ impl<N: Number> Probing<N> {
         N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
     }
 
-    /// True if the samples since the first count suffice to determine when the servo began to move, or the
-    /// travel permits no more of them.
+    /// True if the samples since the first count suffice for the time of the break-away. Also true if the travel
+    /// permits no more of them.
     fn is_timed(&self, state: &ProbingState<N>, moved: N) -> bool {
         /// Samples.
         const TIMED: u32 = 4;
@@ -152,8 +151,8 @@ impl<N: Number> Probing<N> {
             || moved.magnitude() >= self.plan.much
     }
 
-    /// Where the command, which is `now`, was when the servo broke away: a command that grows evenly from there on moves it
-    /// as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
+    /// The command at the break-away; `now` is the present one. A command that grows linearly from there on moves the
+    /// servo as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
     fn breakaway(&self, state: &ProbingState<N>, moved: N, now: N) -> Option<Guess<N>> {
         let plan = &self.plan;
         let first = state.first_count?;
@@ -210,8 +209,8 @@ impl<N: Number> Probing<N> {
         self.brake(state)
     }
 
-    /// The rest of it, which the first command of the brake does not wait for: what is kept of the guess, the swing that is to
-    /// follow, and the regression, which begins with this knowledge.
+    /// The remaining work, for which the first command of the brake does not wait. It keeps the guess, chooses the next
+    /// half-cycle, and starts the regression with this knowledge.
     pub(super) fn begin_regression(&self, state: &mut ProbingState<N>, guess: &Guess<N>) {
         self.choose_swing(state);
         let plan = &self.plan;

@@ -26,8 +26,8 @@ impl ProbingSettings {
     pub(crate) const MAX_SPEED_CHANGE: f64 = 0.15;
 
     /// # Errors
-    /// Limits that contradict themselves, that are less than evidence needs with this encoder, or that the strongest
-    /// servo could pass within a few samples.
+    /// Limits that contradict themselves or are too small for evidence with this encoder. Also limits that the
+    /// strongest servo could pass within a few samples.
     pub(crate) fn check(&self) -> Result<(), CommissionError> {
         let limits = &self.limits;
         limits.check()?;
@@ -68,10 +68,10 @@ impl ProbingSettings {
     }
 }
 
-/// The largest travel and speed of a servo in the first motion, while nothing is known of it, SI.
+/// The largest travel and speed of an unknown servo in the first motion, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestMotion {
-    /// Lowest and highest position, rad from where the servo stands.
+    /// Lowest and highest position, rad from the servo's start.
     pub travel: [f64; 2],
     /// Rad/s.
     pub speed: f64,

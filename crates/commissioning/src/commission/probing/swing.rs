@@ -4,7 +4,7 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 impl<N: Number> Probing<N> {
-    /// Acceleration and amplitude of the next swing: the largest that command, travel and speed permit.
+    /// Acceleration and amplitude of the next half-cycle: the largest that command, travel and speed permit.
     pub(super) fn choose_swing(&self, state: &mut ProbingState<N>) {
         let plan = &self.plan;
         let servo = &state.servo;
@@ -52,8 +52,8 @@ impl<N: Number> Probing<N> {
         ]
     }
 
-    /// The command of a swing. Beyond the travel that is planned with the servo is not pushed outwards: friction that the motion
-    /// of a load on a spring makes too large would soften every brake.
+    /// The command of a half-cycle. Beyond the planned travel the servo is not pushed outwards. A load that moves on a
+    /// spring makes the friction estimate too large, which would soften every brake.
     pub(super) fn swing(&self, state: &mut ProbingState<N>) -> N {
         let command = match state.stage {
             ProbingStage::Brake => self.brake(state),
@@ -111,8 +111,8 @@ impl<N: Number> Probing<N> {
         command
     }
 
-    /// All of the command does not move the servo in a direction: it is tried the other way. If it moves
-    /// there, and again does not come back, it may move one way only; if not, nothing moves it.
+    /// All of the command does not move the servo in a direction: it is tried the other way. If it moves there, and
+    /// again does not come back, it may move in one direction only. If not, nothing moves it.
     fn hit_end_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
         let direction = state.direction;
         let Some(blocked) = state.blocked.replace(direction) else {
@@ -156,7 +156,7 @@ impl<N: Number> Probing<N> {
         state.servo.command(-(direction * braking), direction) - direction * state.extra
     }
 
-    /// The servo turns: the next swing, or the end.
+    /// The servo turns: the next half-cycle, or the end.
     fn turn(&self, state: &mut ProbingState<N>) -> N {
         state.extra = N::ZERO;
         if self.is_beyond(state, -state.direction) {
@@ -178,7 +178,7 @@ impl<N: Number> Probing<N> {
         self.push(state)
     }
 
-    /// From the next push on it swings the other way.
+    /// From the next push on it moves in the other direction.
     fn swing_back(&self, state: &mut ProbingState<N>) {
         state.extra = N::ZERO;
         state.aim(-state.direction);
@@ -186,8 +186,8 @@ impl<N: Number> Probing<N> {
         state.enter(ProbingStage::Push);
     }
 
-    /// True if the servo is known well enough: it has turned twice at either end, and the acceleration of a
-    /// swing is predicted well in both directions.
+    /// True if the servo is within tolerance. It has turned twice at either end, and the acceleration of a half-cycle
+    /// is predicted in both directions.
     pub(super) fn has_evidence(&self, state: &ProbingState<N>) -> bool {
         /// The largest standard error of an acceleration, over it.
         const KNOWN: f64 = 0.008;
@@ -243,7 +243,7 @@ mod tests {
 
     const SIDES: [f32; 2] = [1.0, -1.0];
 
-    /// A motion of a servo whose friction is thought to be 8 of 10 command units: gentle brakes push along then.
+    /// A motion of a servo whose friction estimate is 8 of 10 command units. Gentle brakes then push along.
     fn rubbing() -> (Probing<f32>, ProbingState<f32>) {
         let unknown = Unknown {
             held: None,

@@ -13,12 +13,14 @@ const NO_LINE: MeasuredLine = MeasuredLine {
     deviation: 0.0,
 };
 
-/// The response that the slides of a survey measure: sums of every line, and from these lines with their deviations.
+/// The response that the slides of a survey measure. It has the sums of every line, and from these lines with their
+/// deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct MeasuredResponse<N> {
     sample_time: f64,
     resolution: f64,
-    /// The lines of the slides under way or last, whether they replace those of earlier slides, and their sums.
+    /// The lines of the present or last slides, and their sums. The flag is true if they replace those of earlier
+    /// slides.
     survey: Lines,
     replaces: bool,
     sums: [SlideSums<N>; Lines::MAX],
@@ -40,7 +42,7 @@ struct BalanceSums<N> {
 /// The most lines: those of a survey and of three proofs.
 const MOST: usize = 4 * Lines::MAX;
 
-/// Lines on either side of one that its deviation is taken with: a deviation of four slides is itself uncertain.
+/// Lines on either side of one that enter its deviation. A deviation of four slides is itself uncertain.
 const NEIGHBOURS: usize = 2;
 
 /// The sums of a line over slides. Those of an inverted injection count with the opposite sign, which cancels the transient
@@ -94,7 +96,7 @@ impl<N: Number> MeasuredResponse<N> {
         self.begin_more(lines);
     }
 
-    /// Begins to measure lines that take the place of those up to the highest of them, if slides show them.
+    /// Begins to measure lines that replace those up to the highest of them, if slides show them.
     pub(in crate::commission) fn begin_below(&mut self, lines: &Lines) {
         self.balances = [BalanceSums::EMPTY; 2];
         self.begin_more(lines);
@@ -146,8 +148,8 @@ impl<N: Number> MeasuredResponse<N> {
         }
     }
 
-    /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a: b u = v̇ + a v ± c − d.
-    /// None unless it has slid both ways.
+    /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a. They follow from b u
+    /// = v̇ + a v ± c − d. None unless it has slid both ways.
     pub(in crate::commission) fn friction(&self, servo: &ServoParameters) -> Option<[f64; 2]> {
         let ServoParameters { a, b, .. } = *servo;
         let per_time = self.resolution / self.sample_time;
@@ -215,7 +217,7 @@ impl<N: Number> MeasuredResponse<N> {
         true
     }
 
-    /// Puts a line among those before it, which stand by frequency.
+    /// Sorts a line into those before it, which are ordered by frequency.
     fn sort_in(&mut self, place: usize) {
         let Some(mut carried) = self.lines.get(place).copied() else {
             return;
@@ -307,7 +309,8 @@ impl<N: Number> SlideSums<N> {
         self.cross[1] += v * u - y * w;
     }
 
-    /// The response at a frequency, rad/s, that turns by so much in a sample: rad per command unit, with its deviation.
+    /// The response at a frequency, rad/s, whose phasor turns by `turn` in a sample. It is in rad per command unit,
+    /// with its deviation.
     fn line(&self, frequency: f64, turn: Complex, resolution: f64) -> Option<MeasuredLine> {
         let complex = |[re, im]: [N; 2]| Complex {
             re: re.to_f64(),

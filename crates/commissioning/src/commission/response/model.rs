@@ -3,8 +3,8 @@ use core::f64::consts::TAU;
 use identifier_core::number::Complex;
 use identifier_core::tuning::{Mode, PossibleServo, SampledServo};
 
-/// The unknowns of a response: ln b, the delay and the current loop's time constant in samples, viscous friction a (1/s), ln ω,
-/// ln ζ and ln β.
+/// The unknowns of a response. They are ln b, the delay and the current loop's time constant in samples, viscous
+/// friction a (1/s), ln ω, ln ζ and ln β.
 pub(super) type Unknowns = [f64; UNKNOWNS];
 pub(super) const UNKNOWNS: usize = 7;
 pub(super) const GAIN: usize = 0;
@@ -19,8 +19,8 @@ pub(super) const RATIO: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponseModel {
     servo: SampledServo,
-    /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response but for its first image,
-    /// which has that of its own frequency.
+    /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response. The first image
+    /// has that of its own frequency.
     lag: f64,
     /// b T², the delay in samples and the mode with its frequency per sample, for the image.
     gain: f64,

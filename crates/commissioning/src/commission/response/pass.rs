@@ -3,7 +3,7 @@ use identifier_core::number::Complex;
 use identifier_core::replay::NormalEquations;
 use identifier_core::tuning::MeasuredLine;
 
-/// A pass over the measured lines with unknowns and their derivatives: one response of one model at a time.
+/// A pass over the measured lines with unknowns and their derivatives. It computes one response of one model at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponsePass {
     pub(super) unknowns: Unknowns,
@@ -23,17 +23,16 @@ impl ResponsePass {
     /// Steps of the derivatives.
     const STEPS: Unknowns = [1e-5, 1e-4, 1e-4, 1e-3, 1e-6, 1e-4, 1e-4];
 
-    /// The relative error of a response that no model is better than: friction and speed are not as constant as the model
-    /// has them.
+    /// The least relative error of any model's response. Friction and speed are not as constant as in the model.
     const FLOOR: f64 = 0.03;
 
-    /// The part of a measured response below which a smaller one of the model does not lower that error further.
+    /// The part of a measured response below which a smaller model response does not lower that error further.
     const NEARLY_NOTHING: f64 = 0.2;
 
     /// The error of a line, in deviations, above which it counts with its root.
     const OUTLIER: f64 = 4.0;
 
-    /// Mean and deviation that an unknown is expected with: a current loop faster than the sampling, steel, any share.
+    /// The expected mean and deviation of an unknown: a current loop faster than the sampling, steel, any share.
     const EXPECTED: [(usize, f64, f64); 3] = [
         (LAG, 0.0, 6.0),
         // ln 0.02.
@@ -41,7 +40,8 @@ impl ResponsePass {
         (RATIO, 0.0, 3.0),
     ];
 
-    /// At unknowns, with viscous friction as it is expected: its mean and deviation, 1/s, zero if it is known.
+    /// A pass at unknowns, with the expected viscous friction as its mean and deviation, 1/s. The deviation is zero if
+    /// it is known.
     pub(super) fn at(
         unknowns: &Unknowns,
         [friction, uncertain]: [f64; 2],

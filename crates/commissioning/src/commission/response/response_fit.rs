@@ -10,7 +10,8 @@ use identifier_core::tuning::{MeasuredLine, Resonance};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct ResponseFit {
     sample_time: f64,
-    /// Viscous friction with its deviation, 1/s, zero if it is known, and the delay (samples) that the motions before have shown.
+    /// Viscous friction with its deviation, 1/s, zero if it is known. Also the delay (samples) from the earlier
+    /// motions.
     friction: [f64; 2],
     delay: f64,
     stage: Stage,
@@ -59,8 +60,8 @@ pub(in crate::commission) struct ResponseEstimate {
 }
 
 impl ResponseEstimate {
-    /// The largest standard error of ln b of a response: where it is larger, the lines do not reach below the antiresonance,
-    /// where both masses move together.
+    /// The largest standard error of ln b of a response. If it is larger, the lines do not reach below the
+    /// antiresonance, where both masses move together.
     const KNOWN_GAIN: f64 = 0.05;
 
     /// True if the lines show the gain of both masses together, and with it the share of each.
@@ -68,14 +69,14 @@ impl ResponseEstimate {
         self.gain_error <= Self::KNOWN_GAIN
     }
 
-    /// True if the masses explain the response: all of it, or nearly all that one mass leaves. Lines close to a resonance of
-    /// little damping are not explained in full, as the slightest change of speed shifts them.
+    /// True if the masses explain the response: all of it, or nearly all that one mass leaves. Lines close to a
+    /// resonance of little damping are not explained in full. The slightest change of speed shifts them.
     pub(in crate::commission) fn is_explained(&self) -> bool {
         self.misfit < ResponseFit::EXPLAINED || self.left < ResponseFit::NEARLY_ALL
     }
 
-    /// Has a servo that was known as one mass what the response shows of it: gain, delay and, where it was doubted, viscous
-    /// friction. What it takes to balance friction and load is kept.
+    /// Updates a servo that was identified as one mass from its response. This is gain, delay and, if it was uncertain,
+    /// viscous friction. The commands that balance friction and load are kept.
     pub(in crate::commission) fn improve(&self, servo: &mut IdentifiedServo) {
         scale(servo, self.gain / servo.parameters.b);
         know_alone(servo, IdentifiedServo::B, self.gain_error * self.gain);
@@ -111,39 +112,40 @@ impl ResponseEstimate {
 }
 
 impl ResponseFit {
-    /// Two masses are there if one does not explain the response and they leave less than this part of what it leaves. Of 90
-    /// rigid servos one mass left 0.56 per line and part at most, of as many of two masses 2 at least.
+    /// Two masses exist if one does not explain the response and two leave less than this part of its errors. Among 90
+    /// rigid servos one mass left 0.56 or less per line and part. For as many of two masses it left 2 or more.
     const TWO_MASSES: f64 = 0.75;
 
     /// The mean of the squared errors above which a single mass may hide a narrow resonance.
     const CLEAR: f64 = 0.6;
 
-    /// The mean of the squared errors of a fit that explains the response: no other would be better by much.
+    /// The mean of the squared errors of a fit that explains the response. No other fit would be much better.
     const EXPLAINED: f64 = 1.0;
 
-    /// The part of the errors of one mass that two may leave where they are the cause: a load that changes with the angle,
-    /// which looks like a second mass in part, leaves more.
+    /// The part of the errors of one mass that two may leave if they are the cause. A load that changes with the angle,
+    /// which partly looks like a second mass, leaves more.
     const NEARLY_ALL: f64 = 0.1;
 
-    /// The deviation of viscous friction from zero that is expected where motions that one mass does not explain show none,
-    /// 1/s: a motor that rings against its load looks slowed.
+    /// The expected deviation of viscous friction from zero, 1/s, if motions that one mass does not explain show none.
+    /// A motor that oscillates against its load looks slowed.
     const USUAL_FRICTION: f64 = 10.0;
 
-    /// The least standard errors of ln ω and ln ζ where two masses do not explain the response either, as a resonance
-    /// between two lines that nearly stopped the servo: what blurs its lines looks like damping.
+    /// The least standard errors of ln ω and ln ζ if two masses do not explain the response either. An example is a
+    /// resonance between two lines that nearly stopped the servo. A blur of its lines looks like damping.
     const UNEXPLAINED: [f64; 2] = [0.02, 0.7];
 
-    /// The least standard error of ln ω of a resonance that no line shows: the antiresonance alone tells that there is one.
+    /// The least standard error of ln ω of a resonance that no line shows. Only the antiresonance is evidence of it.
     const UNSEEN: f64 = 0.1;
 
-    /// Begins for a servo that is known as one mass, which may not explain its motions; none without enough lines.
+    /// Begins for a servo that was identified as one mass, which may not explain its motions. None without enough
+    /// lines.
     pub(in crate::commission) fn begin(
         lines: &[MeasuredLine],
         servo: &IdentifiedServo,
         is_doubted: bool,
         sample_time: f64,
     ) -> Option<Self> {
-        /// The fewest lines that tell two masses from one.
+        /// The fewest lines that distinguish two masses from one.
         const FEWEST: usize = 12;
         let delay = servo.delay / sample_time;
         let friction = if is_doubted {
@@ -213,7 +215,7 @@ impl ResponseFit {
         fit.is_some_and(|best| best.equations.cost() < most)
     }
 
-    /// True if a line near a resonance stands clear of its own error.
+    /// True if a line near a resonance exceeds its own error clearly.
     fn is_seen(frequency: f64, lines: &[MeasuredLine]) -> bool {
         /// The distance of such a line, a part of the frequency, and its standard errors.
         const NEAR: f64 = 0.2;
@@ -286,7 +288,7 @@ impl ResponseDescent {
         min_change: 1e-4,
     };
 
-    /// Lowest and highest values: the logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
+    /// Lowest and highest values: logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
     const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
     const HIGH: Unknowns = [30.0, 60.0, 30.0, 1e3, 13.0, -0.7, 3.4];
 

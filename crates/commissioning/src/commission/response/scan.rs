@@ -2,8 +2,8 @@ use super::model::{ResponseModel, Unknowns};
 use identifier_core::replay::NormalEquations;
 use identifier_core::tuning::MeasuredLine;
 
-/// A scan of the frequencies at which a second mass may resonate. With frequency, damping and delay given, the response is
-/// linear in b and β b: x of one mass and y of two with β = 1 are b = x + y, β b = y.
+/// A scan of the frequencies at which a second mass may resonate. With frequency, damping and delay given, the response
+/// is linear in b and β b. One mass gives x, and two with β = 1 give y: b = x + y, β b = y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scan {
     a: f64,
@@ -36,8 +36,8 @@ impl Scan {
     /// The frequencies.
     const FREQUENCIES: u32 = 48;
 
-    /// The range, over the lowest and the highest line: a resonance beyond the lines shows in their phase, or as an image
-    /// below half of the sampling frequency.
+    /// The range, over the lowest and the highest line. A resonance beyond the lines shows in their phase. It may also
+    /// show as an image below half of the sampling frequency.
     const RANGE: [f64; 2] = [0.9, 1.3];
 
     /// The damping ratio of them all: a resonance as wide as the lines are apart.

@@ -17,7 +17,7 @@ const A: f64 = 2.0;
 const DELAY: f64 = 2.3e-4;
 const LAG: f64 = 1e-4;
 
-/// b (1/(s (s + a)) + β/(s² + 2ζωs + ω²)) e^(−sτ)/(1 + sT_c) behind the hold, sampled: the sum over the images.
+/// b (1/(s (s + a)) + β/(s² + 2ζωs + ω²)) e^(−sτ)/(1 + sT_c) behind the hold, sampled as the sum over the images.
 fn response(mode: Option<&Mode>, frequency: f64) -> Complex {
     /// Images on either side. The rest falls with the square of their number.
     const IMAGES: i32 = 40;
@@ -52,7 +52,7 @@ fn shown(mode: Option<&Mode>, noise: f64, gain: f64) -> ResponseEstimate {
     shown_through(mode, &|_| noise, gain)
 }
 
-/// The same with a noise that goes with the frequency, rad/s.
+/// The same with a noise that depends on the frequency, rad/s.
 fn shown_through(mode: Option<&Mode>, noise: &dyn Fn(f64) -> f64, gain: f64) -> ResponseEstimate {
     let mut random = SplitMix64::new(7);
     let lines: Vec<MeasuredLine> = Lines::survey(SAMPLE_TIME)

@@ -1,4 +1,5 @@
-//! The name of a coupling that gains cannot be found for: a resonance is the same in small motions, with play it is softer.
+//! The name of a coupling for which no gains are found. A resonance is the same in small motions; with backlash it is
+//! softer.
 
 use super::super::Phase;
 use super::super::message::DecisionKind;
@@ -12,12 +13,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part of the usual velocities of the lines in slides that compare.
     const QUIETER: f64 = 0.3;
 
-    /// The standard errors by which a resonance is lower in small motions, and the ratio by which the gain is larger where the
-    /// motor no longer reaches its load.
+    /// The standard errors by which a resonance is lower in small motions. Also the ratio by which the gain is larger
+    /// if the motor no longer reaches its load.
     const LOWER: f64 = 3.0;
     const ALONE: f64 = 1.3;
 
-    /// Fails because of a second mass, once slides with smaller lines have told whether its coupling has play.
+    /// Fails because of a second mass, once slides with smaller lines have shown whether its coupling has backlash.
     pub(super) fn fail_by_second_mass(&mut self) -> Option<DecisionKind<N>> {
         let (Some(masses), None, Some(servo)) = (self.masses, &self.louder, &self.servo) else {
             return self.fail(Reason::LacksResonance);

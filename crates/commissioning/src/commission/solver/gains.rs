@@ -11,8 +11,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The factor on the next step where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
-    /// The largest dead band, over the gains' command for the step: while the integral passes from one
-    /// side of it to the other, the loop overshoots by about this part of the step.
+    /// The largest dead band, over the gains' command for the step. While the integral passes from one side of it to
+    /// the other, the loop overshoots by about this part of the step.
     const MAX_DEAD_BAND: f64 = 0.02;
 
     /// The part of the command that the encoder's rounding may make up.

@@ -88,7 +88,7 @@ enum Work<N: Number> {
 enum Then {
     /// The servo is passed on.
     Publish,
-    /// Its own motion is to be predicted, as it is not known well enough.
+    /// Its own motion must be predicted, because its estimate is not within tolerance.
     Predict,
     /// The second motion is asked for once more.
     Again,
@@ -212,15 +212,15 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.response.lines()
     }
 
-    /// The resonance that the response shows, if the servo is one of two masses; none where the lines leave the gain open.
+    /// The resonance in the response, if the servo is one of two masses. None if the lines leave the gain open.
     #[must_use]
     pub fn resonance(&self) -> Option<&Resonance> {
         let masses = self.masses.as_ref().filter(|masses| masses.is_known());
         masses?.resonance.as_ref()
     }
 
-    /// A slice of work: at most a block of a pass, a point of the frequency response, or a sample of a
-    /// predicted step. Returns an answer when there is one.
+    /// A slice of work. It is up to a block of a pass, a point of the frequency response, or a sample of a predicted
+    /// step. Returns an answer when there is one.
     pub fn work(&mut self) -> Option<Decision<N>> {
         self.decide().map(Decision)
     }

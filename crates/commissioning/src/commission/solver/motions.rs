@@ -94,7 +94,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.work = Work::Refitting(self.fitter.begin(&self.record, Some(&servo)));
     }
 
-    /// Takes the servo of such a fit, if it explains the motion; else the misfit of the prediction is judged.
+    /// Takes the servo of such a fit, if it explains the motion. Otherwise the misfit of the prediction is judged.
     pub(super) fn take_refit(
         &mut self,
         refitted: Result<IdentifiedServo, Reason>,
@@ -109,8 +109,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    /// Looks for what a model lacks that leaves so much of a motion unexplained (rad), if it was not found
-    /// before; what was found where a fit went astray is dropped once a motion is explained.
+    /// Searches the effect that a model lacks, if it was not found before. `left` is the unexplained part of a motion
+    /// (rad). A finding from a fit that failed is dropped once a motion is explained.
     fn explain(&mut self, left: f64, then: Then) -> Option<DecisionKind<N>> {
         let counts = left / self.settings.resolution;
         if counts < Self::EXPLAINED && self.suspect.take().is_some() {

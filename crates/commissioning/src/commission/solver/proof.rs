@@ -12,8 +12,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Gains that slides may disprove, of which each is followed by others.
     const MAX_DISPROVED: u32 = 2;
 
-    /// The largest sensitivity's excess over 1 that disproves gains, over that which they keep for every servo that the identified
-    /// one may be.
+    /// The largest sensitivity's excess over 1 that disproves gains, relative to the one for every possible servo.
     const DISPROVING: f64 = 4.0 / 3.0;
 
     /// True if gains for two masses are to be proved.
@@ -45,7 +44,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         Some(DecisionKind::Slide(plan))
     }
 
-    /// Judges gains by all lines that were measured: those of before and those under the gains.
+    /// Judges gains by all measured lines, before and under the gains.
     pub(super) fn judge_proof(&mut self, tuning: &Tuning) -> Option<DecisionKind<N>> {
         let most = 1.0 + Self::DISPROVING * (self.settings.max_sensitivity - 1.0);
         let sample_time = self.settings.sample_time;

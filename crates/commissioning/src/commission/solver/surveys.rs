@@ -10,11 +10,11 @@ use identifier_core::reason::Reason;
 use identifier_core::tuning::Mode;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
-    /// Surveys, and those after which a doubted servo shows no second mass.
+    /// Surveys, and those after which an uncertain servo shows no second mass.
     const MAX_SURVEYS: u32 = 3;
     const MAX_CHECKS: u32 = 2;
 
-    /// The ratio by which the gain of the response differs from that of the motions of one mass at most.
+    /// The largest ratio between the gain of the response and that of the motions of one mass.
     const ALIKE: f64 = 1.25;
 
     /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
@@ -43,7 +43,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         None
     }
 
-    /// Begins to measure the response of a servo whose motions one mass does not explain, for this reason, if there is one.
+    /// Begins to measure the response of a servo whose motions one mass does not explain. The reason is given if there
+    /// is one.
     pub(super) fn survey(&mut self, doubt: Option<Reason>) -> Option<DecisionKind<N>> {
         self.doubt = doubt;
         (self.masses, self.surveys) = (None, 0);
@@ -55,7 +56,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.slide(None, &lines)
     }
 
-    /// True if further slides may show more of a doubted servo, until two masses are known well.
+    /// True if further slides may show more of an uncertain servo, until two masses are within tolerance.
     pub(super) fn is_to_slide_again(&self, masses: &ResponseEstimate) -> bool {
         match masses.resonance {
             _ if self.doubt.is_none() => false,
@@ -65,7 +66,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    /// True if one mass explains the response, with the gain of the motions: what does not explain these is no resonance.
+    /// True if one mass explains the response, with the gain of the motions. The unexplained part of these is then no
+    /// resonance.
     fn is_as_it_moved(&self, masses: &ResponseEstimate) -> bool {
         let gain = self
             .servo
@@ -73,7 +75,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         masses.is_one_mass() && (1.0 / Self::ALIKE..=Self::ALIKE).contains(&gain)
     }
 
-    /// Slides once more. A servo that is doubted is from now on as the slides before have shown it.
+    /// Slides once more. The estimate of an uncertain servo is from now on that of the earlier slides.
     pub(super) fn slide_again(&mut self) -> Option<DecisionKind<N>> {
         let time = self.settings.sample_time;
         let mode = self.improve();
@@ -88,8 +90,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.slide(mode.as_ref(), &lines)
     }
 
-    /// Slides a last time, with lines between the others, where a resonance that these show in part keeps gains at this bandwidth
-    /// (rad/s); none where there is no room for it.
+    /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
+    /// show in part and that prevents gains at this bandwidth (rad/s). None if there is no room for it.
     pub(super) fn look_closer(&mut self, bandwidth: f64) -> Option<DecisionKind<N>> {
         if self.surveys >= Self::MAX_SURVEYS {
             return None;

@@ -50,8 +50,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         (Self::STEP * farthest).max(self.least_step().min(Self::MAX_STEP * farthest))
     }
 
-    /// The largest that there can be, from one side of where it began to the other, where friction holds the servo through a
-    /// smaller one, rad.
+    /// The largest possible step, rad, from one side of the start to the other. It is for a servo that friction holds
+    /// through a smaller one.
     pub(super) fn most_room(&self) -> f64 {
         let [low, high] = self.settings.limits.travel;
         Self::MAX_STEP * (high - low)

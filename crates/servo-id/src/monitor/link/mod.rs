@@ -1,5 +1,5 @@
-//! The line to the drive, in a thread of its own: however long a screen or a disk takes, reports are read and the
-//! link is kept alive.
+//! The line to the drive, in a thread of its own. However long a screen or a disk takes, reports are read and the link
+//! is kept alive.
 
 mod event;
 mod talk;

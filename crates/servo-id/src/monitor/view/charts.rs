@@ -13,7 +13,7 @@ use crate::monitor::history::{LENGTH, Signal};
 use crate::monitor::state::State;
 use crate::present::number::plain;
 
-/// Colours that everyone can tell apart, on every terminal.
+/// Colours that everyone can distinguish, on every terminal.
 const MEASURED: Style = Style::new().fg(Color::Cyan);
 const WANTED: Style = Style::new().fg(Color::Yellow);
 

@@ -86,7 +86,7 @@ fn value(name: &str, value: Option<f64>, unit: &str) -> Line<'static> {
     Line::from(format!("{name:<NAME$}{text:>9} {unit}"))
 }
 
-/// The command, and where it stands between its limits.
+/// The command, and its position between its limits.
 fn command(newest: Option<&Frame>, limit: Option<[f64; 2]>) -> [Line<'static>; 2] {
     let acting = newest.and_then(Frame::command);
     let number = value("command", acting, "u");

@@ -216,7 +216,7 @@ fn masses(outcome: &Outcome) -> String {
     )
 }
 
-/// The identified servo beside its truth, the gains, and their promise beside the trial.
+/// The identified servo beside its truth, the gains, and their predicted response beside the trial.
 #[must_use]
 pub fn found_servo(
     servo: &IdentifiedServo,
@@ -285,7 +285,7 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
     )
 }
 
-/// A row for each figure: its name, the promise, the measurement, its unit.
+/// A row for each figure: its name, the prediction, the measurement, its unit.
 fn promise_rows(
     servo: &IdentifiedServo,
     tuning: &Tuning,

@@ -1,5 +1,4 @@
-//! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside
-//! the promised one.
+//! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside the predicted one.
 
 use commissioning::{CommissionSettings, Phase};
 use host_sim::commission::{FrequencyResponse, Outcome, Sample, StepResponse};
@@ -171,7 +170,8 @@ fn limited(
     limits.iter().fold(figure, with_limit)
 }
 
-/// The measured frequency response beside that of the identified servo: of one mass a line at 0 dB from its friction's corner on.
+/// The measured frequency response beside that of the identified servo. One mass is a line at 0 dB from its friction's
+/// corner on.
 fn bode(response: &FrequencyResponse, servo: &ServoParameters, sample_time: f64) -> Figure {
     let measured = response.measured(servo.b);
     let (points, band) = measured
@@ -196,7 +196,7 @@ fn bode(response: &FrequencyResponse, servo: &ServoParameters, sample_time: f64)
     figure
 }
 
-/// The step of the trial until the servo is disturbed, beside the promised one with the tolerance of its overshoot.
+/// The step of the trial until the servo is disturbed, beside the predicted one with the tolerance of its overshoot.
 fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Figure {
     /// Settling times that are shown: the disturbance comes later.
     const SHOWN: f64 = 1.5;

@@ -96,7 +96,7 @@ fn cell(text: &str, tint: Tint) -> HeatCell {
     HeatCell { text, tint }
 }
 
-/// Letter, colour and meaning of each status; of none, where a method refused the case.
+/// Letter, colour and meaning of each status. The last is for a case that a method rejected.
 const STATUSES: [(Option<Status>, &str, Tint, &str); 7] = [
     (Some(Status::Converged), "C", Tint::Good, "converged"),
     (Some(Status::Partial), "P", Tint::Doubtful, "b known"),

@@ -302,7 +302,7 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     blocks
 }
 
-/// What a fitted model leaves of its log.
+/// The residuals of a fitted model over its log.
 fn left_by_fit(seen: &Seen) -> String {
     let counts = |error: f64| rough(error / seen.count);
     format!(
@@ -424,7 +424,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     vec![Block::facts(facts)]
 }
 
-/// Gains for the servo that was found, and their promise as figures.
+/// Gains for the servo that was found, and their predicted response as figures.
 fn gains(of: &Experiment<'_>) -> (Vec<Block>, Vec<Figure>) {
     match Tuned::stiffest(of.scenario, of.summary) {
         Ok((tuned, known)) => {

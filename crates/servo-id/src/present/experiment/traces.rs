@@ -12,8 +12,7 @@ use crate::present::{Envelope, Figure, TIME, Trace};
 /// Half-width of an estimate's band, standard errors.
 const BAND_STANDARD_ERRORS: f64 = 2.0;
 
-/// The part of a run at its beginning in which an estimate may be so far off that nothing else would be
-/// seen beside it.
+/// The initial part of a run in which an estimate may be so far off that nothing else would be visible beside it.
 const TRANSIENT_PART: f64 = 0.01;
 
 /// The course of an experiment in bounded memory.
@@ -63,8 +62,8 @@ impl ExperimentTraces {
     }
 }
 
-/// Of a fit what one sees of it; of other laws the estimates with their confidence bands, then position, output error and
-/// command.
+/// The figures of a fit. Other estimators show the estimates with their confidence bands, then position, output error
+/// and command.
 pub(super) fn figures(
     summary: &Summary,
     traces: &ExperimentTraces,

@@ -67,7 +67,7 @@ impl Canvas {
         }
     }
 
-    /// Text on a base line. A circumflex on a tall letter stands above it: the font's own would cross it.
+    /// Text on a base line. A circumflex on a tall letter is drawn above it, because the font's own would cross it.
     pub(super) fn text(
         &mut self,
         (x, y): (f64, f64),
@@ -150,7 +150,7 @@ impl Canvas {
         self.shapes.push(Shape::Cut(frame, inside));
     }
 
-    /// The bytes of a file of SVG, as large as it is meant: what has no unit would be a pixel, 1/96 inch.
+    /// The bytes of a file of SVG at its intended size. A length without unit would be in pixels, 1/96 inch.
     #[must_use]
     pub fn svg(&self) -> String {
         let (width, height) = (self.width, self.height);
@@ -162,8 +162,8 @@ impl Canvas {
         )
     }
 
-    /// The same to stand in a page, which has the colours and the font in its style sheet; `name` is unlike those
-    /// of the other drawings.
+    /// The same for a page, which has the colours and the font in its style sheet. `name` is unlike those of the other
+    /// drawings.
     #[must_use]
     pub fn embedded_svg(&self, name: &str, title: &str) -> String {
         let (width, height) = (self.width, self.height);

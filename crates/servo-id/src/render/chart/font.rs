@@ -1,6 +1,6 @@
 //! The font of pictures: widths for both formats, outlines for PNG. A file of SVG names the font.
 //!
-//! [`FILE`] is DejaVu Sans 2.37 with the letters of [`LETTERS`] alone, made by `pyftsubset DejaVuSans.ttf
+//! [`FILE`] is DejaVu Sans 2.37 with the letters of [`LETTERS`] alone. It was made by `pyftsubset DejaVuSans.ttf
 //! --no-hinting --notdef-outline --layout-features='' --drop-tables+=GSUB,GPOS,GDEF,kern,FFTM,MATH --unicodes=…`
 //! (fonttools 4).
 

@@ -1,4 +1,4 @@
-//! Pictures as a paper has them, in the width of a column or a page, and drawings in pages of HTML. The same
+//! Pictures in the style of a paper, in the width of a column or a page, and drawings in pages of HTML. The same
 //! [`Canvas`] is written as SVG and as PNG.
 
 mod canvas;
@@ -78,8 +78,7 @@ impl Size {
     }
 }
 
-/// Heights of a figure's frame, and of one under stretches of time, where several stand one below the other,
-/// points.
+/// Heights of a figure's frame, and of one under shaded ranges of time if several are one below the other, points.
 const HEIGHT: f64 = 82.0;
 const HEIGHT_UNDER_STRETCHES: f64 = 62.0;
 /// Room between figures side by side, below those whose axis is continued, and around the picture.
@@ -132,8 +131,7 @@ struct Row<'a> {
     figures: &'a [Figure],
     /// Their own legends; empty where they share one.
     legends: Vec<Legend>,
-    /// Width of each, the part of it to the left of its frame, and heights of the highest legend and the highest
-    /// frame.
+    /// Width of each, its part to the left of the frame, and heights of the highest legend and the highest frame.
     width: f64,
     left: f64,
     legend_height: f64,

@@ -8,7 +8,7 @@ use super::scale::Scale;
 use super::surface::{Align, Colour, Frame, Stroke};
 use crate::present::{Figure, Trace};
 
-/// Room of what is written to the left of the frame, to its right and below it, points; to the left at least.
+/// Room for text to the left of the frame, to its right and below it, points. The left one is a minimum.
 const MIN_LEFT: f64 = 30.0;
 pub(super) const RIGHT: f64 = 9.0;
 pub(super) const BELOW: f64 = 27.0;
@@ -83,7 +83,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// The power of ten of the figures at the vertical axis, to be written above it where no heading has it.
+    /// The power of ten of the figures at the vertical axis. It is written above the axis unless a heading has it.
     pub(super) fn draw_power(&self, canvas: &mut Canvas) {
         if let Some(power) = self.vertical.power() {
             let at = (self.frame.left, self.frame.top - 3.0);

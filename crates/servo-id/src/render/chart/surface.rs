@@ -1,4 +1,4 @@
-//! What a picture is written with: colours, strokes, labels, and a format that takes them.
+//! The elements of a picture: colours, strokes, labels, and a format that takes them.
 
 /// A colour by its use, so that a page can choose it for light and dark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -123,8 +123,7 @@ fn plot(figure: &Figure, name: &str) -> Markup {
     }
 }
 
-/// The names of traces and levels with their classes and their places among the lines of the plot: two limits are
-/// one.
+/// The names of traces and levels with their classes and their places among the lines of the plot. Two limits are one.
 fn lines_by_name(figure: &Figure) -> Vec<(&str, String, String)> {
     let traces = figure.traces.iter().enumerate();
     let traces = traces.map(|(place, trace)| {

@@ -7,9 +7,9 @@ use crate::present::Tone;
 
 /// Of what failed.
 pub const FAULT: Style = AnsiColor::Red.on_default().bold();
-/// Of what is not as it should be.
+/// Style of a fault.
 pub const WARNING: Style = AnsiColor::Yellow.on_default().bold();
-/// Of what is as it should be.
+/// Style of the expected state.
 const GOOD: Style = AnsiColor::Green.on_default().bold();
 
 const STATUSES: [Status; 6] = [

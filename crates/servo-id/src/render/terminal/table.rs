@@ -1,4 +1,4 @@
-//! Tables as wide as there is room for: where there is too little, columns are left out, and no line is broken.
+//! Tables within the available width. If it is too small, columns are left out, and no line is broken.
 
 use comfy_table::{CellAlignment, ColumnConstraint, LineStyle, TableStyle};
 
@@ -8,7 +8,7 @@ use crate::present::Table;
 /// A rule below the heading, and nothing else.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::new('─', '─', '─', '─'));
 
-/// The table in at most `width` characters a line, if it can be; columns that were left out are named below.
+/// The table in at most `width` characters a line, if possible. Columns that were left out are named below.
 pub(super) fn within(table: &Table, width: u16) -> String {
     let mut leaving: Vec<usize> = (0..table.columns.len()).collect();
     leaving.retain(|&place| table.columns[place].dispensable.is_some());
