@@ -175,7 +175,7 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
     }
 
     /// Moves the model to the next sample under the command that acts until then. The command is limited to half of its
-    /// full scale; `rate` is the observed one. True if the model has left its ranges and was restarted at the servo's
+    /// full scale; `rate` is the observed ε̇. True if the model has left its ranges and was restarted at the servo's
     /// position.
     #[inline]
     pub(super) fn advance<S: ParameterSet<P>, const P: usize>(
