@@ -28,7 +28,7 @@ impl<N: Number> EarlyTangent<N> {
         end: None,
     };
 
-    /// Moves over a block in which the model of a gain was in a phase. The model kept a part of its velocity.
+    /// Moves over a block. The model of this `gain` was in this `phase` and kept a part of its velocity.
     #[inline]
     pub(super) fn advance(
         &mut self,

@@ -361,7 +361,7 @@ where
     }
 
     /// The least distance back of a reversal that separates friction from load. It exceeds the counts that an edge of
-    /// the encoder or its noise produces at rest. It is also a part of the whole path.
+    /// the encoder or its noise produces at rest, and a part of the whole path.
     pub(super) fn reversal(&self, fit: &Fit<N, S::Inputs<N>, P>) -> N {
         const COUNTS: f64 = 2.0;
         const SHARE: f64 = 0.01;
