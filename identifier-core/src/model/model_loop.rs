@@ -16,9 +16,9 @@ use crate::unrolled::from_fn;
 /// *measurement*: limited, with feed-forward, dither or injection, of any controller. Reference, structure, limit and
 /// anti-windup of the controller do not enter.
 ///
-/// **Consequence for the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ with φ = [q̇_e, −(u
-/// + u_ε)]ᵀ. This is (8) with φ of (9) for any u, and (10) to (14) follow unchanged. The paper's Proposition 1 needs
-/// the servo's signals bounded. Its PID without a limit ensures that; here any controller must ensure it. So the
+/// **Consequence for the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ with φ = [q̇_e,
+/// −(u + u_ε)]ᵀ. This is (8) with φ of (9) for any u, and (10) to (14) follow unchanged. The paper's Proposition 1
+/// needs the servo's signals bounded. Its PID without a limit ensures that; here any controller must ensure it. So the
 /// identifier also converges while the command saturates. u is then bounded and known, and the feedback on ε continues.
 ///
 /// **Relative.** Its state is ε rather than q_e: no large numbers are subtracted, and the loop has no

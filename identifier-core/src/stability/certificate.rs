@@ -178,8 +178,8 @@ fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 
 
 /// The μ that asks the least of k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
 ///
-/// Without integral action a small μ has no cost and no benefit. μ is then half of what 2. allows, below the limit of
-/// 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
+/// Without integral action a small μ has no cost and no benefit. μ is then half of what 2. allows, and below
+/// the limit of 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
 #[must_use]
 pub(crate) fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
     /// Distance kept from the limit of 1.

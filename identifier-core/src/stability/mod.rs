@@ -1,7 +1,7 @@
 //! Certificates of stability before the first sample.
 //!
-//! [`Certificate`] proves the continuous-time loop stable for a whole parameter range. [`SampledLoop`] checks stability
-//! with sampling, hold and velocity filter.
+//! [`Certificate`] proves the continuous-time loop stable for a whole parameter range.
+//! [`SampledLoop`] checks stability with sampling, hold and velocity filter.
 
 mod certificate;
 mod characteristic;
