@@ -1,5 +1,6 @@
-//! The one catalogue of reasons why a drive or a commissioning stops, a first fit does not succeed, and gains no longer promise
-//! anything: number, name, cause and remedy of each reason, the same in core, drive, results and documentation.
+//! The one catalogue of reasons: why a drive or a commissioning stops, a first fit fails, or gains have no valid
+//! prediction. Each reason has a number, name, cause and remedy. They are the same in core, drive, results and
+//! documentation.
 
 use core::fmt;
 
@@ -14,12 +15,12 @@ enum Position {
 /// Defines [`Reason`] and its rows from one table: variant, number, name and position afterwards, cause, remedy.
 macro_rules! catalogue {
     ($($reason:ident = $number:literal, $name:literal, $position:ident: $cause:literal, $remedy:literal;)+) => {
-        /// Why a drive disabled its stage, a commissioning ended without new gains, a first fit did not succeed, or gains no
-        /// longer promise anything.
+        /// Why a drive disabled its stage or a commissioning ended without new gains. Also why a first fit failed, or
+        /// gains have no valid prediction.
         ///
-        /// Numbers below 100 are faults of the drive and its axis: a drive that finds one disables its stage
-        /// until the fault is cleared. From 100 on they are outcomes of a commissioning,
-        /// from 180 on of a first fit, from 190 on changes of a commissioned servo, which end nothing.
+        /// Numbers below 100 are faults of the drive and its axis. On such a fault the drive disables its stage until
+        /// the fault is cleared. Numbers from 100 on are outcomes of a commissioning, from 180 on of a first fit.
+        /// Numbers from 190 on are changes of a commissioned servo, which end nothing.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -254,14 +255,14 @@ impl Reason {
         self.row().3
     }
 
-    /// True if the position may not be that of the axis any longer: what counts from it, as a home position, is unknown.
+    /// True if the position may no longer be that of the axis. References such as a home position are then unknown.
     #[must_use]
     pub const fn loses_position(self) -> bool {
         matches!(self.row().4, Position::Doubtful)
     }
 
-    /// Cause and remedy where it is why a first fit did not succeed, else none: a program without a drive has none of the other
-    /// texts in it.
+    /// Cause and remedy if it is the reason of a failed first fit, else none. So a program without a drive contains
+    /// none of the other texts.
     #[must_use]
     pub const fn cause_and_remedy_of_first_fit(self) -> Option<(&'static str, &'static str)> {
         macro_rules! of_first_fit {
@@ -300,8 +301,8 @@ impl Reason {
         )
     }
 
-    /// True if a commissioning disables the stage for it instead of holding the servo with the gains from
-    /// before: no gains help where encoder or actuator cannot be relied on, or where a stop demands it.
+    /// True if a commissioning disables the stage for it and does not hold the servo with the earlier gains. No gains
+    /// help if encoder or actuator is unreliable. A stop may also demand it.
     #[must_use]
     pub const fn disables_stage(self) -> bool {
         let held_by_gains = matches!(

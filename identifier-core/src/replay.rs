@@ -1,8 +1,8 @@
 //! A recorded motion through the model, sample by sample: prediction, innovation and regressor.
 //!
 //! The model is that of the identifiers with every term and with parameters that do not change. With
-//! [`ReplayModel::corrected`] it follows the record, and its [innovations](ReplaySample::innovation) show how
-//! sure the parameters are and which effects the model lacks; without, it predicts.
+//! [`ReplayModel::corrected`] it follows the record. Its [innovations](ReplaySample::innovation) then show how certain
+//! the parameters are and which effects the model lacks. Without it the model predicts.
 
 pub use crate::linalg::NormalEquations;
 
@@ -28,8 +28,8 @@ pub struct ReplayModel {
     angle: AngleSettings<f64>,
     step: FrictionStep<f64>,
     response: Response<f64>,
-    /// The declared dead band and current loop, in the order in which the identifiers have them; a
-    /// delay, declared or found, and a dead band that was found are terms of the model.
+    /// The declared dead band and current loop, in the order of the identifiers. A delay, declared or identified, and
+    /// an identified dead band are terms of the model.
     amplifier: Amplifier<f64>,
     innovation: Innovation<f64>,
 }
@@ -124,8 +124,8 @@ impl ReplayModel {
         }
     }
 
-    /// The same, kept with the measured motion by a critically damped correction with a double pole at
-    /// `omega`, radians per sample.
+    /// The same, with a critically damped correction towards the measured motion. Its double pole is at `omega`,
+    /// radians per sample.
     #[must_use]
     pub fn corrected(self, omega: f64) -> Self {
         Self {
@@ -134,7 +134,7 @@ impl ReplayModel {
         }
     }
 
-    /// A servo that the model can move as: its gain is positive, no friction is negative, and its viscous
+    /// True if the model can move as this servo. Its gain is positive, no friction is negative, and its viscous
     /// friction is within the range of the model's step.
     #[must_use]
     pub fn is_sound(&self) -> bool {
@@ -220,9 +220,9 @@ impl ReplayModel {
         sensitivity(&self.values, unknown, &sample.acting, &slid)
     }
 
-    /// The derivatives of the model's position and velocity by the size of an effect one sample later: in
-    /// the sample a unit of it accelerates the servo by `push` and shifts the measured position by
-    /// `output`. Of first order in the sample time, which is enough for a direction.
+    /// The sensitivities of the model's position and velocity to the size of an effect, one sample later. In the sample
+    /// a unit of the effect accelerates the servo by `push` and shifts the measured position by `output`. They are of
+    /// first order in the sample time, which is enough for a direction.
     #[must_use]
     pub fn propagate(
         &self,

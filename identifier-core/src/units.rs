@@ -3,8 +3,8 @@
 use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 
-/// SI outside, machine units inside: time is counted in samples, position in machine units of
-/// the caller's choice (for an encoder: its counts, which are then exact integers).
+/// SI outside, machine units inside. Time is counted in samples, position in machine units of the
+/// caller's choice. For an encoder these are its counts, which are then exact integers.
 ///
 /// With the sample time T and the position unit ρ (rad per machine unit) the loop computes in
 ///
@@ -36,8 +36,8 @@ impl Units {
     /// The range of position units, rad per machine unit.
     pub const POSITION_UNITS: (f64, f64) = (1e-12, 1e3);
 
-    /// Units for a sample time (s) and a position unit (rad per machine unit, for an encoder
-    /// 2π / counts per revolution). For a linear axis read m for rad everywhere.
+    /// Units for a sample time (s) and a position unit (rad per machine unit). For an encoder it is
+    /// 2π / counts per revolution. For a linear axis read m for rad everywhere.
     ///
     /// # Errors
     /// `sample_time` must be in [`Units::SAMPLE_TIMES`], `position_unit` in

@@ -8,15 +8,13 @@ use crate::unrolled::{each, from_fn};
 
 /// The Γ-gradient law (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
 ///
-/// Sampled, with ψ = −φ, it is θ̂ ← Proj[θ̂ + s Γ ψ y], y = μ ε + ε̇, with the guard
-/// s = min(1, ρ α_min T / (T² φᵀΓφ)).
+/// Sampled, with ψ = −φ, it is θ̂ ← Proj[θ̂ + s Γ ψ y], y = μ ε + ε̇. The guard is s = min(1, ρ α_min T / (T² φᵀΓφ)).
 ///
-/// **Why the guard.** Near the solution the adaptation loop is s² + α s + φᵀΓφ: sampled with T, it
-/// needs T φᵀΓφ well below α = a + b k_d. The guard holds it below the fraction ρ =
-/// [`Gradient::GUARD`] of the smallest α that the servo can have. (11) stays stable for every Γ > 0,
-/// and scaling the whole step by a positive factor only makes Γ smaller for that sample. Without a
-/// box, the smallest α follows from the present estimate b̂ and not from the widest bound, under which
-/// a servo with strong damping would be identified many times more slowly.
+/// **Why the guard.** Near the solution the adaptation loop is s² + α s + φᵀΓφ. Sampled with T, it needs T φᵀΓφ well
+/// below α = a + b k_d. The guard holds it below the fraction ρ = [`Gradient::GUARD`] of the smallest α that the servo
+/// can have. (11) stays stable for every Γ > 0. A positive factor on the whole step only makes Γ smaller for that
+/// sample. Without a parameter range the smallest α follows from the present estimate b̂. The widest bound would slow
+/// the identification of a servo with strong damping many times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gradient<N, const P: usize> {
     gamma: Gain<N, P>,
@@ -129,8 +127,8 @@ impl<N: Number, const P: usize> Gradient<N, P> {
         self.projection.at_bounds(estimates)
     }
 
-    /// The update from the regressor ψ = −φ, the output error ε and its rate ε̇, for the present
-    /// estimate b̂, all in machine units.
+    /// The update from the regressor ψ = −φ, the output error ε, its rate ε̇ and the present estimate b̂. All are in
+    /// machine units.
     #[inline]
     #[must_use]
     pub(crate) fn update(

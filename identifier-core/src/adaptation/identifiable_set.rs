@@ -4,8 +4,8 @@ use crate::number::Number;
 use crate::parameters::sets::AB_COULOMB_DELAY_LOAD;
 use crate::parameters::{AbLoad, AllUnknowns, Unknown, UnknownSet, Unknowns};
 
-/// A set of unknowns with the memory that identifying them takes, as types, so that a model without a
-/// term keeps nothing for it.
+/// A set of unknowns with the memory for their identification, as types. So a model without a term keeps nothing for
+/// it.
 ///
 /// A firmware may have a set of its own:
 ///
@@ -31,8 +31,8 @@ pub trait IdentifiableSet<const P: usize>: UnknownSet<P> {
     /// Room for the lower triangle of a P × P matrix without its diagonal: `[N; P (P − 1)/2]`.
     type Lower<N: Number>: Lower<N> + Send;
 
-    /// The inputs known besides the present command: `()` for models without terms,
-    /// [`DelayedInputs`] for those with a delay or dead band, [`AngledInputs`] for those with an angle.
+    /// The inputs known besides the present command. `()` is for models without terms, [`DelayedInputs`] for a delay or
+    /// dead band, [`AngledInputs`] for an angle.
     type Inputs<N: Number>: KnownInputs<N> + Send;
 }
 

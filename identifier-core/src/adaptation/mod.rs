@@ -1,5 +1,5 @@
-//! From output error and regressor (9) to parameters: the Γ-gradient law (11), recursive Gauss–Newton,
-//! and the projections that keep both within their bounds.
+//! From output error and regressor (9) to parameters: the Γ-gradient estimator (11) and recursive Gauss–Newton.
+//! Projections keep both within their bounds.
 
 mod gain;
 mod gauss_newton;

@@ -5,10 +5,10 @@ use crate::unrolled::each;
 
 /// Keeps the estimates inside a box.
 ///
-/// An estimate beyond one bound is moved back to it along the column of Γ, which is the shortest way
-/// in the norm of the storage function (12), ½ θ̃ᵀ Γ⁻¹ θ̃: the projection never raises that function,
-/// so the stability proof stands (Ioannou and Sun, Robust Adaptive Control, 1996, section 4.4). Where
-/// this would move another estimate beyond its bound, that one is clamped.
+/// An estimate beyond one bound is moved back to it along the column of Γ. This is the shortest distance in the norm of
+/// the storage function (12), ½ θ̃ᵀ Γ⁻¹ θ̃. The projection never raises that function, so the stability proof holds
+/// (Ioannou and Sun, Robust Adaptive Control, 1996, section 4.4). Where this would move another estimate beyond its
+/// bound, that one is clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Projection<N, const P: usize> {
     low: [N; P],

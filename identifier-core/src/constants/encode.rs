@@ -7,8 +7,8 @@ use crate::unrolled::each;
 /// The sum over no word: the offset of the hash FNV-1a.
 pub(super) const EMPTY: u32 = 0x811c_9dc5;
 
-/// The sum with one more word. Every step is a bijection of sum and of word, so that one changed word always changes
-/// the sum; the rotation takes the highest bit, which a product leaves at its place, to the lower ones.
+/// The sum with one more word. Every step is a bijection of sum and of word. So one changed word always changes the
+/// sum. A product leaves the highest bit at its place; the rotation moves it to the lower ones.
 pub(super) const fn with(sum: u32, word: u32) -> u32 {
     const PRIME: u32 = 0x0100_0193;
     (sum ^ word).wrapping_mul(PRIME).rotate_left(15)

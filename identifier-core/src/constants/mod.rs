@@ -1,9 +1,9 @@
 //! A configuration as constants, computed elsewhere.
 //!
-//! A configuration is built from [`Settings`](crate::Settings), which are checked and converted in double precision:
-//! the certificate alone is several times as large as a sample. A firmware whose configuration does not change
-//! needs none of that. [`words`] writes a configuration out on a PC, as 32-bit words in machine units, and
-//! [`Constants`] is the same configuration, to the last bit, made from them.
+//! A configuration is built from [`Settings`](crate::Settings), which are checked and converted in double precision.
+//! The code of the certificate alone is several times as large as that of a sample. A firmware with a fixed
+//! configuration needs none of that. [`words`] writes a configuration out on a PC, as 32-bit words in machine units.
+//! [`Constants`] is the same configuration made from them, to the last bit.
 //!
 //! ```
 //! use identifier_core::constants::{Constants, words};
@@ -26,8 +26,9 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! In a `const` the words are checked when the firmware is compiled: those of another type of configuration, of another
-//! version of this crate, or with a word changed do not compile. `servo-id export --firmware rust` writes such a `const`:
+//! In a `const` the words are checked when the firmware is compiled. Words of another type of configuration or of
+//! another version of this crate do not compile. Nor do words of which one was changed. `servo-id export --firmware
+//! rust` writes such a `const`:
 //!
 //! ```compile_fail
 //! # use identifier_core::constants::Constants;
@@ -41,8 +42,8 @@
 //! # let _ = IDENTIFIER.build();
 //! ```
 //!
-//! **Invariant.** What a constructor ensures of a configuration (ranges, no NaN, a certificate) its words have, because
-//! [`words`] takes nothing but a built configuration, and a sum over them is compared.
+//! **Invariant.** The words keep all that a constructor ensures of a configuration (ranges, no NaN, a certificate).
+//! [`words`] takes only a built configuration, and a sum over the words is compared.
 
 mod encode;
 
@@ -62,7 +63,7 @@ impl<T: Encode> Configuration for T {}
 /// The configuration T as words.
 ///
 /// # Layout
-/// The version of this crate, the fingerprint of the type, the fields in their order, and a sum over all of these.
+/// The version of this crate, the fingerprint of the type, the fields in order, and a sum over these.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Constants<T> {
     fields: &'static [u32],

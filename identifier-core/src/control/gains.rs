@@ -9,13 +9,13 @@ pub struct Gains {
 }
 
 impl Gains {
-    /// The largest gain, SI: far beyond any drive, and small enough that no product of the loop
-    /// leaves the range of single precision.
+    /// The largest gain, SI. It is far beyond any drive, and keeps every product of the loop within
+    /// the range of single precision.
     pub const LARGEST: f64 = 1e9;
 
-    /// Proportional gain (command units/rad, above 0), derivative gain on the measured velocity
-    /// (command units per rad/s, at least 0), integral gain (command units per rad s, at least 0);
-    /// none above [`Gains::LARGEST`].
+    /// `kp` is the proportional gain (command units/rad, above 0). `kd` is the derivative gain on
+    /// the measured velocity (command units per rad/s, at least 0). `ki` is the integral gain
+    /// (command units per rad s, at least 0). None is above [`Gains::LARGEST`].
     ///
     /// # Errors
     /// The gain that is out of its range, by name: `kp`, `kd` or `ki`.

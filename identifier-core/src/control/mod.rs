@@ -4,20 +4,21 @@
 //!
 //! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j + f_k, j < k )
 //!
-//! - e_k is the position error of this sample ([`Setpoint::error`]), that of the filtered reference where there is a
-//!   [`ReferenceFilter`], and of the reference model behind it where there is a [`FeedForward`], whose command is f_k; v_k is the estimate of the *measured* velocity, this sample's increment included
-//!   ([`VelocityEstimate`]). The reference is not differentiated.
+//! - e_k is the position error of this sample ([`Setpoint::error`]). With a [`ReferenceFilter`] it is that of the
+//!   filtered reference. With a [`FeedForward`], whose command is f_k, it is that of the reference model behind the
+//!   filter. v_k is the estimate of the *measured* velocity, this sample's increment included ([`VelocityEstimate`]).
+//!   The reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
 //!   computed. In single precision the sum is compensated, so that a small error is not lost in a large
 //!   integral.
 //! - The limit ([`CommandLimit`]) acts on the whole sum, the integral included.
-//! - Anti-windup is conditional integration (`Command::integrates`): e_k is *not* added if the command
-//!   before the limit is above the upper limit and e_k > 0, or below the lower limit and e_k < 0.
+//! - Anti-windup is conditional integration (`Command::integrates`). e_k > 0 is *not* added if the command before the
+//!   limit is above the upper limit. e_k < 0 is not added if it is below the lower limit.
 //! - u_k acts unchanged from this sample to the next (zero-order hold).
 //!
-//! The model loop's correction (`CommandCorrection`) has the same gains
-//! unless others are stated, and the same filter, sum and hold, but neither limit nor anti-windup: it is
-//! added to the command that acted, which is limited already.
+//! The model loop's correction (`CommandCorrection`) has the same gains unless others are stated. It also has the same
+//! filter, sum and hold, but neither limit nor anti-windup. It is added to the command that acted, which is limited
+//! already.
 
 mod feed_forward;
 mod gains;
@@ -58,8 +59,8 @@ pub struct Controller<N, V> {
     pub(crate) feed_forward: FeedForward<N>,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
-    /// Weight of an increment against an error in the check of the inputs: an increment of
-    /// [`Number::REACH`] over this is the largest accepted.
+    /// Weight of an increment against an error in the check of the inputs. The largest increment accepted is
+    /// [`Number::REACH`] over this.
     pub(crate) jump: N,
 }
 
@@ -70,14 +71,16 @@ encode! {
 }
 
 impl<N: Number, V> Controller<N, V> {
-    /// A controller of these parts without a filter of the reference and without feed-forward, for increments as large as the number format counts exactly.
+    /// A controller of these parts, without reference filter and feed-forward. Increments may be as large as the number
+    /// format counts exactly.
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit, velocity: V) -> Self {
         Self::with_pid(Pid::new(units, gains, limit), velocity)
     }
 
-    /// The same with a PID in machine units: k_p, k_d and k_i, command units per position unit, per position unit a
-    /// sample and per sum of position units, the last above zero, and the lowest and the highest command.
+    /// The same with a PID in machine units. `gains` are k_p, k_d and k_i: command units per position unit, per
+    /// position unit a sample and per sum of position units. k_i is above zero. `limit` is the lowest and the highest
+    /// command.
     ///
     /// It checks nothing and divides by k_i alone, as multiplications: for a sample in which gains change.
     #[must_use]
@@ -85,8 +88,9 @@ impl<N: Number, V> Controller<N, V> {
         Self::with_pid(Pid::in_machine_units(gains, limit), velocity)
     }
 
-    /// One with k_p, k_d and k_i multiplied by these factors, above zero, and another velocity estimate, without filter of
-    /// the reference, feed-forward and notch filter. As [`Controller::in_machine_units`] for a sample in which gains change.
+    /// A copy with k_p, k_d and k_i multiplied by these factors, above zero, and another velocity estimate. It has no
+    /// reference filter, feed-forward or notch filter. As [`Controller::in_machine_units`] for a sample in which gains
+    /// change.
     #[must_use]
     pub fn scaled(&self, factors: [N; 3], velocity: V) -> Self {
         Self::with_pid(self.pid.scaled(factors), velocity)
@@ -131,8 +135,8 @@ impl<N: Number, V> Controller<N, V> {
         self.pid.linear(error, velocity)
     }
 
-    /// The integral ∑e (machine units) of which a command is at a position error and a velocity in machine units:
-    /// (u − k_p e + k_d v)/k_i; zero without integral action.
+    /// The integral ∑e that gives a command at a position error and a velocity: (u − k_p e + k_d v)/k_i. Integral,
+    /// error and velocity are in machine units. Zero without integral action.
     #[must_use]
     pub fn integral_for(&self, command: N, error: N, velocity: N) -> N {
         self.pid.integral_for(command, error, velocity)
@@ -215,8 +219,8 @@ impl<N: Number> ControlSample<N> {
 }
 
 impl<N: Number> Controller<N, LowPass<N>> {
-    /// The state for a bumpless transfer from another controller, whose last sample is `last`: the command
-    /// continues, and so does the filtered reference, that of a reference model from rest.
+    /// The state for a bumpless transfer from another controller, whose last sample is `last`. The command and the
+    /// filtered reference continue; a reference model continues from rest.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>> {
         let integral = self
@@ -291,8 +295,8 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     }
 }
 
-/// The position to hold: a whole number of counts with an offset on top (position units), which is a
-/// fraction of a count, a reference that moves, or dither.
+/// The position to hold: a whole number of counts plus an offset (position units). The offset is a fraction of a count,
+/// a moving reference or dither.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setpoint<N> {
     /// Counts, wrapping at 32 bits as the sensor's do.
@@ -304,8 +308,8 @@ pub struct Setpoint<N> {
 impl<N: Number> Setpoint<N> {
     /// The position error at a count, machine units: the whole counts and the offset, less the count.
     ///
-    /// Counts may wrap: setpoint and position are never further apart than half of 32 bits. So a setpoint
-    /// keeps every fraction of a count however many turns away it is, and there is no origin to move.
+    /// Counts may wrap: setpoint and position are never further apart than half of 32 bits. So a setpoint keeps every
+    /// fraction of a count at any number of turns, and there is no origin to move.
     #[inline]
     #[must_use]
     pub fn error(&self, count: i32) -> N {

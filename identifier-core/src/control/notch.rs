@@ -9,9 +9,10 @@ use crate::units::Units;
 ///
 /// under Tustin's transform with ω mapped exactly. At rest it passes a command as it is.
 ///
-/// It is computed as u − 2 (ζ_p − ζ_z) v with the band-pass v of a state-variable filter in trapezoidal integration
-/// (V. Zavalishin, The Art of VA Filter Design, 2018, chapter 4), with its low-pass as the distance from the command: at rest
-/// both are zero, so that rounding leaves nothing of a small ω T in the command. Without a notch the command keeps its bits.
+/// It is computed as u − 2 (ζ_p − ζ_z) v. v is the band-pass of a state-variable filter in trapezoidal integration
+/// (Zavalishin, The Art of VA Filter Design, 2018, chapter 4). The low-pass is kept as the distance from the command.
+/// At rest both are zero, so at a small ω T no rounding remains in the command. Without a notch the command keeps its
+/// bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Notch<N> {
     /// tan(ωT/2).
@@ -54,10 +55,11 @@ impl<N: Number> Notch<N> {
         taken: N::ZERO,
     };
 
-    /// Damping ratio of the zeros: less would leave nothing of a command at ω, and more of a resonance that is beside it.
+    /// Damping ratio of the zeros. A smaller one would leave nothing of a command at ω, and more of a resonance near ω.
     pub const DEPTH: f64 = 0.05;
 
-    /// Damping ratio of the poles: it reaches as far as resonances move by wear and load, and takes 23° of phase at a third of ω.
+    /// Damping ratio of the poles. The notch covers the shift of resonances by wear and load. It costs 23° of phase at
+    /// a third of ω.
     pub const WIDTH: f64 = 0.5;
 
     /// The highest ω, rad per sample.
@@ -103,8 +105,8 @@ impl<N: Number> Notch<N> {
     }
 }
 
-/// tan x by Lambert's continued fraction, x/(1 − x²/(3 − x²/(5 − …))), to 10⁻¹⁴ up to 1.25: the tables of a reduction for any angle
-/// would take a chip ten kilobytes.
+/// tan x by Lambert's continued fraction, x/(1 − x²/(3 − x²/(5 − …))), to 10⁻¹⁴ up to 1.25. The tables of a reduction
+/// for any angle would take ten kilobytes on a chip.
 fn tangent(x: f64) -> f64 {
     let odd = (0..10).map(|place| f64::from(2 * place + 1));
     let fraction = odd
@@ -213,7 +215,7 @@ mod tests {
             }
         }
 
-        /// However it was driven, it comes to rest with the command, and is then as if it had always been there.
+        /// It comes to rest with the command after any input. It then keeps no trace of the past.
         #[test]
         fn a_command_that_stands_passes_as_it_is(
             commands in prop::collection::vec(-100.0_f32..100.0, 1..200),

@@ -3,8 +3,7 @@ use crate::constants::{Encode, encode};
 use crate::number::Number;
 use crate::units::Units;
 
-/// The PID (3) in machine units, with command limit and anti-windup:
-/// u = k_p e − k_d v + k_i ∑e, limited.
+/// The PID (3) in machine units, with command limit and anti-windup. u = k_p e − k_d v + k_i ∑e, limited.
 ///
 /// It holds no state: the caller brings error, velocity and integral. Which velocity, which sum and when
 /// the sum stops is in the documentation of the [module](super).
@@ -28,9 +27,9 @@ encode! {
 pub(crate) struct Command<N> {
     /// The limited command.
     pub value: N,
-    /// False where the limit acts and the error would drive the command further beyond it: the error
-    /// must then not be added to the integral (conditional integration; Åström and Hägglund, PID
-    /// Controllers: Theory, Design and Tuning, 2nd ed., 1994, section 3.5).
+    /// False if the limit acts and the error would drive the command further beyond it. The error must then not be
+    /// added to the integral. This is conditional integration (Åström and Hägglund, PID Controllers: Theory, Design and
+    /// Tuning, 2nd ed., 1994, section 3.5).
     pub integrates: bool,
     /// True if the limit changed the command.
     pub limited: bool,
@@ -56,7 +55,7 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// The control law for k_p, k_d and k_i in machine units, the last above zero, and the lowest and highest command.
+    /// The control law for k_p, k_d and k_i in machine units, and the lowest and highest command. k_i is above zero.
     pub(crate) fn in_machine_units(
         [proportional, derivative, integral]: [N; 3],
         [low, high]: [N; 2],
@@ -112,8 +111,8 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// The integral ∑e for a bumpless transfer from a command: (u − k_p e + k_d v)/k_i; zero without
-    /// integral action. For the sample in which the controller takes over.
+    /// The integral ∑e for a bumpless transfer from a command: (u − k_p e + k_d v)/k_i. Zero without integral action.
+    /// For the sample in which the controller takes over.
     pub(crate) fn integral_for(&self, command: N, error: N, velocity: N) -> N {
         self.per_integral * (command - self.linear(error, velocity))
     }

@@ -5,15 +5,14 @@ use crate::units::Units;
 
 /// First-order filter of the reference, F(s) = 1/(1 + s T_r), its pole mapped exactly: E = e^(−T/T_r).
 ///
-/// The filtered reference y follows the reference r, which is held over a sample, by
-/// y ← r − E (r − y). The filter computes with distances from the position q alone, from the error r − q to
-/// y − q:
+/// The filtered reference y follows the reference r, held over a sample, by y ← r − E (r − y). The filter uses only
+/// distances from the position q. It takes the error r − q to y − q:
 ///
 /// y − q ← (r − q) − E ((r − q) − ((y − q)_before − (q − q_before)))
 ///
-/// so it is as exact at any count and through its wrap as the error is. No rounding adds up: it leaves y off by at most
-/// the last bit of the error r − q over 1 − E, and where the loop has brought the servo to y, that is r. Without a
-/// filter E is zero, and y is r to the last bit.
+/// so it is as exact at any count and through its wrap as the error is. No rounding adds up. y is off by at most the
+/// last bit of the error r − q over 1 − E. When the loop has moved the servo to y, y is r. Without a filter E is zero,
+/// and y is r to the last bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFilter<N> {
     pole: N,
@@ -50,7 +49,7 @@ impl<N: Number> ReferenceFilter<N> {
     /// No filter.
     pub const NONE: Self = Self { pole: N::ZERO };
 
-    /// The longest time constant, sample times: single precision keeps it to 0.3 %, as 1 − E = 10⁻⁵ is known to half of
+    /// The longest time constant, sample times. Single precision keeps it to 0.3 %, as 1 − E = 10⁻⁵ is known to half of
     /// 2⁻²⁴.
     pub const MAX_SAMPLES: f64 = 1e5;
 
@@ -64,7 +63,8 @@ impl<N: Number> ReferenceFilter<N> {
         })
     }
 
-    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units.
+    /// Takes the error r − q of a sample and the increment of q since the last one. Returns y − q. All are in machine
+    /// units.
     #[inline]
     pub(crate) fn process(&self, state: &mut FilteredError<N>, error: N, increment: N) -> N {
         let unmoved = state.0 - increment;

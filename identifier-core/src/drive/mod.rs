@@ -1,5 +1,5 @@
-//! The control step of a drive over traits for sensor and actuator: the same body runs with a chip's
-//! peripherals, a virtual servo on the chip and a plant on a PC.
+//! The control step of a drive over traits for sensor and actuator. The same body runs with a chip's peripherals, a
+//! virtual servo on the chip and a plant on a PC.
 
 mod control_step;
 

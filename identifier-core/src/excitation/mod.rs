@@ -1,9 +1,8 @@
 //! Reference signals that keep the regressor persistently exciting: those that a drive makes itself.
 //!
-//! Every generator is configured in SI (rad, s, rad/s), gives positions in the machine units of
-//! the [`Units`](crate::units::Units) it was built with, one per control sample, and is the same
-//! sequence on every machine: phases and shift registers are integers, and no platform libm is
-//! called.
+//! Every generator is configured in SI (rad, s, rad/s). It gives one position per control sample, in the machine units
+//! of its [`Units`](crate::units::Units). The sequence is the same on every machine: phases and shift registers are
+//! integers, and no platform libm is called.
 
 mod hold;
 mod prbs;

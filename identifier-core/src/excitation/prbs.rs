@@ -19,8 +19,8 @@ pub struct PrbsState {
     hold: Hold,
 }
 
-/// Galois tap masks of primitive polynomials for 2 to 24 bits (Alfke, "Efficient shift registers,
-/// LFSR counters, and long pseudo-random sequence generators", Xilinx XAPP 052, 1996).
+/// Galois tap masks of primitive polynomials for 2 to 24 bits. Source: Alfke, "Efficient shift
+/// registers, LFSR counters, and long pseudo-random sequence generators", Xilinx XAPP 052, 1996.
 const TAPS: [u32; 23] = [
     0x3, 0x6, 0xc, 0x14, 0x30, 0x60, 0xb8, 0x110, 0x240, 0x500, 0xe08, 0x1c80, 0x3802, 0x6000,
     0xd008, 0x12000, 0x20400, 0x72000, 0x90000, 0x14_0000, 0x30_0000, 0x42_0000, 0xe1_0000,
@@ -30,8 +30,8 @@ impl<N: Number> Prbs<N> {
     /// The fewest and the most bits of the shift register.
     const ORDERS: (u32, u32) = (2, 24);
 
-    /// A sequence of an amplitude (rad), the time a bit is held (s, a whole number of control
-    /// samples) and the order n, 2 to 24.
+    /// `amplitude` is in rad. `hold` is the time of a bit, s, a whole number of control samples.
+    /// `order` is n, 2 to 24.
     ///
     /// # Errors
     /// The parameter out of its range: `amplitude`, `hold` or `order`.

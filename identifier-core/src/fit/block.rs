@@ -8,13 +8,13 @@ pub struct Block<N> {
     pub travel: N,
     /// Mean command, command units.
     pub command: N,
-    /// The additional distance per unit of gain within the block because the command came earlier than
-    /// evenly spread: ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
+    /// The first moment: the additional distance per unit of gain within the block because the command came earlier
+    /// than evenly spread. ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
     pub lead: N,
 }
 
-/// A few successive samples condensed, on their way from the interrupt that recorded them to the
-/// background that fits to them: five words in `f32`.
+/// A few successive samples condensed: five words in `f32`. They pass from the interrupt that recorded them to the
+/// background that fits to them.
 ///
 /// Blocks between which nothing is missing have successive numbers. Where one was lost, or recording
 /// began anew, a number is left out, by which a fitter notices it.

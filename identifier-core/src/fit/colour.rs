@@ -24,9 +24,9 @@ impl<N: Number> Colour<N> {
     }
 }
 
-/// The variance of white errors that say as little as errors of a variance with a sum of products of successive ones and a
-/// sum of squares: errors that are correlated as ρᵏ carry less information, by (1 + ρ)/(1 − ρ). A correlation beyond the
-/// largest cannot be told from one.
+/// The variance of white errors with the same information as autocorrelated errors of this variance. `products` is the
+/// sum of products of successive errors, `squares` that of their squares. An autocorrelation ρᵏ reduces the information
+/// by (1 + ρ)/(1 − ρ). One beyond `largest` cannot be distinguished from one.
 pub(crate) fn coloured<N: Number>(variance: N, products: N, squares: N, largest: f64) -> N {
     let correlation = if squares > N::ZERO {
         (products * squares.reciprocal()).limited(N::ZERO, N::from_f64(largest))

@@ -75,8 +75,8 @@ impl<N: Number> HeldCommand<N> {
     }
 }
 
-/// The command of a block that follows on another: where its mean and its first moment are those of one step from the last
-/// command of the other, that step; else it falls evenly.
+/// The command of a block that follows another. It is one step from the last command of the other, if mean and first
+/// moment are those of such a step. Else it falls evenly.
 fn command_of<N: Number>(block: &Block<N>, before: &Block<N>) -> [HeldCommand<N>; 2] {
     /// A step nearer to the beginning or the end of a block is none.
     const NEAR: f64 = 0.02;
@@ -104,8 +104,8 @@ fn command_of<N: Number>(block: &Block<N>, before: &Block<N>) -> [HeldCommand<N>
     }
 }
 
-/// The mean of commands that follow on one another in a block, and the additional distance per unit of gain because they came
-/// earlier than evenly spread.
+/// The mean and the first moment of successive commands in a block. The first moment is the additional distance per
+/// unit of gain because they came earlier than evenly spread.
 pub(super) fn moments<N: Number>(commands: &[Option<HeldCommand<N>>; 4]) -> [N; 2] {
     let half = N::from_f64(0.5);
     let (mut time, mut mean, mut way) = (N::ZERO, N::ZERO, N::ZERO);

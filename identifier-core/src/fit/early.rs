@@ -3,8 +3,8 @@ use crate::linalg::NormalEquations;
 use crate::model::{FrictionPhase, Innovation};
 use crate::number::Number;
 
-/// The motion of the model per block by which the command acts earlier than it was recorded: ∂q_e/∂s and ∂v_e/∂s for
-/// u(t + s), first order in the block as the other [tangents](crate::model::Tangents).
+/// The sensitivity of the model to a command that acts earlier than it was recorded: ∂q_e/∂s and ∂v_e/∂s for u(t + s).
+/// s is in blocks. Like the other [tangents](crate::model::Tangents) it is of first order in the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EarlyTangent<N> {
     pub(super) position: N,
@@ -28,7 +28,7 @@ impl<N: Number> EarlyTangent<N> {
         end: None,
     };
 
-    /// Moves over a block in which the model of a gain was in a phase and kept a part of its velocity.
+    /// Moves over a block. The model of this `gain` was in this `phase` and kept a part of its velocity.
     #[inline]
     pub(super) fn advance(
         &mut self,
@@ -82,7 +82,7 @@ pub(crate) enum EarlyCommand {
     Certain,
 }
 
-/// Whether a pass shows that the command acted before it was recorded, as the cause of some of what the pass leaves.
+/// Tests whether the command acted before it was recorded. It is then the cause of some of the residual of the pass.
 /// `samples` are those of a block, `blocks` those of the pass.
 pub(super) fn early_command<N: Number, const P: usize>(
     equations: &NormalEquations<N, P>,
@@ -91,8 +91,8 @@ pub(super) fn early_command<N: Number, const P: usize>(
     samples: N,
     blocks: usize,
 ) -> EarlyCommand {
-    /// The time from which it counts, samples, and the part of a block up to which it may be the error of a model that moves
-    /// by blocks: of servos on time it is up to 0.06.
+    /// The least time that counts, in samples and as a part of a block. Below this part it may be the error of a model
+    /// that moves by blocks. Punctual servos show up to 0.06.
     const LEAST: [f64; 2] = [0.6, 0.1];
     /// The part of the squared errors from which it counts.
     const SHARE: f64 = 0.1;
@@ -136,7 +136,7 @@ pub(super) fn early_command<N: Number, const P: usize>(
 mod tests {
     use super::*;
 
-    /// A command that rises by a straight line moves a mass ahead of time as its own increase does: ∂v/∂s = b (u(t) − u(0)).
+    /// A command that rises linearly and acts early moves a mass by its increase: ∂v/∂s = b (u(t) − u(0)).
     #[test]
     fn an_earlier_command_moves_a_free_mass_by_its_increase() {
         let (gain, slope) = (2.0, 0.3);

@@ -129,15 +129,15 @@ where
         covariance.map(|row| row.map(|entry| variance * entry))
     }
 
-    /// Compares a fit at another horizon with the best one. True if it leaves the unknowns less uncertain; where the two
-    /// differ by more than chance explains, the model lacks something, and the difference is an error.
+    /// Compares a fit at another horizon with the best one. True if it leaves the unknowns less uncertain. If the two
+    /// differ by more than chance explains, the model lacks an effect. The difference is then an error.
     pub(super) fn compare(
         &self,
         fit: &mut Fit<N, S::Inputs<N>, P>,
         pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> bool {
-        /// The square of the standard deviations that chance explains (Hausman, "Specification tests in econometrics",
-        /// Econometrica 46(6), 1978: the variance of the difference is the difference of the variances).
+        /// The square of the standard deviations that chance explains. The variance of the difference is the difference
+        /// of the variances (Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978).
         const CHANCE: f64 = 4.0;
         let Some(best) = fit.best else { return true };
         let free = self.free_unknowns(&fit.prior);
@@ -155,8 +155,8 @@ where
         ratio < N::ONE
     }
 
-    /// A noise relative to that in the settings, at least one: rounding alone, which is at most half of a count, may have
-    /// three times the variance at low speed.
+    /// A noise relative to that in the settings, at least one. At low speed the variance of rounding alone, which is at
+    /// most half of a count, may be three times as large.
     pub(crate) fn relative(&self, noise: N) -> N {
         const MAX_ROUNDING: f64 = 3.0;
         let relative = noise * self.noise.reciprocal();

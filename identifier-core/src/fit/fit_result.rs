@@ -15,21 +15,21 @@ pub struct FitResult<N, const P: usize = 4> {
     pub covariance: [[N; P]; P],
     /// Variance of the fit's errors, counts²; at least the encoder's.
     pub(crate) unexplained: N,
-    /// The part of it that changes from block to block, as the noise of the position does: half of the mean square of
-    /// successive differences (von Neumann, "Distribution of the ratio of the mean square successive difference to the
-    /// variance", Annals of Mathematical Statistics 12(4), 1941).
+    /// The part of it that changes from block to block, as the noise of the position does. It is half of the mean
+    /// square of successive differences. Source: von Neumann, "Distribution of the ratio of the mean square successive
+    /// difference to the variance", Annals of Mathematical Statistics 12(4), 1941.
     pub(crate) noise: N,
     /// Root mean square of acceleration over that of velocity, 1/sample.
     pub(crate) bandwidth: N,
-    /// True for an unknown that a bound stopped. Where zero is the bound, it counts only if the motion
-    /// asks for significantly less than zero: the truth may be zero.
+    /// True for an unknown that a bound stopped. A bound of zero counts only if the motion demands significantly less
+    /// than zero. The truth may be zero.
     pub at_bound: [bool; P],
     /// The sum of all distances moved, counts.
     pub(crate) path: N,
     /// Root mean square of the acceleration that the command gives, counts per sample².
     pub(crate) acceleration: N,
-    /// The part of the motion that the fit leaves unexplained, 0 to 1: mean square of its errors over
-    /// that of a model at rest.
+    /// The part of the motion that the fit leaves unexplained, 0 to 1. It is the mean square of its errors over that of
+    /// a model at rest.
     pub(crate) left: N,
     /// The direction of the motion if it never reversed, ±1; else zero.
     pub(crate) only_direction: N,
@@ -55,8 +55,8 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         self.at_bound.contains(&true)
     }
 
-    /// True if a recursion can continue from it: the motion is explained, and the relative standard
-    /// error of b is at most `most`.
+    /// True if a recursion can continue from it. The motion is explained, and the relative standard error of b is at
+    /// most `most`.
     pub(crate) fn is_good(&self, most: f64) -> bool {
         let b = self.parameters[B] * N::from_f64(most);
         let variance = self.covariance[B][B];

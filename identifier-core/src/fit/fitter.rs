@@ -18,27 +18,27 @@ use crate::parameters::{PerQuantity, Unknown, Unknowns, unknowns_fingerprint};
 
 /// Levenberg–Marquardt fit of the model, driven by the recorded command, to the recorded motion.
 ///
-/// **Start.** With the model's parameters at zero and the *measured* motion in place of its own, the
-/// output error is linear in the parameters, and the tangents are its regressors: one pass gives a
-/// least-squares estimate that needs no first guess (equation error behind a filter of second order;
-/// Young, Recursive Estimation and Time-Series Analysis, 2nd edition 2011, chapter 8). It is solved
-/// with and without friction. Given initial values are further starts, and if none of these explains
-/// the motion, a geometric series of gains is tried.
+/// **Start.** The model's parameters are zero, and the *measured* motion replaces its own. The output error is then
+/// linear in the parameters, and the tangents are its regressors. One pass gives a least-squares estimate that needs no
+/// first guess. This is the equation error behind a filter of second order (Young, Recursive Estimation and Time-Series
+/// Analysis, 2nd edition 2011, chapter 8). It is solved with and without friction. Given initial values are further
+/// starts. If none of these explains the motion, a geometric series of gains is tried.
 ///
-/// **Passes.** From each start a [descent](Descent) in passes of the `ObserverModel`; the start that explains the motion
-/// best wins. The model is kept with the motion by the gain of a Kalman filter, so that its output error is bounded for every
-/// trial, and white where the model is complete.
+/// **Passes.** From each start a [descent](Descent) in passes of the `ObserverModel`; the start that explains the
+/// motion best wins. The gain of a Kalman filter keeps the model with the motion. So its output error is bounded for
+/// every trial, and white if the model is complete.
 ///
-/// **Horizons.** The time over which the filter trusts the model is not known: after the starts the fit is
-/// made at a shorter and at a longer one too, and that counts which leaves the unknowns least uncertain. By
-/// what the others differ beyond chance is in the variances.
+/// **Horizons.** The time over which the filter trusts the model is not known. After the starts the fit is repeated
+/// with a shorter and a longer one. The fit with the least uncertainty counts. The variances include the differences of
+/// the others beyond chance.
 ///
 /// **Noise.** The noise of the position is the scale of the innovations, so that it is no setting.
 ///
 /// **Terms.** The model may have optional terms, those of the set S. A term is fitted if the
 /// prior has an initial value of it.
 ///
-/// P is the number of unknowns in S. All is computed in units of a block: with m samples to a block, a m T, b (m T)²/ρ and so on.
+/// P is the number of unknowns in S. All is computed in units of a block. With m samples to a block these are a m T, b
+/// (m T)²/ρ and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fitter<N, S = Unknowns<4>, const P: usize = 4> {
     pub(super) step: FrictionStep<N>,
@@ -126,8 +126,8 @@ where
         min_change: 1e-4,
     };
 
-    /// A fit explains the motion if the variance of the errors is below this many times the
-    /// encoder's; then no further start is tried.
+    /// A fit explains the motion if the variance of the errors is below this many times the encoder's. Then no further
+    /// start is tried.
     const EXPLAINED_VARIANCE: f64 = 2.0;
 
     /// Horizons, blocks: that of the starts, a shorter and a longer one.
@@ -147,8 +147,8 @@ where
     ///
     /// - `speed` is the standard deviation of the velocity before the first block, counts per sample.
     /// - `low` and `high` are the bounds of the unknowns; a is kept within ±[`FrictionStep::LARGEST_RATE`] of a block.
-    /// - `initial` are values to start from, `deviation` the standard deviations, above zero, with which they are known;
-    ///   none where nothing is.
+    /// - `initial` are values to start from. `deviation` are their standard deviations, above zero. None if nothing is
+    ///   known.
     pub fn from_rest(
         block: u32,
         speed: f64,
@@ -240,7 +240,7 @@ where
         }
     }
 
-    /// A horizon of a fit to a record of so many blocks; none where it is hardly another than the first.
+    /// A horizon of a fit to a record of this number of blocks. None if it is close to the first.
     fn horizon(&self, place: usize, blocks: usize) -> Option<N> {
         /// The least ratio of horizons.
         const APART: f64 = 1.5;
@@ -360,8 +360,8 @@ where
         None
     }
 
-    /// The least way back of a reversal that tells friction from load: more counts than an edge of the encoder produces at
-    /// rest, or its noise, and a part of the whole way.
+    /// The least distance back of a reversal that separates friction from load. It exceeds the counts that an edge of
+    /// the encoder or its noise produces at rest, and a part of the whole path.
     pub(super) fn reversal(&self, fit: &Fit<N, S::Inputs<N>, P>) -> N {
         const COUNTS: f64 = 2.0;
         const SHARE: f64 = 0.01;

@@ -3,11 +3,11 @@ use crate::number::Number;
 
 /// The gain of the Kalman filter that keeps the model with the record, from block to block.
 ///
-/// The states are position and velocity, of which nothing is known before the first block; the velocity
-/// is disturbed by a white acceleration, so weak that the filter trusts the model over a *horizon* of N
-/// blocks: L = N⁻⁴ over the variance of the measured position. All variances are in units of that one, which
-/// is not known: the innovations have the variance S times it (Mehra, "On the identification of variances
-/// and adaptive Kalman filtering", IEEE Transactions on Automatic Control 15(2), 1970).
+/// The states are position and velocity, which are unknown before the first block. A white acceleration disturbs the
+/// velocity. It is so weak that the filter trusts the model over a *horizon* of N blocks: L = N⁻⁴ over the variance of
+/// the measured position. That variance is not known, and all others are in units of it. The innovations have the
+/// variance S times it (Mehra, "On the identification of variances and adaptive Kalman filtering", IEEE Transactions on
+/// Automatic Control 15(2), 1970).
 ///
 /// The determinant of the covariance is carried in place of the difference that loses it in single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,8 +24,8 @@ pub(super) struct KalmanGain<N> {
     pub(super) weight: N,
     /// The correction of the model.
     pub(super) innovation: Innovation<N>,
-    /// The change of its velocity at once, per innovation: after the first block, which tells the velocity, and friction
-    /// is not to hold the model against it.
+    /// The immediate change of its velocity, per innovation. It acts after the first block, which shows the velocity.
+    /// Friction must not hold the model against it.
     pub(super) jump: N,
 }
 

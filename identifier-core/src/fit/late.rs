@@ -1,5 +1,5 @@
-//! A block of a model whose command is late by any part of a block: it moves under each command that acts in the block for
-//! itself, as friction stops and turns it in any of them.
+//! A block of a model whose command is late by any part of a block. The model moves separately under each command that
+//! acts in the block. Friction may stop or reverse it in any of them.
 
 use super::B;
 use super::block::Block;

@@ -1,5 +1,5 @@
-//! Levenberg's and Marquardt's method between two passes over a record: whether a pass helped, how much the next step is
-//! damped, and where it leads.
+//! Levenberg's and Marquardt's method between two passes over a record. It decides whether a pass helped, how much the
+//! next step is damped, and where it leads.
 
 use crate::linalg::NormalEquations;
 use crate::number::Number;
@@ -18,7 +18,7 @@ pub struct DescentSettings {
     pub min_change: f64,
 }
 
-/// A pass over a record as a fit keeps it: its sum of squared errors is the cost by which passes compare.
+/// A pass over a record as a fit keeps it. Its sum of squared errors is the cost that compares passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Explanation<N, const Q: usize, T = ()> {
     /// Its unknowns.
@@ -59,8 +59,8 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
         self.best.as_ref()
     }
 
-    /// Takes a pass. The unknowns of the next one: those of the best and a damped step of the `free` ones, the first P within
-    /// bounds; none if this was the last.
+    /// Takes a pass. Returns the unknowns of the next one: those of the best plus a damped step of the `free` ones. The
+    /// first P stay within bounds. None if this was the last.
     pub fn descend<const P: usize>(
         &mut self,
         settings: &DescentSettings,
@@ -97,8 +97,8 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
     }
 }
 
-/// The damped step from unknowns of which the first P have bounds. One at a bound that would leave it is
-/// kept there, and the step is taken without it, so that the others do not compensate for it.
+/// The damped step from unknowns of which the first P have bounds. An unknown at a bound that would leave it is kept
+/// there. The step is taken without it, so that the others do not compensate for it.
 fn bounded_step<N: Number, const P: usize, const Q: usize>(
     equations: &NormalEquations<N, Q>,
     unknowns: &[N; Q],
@@ -223,8 +223,8 @@ mod tests {
         assert!((next[0] - 2.0).abs() < 1e-12 && next[1] > 5.0, "{next:?}");
     }
 
-    /// Two unknowns with nearly the same effect on the measurement: held at its bound, one leaves the other its
-    /// own best value, which the unbounded solution is far from.
+    /// Two unknowns have nearly the same effect on the measurement. If one is held at its bound, the other reaches its
+    /// own best value. The unbounded solution is far from it.
     #[test]
     fn one_at_its_bound_is_not_compensated_for() {
         let mut equations = NormalEquations::<f64, 2>::EMPTY;

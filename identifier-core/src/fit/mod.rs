@@ -1,9 +1,9 @@
 //! Fits of the servo's parameters to a record of its motion and its command.
 //!
-//! The work is shared between an interrupt and the background, and neither waits for the other: the
-//! interrupt's [`Recorder`] condenses samples to [`NumberedBlock`]s, which go through a
-//! queue, and the background collects them in a record, [`Blocks`], and fits to it: the identifiers' own for a servo that
-//! runs, and a caller's for a short motion from rest ([`Fitter::from_rest`]).
+//! The work is shared between an interrupt and the background, and neither waits for the other. The interrupt's
+//! [`Recorder`] condenses samples to [`NumberedBlock`]s, which pass through a queue. The background collects them in a
+//! record, [`Blocks`], and fits to it. The identifiers have their own record for a servo that runs. A caller has one
+//! for a short motion from rest ([`Fitter::from_rest`]).
 //!
 //! Positions are in counts, times in samples and commands in command units, unless something else is stated.
 

@@ -16,8 +16,8 @@ pub(crate) struct FitterConfig<const P: usize = 4> {
     /// Unknowns that may be fitted; the others keep their initial value, or zero.
     pub(crate) free: [bool; P],
     pub(crate) bandwidth: Option<f64>,
-    /// Standard deviation of the velocity before the first block, position units per sample, of a motion that begins at rest
-    /// and is so short that a model may go through it alone; none of a servo that runs.
+    /// Standard deviation of the velocity before the first block, position units per sample. It is for a motion from
+    /// rest that is short enough for an open-loop simulation. None for a servo that runs.
     pub(crate) at_first: Option<f64>,
     pub(crate) angle: AngleSettings<f64>,
     pub(crate) per_low_speed_velocity: f64,

@@ -10,7 +10,7 @@ pub trait Blocks<N> {
 /// The last blocks of samples, at most W: 12 W bytes in `f32`.
 ///
 /// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
-/// full record takes no more; it then begins anew with the first block after the fit.
+/// full record takes no more. It then begins anew with the first block after the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Record<N, const W: usize> {
     blocks: [Block<N>; W],

@@ -18,7 +18,8 @@ where
     /// The start from the prior, behind the two of the linear pass.
     pub(super) const FROM_PRIOR: u32 = 2;
 
-    /// Has a fit take its initial values for known together, by rows that make their errors white, in machine units of a sample.
+    /// Makes a fit treat its initial values as jointly known. The rows of `whitening` make their errors white, in
+    /// machine units of a sample.
     pub fn know(&self, fit: &mut Fit<N, S::Inputs<N>, P>, whitening: &[[N; P]; P]) {
         fit.known = Some(whitening.map(|row| core::array::from_fn(|i| row[i] * self.per_scale[i])));
     }

@@ -63,8 +63,8 @@ impl<N: Number> Survey<N> {
             || self.travel_product < N::from_f64(NOISE_CORRELATION) * self.travel_square
     }
 
-    /// True if any gain explains the motion: without a command, or with one so constant that a force of the model
-    /// makes up for the gain.
+    /// True if any gain explains the motion. There is no command, or it is so constant that a force of the model
+    /// compensates for the gain.
     pub(super) fn leaves_gain_open(&self, blocks: usize, has_force: bool) -> bool {
         /// The square of the command's deviation from its mean, over that of the command.
         const MAX_VARIANCE: f64 = 1e-4;

@@ -47,7 +47,7 @@ impl FirstFitWait {
         }
     }
 
-    /// A fit to a full record did not succeed for this reason; true if the fit is overdue and the reason is new.
+    /// Takes the reason why a fit to a full record failed. True if the fit is overdue and the reason is new.
     pub(crate) fn object(&mut self, patience: u32, reason: Reason) -> bool {
         let is_overdue = self.moving >= patience;
         let is_new = is_overdue && self.reason != Some(reason);

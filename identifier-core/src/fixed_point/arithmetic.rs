@@ -1,13 +1,12 @@
 //! Words, accumulators, sums and the products between them.
 //!
-//! Each form is one instruction of a Cortex-M4: a product of two words of 32 bits with the high half
-//! kept and rounded, and the same product added to 64 bits.
+//! Each form is one instruction of a Cortex-M4. One is a product of two words of 32 bits, rounded to its high half. The
+//! other adds such a product to 64 bits.
 
 use crate::constants::{Decoder, Encode, encode, fingerprint};
 use fixed::types::{I2F30, I4F60};
 
-/// A quantity as a fraction of its full scale, from −1 to just below 1: 32 bits, Q2.30, so one guard
-/// bit.
+/// A quantity as a fraction of its full scale, from −1 to just below 1. It has 32 bits, Q2.30, so one guard bit.
 pub type Word = I2F30;
 
 impl Encode for Word {
@@ -24,12 +23,11 @@ impl Encode for Word {
     }
 }
 
-/// A sum of products of words: 64 bits, Q4.60, so that seven products of full scale add up without
-/// a carry out of the top.
+/// A sum of products of words: 64 bits, Q4.60. Seven products of full scale add up without a carry out of the top.
 pub(super) type Accumulator = I4F60;
 
-/// The largest word, one less a last bit. From −1 to here, sum and difference of any two still fit 32
-/// bits, and a limit to them is one `SSAT`.
+/// The largest word, one less a last bit. Sum and difference of any two words from −1 to here fit 32 bits. A limit to
+/// this range is one `SSAT`.
 pub(super) const FULL: Word = Word::from_bits((1 << WORD_BITS) - 1);
 
 /// Fraction bits of a [`Word`].
@@ -182,8 +180,7 @@ impl Fraction {
     }
 }
 
-/// A power of two that shifts a word up: one `MUL`, where a shift would need a check that it is below
-/// 32.
+/// A power of two that shifts a word up. This is one `MUL`; a shift would need a check that it is below 32.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Raise(i32);
 
@@ -283,8 +280,8 @@ impl Sum {
         self.0 += between(product.saturating_mul(i64::from(up.0)), -MAX_BITS, MAX_BITS);
     }
 
-    /// The exponent of the one factor with which a product has the last bits of a sum of full scale
-    /// 2^to, the other's being `other`.
+    /// The exponent of a factor whose product has the last bits of a sum of full scale 2^to. The other factor has the
+    /// exponent `other`.
     pub(super) fn exponent_of_factor(to: i32, other: i32) -> i32 {
         to - other + ACCUMULATOR_BITS - SUM_BITS
     }
@@ -309,8 +306,8 @@ impl Weight {
     }
 }
 
-/// A factor of the configuration that takes a word to a word of another full scale, at most half of
-/// that. It is off by less than an eighth of the output's last bit.
+/// A factor of the configuration that converts a word to another full scale. The result is at most half of that scale.
+/// It is off by less than an eighth of the output's last bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Coefficient(Fraction);
 
@@ -344,8 +341,8 @@ impl Coefficient {
 
 /// n/d for 0 ≤ n and 0 < d ≤ 1, at most one; by multiplications alone.
 ///
-/// Three Newton steps r ← r (2 − d r) on d normalised to [½, 1), from the line 48/17 − 32/17 d whose
-/// error of at most 1/17 they square to 4·10⁻³, 10⁻⁵ and 10⁻¹⁰.
+/// Three Newton steps r ← r (2 − d r) on d normalised to [½, 1). They begin at the line 48/17 − 32/17 d, whose error is
+/// at most 1/17. They square it to 4·10⁻³, 10⁻⁵ and 10⁻¹⁰.
 #[cold]
 #[inline(never)]
 pub(super) fn quotient(n: Word, d: Word) -> Word {

@@ -46,9 +46,8 @@ pub struct FixedControlState<F> {
 }
 
 impl Setpoint<I16F16> {
-    /// A setpoint in counts as a controller in fixed point takes it, to the nearest 2⁻¹⁶: whole counts,
-    /// which wrap at 32 bits, and a fraction of a count from 0 to 1. Zero for a value that is no number,
-    /// or infinite.
+    /// Converts a setpoint in counts to fixed point, to the nearest 2⁻¹⁶. It consists of whole counts, which wrap at 32
+    /// bits, and a fraction of a count from 0 to 1. Zero for a value that is no number, or infinite.
     #[must_use]
     pub fn from_counts(counts: f64) -> Self {
         const FRACTION: i32 = I16F16::FRAC_NBITS as i32;
@@ -72,9 +71,8 @@ impl Setpoint<I16F16> {
 
 impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
     /// # Errors
-    /// As for [`Controller`](crate::control::Controller); and a range, bound or sample time that does
-    /// not fit the fixed-point format, with the value that would. Or a notch or a feed-forward: there are
-    /// none in fixed point.
+    /// As for [`Controller`](crate::control::Controller). Also a range, bound or sample time that does not fit the
+    /// fixed-point format, with the value that would. Also a notch or a feed-forward: there are none in fixed point.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
@@ -109,8 +107,8 @@ impl<V: VelocityEstimate<Word>> FixedController<V> {
         }
     }
 
-    /// The state for a bumpless transfer from another controller, whose last sample is `last`, in
-    /// counts: its command and its filtered reference continue. The velocity estimate begins at zero.
+    /// The state for a bumpless transfer from another controller, whose last sample is `last`, in counts. Its command
+    /// and its filtered reference continue. The velocity estimate begins at zero.
     #[must_use]
     pub fn take_over(&self, last: &ControlSample<f32>) -> FixedControlState<V::State> {
         let integral = self.on_numbers.integral_for(last.command, last.error, 0.0);

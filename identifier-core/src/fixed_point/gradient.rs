@@ -184,8 +184,8 @@ impl<const P: usize> FixedGradient<P> {
         })
     }
 
-    /// One update from the regressor φ, the output error ε and its rate ε̇, for the estimate b̂ of the
-    /// moment; true if the guard shortened it.
+    /// One update from the regressor φ, the output error ε and its rate ε̇, for the present estimate b̂. True if the
+    /// guard shortened it.
     #[inline]
     pub(super) fn update(
         &self,

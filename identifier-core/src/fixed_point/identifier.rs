@@ -16,14 +16,12 @@ use crate::settings::{FromSettings, GradientPlan, Settings, SettingsError};
 use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 
-/// The paper's identifier on words: model loop, Γ-gradient law with a diagonal Γ and load estimate,
-/// for the parameter set S; the same as
-/// [`GradientIdentifier`](crate::identifier::GradientIdentifier) on numbers.
+/// The paper's identifier on words, for the parameter set S. It has the model loop, the Γ-gradient estimator with a
+/// diagonal Γ, and the load estimate. On numbers it is [`GradientIdentifier`](crate::identifier::GradientIdentifier).
 ///
-/// It listens to any controller. Increments and commands are [`Word`]s, fractions of full scales that
-/// follow from the settings: [`Identify::increment`] makes the one of counts,
-/// [`FixedGradientIdentifier::command_word`] the other of command units, and the words of a
-/// [`FixedController`](super::FixedController) built from the same settings are right as they are.
+/// It listens to any controller. Increments and commands are [`Word`]s, fractions of full scales that follow from the
+/// settings. [`Identify::increment`] converts counts, [`FixedGradientIdentifier::command_word`] command units. A
+/// [`FixedController`](super::FixedController) built from the same settings has the same words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedGradientIdentifier<V, S, const P: usize> {
     model: FixedModelLoop<V>,
@@ -104,10 +102,10 @@ where
     S: ParameterSet<P>,
 {
     /// # Errors
-    /// As for the floating-point identifier, see [`SettingsError`]; a missing bound from which a full
-    /// scale follows, `bounds.b` (unless there is a box), `bounds.coulomb` or `bounds.load`; a Γ that is
-    /// not diagonal; and a range, bound, gain or sample time that does not fit the fixed-point format,
-    /// with the value that would.
+    /// As for the floating-point identifier, see [`SettingsError`]. Also a missing bound from which a full scale
+    /// follows: `bounds.b` (unless there is a parameter range), `bounds.coulomb` or `bounds.load`. Also a Γ that is not
+    /// diagonal. Also a range, bound, gain or sample time that does not fit the fixed-point format, with the value that
+    /// would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = V::with_cutoff(&settings.units()?, settings.cutoff)?;
         let filled = bounded::<S, P>(settings, &settings.units()?)?;

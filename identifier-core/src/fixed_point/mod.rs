@@ -1,13 +1,11 @@
 //! Controller and Γ-gradient identifier in fixed point, for drives without a floating-point unit.
 //!
-//! The same equations in the same order as [`control`](crate::control), `model` and
-//! `adaptation` have them, on 32-bit words with 64-bit sums, built from the same
-//! [`Settings`](crate::settings::Settings). [`FixedServoLoop`] is controller and identifier together;
-//! [`FixedGradientIdentifier`] alone listens to any controller.
+//! The equations and their order are those of [`control`](crate::control), `model` and `adaptation`. They run on 32-bit
+//! words with 64-bit sums. The [`Settings`](crate::settings::Settings) are the same. [`FixedServoLoop`] is controller
+//! and identifier together; [`FixedGradientIdentifier`] alone listens to any controller.
 //!
-//! A word is a fraction of its quantity's full scale, a power of two that follows from an SI
-//! [`RangeSettings`](crate::settings::RangeSettings), the gains and the bounds of the estimates when
-//! the parts are built:
+//! A word is a fraction of its quantity's full scale, which is a power of two. It is chosen when the parts are built.
+//! It follows from an SI [`RangeSettings`](crate::settings::RangeSettings), the gains and the bounds of the estimates:
 //!
 //! | quantity | format | full scale, at least | beyond it |
 //! |---|---|---|---|
@@ -30,40 +28,43 @@
 //! | Γφ | Q2.30 | twice Γᵢᵢ times the regressor's; so that Γφ y has the estimate's last bits | – |
 //! | φᵀΓφ | Q2.30 | four times the largest Γᵢᵢφᵢ² | – |
 //!
-//! **Why nothing wraps.** A word is from −1 to just below 1 and has one guard bit, so the sum and the
-//! difference of any two fit, and the sum of three halves. What enters is saturated (position error,
-//! increments, commands), what the integrals gather stops, and a model that leaves its ranges is
-//! restarted, so between samples every word is below one. Within a sample the full scales leave a
-//! margin. The three terms of the PID are at most one half each. The model's command is one half of
-//! what acted, one half of k_p ε + k_d ε̇ and one half of k_i ω, and saturates to one; b̂ is at most
-//! one half of its full scale, so b̂ u_e is too; d̂ and ĉ are at most a quarter, and so is the damping
-//! â T q̇_e; an acceleration is at most one and a quarter, and a velocity in its 64 bits at most two
-//! and a half of eight. ε̇ is the filtered *half* of the difference of two increments. A factor of the
-//! configuration is below one half of what its scales make one, so its product never needs a shift up.
-//! The step of an estimate does where Γ is large: y is raised before it is multiplied, and where a
-//! shift up would overflow, 64 bits are raised and saturate. The property tests drive all of this with
-//! arbitrary inputs, for any servo, with every sum checked.
+//! **Why nothing wraps.** A word is from −1 to just below 1 and has one guard bit. So the sum and the difference of any
+//! two fit, and the sum of three halves. Inputs (position error, increments, commands) saturate and integrals stop at
+//! their limits. A model that leaves its ranges is restarted. So every word is below one between samples.
 //!
-//! **Where it differs from numbers**: only where something saturates. A u_ε beyond the command's full
-//! scale is cut off, so under a narrow command range a model that is far from the servo is corrected
-//! more slowly. An estimate b̂ without a given bound is kept below four times the box.
+//! Within a sample the full scales leave a margin. The three terms of the PID are at most one half each. The model's
+//! command has three parts: the command that acted, k_p ε + k_d ε̇ and k_i ω. Each is at most one half, and the sum
+//! saturates to one. b̂ is at most one half of its full scale, so b̂ u_e is too. d̂ and ĉ are at most a quarter, and so
+//! is the damping â T q̇_e. An acceleration is at most one and a quarter. A velocity in its 64 bits is at most two and
+//! a half of eight. ε̇ is the filtered *half* of the difference of two increments.
 //!
-//! **Why it is fast.** Each factor is one `SMMULR`, or `SMMLAR` with the sum it is added to, each slow
-//! sum one `SMLAL`, and reading a sum is reading its high half. A limit to ±1 is one `SSAT`. What is
-//! shifted by distances that only the configuration knows is 32 bits wide, and shifted up by `MUL`.
+//! A factor of the configuration is below one half of what its scales make one. So its product never needs a shift up.
+//! The step of an estimate needs one if Γ is large: y is raised before it is multiplied. Where a shift up would
+//! overflow, 64 bits are raised and saturate. The property tests drive all of this with arbitrary inputs, for any
+//! servo, with every sum checked.
 //!
-//! **Refused settings**, with the number that would do: an error range that leaves
-//! less than a sixteenth of a count; bounds of a beyond a quarter of the sample rate; a velocity range
-//! so far below the error's that ε would not fit 64 bits; a command range below the limit; a sample time
-//! at which an error adds nothing to an integral; a Γ that moves an estimate by more than all that its
-//! sum can hold, by so little that less than ten bits of Γφ are left (four for friction and load), or
-//! whose φᵀΓφ at full scale is so large that the guard's bound would be lost in it; a μ that vanishes; a
-//! Γ that is not diagonal. Bounds that a full scale follows from have to be given: of b where there is no
-//! box, of Coulomb friction and load where the model has them.
+//! **Where it differs from numbers**: only where something saturates. A u_ε beyond the command's full scale is cut off.
+//! So a narrow command range slows the correction of a model that is far from the servo. An estimate b̂ without a given
+//! bound is kept below four times the parameter range.
 //!
-//! Gauss–Newton stays in floating point: a covariance loses the square of the signals'
-//! range, from 10⁻¹² to 1 within a second, so a word would need an exponent of its own per entry and
-//! sample, which is what a floating-point number is.
+//! **Why it is fast.** Each factor is one `SMMULR`, or `SMMLAR` with the sum it is added to. Each slow sum is one
+//! `SMLAL`. A sum is read by reading its high half. A limit to ±1 is one `SSAT`. A shift by a distance from the
+//! configuration acts on 32 bits, and upwards it is a `MUL`.
+//!
+//! **Rejected settings**, each with the number that would do:
+//!
+//! An error range that leaves less than a sixteenth of a count. Bounds of a beyond a quarter of the sample rate. A
+//! velocity range so far below the error's that ε would not fit 64 bits. A command range below the limit. A sample time
+//! at which an error adds nothing to an integral. A μ that vanishes. A Γ that is not diagonal.
+//!
+//! A Γ that moves an estimate by more than its sum can hold. A Γ so small that less than ten bits of Γφ are left (four
+//! for friction and load). A Γ whose φᵀΓφ at full scale is so large that the guard's bound would be lost in it.
+//!
+//! Bounds from which a full scale follows must be given. These are the bound of b if there is no parameter range, and
+//! those of Coulomb friction and load if the model has them.
+//!
+//! Gauss–Newton stays in floating point. A covariance spans the square of the signals' range, from 10⁻¹² to 1 within a
+//! second. A word would need its own exponent per entry and sample, and that is a floating-point number.
 
 mod arithmetic;
 mod controller;

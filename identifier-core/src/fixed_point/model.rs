@@ -174,9 +174,9 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
         }
     }
 
-    /// Moves the model to the next sample under the command that acts until then, which is taken as at
-    /// most half of its full scale; `rate` is what was observed. True when the model has left its
-    /// ranges and was restarted at the servo's position.
+    /// Moves the model to the next sample under the command that acts until then. The command is limited to half of its
+    /// full scale; `rate` is the observed ε̇. True if the model has left its ranges and was restarted at the servo's
+    /// position.
     #[inline]
     pub(super) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
@@ -216,8 +216,7 @@ impl<V: VelocityEstimate<Word>> FixedModelLoop<V> {
         state.acted.moving == Word::ZERO
     }
 
-    /// b̂ times the command that acts, plus the load as it is estimated: the driving acceleration, of
-    /// the velocity's full scale.
+    /// The driving acceleration, of the velocity's full scale: b̂ times the command that acts, plus the estimated load.
     pub(super) fn pushed(
         &self,
         state: &FixedModelState<V::State>,

@@ -6,8 +6,8 @@ use crate::units::Units;
 
 /// The gains of a PID on words, and the sum that its integral is made of.
 ///
-/// Proportional and derivative part have a full scale of their own, `wanted` (the command before the
-/// limit), of which each is at most half for any input.
+/// Proportional and derivative part have their own full scale, `wanted` (the command before the limit). Each is at most
+/// half of it for any input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct PidTerms {
     proportional: Coefficient,
@@ -99,8 +99,8 @@ impl FixedPid {
         }
     }
 
-    /// u = k_p e − k_d v + k_i ∑e, limited, of the command's full scale; the error is then added to
-    /// the sum unless the limit acts and the error would drive the command further beyond it.
+    /// u = k_p e − k_d v + k_i ∑e, limited, of the command's full scale. The error is then added to the sum. It is not
+    /// added if the limit acts and the error would drive the command further beyond it.
     #[inline]
     pub(super) fn process(&self, sum: &mut Sum, error: Word, velocity: Word) -> Word {
         // Each at most one half.
@@ -122,8 +122,7 @@ impl FixedPid {
 
 /// The correction in command form on words: [`CommandCorrection`](crate::model::CommandCorrection).
 ///
-/// The proportional and derivative part k_p ε + k_d ε̇ is limited to half of the command's full scale,
-/// and ω stops where k_i ω is as much.
+/// The part k_p ε + k_d ε̇ is limited to half of the command's full scale. ω stops where k_i ω is as much.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedCorrection {
     proportional: Coefficient,
@@ -154,8 +153,8 @@ impl FixedCorrection {
         }
     }
 
-    /// u + k_p ε + k_d ε̇ + k_i ω, limited to the command's full scale; `command` is u, at most half
-    /// of it, and `sum` is ω.
+    /// u + k_p ε + k_d ε̇ + k_i ω, limited to the command's full scale. `command` is u, at most half of that scale, and
+    /// `sum` is ω.
     #[inline]
     pub(super) fn process(
         &self,

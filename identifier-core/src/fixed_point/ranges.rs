@@ -10,13 +10,13 @@ impl RangeSettings {
     /// Margin of the ranges over those that follow from the command limit.
     const ROOM: f64 = 4.0;
 
-    /// The ranges that fixed point takes: those stated, or what follows from the controller, four
-    /// times its limit and the error and the velocity at which the PID alone would command the limit.
-    /// The command is taken to be at most that of an error of one turn.
+    /// The ranges of fixed point: those stated, or those that follow from the controller. The command range is then
+    /// four times the limit. Error and velocity ranges are those at which the PID alone would command the limit. The
+    /// command is taken to be at most that of an error of one turn.
     ///
     /// # Errors
-    /// [`SettingsError::NotGiven`] if there is no controller to follow from, or one without damping
-    /// and no bound of b; a gain or a limit out of its range.
+    /// [`SettingsError::NotGiven`] if there is no controller, or if it has no damping and b has no bound. Also a gain
+    /// or a limit out of its range.
     pub fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const NOT_GIVEN: SettingsError = SettingsError::NotGiven { setting: "ranges" };
         if let Some(given) = settings.identifier.ranges {
@@ -49,8 +49,8 @@ impl RangeSettings {
 /// By how much an estimate b̂ may exceed the box where no bound is given.
 const BEYOND_THE_BOX: f64 = 4.0;
 
-/// Bounds of an estimate in fixed point: those given, a known value, or for b a bound that follows
-/// from the box.
+/// Bounds of an estimate in fixed point: those given, or a known value. For b they may also follow from the parameter
+/// range.
 pub(super) fn bounds(
     settings: &Settings,
     parameter: Parameter,
@@ -75,9 +75,9 @@ pub(super) fn bounds(
 /// The exponents of the full scales, machine units: a word w of a quantity stands for
 /// w · 2^exponent.
 ///
-/// They follow from the settings alone, so that controller and identifier built from the same settings
-/// have the same. They are chosen so that everything that is added up stays below one, and every
-/// product needs a shift in one direction only: see the table of the module.
+/// They follow from the settings alone, so that controller and identifier built from the same settings have the same.
+/// With them every sum stays below one, and every product needs a shift in one direction only. See the table of the
+/// module.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FullScales {
     /// Position error and output error.
@@ -236,8 +236,7 @@ impl FullScales {
         gains.ki() * units.rate() / units.position()
     }
 
-    /// The exponent of a sum of errors: the largest that asks for no more than half of the command's
-    /// full scale.
+    /// The exponent of a sum of errors. It is the largest that demands at most half of the command's full scale.
     pub(super) fn sum(&self, units: &Units, gains: &Gains) -> i32 {
         let per_error = Self::per_error(units, gains);
         if per_error > 0.0 {

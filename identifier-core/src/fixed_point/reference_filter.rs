@@ -7,8 +7,8 @@ use crate::units::Units;
 
 /// The filter of the reference on words, as [`ReferenceFilter`](crate::control::ReferenceFilter) on numbers.
 ///
-/// What is left of a step, E times what was, is rounded towards zero: so the filtered reference arrives at one that
-/// stands, in whole last bits.
+/// The remaining lag, E times the lag before, is rounded towards zero. So the filtered reference reaches a constant
+/// reference exactly, in whole last bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedReferenceFilter {
     /// E.
@@ -35,8 +35,8 @@ impl FixedReferenceFilter {
         })
     }
 
-    /// The error of a sample, within −1 and 1, and the increment since the last one to the error of the filtered
-    /// reference, whose value in the last sample is `filtered`.
+    /// Converts the error of a sample, within −1 and 1, to the error of the filtered reference. `increment` is that
+    /// since the last sample, `filtered` the last filtered error.
     #[inline]
     pub(super) fn process(&self, filtered: &mut Word, error: Word, increment: Word) -> Word {
         // An increment is at most a quarter of an error.

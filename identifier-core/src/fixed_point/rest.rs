@@ -23,7 +23,7 @@ encode! {
 /// State of the standstill detection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FixedRestState {
-    /// Distance of the servo from the place at which it may be at standstill: at most a slip and an
+    /// Distance of the servo from its possible place of standstill: at most a slip and an
     /// increment.
     away: i64,
     /// Samples since it came there.
@@ -102,8 +102,8 @@ impl FixedRest {
         resists
     }
 
-    /// The acceleration that moves a servo by no more than a slip within the time after which it
-    /// counts as at standstill, of the velocity's full scale.
+    /// The largest acceleration that standstill hides, of the velocity's full scale. It moves a
+    /// servo by a slip within the time after which the servo counts as at standstill.
     pub(super) fn hidden_acceleration(&self) -> Word {
         self.hidden
     }

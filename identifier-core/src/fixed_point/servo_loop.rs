@@ -14,8 +14,8 @@ use crate::settings::{FromSettings, Settings, SettingsError};
 /// Controller and gradient identifier together on words: what
 /// [`ServoLoop`](crate::identifier::ServoLoop) is on numbers.
 ///
-/// A sample is [`FixedServoLoop::process`], or its two halves where the command should go out before
-/// anything is learnt: [`FixedServoLoop::control`], then [`FixedServoLoop::learn`].
+/// A sample is [`FixedServoLoop::process`]. Its two halves are [`FixedServoLoop::control`], then
+/// [`FixedServoLoop::learn`], so that the command can go out first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedServoLoop<V, S, const P: usize> {
     controller: FixedController<V>,
@@ -124,8 +124,8 @@ where
             .resume_moving(&mut state.identification, increment);
     }
 
-    /// One sample: towards `setpoint` counts plus an `offset` (a fraction of a count, a reference that
-    /// moves, dither), from the count now. Counts wrap at 32 bits.
+    /// One sample towards `setpoint` counts plus an `offset`, from the present count. The offset is a fraction of a
+    /// count, a moving reference or dither. Counts wrap at 32 bits.
     ///
     /// The command to give to the servo is `control.command` of the answer.
     ///
@@ -178,8 +178,8 @@ where
             .update(&mut state.identification, sample.increment, sample.command)
     }
 
-    /// The same where the command that acts is not quite the controller's: something was added to it,
-    /// or a stage behind it limits.
+    /// The same if the command that acts differs from the controller's. Something was added to it, or a later stage
+    /// limits it.
     ///
     /// # Errors
     /// As [`Identify::learn`].

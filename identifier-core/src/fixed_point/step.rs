@@ -136,8 +136,7 @@ impl FixedStep {
         }
     }
 
-    /// The sample in which the velocity passes through zero, at τ = r (1 + xr/2 + (xr)²/3 + …) with
-    /// r = −v/A.
+    /// The sample in which the velocity passes through zero. This happens at τ = r (1 + xr/2 + (xr)²/3 + …), r = −v/A.
     #[cold]
     fn through_zero(
         &self,

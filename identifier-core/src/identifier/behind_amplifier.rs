@@ -7,13 +7,12 @@ use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
 
-/// An identifier behind the declared amplifier: the commands that it gets are those that act
-/// on the servo behind dead band, delay and current loop, a ring of L commands long (a power of two; the
-/// delay may be L − 2 samples).
+/// An identifier behind the declared amplifier. It gets the commands that act on the servo behind dead band, delay and
+/// current loop. L is the length of the ring of commands, a power of two; the delay may be L − 2 samples.
 ///
-/// Declared effects that are not estimated act here, for every law. A declared delay or dead band that is
-/// also a term to be estimated is the initial value of the estimate, in the identifier: nothing counts
-/// twice, and a report gives the whole of it.
+/// Declared effects that are not estimated act here, for every estimator. A declared delay or dead band may also be a
+/// term to be estimated. It is then the initial value of the estimate, in the identifier. So nothing counts twice, and
+/// a report gives the total.
 ///
 /// ```
 /// use identifier_core::Settings;

@@ -7,8 +7,8 @@ use crate::error::StepError;
 use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
 
-/// Both halves of an identifier that fits as one, for a PC and for firmwares that have the time:
-/// blocks and fit results are passed on at once, and [`Identify::work`] is the fitter's.
+/// Both halves of an identifier that fits, as one, for a PC and for firmwares with enough time. Blocks and fit results
+/// are passed on at once. [`Identify::work`] is the fitter's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Combined<R, F> {
     pub(crate) recorder: R,
@@ -21,8 +21,8 @@ encode! {
 
 /// State of both halves.
 ///
-/// The fields that every sample needs come first: a Cortex-M4F loads a float from within a kilobyte of a base
-/// in one instruction, and from beyond it in two.
+/// The fields that every sample needs come first. A Cortex-M4F loads a float within a kilobyte of a base in one
+/// instruction, and beyond it in two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct CombinedState<A, B> {

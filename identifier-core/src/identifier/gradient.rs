@@ -17,8 +17,8 @@ use crate::parameters::{
 use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 
-/// The paper's identifier: model loop with its correction in command form, Γ-gradient law and load
-/// estimate, for the parameter set S.
+/// The paper's identifier for the parameter set S. It has the model loop with its correction in command form, the
+/// Γ-gradient estimator and the load estimate.
 ///
 /// V is the velocity filter that ε̇ and φ pass through. It may differ from the controller's. If it is
 /// the same, and no limit acts, this is the paper's loop to the last digit.

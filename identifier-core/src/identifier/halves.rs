@@ -4,9 +4,9 @@ use crate::reason::Reason;
 
 /// The interrupt's half of an identifier that fits: it records, and continues from the fit results.
 ///
-/// A fit takes many samples' time, so on a chip it is made in the background while the interrupt records
-/// on. The halves share no memory. Between them are two queues of one producer and one consumer each,
-/// which are the caller's, and neither half waits for the other:
+/// A fit takes many samples' time. So on a chip it runs in the background while the interrupt records on. The halves
+/// share no memory. The caller provides two queues between them, of one producer and one consumer each. Neither half
+/// waits for the other:
 ///
 /// ```text
 ///   interrupt: RecordBlocks ──► blocks ──► background: FitBlocks
@@ -51,14 +51,13 @@ use crate::reason::Reason;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// **Losses are harmless.** A block for which the queue has no space is lost; the fitter notices the
-/// missing number and begins a new record. A fit result of a recording that has ended is not taken
-/// over. A fit result that is lost is computed again. The queue of blocks needs space for those that
-/// come while the background does something else.
+/// **Losses are harmless.** If the queue has no space, a block is lost; the fitter notices the missing number and
+/// begins a new record. A fit result of a recording that has ended is not taken over. A lost fit result is computed
+/// again. The queue of blocks needs space for those that come while the background is busy.
 ///
-/// Both halves are built from the same settings and start together; blocks of an earlier recording
-/// that are still in the queue are recognised by their numbers. Where no interrupt has to be short,
-/// [`Combined`](super::Combined) is both in one.
+/// Both halves are built from the same settings and start together. Blocks of an earlier recording that are still in
+/// the queue are recognised by their numbers. Where no interrupt has to be short, [`Combined`](super::Combined) is both
+/// in one.
 pub trait RecordBlocks<N: Copy>: Identify<N> {
     /// A fit result, prepared so that taking it over needs no division.
     type Fitted: Copy + core::fmt::Debug;

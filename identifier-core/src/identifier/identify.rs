@@ -4,8 +4,8 @@ use crate::number::Number;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
 
-/// An identifier: it only listens. It gets two numbers per sample, the increment of the encoder since
-/// the last sample and the command that acts from now until the next.
+/// An identifier: it only listens. It gets two numbers per sample. One is the increment of the encoder since the last
+/// sample, the other the command that acts until the next.
 ///
 /// N is the number that it computes in: [`Number`](crate::number::Number), or a fixed-point word.
 pub trait Identify<N: Copy> {
@@ -22,9 +22,9 @@ pub trait Identify<N: Copy> {
     /// Counts as the number that it computes in.
     fn increment(&self, moved: i32) -> N;
 
-    /// One sample: the counts moved since the last sample, through any wrap of the counter, and the
-    /// *total* command that acts from this sample to the next, command units: limited, with
-    /// feed-forward, dither and anything else that is added to it.
+    /// One sample. `moved` is the counts since the last sample, through any wrap of the counter. `command` is the
+    /// *total* command that acts from this sample to the next, command units. It is limited, and includes feed-forward,
+    /// dither and any other addition.
     ///
     /// # Errors
     /// [`StepError`] for an impossible input; the state is then untouched.
@@ -82,8 +82,8 @@ pub trait Identify<N: Copy> {
     /// Which of the estimates that were shown are at a bound: such a value is no result.
     fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool>;
 
-    /// True once there are estimates: at once for an identifier that starts from initial values, after
-    /// the first fit for one that starts by a fit.
+    /// True once there are estimates. An identifier that starts from initial values has them at once, one that starts
+    /// by a fit after that fit.
     fn has_estimates(&self, _: &Self::State) -> bool {
         true
     }
@@ -127,14 +127,15 @@ pub trait Identify<N: Copy> {
         Terms::NONE
     }
 
-    /// Why no first fit has succeeded after a second of motion (longer where its record is), for laws that begin
-    /// by one: none before that, and once one has.
+    /// Why no first fit has succeeded after a second of motion, or after its record if that is longer. For estimators
+    /// that begin by a fit. None before that time, and after a fit has succeeded.
     fn obstacle(&self, _: &Self::State) -> Option<Reason> {
         None
     }
 
-    /// Standard deviation of the position's noise in motion, position units, for laws that begin by a fit: by the last
-    /// fit that was accepted; that of the settings, rounding alone, where it is not clearly more.
+    /// Standard deviation of the position's noise in motion, position units, for estimators that begin by a fit. The
+    /// last accepted fit gives it. If it is not clearly more than in the settings, it is that of the settings, rounding
+    /// alone.
     fn noise(&self, _: &Self::State) -> Option<f64> {
         None
     }
@@ -152,8 +153,8 @@ pub trait Identify<N: Copy> {
     /// a PC after every sample; without work to do it returns at once.
     fn work(&self, _: &mut Self::State, _: u32) {}
 
-    /// Joins a motion after a gap, before its next sample: the estimates are kept, the model restarts
-    /// at the servo's position, moving by `increment` a sample.
+    /// Joins a motion after a gap, before its next sample. The estimates are kept. The model restarts at the servo's
+    /// position, moving by `increment` a sample.
     fn resume_moving(&self, state: &mut Self::State, increment: N);
 }
 
@@ -179,8 +180,7 @@ pub enum Event {
     Slowed,
     /// Nothing was learnt: the servo is at standstill.
     Standing,
-    /// The model had left the range of the number format and was restarted at the servo's position;
-    /// the estimates are kept.
+    /// The model left the range of the number format and was restarted at the servo's position. The estimates are kept.
     Restarted,
     /// A first fit succeeded, and the recursion starts from it.
     Started,

@@ -8,8 +8,8 @@ use crate::parameters::ServoParameters;
 
 /// Controller and identifier as one loop.
 ///
-/// A sample is [`ServoLoop::process`], or its two halves where the command is to be output before the
-/// identifier computes: [`ServoLoop::control`], then [`ServoLoop::learn`].
+/// A sample is [`ServoLoop::process`]. Its two halves are [`ServoLoop::control`], then [`ServoLoop::learn`], so that
+/// the command can go out first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoLoop<N, V, I> {
     pub(crate) controller: Controller<N, V>,
@@ -55,8 +55,8 @@ impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
         self.count
     }
 
-    /// Sets a loop that has not run yet to another count, where there is no time to build a new state
-    /// by [`ServoLoop::start`].
+    /// Sets a loop that has not run yet to another count. It saves the time to build a new state by
+    /// [`ServoLoop::start`].
     #[inline]
     pub fn begin_at(&mut self, count: i32) {
         self.count = count;
@@ -106,8 +106,8 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         }
     }
 
-    /// One sample: towards `setpoint` counts plus an `offset` (a fraction of a count, a reference that
-    /// moves, dither), from the count now. Counts wrap at 32 bits.
+    /// One sample towards `setpoint` counts plus an `offset`, from the present count. The offset is a fraction of a
+    /// count, a moving reference or dither. Counts wrap at 32 bits.
     ///
     /// The command to give to the servo is `control.command` of the answer.
     ///
@@ -163,8 +163,8 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
             .update_with_velocity(&mut state.identification, sample)
     }
 
-    /// The same where the command that acts differs from the controller's: something was added to it,
-    /// or a stage behind it limits it.
+    /// The same if the command that acts differs from the controller's. Something was added to it, or a later stage
+    /// limits it.
     ///
     /// # Errors
     /// As [`Identify::learn`].

@@ -2,12 +2,10 @@ use crate::constants::{Encode, encode};
 use crate::number::Number;
 use crate::unrolled::each;
 
-/// A covariance P × P kept as L D Lᵀ, L unit lower triangular and D diagonal, updated one column
-/// at a time.
+/// A covariance P × P kept as L D Lᵀ, updated one column at a time. L is unit lower triangular, D diagonal.
 ///
-/// Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter V, with the
-/// parameters in reverse order, so that the variance of the *last* parameter alone can be raised
-/// by raising the last entry of D.
+/// Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter V, with the parameters in reverse
+/// order. So raising the last entry of D raises only the variance of the *last* parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Factors<N, L, const P: usize> {
     /// L below its diagonal, row by row: P (P − 1)/2 entries.
@@ -38,8 +36,8 @@ const fn at(i: usize, j: usize) -> usize {
 /// The measurement that is being processed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Measurement<N, const P: usize> {
-    /// Lᵀφ; from the last entry to the first the gain K times `variance` takes its place, complete
-    /// once every column was done.
+    /// Lᵀφ. The gain K times `variance` replaces it from the last entry to the first; it is complete after every
+    /// column.
     pub(crate) gain: [N; P],
     /// φᵀPφ until the measurement is weighed; then the noise variance, and with every column more of
     /// their sum.
@@ -116,8 +114,9 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
         Self { lower, diagonal }
     }
 
-    /// The factors of a covariance over more or fewer unknowns: `places` are those of this one's unknowns in
-    /// `other`, rising; an unknown without one is known, as one of `other` without a place must be.
+    /// The factors of a covariance over more or fewer unknowns. `places` are the places of these unknowns in `other`,
+    /// rising. An unknown without a place is exactly known. An unknown of `other` that has no place here must be so
+    /// too.
     pub(crate) fn placed<K: Lower<N>, const Q: usize>(
         other: &Factors<N, K, Q>,
         places: &[Option<usize>; P],

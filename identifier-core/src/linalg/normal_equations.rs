@@ -49,9 +49,9 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         }
     }
 
-    /// The step that Levenberg and Marquardt take, (A + λ diag A) δ = g (Marquardt, "An algorithm
-    /// for least-squares estimation of nonlinear parameters", SIAM Journal 11(2), 1963). An unknown
-    /// that nothing depends on, or that is not `free`, stays.
+    /// The step of Levenberg and Marquardt, (A + λ diag A) δ = g. Source: Marquardt, "An algorithm for least-squares
+    /// estimation of nonlinear parameters", SIAM Journal 11(2), 1963. An unknown that is not `free`, or on which
+    /// nothing depends, stays.
     #[must_use]
     pub fn solve(&self, damping: N, free: &[bool; Q]) -> [N; Q] {
         self.factor(damping, free).solve(&self.right)

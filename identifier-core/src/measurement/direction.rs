@@ -2,9 +2,9 @@
 
 use crate::number::Number;
 
-/// The direction in which a servo moved over a piece of a record, zero at standstill: by its travel over the piece, or, if
-/// that is within the encoder's rounding, over the pieces before and after it too. `travel` is that over each piece of the
-/// record, counts.
+/// The direction in which a servo moved over a piece of a record, zero at standstill. The travel over the piece
+/// decides. If it is within the encoder's rounding, the pieces before and after it count too. `travel` is the travel
+/// over each piece of the record, counts.
 pub(crate) fn direction<N: Number>(index: usize, travel: impl Fn(usize) -> Option<N>) -> N {
     /// Travel that exceeds crossing one edge of the encoder to and fro.
     const BEYOND: f64 = 1.5;

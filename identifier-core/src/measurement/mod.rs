@@ -1,8 +1,7 @@
 //! From encoder counts to increments and velocity.
 //!
-//! register → [`Counter`] → count → increment → [`VelocityEstimate`] → velocity estimate. No position enters a
-//! loop, only errors and increments, so there is no origin, and precision does not depend on the
-//! distance from one.
+//! register → [`Counter`] → count → increment → [`VelocityEstimate`] → velocity estimate. Only errors and increments
+//! enter a loop, no position. So there is no origin, and precision does not depend on the distance from one.
 
 pub(crate) mod angle;
 pub(crate) mod counter;

@@ -7,11 +7,10 @@ use crate::units::Units;
 /// A servo is at standstill once it has stayed within [`Standstill::SLIP`] counts of one place for
 /// [`Standstill::PATIENCE`].
 ///
-/// No estimate takes part: with a friction that is estimated too large every velocity would count as
-/// standstill, the model would be kept at the servo's position, and the estimate would never be
-/// corrected. A servo with friction under a constant reference breaks loose by a count or two now and
-/// then, as the controller's integral grows; that does not count as motion, since within so few counts
-/// the encoder does not show how the servo moved.
+/// No estimate takes part. With too large a friction estimate every velocity would count as standstill. The model would
+/// be kept at the servo's position, and the estimate would never be corrected. A servo with friction under a constant
+/// reference sometimes breaks away by a count or two, as the controller's integral grows. That does not count as
+/// motion: within one or two counts the encoder does not show how the servo moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Standstill<N> {
     slip: N,
@@ -84,8 +83,8 @@ impl<N: Number> Standstill<N> {
         rest.still >= self.pause
     }
 
-    /// True if a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command
-    /// should move it; `should_move` says that it should in this sample.
+    /// True if a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command should move it.
+    /// `should_move` is true if it should in this sample.
     pub(crate) fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
         if !should_move {
             rest.pushed = N::ZERO;

@@ -1,9 +1,9 @@
 //! Velocity estimates from sampled positions.
 //!
-//! Each estimate is a linear filter over the *increments* of position, so it does not depend on the
-//! position and its precision does not depend on the distance travelled. The same filter must act on
-//! the servo's position, on the model's and on the regressor; as it is linear, the difference of two
-//! velocity estimates is the estimate of the difference, and one state serves.
+//! Each estimate is a linear filter over the *increments* of position. So neither the estimate nor its precision
+//! depends on the position or the distance travelled. The same filter must act on the servo's position, on the model's
+//! and on the regressor. As it is linear, the difference of two velocity estimates is the estimate of the difference.
+//! So one state is enough.
 
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
@@ -12,8 +12,8 @@ use crate::units::Units;
 
 /// A velocity estimate: position increments in, velocity (machine units, per sample) out.
 ///
-/// N is a [`Number`] or the fixed-point word. On words an estimate has unit gain, so that it serves signals
-/// of any full scale: input and output are within −1 and 1.
+/// N is a [`Number`] or the fixed-point word. On words an estimate has unit gain, so that it serves signals of any full
+/// scale. Input and output are within −1 and 1.
 pub trait VelocityEstimate<N>: Copy + core::fmt::Debug {
     /// The filter's memory between samples.
     type State: Copy + core::fmt::Debug + Default + PartialEq;
@@ -78,7 +78,7 @@ impl<N: Number> LowPass<N> {
 }
 
 impl<N: Number> LowPass<N> {
-    /// One that shows this part of a step of the velocity after a sample, 1 − p, from 0 to 1.
+    /// A low-pass that shows this part of a velocity step after one sample: 1 − p, from 0 to 1.
     #[must_use]
     pub fn passing(gain: N) -> Self {
         Self {

@@ -4,8 +4,8 @@ use crate::number::Number;
 /// The declared amplifier between a command and the servo: dead band, then delay, then a
 /// first-order current loop.
 ///
-/// A model that is driven by the mean of what acts over each sample is exact in velocity; within a
-/// sample its position differs by at most b T²/8 times the change of the command.
+/// A model that is driven by the mean of the acting command over each sample is exact in velocity. Within a sample its
+/// position differs by at most b T²/8 times the change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Amplifier<N> {
     dead_band: N,
@@ -15,8 +15,8 @@ pub(crate) struct Amplifier<N> {
     part: N,
     /// e^(−T/T_c).
     kept: N,
-    /// The mean over a sample of what a current that is off by one is off in the older command's part
-    /// of the sample, and in the newer one's.
+    /// The mean error over a sample of a current that begins with an error of one. The first is for the older command's
+    /// part of the sample, the second for the newer one's.
     lag: [N; 2],
 }
 
@@ -56,8 +56,7 @@ impl<N: Number, const L: usize> AmplifierState<N, L> {
 }
 
 impl<N: Number> Amplifier<N> {
-    /// A dead band (command units), a delay and the time constant of a current loop, both in samples;
-    /// zero is none.
+    /// A dead band (command units), a delay (samples) and the time constant of a current loop (samples). Zero is none.
     #[must_use]
     pub(crate) fn new(dead_band: f64, delay: f64, current_loop: f64) -> Self {
         let whole = libm::floor(delay);

@@ -31,11 +31,10 @@ pub(crate) struct Corrected<N> {
 
 /// The command form, the paper's: u_ε = k_p ε + k_d ε̇ + k_i ω, ω = ∫ε.
 ///
-/// It takes the place of the second PID (6): the same gains, velocity filter and sum (the samples
-/// before this one), without limit and anti-windup, since the command that acted is limited already.
-/// The integral also estimates the load, d̂ = b̂ k_i ω, by ω → 0 in (9). As b̂ multiplies the
-/// correction, the sampled loop must be stable for every b̂ that the bounds allow
-/// ([`SampledLoop::check_estimates`](crate::stability::SampledLoop::check_estimates)).
+/// It replaces the second PID (6). Gains, velocity filter and sum (the samples before this one) are the same. There is
+/// no limit and no anti-windup, since the command that acted is limited already. The integral also estimates the load,
+/// d̂ = b̂ k_i ω, by ω → 0 in (9). As b̂ multiplies the correction, the sampled loop must be stable for every b̂ that
+/// the bounds allow ([`SampledLoop::check_estimates`](crate::stability::SampledLoop::check_estimates)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CommandCorrection<N> {
     proportional: N,

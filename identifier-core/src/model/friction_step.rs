@@ -4,11 +4,10 @@ use crate::number::Number;
 
 /// The exact step of q̈ = −a q̇ + w − c sign(q̇): Coulomb friction that stops and breaks away.
 ///
-/// Karnopp's model (Karnopp, "Computer simulation of stick-slip friction in mechanical dynamic
-/// systems", Journal of Dynamic Systems, Measurement, and Control 107(1), 1985) without its dead zone:
-/// within a sample the drive is held, so a crossing of zero velocity has a closed form and nothing
-/// needs to be smoothed. At rest the servo stays while |w| ≤ c; a drive only changes at a sample, so
-/// it can only break away there.
+/// Karnopp's model without its dead zone (Karnopp, "Computer simulation of stick-slip friction in mechanical dynamic
+/// systems", Journal of Dynamic Systems, Measurement, and Control 107(1), 1985). The drive is held within a sample. So
+/// a crossing of zero velocity has a closed form, and nothing needs to be smoothed. At rest the servo stays while |w| ≤
+/// c. A drive only changes at a sample, so the servo can only break away there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionStep<N> {
     /// The step between events.
@@ -88,8 +87,8 @@ impl<N: Number> FrictionStep<N> {
         }
     }
 
-    /// Moves one sample from `velocity` under the held acceleration `drive` with x = a T and the
-    /// friction `coulomb` ≥ 0.
+    /// Moves one sample from `velocity` under the held acceleration `drive`. x is a T, and the friction is `coulomb` ≥
+    /// 0.
     #[inline]
     pub fn process(
         &self,
@@ -134,8 +133,7 @@ impl<N: Number> FrictionStep<N> {
 
     /// The sample in which the velocity passes through zero.
     ///
-    /// v + h₁ τ A = 0 is (1 − e^(−xτ))/x = −v/A =: r, so that τ = −ln(1 − x r)/x
-    /// = r (1 + xr/2 + (xr)²/3 + …).
+    /// v + h₁ τ A = 0 is (1 − e^(−xτ))/x = −v/A =: r. So τ = −ln(1 − x r)/x = r (1 + xr/2 + (xr)²/3 + …).
     #[cold]
     fn through_zero(
         &self,

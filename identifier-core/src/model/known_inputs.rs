@@ -4,14 +4,14 @@ use super::terms::TermValues;
 use crate::measurement::angle::AngleSettings;
 use crate::number::Number;
 
-/// The known inputs of the model over a sample: the command behind
-/// dead band and delay, and functions of the measured angle.
+/// The known inputs of the model over a sample. These are the command behind dead band and delay, and functions of the
+/// measured angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acting<N> {
     /// Mean of the command that acts, command units.
     pub command: N,
-    /// The additional distance per unit of gain within the sample because the command came earlier than
-    /// evenly spread: f (1 − f) (u₁ − u₀)/2 where u₁ acts for a part f and then u₀; command units.
+    /// The first moment: the additional distance per unit of gain within the sample because the command came earlier
+    /// than evenly spread. It is f (1 − f) (u₁ − u₀)/2 if u₁ acts for a part f and then u₀; command units.
     pub lead: N,
     /// ∂`command`/∂τ, command units per sample.
     pub per_delay: N,
@@ -36,8 +36,7 @@ impl<N: Number> Acting<N> {
     }
 }
 
-/// The part of a model's state that does not depend on its motion: which commands were given, and
-/// where the servo is.
+/// The part of a model's state that does not depend on its motion: the past commands and the servo's position.
 pub trait KnownInputs<N: Number>: Copy + Debug + PartialEq {
     /// Nothing was commanded yet; the servo is at the angle zero.
     const START: Self;
@@ -45,8 +44,8 @@ pub trait KnownInputs<N: Number>: Copy + Debug + PartialEq {
     /// The longest delay that it can represent, samples.
     const MAX_DELAY: f64;
 
-    /// Takes the increment of a sample and the command from this sample to the next, and returns what
-    /// acts until then; the servo moves about `velocity` meanwhile.
+    /// Takes the increment of a sample and the command from this sample to the next. Returns the inputs that act until
+    /// then. The servo moves at about `velocity` meanwhile.
     fn take(
         &mut self,
         angle: &AngleSettings<N>,

@@ -1,5 +1,5 @@
-//! The servo (2), its exact step over a sample, and the model loop (5)–(7) with its regressor (9), driven
-//! by the command that acted.
+//! The servo (2), its exact step over a sample, and the model loop (5)–(7) with its regressor (9). The command that
+//! acted drives it.
 
 mod amplifier;
 mod correction;

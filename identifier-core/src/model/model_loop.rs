@@ -7,21 +7,19 @@ use crate::unrolled::from_fn;
 
 /// The model loop (5)–(7), driven by the command that acted.
 ///
-/// **From the paper's loop to this one.** The paper closes a second PID around the model. Its u_e is
-/// the same linear law on e_e = e + ε, q̇_e = q̇ − ε̇ and z_e = z + ω as the servo's u is on e, q̇ and
-/// z, so where no limit acts
+/// **From the paper's loop to this one.** The paper closes a second PID around the model. The servo's u is a linear law
+/// on e, q̇ and z. u_e is the same law on e_e = e + ε, q̇_e = q̇ − ε̇ and z_e = z + ω. So, if no limit acts,
 ///
 /// u_e = k_p (e + ε) − k_d (q̇ − ε̇) + k_i (z + ω) = u + k_p ε + k_d ε̇ + k_i ω = u + u_ε,
 ///
-/// and (5) becomes q̈_e = −â q̇_e + b̂ (u + u_ε). That is computed here, with u the command that acted
-/// as a *measurement*: limited, with feed-forward, dither or injection, of any controller. Reference,
-/// structure, limit and anti-windup of the controller do not enter.
+/// and (5) becomes q̈_e = −â q̇_e + b̂ (u + u_ε). That is computed here. u is the command that acted, as a
+/// *measurement*: limited, with feed-forward, dither or injection, of any controller. Reference, structure, limit and
+/// anti-windup of the controller do not enter.
 ///
-/// **Consequence for the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ
-/// with φ = [q̇_e, −(u + u_ε)]ᵀ: this is (8) with φ of (9) for any u, and (10) to (14) follow
-/// unchanged. The paper's Proposition 1 needs the servo's signals bounded; its PID without a limit
-/// ensures that; here any controller has to ensure it. So the identifier's convergence no longer ends
-/// where the command saturates: there u is bounded and known, and the feedback on ε continues.
+/// **Consequence for the proof.** Subtracting from (2) gives ε̈ = −α ε̇ − b k_p ε − b k_i ω + θ̃ᵀφ with φ = [q̇_e,
+/// −(u + u_ε)]ᵀ. This is (8) with φ of (9) for any u, and (10) to (14) follow unchanged. The paper's Proposition 1
+/// needs the servo's signals bounded. Its PID without a limit ensures that; here any controller must ensure it. So the
+/// identifier also converges while the command saturates. u is then bounded and known, and the feedback on ε continues.
 ///
 /// **Relative.** Its state is ε rather than q_e: no large numbers are subtracted, and the loop has no
 /// origin. Two calls make a sample: [`ModelLoop::observe`] and [`ModelLoop::advance`].
@@ -71,11 +69,10 @@ pub(crate) struct Observed<N, const P: usize> {
     pub output_error: N,
     /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
     pub rate: N,
-    /// ψ = −φ, the regressor (9) of the parameter set with its sign turned: ∂q̈_e/∂θ = [−q̇_e, u_e,
-    /// −sign q̇_e, 1], its entries through the velocity filter. The filter must act on φ as it does on
-    /// ε̇, or their product loses its sign at the frequencies that the filter delays. They are those
-    /// of the sample just passed, like the increment that the rate is made of. While friction holds
-    /// the model at rest, the regressor is zero.
+    /// ψ = −φ, the regressor (9) of the parameter set with its sign turned. ∂q̈_e/∂θ = [−q̇_e, u_e, −sign q̇_e, 1],
+    /// with its entries through the velocity filter. The filter must act on φ as it does on ε̇. Otherwise their product
+    /// loses its sign at the frequencies that the filter delays. The entries are those of the past sample, like the
+    /// increment that gives the rate. While friction holds the model at rest, the regressor is zero.
     pub regressor: [N; P],
 }
 
@@ -113,8 +110,8 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         }
     }
 
-    /// The state that moves with the servo at a velocity (machine units), for an identifier that joins
-    /// a loop in motion before the next sample; the correction's integral is kept.
+    /// The state that moves with the servo at a velocity (machine units). It is for an identifier that joins a loop in
+    /// motion before the next sample. The correction's integral is kept.
     #[must_use]
     pub(crate) fn alongside(
         &self,
@@ -231,16 +228,16 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
 
     /// Sets the model to the servo's position during standstill; the correction's integral is kept.
     ///
-    /// Real friction yields elastically before it breaks away, and creeps: the position within the
-    /// friction's band at which a servo comes to rest contains no information on its parameters, and a
-    /// difference there would be an output error at the start of the next motion.
+    /// Real friction yields elastically before it breaks away, and creeps. So the position of rest within the
+    /// friction's band contains no information on the parameters. A difference there would be an output error at the
+    /// start of the next motion.
     #[inline]
     pub(crate) fn hold_at_measurement(&self, state: &mut ModelState<N, V::State, C::State>) {
         state.output_error = N::ZERO;
     }
 
-    /// Restarts the model at the servo's position if it has left the range of the number format,
-    /// [`Number::REACH`]; true if it did.
+    /// Restarts the model at the servo's position if it has left the range of the number format, [`Number::REACH`].
+    /// True if it was restarted.
     #[inline]
     #[must_use]
     pub(crate) fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {

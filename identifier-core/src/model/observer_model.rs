@@ -9,12 +9,12 @@ use crate::unrolled::each;
 ///
 /// q̇_e = v_e + l₁ ε, v̇_e = −â v_e + b̂ u + d̂ + l₂ ε − ĉ sign v_e.
 ///
-/// With q̈ = −a q̇ + b u + d − c sign q̇ the error obeys ε̈ + (a + l₁) ε̇ + (l₂ + a l₁) ε = φᵀθ̃,
-/// φ = [−q̇, u, −sign q̇, 1]: the same equation as a correction l_p ε + l_d ε̇ of the acceleration
-/// gives. The gains are the identifier's own; b̂ is not in the equation, so no estimate can make it
-/// unstable. In this form (the innovations form of Ljung, System Identification, 2nd edition 1999,
-/// section 4.3) nothing is differentiated: the encoder's rounding enters the velocity only through
-/// l₂ ∫ε, not through l_d ε as in the other, and so disturbs stopping and breaking away far less.
+/// The servo is q̈ = −a q̇ + b u + d − c sign q̇. The error then obeys ε̈ + (a + l₁) ε̇ + (l₂ + a l₁) ε = φᵀθ̃, φ =
+/// [−q̇, u, −sign q̇, 1]. A correction l_p ε + l_d ε̇ of the acceleration gives the same equation. The gains are the
+/// identifier's own; b̂ is not in the equation, so no estimate can make it unstable. This is the innovations form
+/// (Ljung, System Identification, 2nd edition 1999, section 4.3), and nothing is differentiated. The encoder's rounding
+/// enters the velocity only through l₂ ∫ε, not through l_d ε as in the other form. So it disturbs stopping and breaking
+/// away far less.
 ///
 /// The optional terms of an [`UnknownSet`] act beside. Only ε and the velocity are kept, never a
 /// position, so no travel is too long for `f32`.
@@ -93,8 +93,8 @@ impl<N: Number> ObserverModel<N> {
         }
     }
 
-    /// [`ObserverModel::advance`] for a sample in which the model moves in one direction throughout,
-    /// as in most; none, and does nothing, if friction has more to say.
+    /// [`ObserverModel::advance`] for a sample in which the model moves in one direction throughout, as in most. None,
+    /// without any change, if friction stops or turns the model.
     #[inline]
     pub(crate) fn slide<S: UnknownSet<P>, const P: usize>(
         &mut self,

@@ -3,11 +3,11 @@ use crate::number::Number;
 use crate::parameters::{Unknown, UnknownSet};
 use crate::unrolled::each;
 
-/// The motion of a [`ObserverModel`](super::ObserverModel) per unit of each of Q unknowns, the first P of them the
-/// those of a set: ∂q_e/∂θ and ∂v_e/∂θ.
+/// The sensitivities of an [`ObserverModel`](super::ObserverModel) to each of Q unknowns: ∂q_e/∂θ and ∂v_e/∂θ. The
+/// first P unknowns are those of a set.
 ///
-/// They are of first order in the sample time, which is enough: a tangent only gives a direction; the
-/// step that is taken is judged with the exact model.
+/// They are of first order in the sample time. This is enough, as a tangent only gives a direction. The exact model
+/// judges the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tangents<N, const Q: usize> {
     /// ∂q_e/∂θ.
@@ -101,8 +101,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
     }
 }
 
-/// The acceleration per unit of an unknown over a sample in which the model moved in one direction, on
-/// the whole.
+/// The acceleration per unit of an unknown over a sample. On the whole the model moved in one direction.
 #[inline]
 #[must_use]
 pub(crate) fn sensitivity<N: Number>(

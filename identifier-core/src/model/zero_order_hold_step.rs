@@ -9,14 +9,14 @@ const MAX_TERMS: usize = 6;
 ///
 /// In machine units, with x = a T, the motion over a time τ (in samples) from velocity v is
 ///
-/// h₂ = (xτ − 1 + e^(−xτ))/(xτ)², h₁ = (1 − e^(−xτ))/(xτ) = 1 − xτ h₂, and with A = w − x v:
-/// Δq = v τ + h₂ τ² A, v⁺ = v + h₁ τ A.
+/// h₂ = (xτ − 1 + e^(−xτ))/(xτ)² and h₁ = (1 − e^(−xτ))/(xτ) = 1 − xτ h₂.
 ///
-/// It is the closed form of the linear step written so that only h₂ needs a series and a small
-/// acceleration is not lost in a large velocity. The series ∑ (−xτ)ᵏ/(k + 2)! is cut after
-/// [`Number::SERIES_TERMS`]: in double precision after the fifth power, with a relative error below
-/// 10⁻⁸ for |xτ| ≤ 0.2 and 10⁻⁶ at the limit 0.5; in single precision after the fourth, which is below
-/// its rounding for |xτ| ≤ 0.15 and 2·10⁻⁵ at the limit.
+/// Δq = v τ + h₂ τ² A and v⁺ = v + h₁ τ A, with A = w − x v.
+///
+/// This is the closed form of the linear step. Only h₂ needs a series, and a large velocity does not hide a small
+/// acceleration. The series ∑ (−xτ)ᵏ/(k + 2)! is cut after [`Number::SERIES_TERMS`]. Double precision keeps the fifth
+/// power: the relative error is below 10⁻⁸ for |xτ| ≤ 0.2, and 10⁻⁶ at the limit 0.5. Single precision keeps the
+/// fourth: the error is below its rounding for |xτ| ≤ 0.15, and 2·10⁻⁵ at the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ZeroOrderHoldStep<N> {
     coefficients: [N; MAX_TERMS],

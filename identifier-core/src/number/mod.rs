@@ -12,9 +12,9 @@ use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// The arithmetic of the hot path.
 ///
-/// Everything that runs once a sample is written against this trait only: ring operations,
-/// comparison, and a sum that keeps small increments. Configuration is computed in `f64` and
-/// enters through [`Number::from_f64`] when a part is built, never in the loop.
+/// All code of a sample uses this trait only. It has ring operations, comparison, and a sum that keeps small
+/// increments. Configuration is computed in `f64` and enters through [`Number::from_f64`] when a part is built, never
+/// in the loop.
 pub trait Number:
     Copy
     + Debug
@@ -37,8 +37,8 @@ pub trait Number:
     const ONE: Self;
     /// The largest magnitude up to which every encoder count is represented exactly.
     const LARGEST_EXACT_COUNT: i64;
-    /// The same bound as a number: the largest error or increment that a loop accepts, and the
-    /// largest output error it lets its model run up.
+    /// The same bound as a number. It is the largest error or increment that a loop accepts, and the largest output
+    /// error of its model.
     const REACH: Self;
     /// Terms of the series of a zero-order-hold step of the model that the format resolves, at most 6.
     const SERIES_TERMS: usize;
@@ -68,9 +68,8 @@ pub trait Number:
     /// The whole part, towards zero; for values within ±2³¹.
     fn whole(self) -> i32;
 
-    /// sin x and cos x, without a platform's libm, so that every machine computes the same bits; in
-    /// `f32` with an error of up to 1.2·10⁻³ within 200 revolutions, beyond them more as the angle itself
-    /// is rounded.
+    /// sin x and cos x, without a platform's libm, so that every machine computes the same bits. In `f32` the error is
+    /// up to 1.2·10⁻³ within 200 revolutions. Beyond them it is larger, as the angle itself is rounded.
     fn sine_cosine(self) -> (Self, Self);
 
     /// The value moved into `[low, high]`.
@@ -152,8 +151,8 @@ impl Number for f32 {
         self.abs()
     }
 
-    /// Three Newton steps r ← r (2 − x r) from the exponent-negating integer guess, whose error
-    /// of at most 12 % they square to 1.5 %, 2·10⁻⁴ and below 10⁻⁷.
+    /// Three Newton steps r ← r (2 − x r) from the exponent-negating integer guess. They square its error of at most 12
+    /// % to 1.5 %, 2·10⁻⁴ and below 10⁻⁷.
     #[inline]
     fn reciprocal(self) -> Self {
         /// Negates the exponent and halves the worst error of the mantissa's straight line
@@ -164,8 +163,8 @@ impl Number for f32 {
         r
     }
 
-    /// Three Newton steps r ← r (3 − x r²)/2 from the guess that halves and negates the exponent, whose error of at
-    /// most 3.5 % they take to 0.2 %, 5·10⁻⁶ and rounding: a root by software takes five times as long.
+    /// Three Newton steps r ← r (3 − x r²)/2 from the guess that halves and negates the exponent. They reduce its error
+    /// of at most 3.5 % to 0.2 %, 5·10⁻⁶ and rounding. A root by software takes five times as long.
     #[inline]
     fn reciprocal_root(self) -> Self {
         /// (C. Lomont, "Fast inverse square root", 2003)

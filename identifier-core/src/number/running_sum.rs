@@ -31,9 +31,9 @@ impl RunningSum<Self> for f64 {
 
 /// A compensated sum: the rounding error of each addition is carried into the next.
 ///
-/// Kahan, "Further remarks on reducing truncation errors", Communications of the ACM 8(1), 1965.
-/// In `f32` an increment below 3·10⁻⁸ of the sum would otherwise vanish; estimates and integrals
-/// of a fast loop move by less than that at every sample.
+/// Kahan, "Further remarks on reducing truncation errors", Communications of the ACM 8(1), 1965. In
+/// `f32` an increment below 3·10⁻⁸ of the sum would otherwise vanish. Estimates and integrals of a
+/// fast loop move by less than that at every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compensated<N> {
     sum: N,

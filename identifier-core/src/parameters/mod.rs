@@ -1,5 +1,5 @@
-//! The unknowns of the servo: its four parameters and the sizes of optional effects, their values and
-//! units, and the sets of them that models have.
+//! The unknowns of the servo: its four parameters and the sizes of optional effects. Also their values, their units,
+//! and the sets of them that models have.
 
 mod identified_servo;
 mod model_parameters;

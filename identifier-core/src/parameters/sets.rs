@@ -54,8 +54,7 @@ impl ParameterSet<AB_COULOMB_LOAD> for Unknowns<AB_COULOMB_LOAD> {
     const HAS_COULOMB: bool = true;
 }
 
-/// The P unknowns of a model, optional terms included, as a type, so that a term that a model does not
-/// have costs nothing.
+/// The P unknowns of a model, optional terms included, as a type. So a term that a model does not have costs nothing.
 ///
 /// A set begins with a and b, and the load, if it is one of them, comes last.
 pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {

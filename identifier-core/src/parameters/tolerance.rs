@@ -5,11 +5,13 @@ use super::{Quantity, Unknown};
 /// The tolerance of an unknown: a part of itself, or of the quantity that it acts beside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// Of b: without it a servo does not move, so that it is judged by itself alone.
+    /// Tolerance of b. A servo without it does not move, so only b itself is the reference.
     pub gain: f64,
-    /// Of friction, load and other forces: of itself, and of the acceleration that the command gives.
+    /// Tolerance of friction, load and other forces. One part is of itself, the other of the acceleration by the
+    /// command.
     pub force: [f64; 2],
-    /// Of a, of asymmetry and of all that is no force: of itself, and of the quantity that it acts beside.
+    /// Tolerance of a, of asymmetry and of every unknown that is no force. One part is of itself, the other of the
+    /// quantity that it acts beside.
     pub other: [f64; 2],
 }
 
@@ -21,7 +23,7 @@ impl Tolerance {
         other: [0.05, 0.01],
     };
 
-    /// An estimate nearer to zero than this part of the quantity that it acts beside is at no bound: friction is never
+    /// An estimate nearer to zero than this part of the quantity that it acts beside is at no bound. Friction is never
     /// negative.
     pub const ZERO_SHARE: f64 = 0.002;
 

@@ -22,7 +22,8 @@ struct Row {
 #[derive(Clone, Copy)]
 enum Role {
     Parameter(Parameter),
-    /// The size of a term: its usual share of what it is beside, and the part of the model that it changes.
+    /// The size of a term: its usual share of the quantity that it acts beside, and the part of the model that it
+    /// changes.
     Size(Term, f64, Changed),
 }
 
@@ -136,8 +137,7 @@ impl Unknown {
         }
     }
 
-    /// The usual size of a term, from the sizes that a share makes of what it is beside; zero for a
-    /// parameter.
+    /// The usual size of a term, from the sizes that a share makes of the quantities beside it. Zero for a parameter.
     pub(crate) fn usual_size<N: Number>(self, sizes: impl FnOnce(N) -> UsualSizes<N>) -> N {
         let Role::Size(_, share, changed) = self.row().role else {
             return N::ZERO;

@@ -11,16 +11,16 @@ use crate::stability::PlantBox;
 use crate::units::Units;
 
 impl Settings {
-    /// The automatic Γ for the parameters of the set S in the loop of these settings with the velocity
-    /// estimate V: from the box, or without one the servo of the initial estimates, the reference, of
-    /// which `samples` are played, and the sample time. It is over a, b, Coulomb friction and load, with
-    /// one on the diagonal for a parameter that S does not have.
+    /// The automatic Γ for the parameters of the set S, in the loop of these settings with the velocity estimate V. It
+    /// follows from the parameter range, or without one from the servo of the initial estimates. It also follows from
+    /// the sample time and the reference, of which `samples` are played. It is over a, b, Coulomb friction and load.
+    /// The diagonal is one for a parameter that S does not have.
     ///
     /// A loop that another controller closes is taken to be like the correction's.
     ///
     /// # Errors
-    /// A setting that is not allowed, or is missing; [`GainError`] if the reference leaves a servo of the
-    /// box at rest, or the loop around one is unstable.
+    /// A setting that is not allowed, or is missing. [`GainError`] if the reference leaves a servo of the parameter
+    /// range at rest, or the loop around one is unstable.
     pub fn automatic_gamma<V, S, const P: usize>(
         &self,
         reference: &impl Excitation<f64>,
@@ -66,10 +66,11 @@ fn corners(range: &PlantBox) -> [(f64, f64); 4] {
     ]
 }
 
-/// The Γ of a loop whose reference is not known: its command is taken to be an eighth of the limit in the root mean
-/// square, at the loop's natural frequency ω = √(b k_p), where b u = ω q̇.
+/// The Γ of a loop whose reference is not known. Its command is assumed to have an eighth of the limit in the root mean
+/// square. It is at the loop's natural frequency ω = √(b k_p), where b u = ω q̇.
 ///
-/// A larger share learns slowly from a small motion; a smaller one disturbs the estimates of a servo that runs at its limit.
+/// A larger share learns slowly from a small motion. A smaller one disturbs the estimates of a servo that runs at its
+/// limit.
 ///
 /// # Errors
 /// See [`GainError`].
@@ -92,16 +93,15 @@ pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
 /// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
 const STRENGTH: f64 = 1.0;
 
-/// The automatic Γ for the parameters of a set, SI, from the second moments of the regressor (9), E q̇² and E u², at the
-/// corners of a box.
+/// The automatic Γ for the parameters of a set, SI. It follows from the second moments of the regressor (9), E q̇² and
+/// E u², at the corners of a parameter range.
 ///
-/// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates ask for
-///   Γ_a/Γ_b = E u²/E q̇², and Γ_c/Γ_b = E u² for friction and load; the smallest such ratio of the
-///   corners is taken, since a Γ_a too large in proportion to Γ_b makes â oscillate (one too small
-///   only makes it slower).
-/// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ
-///   reaches [`STRENGTH`] times that bound at the corner where it is smallest: the
-///   guard then sets the pace in the transients, where the information is.
+/// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates require Γ_a/Γ_b = E u²/E q̇²,
+///   and Γ_c/Γ_b = E u² for friction and load. The smallest such ratio of the corners is used. A Γ_a too large in
+///   proportion to Γ_b makes â oscillate; one too small only makes it slower.
+/// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ reaches [`STRENGTH`]
+///   times that bound at the corner where it is smallest. The guard then limits the rate in the transients, which carry
+///   the information.
 ///
 /// # Errors
 /// No Γ follows from a servo at rest or a loop that is unstable.

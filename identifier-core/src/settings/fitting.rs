@@ -45,8 +45,8 @@ impl<'a> Listening<'a> {
         Ok(N::from_f64(longest))
     }
 
-    /// The fitter's configuration for the parameters that a model `has`: machine units, at most `places` blocks; `time`
-    /// is the default time span of a fit, s.
+    /// The fitter's configuration for the parameters that a model `has`, in machine units. A record has at most
+    /// `places` blocks; `time` is the default time span of a fit, s.
     pub(super) fn fitter(
         &self,
         has: impl Fn(Parameter) -> bool,
@@ -92,8 +92,8 @@ impl<'a> Listening<'a> {
         Ok(config)
     }
 
-    /// The bounds of a parameter, SI: those given, or those of arithmetic and physics (a, b and c are
-    /// not negative), never a multiple of an initial value.
+    /// The bounds of a parameter, SI. They are those given, or those of arithmetic and physics (a, b and c are not
+    /// negative). They are never a multiple of an initial value.
     fn bounds(&self, parameter: Parameter) -> Result<[f64; 2], SettingsError> {
         let (allowed, name, _) = allowed(parameter, &self.units);
         let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / self.units.rate();

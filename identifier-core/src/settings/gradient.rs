@@ -43,8 +43,8 @@ pub(crate) enum Decay {
     PerGain(f64),
 }
 
-/// The largest b̂, ĉ and |d̂|, SI: far beyond any servo, and small enough that the model loop stays
-/// in the range of single precision.
+/// The largest b̂, ĉ and |d̂|, SI. They are far beyond any servo, and keep the model loop in the range of single
+/// precision.
 pub(crate) const LARGEST: f64 = 1e9;
 
 /// The smallest b̂, SI, where no bound is given.
@@ -163,8 +163,8 @@ where
     S: ParameterSet<P>,
 {
     /// # Errors
-    /// See [`SettingsError`]: ranges by name, the certificate's inequality, the servo of the box
-    /// whose sampled loop is unstable, or the estimate whose sampled correction is.
+    /// See [`SettingsError`]. It names ranges, the certificate's inequality, the servo of the parameter range whose
+    /// sampled loop is unstable, or the estimate whose sampled correction is.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = settings.velocity::<N, V>()?;
         let plan = GradientPlan::<P>::new::<S>(settings, &velocity.transfer())?;

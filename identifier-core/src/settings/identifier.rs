@@ -20,9 +20,9 @@ pub struct IdentifierSettings {
     pub noise: Option<f64>,
     /// Where the true servo may lie, to be certified. None: nothing is certified.
     pub plant_box: Option<BoxSettings>,
-    /// Γ of the gradient law, symmetric positive definite over a, b, Coulomb friction and load in
-    /// this order; only the rows and columns of the model's parameters count. None: chosen from box, gains and the limit
-    /// of the controller, which then has to be stated.
+    /// Γ of the gradient estimator, symmetric positive definite over a, b, Coulomb friction and load in this order.
+    /// Only the rows and columns of the model's parameters count. None: chosen from parameter range, gains and the
+    /// limit of the controller, which must then be stated.
     pub gamma: Option<[[f64; 4]; 4]>,
     /// μ of the gradient law, 1/s. None: chosen from gains and box.
     pub mu: Option<f64>,
@@ -65,8 +65,8 @@ pub struct TermSettings {
     pub low_speed_velocity: Option<f64>,
     /// The order N of the ripple: periods to a revolution.
     pub ripple_order: Option<f64>,
-    /// The angle after which gravity and ripple repeat, rad: 2π on a motor's shaft; a pole pitch in m
-    /// over which a linear motor's ripple of order one repeats.
+    /// The angle after which gravity and ripple repeat, rad. It is 2π on a motor's shaft. For a linear motor it is the
+    /// pole pitch in m over which the ripple of order one repeats.
     pub revolution: f64,
 }
 

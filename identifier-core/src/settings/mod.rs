@@ -178,8 +178,8 @@ impl ControllerSettings {
 }
 
 impl Settings {
-    /// Part of the sample rate that the default cut-off of a low-pass velocity estimate is: 500 rad/s
-    /// at 1 kHz, as in the paper's experiment.
+    /// The default cut-off of a low-pass velocity estimate over the sample rate: 500 rad/s at 1 kHz, as in the paper's
+    /// experiment.
     const CUTOFF: f64 = 0.5;
 
     /// Settings for a sample time (s) and an encoder's counts per revolution after fourfold
@@ -252,8 +252,8 @@ impl Settings {
         })
     }
 
-    /// The gains of the gradient's correction in command form: those stated, or the controller's, or,
-    /// where the identifier listens to another controller, gains that follow from box and bandwidth.
+    /// The gains of the gradient's correction in command form: those stated, or the controller's. If the identifier
+    /// listens to another controller, they follow from parameter range and bandwidth.
     ///
     /// # Errors
     /// A gain out of range; [`SettingsError::NotGiven`] if there is nothing that they follow from.
@@ -265,8 +265,8 @@ impl Settings {
         }
     }
 
-    /// For the servo in the middle of the box both fast poles of the error loop at −ω and a slow one
-    /// near −ω/20 for the integral, which takes the load: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20.
+    /// The gains for the servo in the middle of the parameter range: k_p = ω²/b, k_d = 2ω/b, k_i = k_p ω/20. Both fast
+    /// poles of the error loop are at −ω. A slow one near −ω/20 is for the integral, which takes the load.
     fn chosen_correction(&self) -> Result<Gains, SettingsError> {
         /// Part of ω at which the integral acts.
         const INTEGRAL: f64 = 0.05;
@@ -281,8 +281,8 @@ impl Settings {
         Ok(Gains::new(kp, 2.0 * omega / b, INTEGRAL * omega * kp)?)
     }
 
-    /// Bandwidth of the correction, rad/s: the one stated, or a twentieth of the sample rate, which is
-    /// what position loops are commonly sampled at.
+    /// Bandwidth of the correction, rad/s: the one stated, or a twentieth of the sample rate. This is the usual ratio
+    /// for position loops.
     pub(crate) fn bandwidth(&self) -> Result<f64, OutOfRange> {
         /// Part of the sample rate.
         const COMMON: f64 = 0.05;

@@ -1,17 +1,15 @@
 //! The stability certificate (14) for a whole box of servos, and the automatic μ.
 //!
-//! With the storage function (10), Ḣ₁ ≤ y v − (α/2) y² holds exactly when μ ≤ α/2 and
-//! k_p ≥ k_i/μ + α μ/(2b), where α = a + b k_d; the paper's other inequalities follow from these
-//! two. α/b = k_d + a/b, so both are monotonic in a and in b, and the worst corner of the box
-//! decides:
+//! The storage function is (10), and α = a + b k_d. Ḣ₁ ≤ y v − (α/2) y² holds exactly when μ ≤ α/2 and k_p ≥ k_i/μ + α
+//! μ/(2b). The paper's other inequalities follow from these two. As α/b = k_d + a/b, both are monotonic in a and in b.
+//! So the worst corner of the parameter range decides:
 //!
 //! 1. 0 < μ < (a_min + b_min k_d)/2
 //! 2. k_p > k_i/μ + μ (k_d + a_max/b_min)/2
 //!
-//! It concerns only the error between servo and model, which does not depend on the controller
-//! (`ModelLoop`): k_p, k_d and k_i are the gains of the *correction*, and
-//! the certificate holds with any controller that keeps the servo bounded, whether it saturates or
-//! not.
+//! It concerns only the error between servo and model, which does not depend on the controller (`ModelLoop`). k_p, k_d
+//! and k_i are the gains of the *correction*. The certificate holds with any controller that keeps the servo bounded,
+//! saturated or not.
 //!
 //! It is a statement about continuous time. The loss by sampling is checked by
 //! [`SampledLoop`](super::SampledLoop), and of the guard in
@@ -180,9 +178,8 @@ fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 
 
 /// The μ that asks the least of k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
 ///
-/// Without integral action a small μ costs nothing and brings nothing: μ is then half of what 2.
-/// allows, below the limit of 1. The larger it is, the more the position and the less its derivative,
-/// with the encoder's noise, decides.
+/// Without integral action a small μ has no cost and no benefit. μ is then half of what 2. allows, and below
+/// the limit of 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
 #[must_use]
 pub(crate) fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
     /// Distance kept from the limit of 1.

@@ -1,13 +1,13 @@
 //! The characteristic polynomial of the sampled loop: exact, and linear in the servo's b.
 //!
-//! The servo held over a sample is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)) with δ = z − 1, x = a T, h₁ and h₂ as
-//! in [`ZeroOrderHoldStep`](crate::model::ZeroOrderHoldStep); the velocity filter on the increment is n(z) δ/(z (z − p));
-//! the integral is 1/δ, and without integral action that factor cancels.
+//! The servo with its hold is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)). Here δ = z − 1 and x = a T; h₁ and h₂ are those of
+//! [`ZeroOrderHoldStep`](crate::model::ZeroOrderHoldStep). The velocity filter on the increment is n(z) δ/(z (z − p)).
+//! The integral is 1/δ; without integral action that factor cancels.
 //!
-//! Tustin's w, with z = (1 + w)/(1 − w), maps the unit circle onto the left half plane. Every factor of
-//! the polynomial is linear in δ and so in w, once it is multiplied by 1 − w: z becomes 1 + w, δ
-//! becomes 2 w, and c + l δ becomes c + (2 l − c) w. The polynomial is therefore multiplied out in w;
-//! at high rates its roots crowd at w = 0, and only their distance from there carries digits.
+//! Tustin's w, with z = (1 + w)/(1 − w), maps the unit circle onto the left half plane. Every factor of the polynomial
+//! is linear in δ, and so in w once it is multiplied by 1 − w. z becomes 1 + w, δ becomes 2 w, and c + l δ becomes c +
+//! (2 l − c) w. The polynomial is therefore multiplied out in w. At high rates its roots crowd at w = 0, and only their
+//! distance from there carries digits.
 
 use super::hurwitz::{DEGREE, Polynomial};
 use crate::control::Gains;
@@ -19,8 +19,7 @@ use crate::units::Units;
 pub(super) struct ControllerPolynomials {
     /// The factor of the servo's pole: z δ (z − p), with integral action times δ.
     poles: Part,
-    /// The factor of the servo's zero: T² times the controller's numerator, and the 1 − w that makes
-    /// up for the servo's missing zero.
+    /// The factor of the servo's zero: T² times the controller's numerator, times 1 − w for the servo's missing zero.
     zeros: Part,
     degree: usize,
     /// The sample time T, s.

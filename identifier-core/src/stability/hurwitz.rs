@@ -1,19 +1,18 @@
 //! When a polynomial is Hurwitz (all its roots in the left half plane), and when every mixture of two
 //! is.
 //!
-//! A polynomial p₀ + p₁ w + … + pₙ wⁿ of degree five is Hurwitz exactly when all pₖ are positive and
-//! with them the Hurwitz determinants of even order (Liénard and Chipart, 1914):
+//! Let p₀ + p₁ w + … + pₙ wⁿ be a polynomial of degree five. It is Hurwitz exactly when all pₖ and the Hurwitz
+//! determinants of even order are positive (Liénard and Chipart, 1914):
 //!
 //! Δ₂ = p₄ p₃ − p₅ p₂, Δ₄ = Δ₂ (p₂ p₁ − p₃ p₀) − (p₄ p₁ − p₅ p₀)²
 //!
 //! With p₅ = 0 these are p₄ Δ₁ and p₄ Δ₃ of degree four, so that one formula serves both.
 //!
-//! On the way from one Hurwitz polynomial to another, a root that leaves the half plane passes zero,
-//! where p₀ = 0, infinity, where pₙ = 0, or the imaginary axis as one of a pair, where Δₙ₋₁ = 0
-//! (Orlando, 1911). For the mixtures s u + t v, s and t not negative, pₖ is linear and Δₙ₋₁ a form of
-//! the fourth degree in s and t. If u is Hurwitz and all coefficients of these are positive, no mixture
-//! loses a root, and all are Hurwitz: no polynomial between u and v has to be looked at. The
-//! coefficients are, up to binomials, those of Bernstein's basis.
+//! Consider a path from one Hurwitz polynomial to another. A root can leave the half plane through zero, where p₀ = 0,
+//! or through infinity, where pₙ = 0. A pair can leave through the imaginary axis, where Δₙ₋₁ = 0 (Orlando, 1911). For
+//! the mixtures s u + t v, s and t not negative, pₖ is linear in s and t. Δₙ₋₁ is a form of the fourth degree in them.
+//! If u is Hurwitz and all coefficients of these are positive, no mixture loses a root. All mixtures are then Hurwitz,
+//! and none has to be tested. The coefficients are, up to binomials, those of Bernstein's basis.
 
 /// The largest degree.
 pub(super) const DEGREE: usize = 5;
@@ -38,8 +37,8 @@ impl Polynomial {
             && second * (p2 * p1 - p3 * p0) > cross * cross
     }
 
-    /// True if every convex combination of this polynomial, which is Hurwitz, with another of the same
-    /// degree is proved to be Hurwitz, the other included. False proves nothing.
+    /// True if every convex combination with another polynomial of the same degree is proved to be Hurwitz, the other
+    /// included. This polynomial must be Hurwitz. False proves nothing.
     pub(super) fn stays_hurwitz_up_to(&self, other: &Self) -> bool {
         if !other.has_positive_coefficients() {
             return false;

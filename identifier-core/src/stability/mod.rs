@@ -1,6 +1,6 @@
 //! Certificates of stability before the first sample.
 //!
-//! [`Certificate`] proves the continuous-time loop stable for a whole box of servos;
+//! [`Certificate`] proves the continuous-time loop stable for a whole parameter range.
 //! [`SampledLoop`] checks stability with sampling, hold and velocity filter.
 
 mod certificate;

@@ -1,17 +1,15 @@
 //! The stability lost by sampling: the poles of the sampled loop over the box.
 //!
-//! The certificate is about continuous time. The loop that runs holds its command for a sample,
-//! filters its velocity and sums its integral; too long a sample or too slow a filter makes it
-//! unstable however well (14) holds. Here its characteristic polynomial, exact for the sampled
-//! loop, is tested for roots inside the unit circle on a grid over the box, ends included (geometric
-//! in b, as the gain acts).
+//! The certificate is about continuous time. The loop that runs holds its command for a sample, filters its velocity
+//! and sums its integral. Too long a sample or too slow a filter makes it unstable however well (14) holds. The test is
+//! that all roots of the exact characteristic polynomial lie inside the unit circle. It is made on a grid over the
+//! parameter range, ends included. The grid is geometric in b, as b acts as a gain.
 //!
-//! The polynomial is linear in b. Along a line of one a one proof covers a stretch of the grid, all
-//! values between its points included; only where it does not go through is the stretch halved,
-//! and at last the point itself looked at. The verdict is that of the whole grid, but for rounding:
-//! where the two differ, b is within 10⁻¹¹ of itself of where the loop becomes unstable
-//! (`cargo test -p identifier-core --test stability sampled_loop::`). From one a to the next nothing is proved; the
-//! roots move continuously, and the grid is fine.
+//! The polynomial is linear in b. Along a line of one a one proof covers a segment of the grid, all values between its
+//! points included. If the proof fails, the segment is halved, down to single points. The result is that of the whole
+//! grid, but for rounding. If the two differ, b is within 10⁻¹¹ (relative) of the stability limit (`cargo test -p
+//! identifier-core --test stability sampled_loop::`). From one a to the next nothing is proved; the roots move
+//! continuously, and the grid is fine.
 
 use core::fmt;
 
@@ -73,8 +71,8 @@ impl SampledLoop {
     /// Checks the sampled loop of every servo on a grid over the box.
     ///
     /// # Errors
-    /// The servo of the smallest b, and among these of the smallest a, whose loop has a root on or outside
-    /// the unit circle.
+    /// The servo whose loop has a root on or outside the unit circle. Among several it is that of the smallest b, then
+    /// of the smallest a.
     pub fn check(&self, plant_box: &PlantBox) -> Result<(), SampledLoopError> {
         let line = Line::between(plant_box.b().min(), plant_box.b().max());
         let mut points = GRID;
@@ -96,13 +94,13 @@ impl SampledLoop {
         }
     }
 
-    /// The factor by which b_max could grow before the sampled loop of some servo on the grid becomes
-    /// unstable, at most twice [`SampledLoop::AMPLE_GAIN_MARGIN`].
+    /// The factor by which b_max could grow before the sampled loop of some servo on the grid becomes unstable. At most
+    /// twice [`SampledLoop::AMPLE_GAIN_MARGIN`].
     ///
-    /// A loop near its stability limit responds at frequencies where hold and filter delay the output
-    /// error so far that (11) is no longer passive: the estimates can then wander although the loop is
-    /// stable. With an ample margin none of 300 random certified loops does under a Γ from a tenth of to
-    /// ten times the automatic one; below it some do (`cargo test --test integration certificate::`).
+    /// A loop near its stability limit responds at high frequencies. There hold and filter delay the output error so
+    /// far that (11) is no longer passive. The estimates can then wander although the loop is stable. With an ample
+    /// margin this happens to none of 300 random certified loops, under a Γ from a tenth of to ten times the automatic
+    /// one. Below that margin it happens to some (`cargo test --test integration certificate::`).
     #[must_use]
     pub fn gain_margin(&self, plant_box: &PlantBox) -> f64 {
         /// Ratio of successive factors.
@@ -119,9 +117,9 @@ impl SampledLoop {
         raised(1.0, STEP, steps)
     }
 
-    /// The largest b̂ of the correction in command form where no bound is given: a factor
-    /// [`SampledLoop::AMPLE_GAIN_MARGIN`] below where the sampled correction becomes unstable, but the largest b that
-    /// the servo may have, `nominal`, at least.
+    /// The largest b̂ of the correction in command form if no bound is given. It is a factor
+    /// [`SampledLoop::AMPLE_GAIN_MARGIN`] below the stability limit of the sampled correction. It is not less than
+    /// `nominal`, the largest b that the servo may have.
     #[must_use]
     pub fn most_gain(&self, nominal: f64) -> f64 {
         /// Ratio of successive values.
@@ -138,10 +136,9 @@ impl SampledLoop {
 
     /// Checks the sampled correction in command form for the largest estimates b̂, from `from` to `to`.
     ///
-    /// The output error obeys the same equation as the loop of a servo with the parameters of the
-    /// *estimate* under a PID with the correction's gains, so what sampling asks of the loop over the
-    /// servo's box it asks of the correction over what the estimates may be. Only large b̂ make it
-    /// unstable by sampling.
+    /// The output error obeys the equation of a servo with the parameters of the *estimate*, under a PID with the
+    /// correction's gains. So the correction must be stable over the range of the estimates, as the loop over the
+    /// servo's parameter range. Only large b̂ make it unstable by sampling.
     ///
     /// # Errors
     /// The smallest b̂ on a geometric grid whose correction is unstable.
@@ -197,8 +194,8 @@ fn grid(a: Interval) -> impl Iterator<Item = f64> {
     (0..GRID).map(step)
 }
 
-/// `value` · `ratio`^`steps`: the power is made in steps, so that a result does not depend on the way that
-/// it was searched.
+/// `value` · `ratio`^`steps`. The power is computed step by step, so that a result does not depend on the order of the
+/// search.
 fn raised(value: f64, ratio: f64, steps: u32) -> f64 {
     (0..steps).fold(value, |value, _| value * ratio)
 }
@@ -260,8 +257,8 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// Both ends are Hurwitz, and what lies between them is not all: no loop around a servo is known
-    /// that is so, and the search must not depend on it.
+    /// Both ends are Hurwitz, but not everything between them. No loop around a servo is known that behaves so, and the
+    /// search must not rely on it.
     #[test]
     fn an_island_is_found_as_point_by_point() {
         let from = [1.0, 0.25, 2.51, 0.2, 1.0, 0.0];

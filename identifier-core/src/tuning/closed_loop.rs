@@ -1,5 +1,5 @@
-//! The loop of a design, sample by sample: the controller that will run, the exact servo with friction and
-//! delay, the mode of its second mass if it has one, the encoder.
+//! The loop of a design, sample by sample. It consists of the controller that will run, the exact servo with friction
+//! and delay, and the encoder. The servo may have the mode of a second mass.
 //!
 //! The holding command is left out on both sides: a command is the excess over it.
 
@@ -139,13 +139,14 @@ impl ClosedLoop {
         })
     }
 
-    /// The notch of a design; at a multiple of the sample time none where it is too high to make a difference.
+    /// The notch of a design. At a multiple of the sample time there is none if its frequency is too high to make a
+    /// difference.
     fn notch(design: &Design, units: &Units) -> Notch<f64> {
         Notch::new(units, design.notch).unwrap_or(Notch::NONE)
     }
 
-    /// The highest cut-off of a loop at a multiple of the sample time: where the loop is that slow, one
-    /// that is higher makes no difference.
+    /// The highest cut-off of a loop at a multiple of the sample time. In so slow a loop a higher one makes no
+    /// difference.
     fn most_cutoff(multiplied: f64, sample_time: f64) -> f64 {
         if multiplied > sample_time {
             2.0 / multiplied
@@ -260,9 +261,9 @@ impl Iterator for PredictedStep {
     }
 }
 
-/// Samples that are computed as one. A loop that is slow against its sampling is computed at a multiple
-/// of the sample time, at which the hold still takes little more than 1 % of 1/ω: the response does not change,
-/// and the time to compute it is bounded.
+/// Samples that are computed as one. A loop that is slow against its sampling is computed at a multiple of the sample
+/// time. Its hold is still little more than 1 % of 1/ω. So the response does not change, and the time to compute it is
+/// bounded.
 fn multiple(bandwidth: f64, servo: &PossibleServo, sample_time: f64) -> f64 {
     /// The longest sample, as a part of 1/ω.
     const MAX_SAMPLE: f64 = 0.025;

@@ -1,8 +1,8 @@
 //! The reference model along which a feed-forward leads a servo.
 //!
-//! With all three poles at −ω_m its step of one is 1 − e^(−x) (1 + x + x²/2), x = ω_m t, with the velocity
-//! ω_m e^(−x) x²/2 and the acceleration ω_m² e^(−x) (x − x²/2): both begin at zero, so that a delay in the loop makes little of the step
-//! an error.
+//! All three poles lie at −ω_m. With x = ω_m t its step of one is 1 − e^(−x) (1 + x + x²/2). The velocity is ω_m e^(−x)
+//! x²/2, the acceleration ω_m² e^(−x) (x − x²/2). Both begin at zero, so a delay in the loop turns little of the step
+//! into an error.
 
 use super::TuningSettings;
 use super::possible_servos::PossibleServo;
@@ -22,15 +22,16 @@ pub(super) struct Lead {
 }
 
 impl Lead {
-    /// The largest ω_m over ω. Faster, a servo with the delay that its margins allow overshoots by more than 3 %, since the PID
-    /// takes the delay for an error.
+    /// The largest ω_m over ω. Above it, a servo with the delay that its margins allow overshoots by more than 3 %. The
+    /// PID responds to the delay as to an error.
     const MAX_BANDWIDTHS: f64 = 3.0;
 
     /// The part of the command that the feed-forward may take. The rest is for what the PID has to correct.
     const COMMAND: f64 = 0.9;
 
-    /// The largest Coulomb friction over ω² times the step. Where the integral holds it from a motion before, the feed-forward
-    /// pushes for a second time, and the servo yields to that by 0.4/ω²: by 2 % of the step.
+    /// The largest Coulomb friction over ω² times the step. After an earlier motion the integral may already balance
+    /// friction. The feed-forward then compensates it a second time. This displaces the servo by 0.4/ω² times the
+    /// friction: by 2 % of the step.
     const COULOMB: f64 = 0.05;
 
     /// The part of the filter's rise time that the model may take at most; above it nothing is gained.
@@ -39,7 +40,8 @@ impl Lead {
     /// The time from 10 to 90 % of the model's step, times ω_m.
     const RISE: f64 = 4.22;
 
-    /// The part of the step that is left where friction is no longer compensated in full, as within this it has settled.
+    /// The remaining part of the step within which friction is no longer compensated in full. Within this part the
+    /// servo has settled.
     const SETTLED: f64 = 0.02;
 
     /// Halvings of the range of ω_m, in which the largest is found to 0.02 %.
@@ -62,8 +64,8 @@ impl Lead {
         }
     }
 
-    /// The feed-forward beside a loop of a bandwidth ω (rad/s) whose step rises in a time (s) without; none where that would
-    /// not rise faster, or friction is too large to be compensated whatever the integral holds.
+    /// The feed-forward for a loop of a bandwidth ω (rad/s) whose step without it has a rise time `rise` (s). None if
+    /// the step would not rise faster. None if friction is too large to be compensated whatever the integral holds.
     pub(super) fn along(&self, bandwidth: f64, rise: f64) -> Option<FeedForwardSettings> {
         let slowest = Self::RISE / (Self::WORTHWHILE * rise);
         let fastest = Self::MAX_BANDWIDTHS * bandwidth;
@@ -112,8 +114,8 @@ impl FeedForwardSettings {
         self.acceleration * peak_acceleration(self.bandwidth, self.velocity / self.acceleration)
     }
 
-    /// The largest speed of a step of the reference, over the step, 1/s: 2 e⁻² ω_m, and an eighth more for servos at the corners
-    /// of the uncertainty.
+    /// The largest speed of a step of the reference, over the step, 1/s. It is 2 e⁻² ω_m, and an eighth more for servos
+    /// at the corners of the uncertainty.
     pub(super) fn speed_of_step(&self) -> f64 {
         0.305 * self.bandwidth
     }

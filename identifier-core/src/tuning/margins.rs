@@ -1,16 +1,16 @@
 //! Margins and stability of a loop, from one walk along its frequency response.
 //!
-//! The loop opened has no pole outside the unit circle, and two at z = 1, or three where a = 0. Its
-//! characteristic function D = open + forward, of degree N, has no root outside if and only if its argument
-//! grows by N π from z = 1 to z = −1 (the principle of the argument; Mikhailov's criterion in discrete
-//! time). As open's argument is known, that is a condition on 1 + L: counted from where D is still real and
-//! positive, L must cross the real axis left of −1 upwards in phase once, if it begins with Im L > 0, and
-//! not at all otherwise, crossings the other way subtracted.
+//! The open loop has no pole outside the unit circle. At z = 1 it has two, or three if a = 0. D = open + forward is its
+//! characteristic function, of degree N. D has no root outside if and only if its argument grows by N π from z = 1 to z
+//! = −1. This is the principle of the argument, or Mikhailov's criterion in discrete time. The argument of `open` is
+//! known, so this is a condition on 1 + L. Count the crossings of L over the real axis left of −1, upwards in phase,
+//! less those the other way. Begin where D is still real and positive. The count must be one if L begins with Im L > 0,
+//! and zero otherwise.
 //!
-//! No root is overlooked between two points: they are so close that L moves by less than three quarters of
-//! its distance from −1. The walk begins where D has not moved by half of its value at z = 1, and ends
-//! where |L| is so small that it encircles nothing any more. Where the servo resonates the points are as close as the
-//! resonance is narrow, L moves by less than a third of its distance, and the walk ends beyond the resonance.
+//! No root is missed between two points: L moves by less than three quarters of its distance from −1. The walk begins
+//! where D has not moved by half of its value at z = 1. It ends where |L| is so small that it can encircle nothing. At
+//! a resonance the points are as close as the resonance is narrow. L then moves by less than a third of its distance,
+//! and the walk ends beyond the resonance.
 
 use super::sampled_response::SampledResponse;
 use crate::number::Complex;
@@ -93,8 +93,8 @@ impl Walk {
     /// The ν at which it ends at last; z is then −1 but for 2 %.
     const LAST: f64 = 100.0;
 
-    /// The part of its distance from −1 by which L may move between two points where the servo resonates: the distance
-    /// between them is then known to 2 %.
+    /// The part of its distance from −1 by which L may move between two points at a resonance. The distance between
+    /// them is then known to 2 %.
     const RESONANT_MOVE: f64 = 0.3;
 
     /// The next point near a resonance, as a part of the distance to it and of its width.
@@ -298,7 +298,7 @@ mod tests {
         }
     }
 
-    /// The gains around two masses, at 1 kHz: the walk, and the largest |1/(1 + L)| of points that are close together.
+    /// The gains around two masses, at 1 kHz: the walk, and the largest |1/(1 + L)| on a dense grid of points.
     fn resonant(hertz: f64, damping: f64, ratio: f64) -> (Progress, f64) {
         let servo = PossibleServo {
             a: 0.0,

@@ -21,12 +21,13 @@ impl MeasuredLine {
     /// Relative deviation up to which a line is a measurement of the loop.
     const SURE: f64 = 0.4;
 
-    /// The largest gain that an uncertain line may add to the loop, and the loop gain that stays away from −1 at any phase.
+    /// The largest gain that an uncertain line may add to the loop. The second is the loop gain that stays away from −1
+    /// at any phase.
     const UNCERTAIN: f64 = 0.8;
     const FAR: f64 = 0.3;
 
-    /// The part of the gain crossover up to which an uncertain line is left to the model: friction and rounding
-    /// blur it, resonances show at higher ones.
+    /// The ratio to the gain crossover up to which the model replaces an uncertain line. Friction and rounding blur
+    /// such a line; resonances show at higher ones.
     const BELOW: f64 = 1.2;
 
     /// |S| of gains on this line and its standard deviation, |S|² |C| times that of the gain; none from half of the sampling
@@ -50,8 +51,8 @@ impl MeasuredLine {
         is_sure && sensitivity - CERTAIN * deviation > most
     }
 
-    /// True if a controller with a gain crossover (rad/s) keeps |1 + C G| from −1 on this line for a largest sensitivity, as far as the line is
-    /// known.
+    /// True if C G keeps the distance from −1 on this line that the largest sensitivity demands. The line counts as far
+    /// as it is known; `crossover` is the gain crossover (rad/s).
     pub(super) fn allows(&self, controller: Complex, crossover: f64, max_sensitivity: f64) -> bool {
         let size = libm::sqrt(self.gain.power());
         let gain = libm::sqrt(controller.power());
@@ -127,7 +128,7 @@ mod tests {
         assert!(!worst(0.5));
     }
 
-    /// b (1/s² + β/(s² + 2ζω₂s + ω₂²)) e^(−1.5 sT) at s = jω: the hold is half of a sample late, and the reading one.
+    /// b (1/s² + β/(s² + 2ζω₂s + ω₂²)) e^(−1.5 sT) at s = jω. The hold delays by half of a sample, the reading by one.
     fn two_masses(b: f64, mode: &Mode, omega: f64) -> Complex {
         let number = |re, im| Complex { re, im };
         let square = mode.frequency * mode.frequency - omega * omega;

@@ -1,10 +1,10 @@
 //! Gains from an identified servo, and their predicted performance.
 //!
-//! A bandwidth gives the gains by pole placement. They are allowed or refused by noise and
-//! largest command in closed form, and by the exact frequency response of the sampled loop with all its delay,
-//! for the identified servo and the corners of its confidence ellipsoid, and, where a response was measured, for servos
-//! with its resonance, on each of its lines and with a resonance that these show between them. The largest allowed
-//! bandwidth is found by bisection. The promise of the gains is the simulated behaviour of the same sampled loop.
+//! A bandwidth gives the gains by pole placement. Noise and largest command limit them in closed form. The exact
+//! frequency response of the sampled loop, with all its delay, limits them for the identified servo and for the corners
+//! of its confidence ellipsoid. A measured response limits them further: for servos with its resonance, on each of its
+//! lines, and with a resonance that may hide between lines. The largest allowed bandwidth is found by bisection. The
+//! predicted response is the simulated one of the same sampled loop.
 //!
 //! ```text
 //! goal ─► placement ─► margins of every possible servo ─► prediction ─► tuning

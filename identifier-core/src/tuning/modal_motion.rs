@@ -1,7 +1,7 @@
 //! The motion of a second mass's mode in time.
 //!
-//! With the pole s of the mode and the acceleration ÿ of both masses as one, which friction and command make together,
-//! ż = s z + ÿ, and the motor moves by β Im z/Im s beside both.
+//! s is the pole of the mode. ÿ is the acceleration of both masses as one, by friction and command. Then ż = s z + ÿ,
+//! and the motor is displaced from both masses by β Im z/Im s.
 
 use super::resonance::Mode;
 use crate::number::Complex;
@@ -40,8 +40,8 @@ impl ModalMotion {
         }
     }
 
-    /// The motor's distance from where both masses are as one, after a part of a sample with the change of their speed, rad per
-    /// part.
+    /// The motor's displacement from both masses as one, after a part of a sample. `change` is the change of their
+    /// speed, rad per part.
     pub(super) fn process(&mut self, part: usize, change: f64) -> f64 {
         if let Some(ModalPart { pole, driven }) = self.parts.get(part) {
             self.state = *pole * self.state + driven.scaled(change);

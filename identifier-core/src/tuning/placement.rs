@@ -1,21 +1,21 @@
 //! Gains from a bandwidth, by pole placement, and the conditions that need no frequency response.
 //!
-//! A mass without friction, q̈ = b u, gets the poles of a Butterworth filter: s³ + 2ω s² + 2ω² s + ω³, from
-//! b k_d = 2ω, b k_p = 2ω², b k_i = ω³. Its sensitivity s³/(s³ + 2ω s² + 2ω² s + ω³) is maximally flat: it nowhere exceeds
-//! one, and of all poles of magnitude ω none leaves less of a load at low frequency without a peak.
+//! A mass without friction, q̈ = b u, gets the poles of a Butterworth filter: s³ + 2ω s² + 2ω² s + ω³. Its gains follow
+//! from b k_d = 2ω, b k_p = 2ω², b k_i = ω³. Its sensitivity s³/(s³ + 2ω s² + 2ω² s + ω³) is maximally flat and nowhere
+//! exceeds one. Among poles of magnitude ω without a peak these reject a load at low frequency best.
 //!
 //! The same loop around a servo with friction, b/(s (s + a)), takes that controller times (s + a)/s. Without the second
 //! integral that this asks for,
 //!
 //! b k_d = 2ω, b k_p = 2ω (ω + a), b k_i = ω² (ω + 2a),
 //!
-//! with the characteristic polynomial s³ + (2ω + a) s² + 2ω (ω + a) s + ω² (ω + 2a): for a far above ω that of a
-//! Butterworth filter of second order, s² + 2ω s + 2ω², and a pole at −a. For a the least is taken that the servo may
-//! have: friction that turns out to be more only damps.
+//! with the characteristic polynomial s³ + (2ω + a) s² + 2ω (ω + a) s + ω² (ω + 2a). For a far above ω it tends to a
+//! Butterworth filter of second order, s² + 2ω s + 2ω², and a pole at −a. The a used is the least that the servo may
+//! have: more friction only damps.
 //!
-//! The zero of the integral would make a step of the reference overshoot. The filter of the reference, 1/(1 + s T_r) with
-//! T_r = 1.5 k_p/k_i, is the second degree of freedom: it takes the zero away and half of its speed, so that no step of
-//! the identified servo overshoots, whatever a is, and those of servos with much friction hardly.
+//! The zero of the integral would make a step of the reference overshoot. The reference filter, 1/(1 + s T_r) with T_r
+//! = 1.5 k_p/k_i, is the second degree of freedom. It removes the zero and half of its speed. So no step of the
+//! identified servo overshoots, whatever a is. Steps of servos with much friction overshoot very little.
 
 use super::lead::Lead;
 use super::possible_servos::PossibleServos;
@@ -64,13 +64,13 @@ impl Design {
         self.bandwidth * self.kd / self.kp
     }
 
-    /// The rise time of a step that the filter of the reference alone shapes, s: 3.4/ω without friction to 2.2/ω with much.
+    /// The rise time of a step that only the reference filter shapes, s: 3.4/ω without friction to 2.2/ω with much.
     fn rise(&self) -> f64 {
         (2.2 + 1.2 * self.free()) / self.bandwidth
     }
 
-    /// The largest command of a step of the reference, over the step, command units per rad: 0.33 ω² of acceleration without
-    /// friction to 0.65 ω a with much, over b, at the largest delay that the margins allow.
+    /// The largest command of a step of the reference, over the step, command units per rad. The acceleration is 0.33
+    /// ω² without friction to 0.65 ω a with much, over b. The delay is the largest that the margins allow.
     pub(super) fn command_of_step(&self) -> f64 {
         match &self.feed_forward {
             Some(led) => led.command_of_step(),
@@ -78,8 +78,8 @@ impl Design {
         }
     }
 
-    /// The largest speed of a step of the reference, over the step, 1/s: 0.34 ω without friction to 0.65 ω with much, and an
-    /// eighth more for servos at the corners of the uncertainty.
+    /// The largest speed of a step of the reference, over the step, 1/s. It is 0.34 ω without friction to 0.65 ω with
+    /// much. An eighth is added for servos at the corners of the uncertainty.
     pub(super) fn speed_of_step(&self) -> f64 {
         match &self.feed_forward {
             Some(led) => led.speed_of_step(),
@@ -98,8 +98,8 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// Cut-offs of the velocity estimate that are tried, as multiples of ω. The first takes a tenth of
-    /// a radian of phase at the gain crossover; with the last the third's share of the margins is spent.
+    /// Cut-offs of the velocity estimate that are tried, as multiples of ω. The first costs a tenth of a radian of
+    /// phase at the gain crossover. The last uses the third's share of the margins.
     const CUTOFFS: [f64; 3] = [20.0, 14.0, 10.0];
 
     /// The time constant of the reference's filter, over that of the integral's zero.
@@ -108,15 +108,14 @@ impl Placement {
     /// The gain crossover over ω.
     const CROSSOVER: f64 = 2.0;
 
-    /// The highest cut-off that is chosen, per sample: from there on the estimate is hardly more than a
-    /// difference of positions.
+    /// The highest cut-off that is chosen, per sample. Above it the estimate is nearly a plain difference of positions.
     const HIGHEST_CUTOFF: f64 = 2.0;
 
     /// The largest ω, per sample. No loop with a hold keeps its margins there.
     pub(super) const LARGEST_BANDWIDTH: f64 = 0.5;
 
-    /// The least ratio of the lowest resonance to the gain crossover: at the resonance the gain of the
-    /// rigid servo is then a quarter.
+    /// The least ratio of the lowest resonance to the gain crossover. At the resonance the gain of the rigid servo is
+    /// then a quarter.
     const RESONANCE_OVER_CROSSOVER: f64 = 4.0;
 
     pub(super) fn new(
@@ -205,10 +204,9 @@ impl Placement {
 
     /// Sets a cut-off and the noise that it leaves.
     ///
-    /// The encoder's noise and its rounding, white with a standard deviation of a count over √12, pass
-    /// k_p + (k_d/T) g (z − 1)/(z − p), g = 1 − p: its impulse response is k_p + k_d g/T, then
-    /// −(k_d g/T) g pᵏ, and the squares of these sum up to
-    /// (k_p + k_d g/T)² + (k_d g/T)² g/(2 − g). The integral's part is as small as k_i T.
+    /// The encoder's noise and its rounding are white; the rounding's standard deviation is a count over √12. They pass
+    /// k_p + (k_d/T) g (z − 1)/(z − p), g = 1 − p. Its impulse response is k_p + k_d g/T, then −(k_d g/T) g pᵏ. Their
+    /// squares sum up to (k_p + k_d g/T)² + (k_d g/T)² g/(2 − g). The integral's part is as small as k_i T.
     fn filter(&self, design: &mut Design, cutoff: f64) {
         let g = -libm::expm1(-cutoff * self.settings.sample_time);
         let damping = design.kd * g / self.settings.sample_time;

@@ -16,8 +16,8 @@ pub struct PossibleServo {
 /// The identified servo, first, and the corners of the ellipsoid of its a, b and τ.
 ///
 /// The corners lie at [`STANDARD_ERRORS`](IdentifiedServo::STANDARD_ERRORS) to both sides along the columns of the
-/// covariance's Cholesky factor: in each direction the unknowns fixed by the columns before are kept, so
-/// that a and b that are only known together move together.
+/// covariance's Cholesky factor. Each direction keeps the unknowns that earlier columns fix. So correlated a and b move
+/// together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PossibleServos {
     all: [PossibleServo; Self::COUNT],

@@ -1,5 +1,5 @@
-//! Behaviour of a design: its step with the identified servo, how far a load moves it, and how far the
-//! servos that it may be as well overshoot.
+//! Behaviour of a design: its step with the identified servo, its displacement by a load, and the overshoot of the
+//! other possible servos.
 
 use super::closed_loop::{ClosedLoop, TestSignal};
 use super::margins::Margins;
@@ -50,8 +50,8 @@ enum PredictedQuantity {
 /// Time limit for a peak of the response, 1/ω: twice the peak time of an ideal step.
 const TURN: f64 = 10.0;
 
-/// The time after a step at which friction lets go of the servo with which it overshoots most, 1/ω: the filtered reference has
-/// then made its step, and the servo follows as without the filter.
+/// The time after a step at which a breakaway gives the largest overshoot, 1/ω. The filtered reference has then
+/// completed its step, and the servo follows as without the filter.
 const LATE: f64 = 5.0;
 
 /// Times by which a step has its peak, from its arrival and from the moment when friction lets go, 1/ω.
@@ -78,8 +78,8 @@ impl Scene {
         }
     }
 
-    /// A step by a servo whose friction the integral balances from a motion before, in the direction of the
-    /// step for a share of one, against it for −1.
+    /// A step by a servo whose friction the integral balances after an earlier motion. That motion was in the direction
+    /// of the step for a share of one, against it for −1.
     fn balanced_step(&self, share: f64) -> TestSignal {
         TestSignal {
             balanced: share * self.coulomb,
@@ -87,8 +87,8 @@ impl Scene {
         }
     }
 
-    /// The step that overshoots most: by a servo that friction holds until [`LATE`], if the integral pushes the other way as far
-    /// as friction bears. With a feed-forward, where friction is compensated twice, by that and the integral.
+    /// The step that overshoots most. Friction holds the servo until [`LATE`]: the integral begins on the other side,
+    /// up to what friction can hold. With a feed-forward, feed-forward and integral both compensate friction.
     fn worst_step(&self, design: &Design) -> TestSignal {
         if design.feed_forward.is_some() {
             return self.balanced_step(1.0);
@@ -225,7 +225,8 @@ impl PromisePrediction {
         }
     }
 
-    /// Takes in the rise of a step that began otherwise: at least what it has taken, if it is not there.
+    /// Takes in the rise of a step from another initial state. If it has not risen, the time so far counts as a least
+    /// value.
     fn take_rise(&mut self) {
         let taken = f64::from(self.measure.samples());
         let rise = self.measure.rise().unwrap_or(taken);

@@ -35,21 +35,20 @@ pub struct Promise {
     pub step: f64,
     /// From 10 to 90 % of the step, s, where the integral holds the load and nothing else.
     pub rise_time: f64,
-    /// The least rise time of three: that, and those after a motion in the direction of the step or against it, which
-    /// leaves the integral with all that friction bears on that side.
+    /// The least of three rise times: that one, and those after a motion in the direction of the step or against it.
+    /// Such a motion leaves the integral with all that friction can hold on that side.
     pub quickest_rise_time: f64,
     /// The longest of the three. Where it takes longer, [`Promise::MAX_TIME`].
     pub slowest_rise_time: f64,
-    /// Beyond the step, a part of it: at the worst corner, with friction balanced by the integral before
-    /// the step, and a count more, since where within a count a servo stands is not known.
+    /// Overshoot as a part of the step, at the worst corner, with friction balanced by the integral before the step. A
+    /// count is added, since the position within a count is not known.
     pub overshoot: f64,
-    /// Until the position stays within 2 % of the step, at least two counts, s; where friction
-    /// keeps it outside, for as long as it is looked for, [`Promise::MAX_TIME`].
+    /// Time until the position stays within 2 % of the step, at least two counts, s. If friction keeps it outside, it
+    /// is the longest time simulated, [`Promise::MAX_TIME`].
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,
-    /// The factors by which the loop's gain may fall (zero for any) and rise (up to 50 is looked for), at
-    /// the worst corner.
+    /// The factors by which the loop's gain may fall (zero for any) and rise (searched up to 50), at the worst corner.
     pub gain_margins: [f64; 2],
     /// The largest command of the step, as a part of the available command.
     pub command_share: f64,

@@ -3,8 +3,8 @@
 use super::possible_servos::{PossibleServo, PossibleServos};
 use crate::number::Complex;
 
-/// The mode of a servo of two masses, beside the motion of both as one: from a command to the motor's position the servo
-/// is b (1/(s (s + a)) + β/(s² + 2 ζ ω s + ω²)) e^(−sτ). The antiresonance lies at ω/√(1 + β).
+/// The mode of a servo of two masses, in addition to the motion of both as one. From a command to the motor's position
+/// the servo is b (1/(s (s + a)) + β/(s² + 2 ζ ω s + ω²)) e^(−sτ). The antiresonance lies at ω/√(1 + β).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
     /// ω, rad/s.
@@ -44,8 +44,8 @@ impl Mode {
     }
 }
 
-/// A servo of two masses that the measured one may be, and the excess over 1 of the largest sensitivity that it may have,
-/// over that of the measured one.
+/// A servo of two masses that the measured one may be. Its largest sensitivity has an excess over 1, stated as a ratio
+/// to that of the measured one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResonantServo {
     pub(super) servo: PossibleServo,
@@ -54,8 +54,8 @@ pub(super) struct ResonantServo {
 }
 
 impl Resonance {
-    /// Standard errors of ω within which it is searched, and the least and largest part of ω that these may be. Play and
-    /// wear move a resonance by per cents.
+    /// The search range of ω in standard errors, and the least and largest part of ω for it. Backlash and wear move a
+    /// resonance by per cents.
     const FREQUENCY: f64 = 3.0;
     const FREQUENCIES: (f64, f64) = (0.02, 0.15);
 
@@ -69,7 +69,7 @@ impl Resonance {
     /// The largest sensitivity's excess over 1 for a servo that differs, over that for the measured one.
     pub(super) const DIFFERING: f64 = 1.25;
 
-    /// A servo that it may be, by its place: the identified one first, and then such that are damped as little as any may be.
+    /// A possible servo, by its place: the identified one first, then those with the least possible damping.
     pub(super) fn servo(&self, servos: &PossibleServos, place: usize) -> Option<ResonantServo> {
         let identified = servos.identified();
         let a = if place == 0 {

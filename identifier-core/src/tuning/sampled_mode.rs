@@ -1,8 +1,8 @@
 //! The mode of a second mass in the sampled response, exact.
 //!
-//! With the pole s = −ζω + jω√(1 − ζ²), the mode is Im{1/(s′ − s)} over the imaginary part of s. A command that is held for
-//! a sample, delayed by a part φ of it, adds n₁ = (e^(s(1 − φ)T) − 1)/s for the newer command and
-//! n₀ = e^(s(1 − φ)T) (e^(sφT) − 1)/s for the one before: Im{(n₁ z + n₀)/(z − p)}, p = e^(sT), as a fraction with real
+//! The pole is s = −ζω + jω√(1 − ζ²). The mode is Im{1/(s′ − s)} over the imaginary part of s. A command is held for a
+//! sample and delayed by a part φ of it. The newer command adds n₁ = (e^(s(1 − φ)T) − 1)/s, the one before it n₀ =
+//! e^(s(1 − φ)T) (e^(sφT) − 1)/s. Together this is Im{(n₁ z + n₀)/(z − p)}, p = e^(sT), as a fraction with real
 //! coefficients.
 
 use super::resonance::Mode;

@@ -1,18 +1,18 @@
 //! The frequency response of the sampled loop, exact: held command, fractional delay, velocity estimate and
 //! sum as they run.
 //!
-//! With δ = z − 1, x = a T, and h₁, h₂ as in [`ZeroOrderHoldStep`], the servo per command, in rad, is
+//! Let δ = z − 1, x = a T, and h₁, h₂ as in [`ZeroOrderHoldStep`]. The servo per command, in rad, is
 //!
 //! b T² z^−(m+1) ((δ + x h₁)(q₁ z + q₀) + h₁ (v₁ z + v₀)) / (δ (δ + x h₁)),
 //!
-//! where the delay is m whole samples and a part φ of one: q₁ and v₁ are what a command adds to position
-//! and velocity over the last 1 − φ of a sample, q₀ = h₂ − q₁ and v₀ = h₁ − v₁ what the command before
-//! adds. The controller is k_p + (k_d/T) g δ/(δ + g) + k_i T/δ, g = 1 − e^(−cutoff T).
+//! where the delay is m whole samples and a part φ of one. Over the last 1 − φ of a sample a command adds q₁ to the
+//! position and v₁ to the velocity. The command before it adds q₀ = h₂ − q₁ and v₀ = h₁ − v₁. The controller is k_p +
+//! (k_d/T) g δ/(δ + g) + k_i T/δ, g = 1 − e^(−cutoff T).
 //!
 //! Of two masses the mode is added to the servo ([`SampledMode`]).
 //!
-//! Frequencies are taken along Tustin's z = (1 + jν)/(1 − jν), ν = tan(ωT/2), so that no point needs a
-//! transcendental function, and δ = 2jν/(1 − jν) keeps all its digits where z is near one.
+//! Frequencies follow Tustin's z = (1 + jν)/(1 − jν), ν = tan(ωT/2). So no point needs a transcendental function. δ =
+//! 2jν/(1 − jν) keeps all its digits where z is near one.
 
 use super::placement::Design;
 use super::possible_servos::PossibleServo;

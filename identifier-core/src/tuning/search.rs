@@ -27,7 +27,8 @@ pub(super) struct Judge {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Case {
     design: Design,
-    /// The servo whose loop is walked along, and the walk, if it has begun: those of one mass, then those of two.
+    /// The servo whose loop is examined, and the walk if it has begun. Servos of one mass come first, then those of
+    /// two.
     place: usize,
     walk: Option<Walk>,
     margins: Margins,
@@ -289,7 +290,8 @@ impl Search {
         Some(Some(found.filter(is_worth).unwrap_or(without)))
     }
 
-    /// The gains for a bandwidth, or one frequency of one servo; at the end the largest bandwidth, or none if there is no such.
+    /// One slice: the gains for a bandwidth, or one frequency of one servo. At the end it gives the largest bandwidth,
+    /// or none if there is none.
     pub(super) fn work(
         &mut self,
         judge: &Judge,

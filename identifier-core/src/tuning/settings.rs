@@ -31,25 +31,25 @@ pub struct TuningSettings {
     pub resonance: Option<f64>,
     /// True if gains for two masses may have a notch filter at their resonance.
     pub notch: bool,
-    /// True to lead the servo along a reference model where that makes the promised step rise faster than the filter of the
-    /// reference does. Not for [`Goal::ResponseTime`], which a bandwidth meets: with a model a softer loop would meet it.
+    /// True to use a reference model with feed-forward if the predicted step then rises faster than with the reference
+    /// filter. Not for [`Goal::ResponseTime`], which a bandwidth meets: with a model a softer loop would meet it.
     pub feed_forward: bool,
 }
 
 impl TuningSettings {
-    /// The usual largest sensitivity: with it the loop bears its gain falling to 0.62 or rising to 2.7
-    /// times and 36° of phase, at least (Åström and Hägglund, Advanced PID Control, 2006, chapter 4).
+    /// The usual largest sensitivity. The loop then tolerates at least a gain of 0.62 or 2.7 times its own, and 36° of
+    /// phase (Åström and Hägglund, Advanced PID Control, 2006, chapter 4).
     pub const MAX_SENSITIVITY: f64 = 1.6;
 
-    /// The usual largest part of the command that noise may make up: three standard deviations stay
-    /// below a tenth, and the power that it costs below a thousandth.
+    /// The usual largest part of the command that is noise. Three standard deviations stay below a tenth, and the power
+    /// of the noise below a thousandth.
     pub const MAX_NOISE: f64 = 0.03;
 
     /// The fewest counts that a step may have for its rise to be timed.
     pub const MIN_STEP_COUNTS: f64 = 10.0;
 
-    /// As stiff as the servo bears, with the usual margins and without feed-forward, for a sample time (s), a position of a count
-    /// (rad), a largest command and a step of the reference (rad).
+    /// The stiffest loop with the usual margins, without feed-forward. `sample_time` is in s, `resolution` in rad per
+    /// count, `command` the largest command, `step` a step of the reference in rad.
     #[must_use]
     pub fn new(sample_time: f64, resolution: f64, command: f64, step: f64) -> Self {
         Self {
@@ -131,11 +131,10 @@ pub enum TuningError {
         /// The cap that keeps it there.
         cap: Cap,
     },
-    /// Nothing was identified well enough to tune for: b may be zero, or no loop keeps the margins for all
-    /// servos that it may be.
+    /// The identification is too uncertain for tuning. b may be zero, or no loop keeps the margins for all possible
+    /// servos.
     NotKnown,
-    /// The step does not get to 90 % within 25/ω: friction holds the servo, and the integral is slow to push
-    /// it on.
+    /// The step does not reach 90 % within 25/ω. Friction holds the servo, and the integral is too slow to move it.
     DoesNotArrive,
 }
 

@@ -36,8 +36,7 @@ impl<N: Number> StepMeasure<N> {
     /// The levels between which the rise is timed, parts of the step.
     pub const LEVELS: [f64; 2] = [0.1, 0.9];
 
-    /// A step, above zero, for a sensor with this distance of counts, in the same unit; zero for an ideal
-    /// one.
+    /// A step, above zero, for a sensor of this resolution, in the same unit. Zero means an ideal sensor.
     #[must_use]
     pub fn new(step: f64, count: f64) -> Self {
         let [begin, end] = Self::LEVELS.map(|level| N::from_f64(level * step));

@@ -10,10 +10,10 @@ use super::search::{Case, Judge, Largest, Search, Verdict};
 use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
 use crate::parameters::IdentifiedServo;
 
-/// Finds gains for an identified servo, in slices of work that are short enough for the background of a
-/// chip: a slice is one frequency of one servo or one sample of a predicted step.
+/// Finds gains for an identified servo, in slices of work that are short enough for the background of a chip. A slice
+/// is one frequency of one servo or one sample of a predicted step.
 ///
-/// It takes fewer than 20 000 slices, whatever it is asked, and fewer than 60 000 for a servo of two masses.
+/// Any goal takes fewer than 20 000 slices, and fewer than 60 000 for a servo of two masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tuner {
     judge: Judge,
@@ -52,15 +52,15 @@ struct Found {
 }
 
 impl Tuner {
-    /// The rise time of an ideal loop times its ω: from 10 to 90 % of the step response of
-    /// (1 + 2s)/((1 + 3s)(1 + s)(1 + s + s²)), s over ω, the placement with its filter of the reference without delay.
+    /// The rise time of an ideal loop times its ω, from 10 to 90 % of the step. The response is (1 + 2s)/((1 + 3s)(1 +
+    /// s)(1 + s + s²)), s over ω. This is the placement with its reference filter and without delay.
     pub const RISE: f64 = 3.406_5;
 
     /// For an identified servo.
     ///
     /// # Errors
-    /// A setting out of its range, or [`TuningError::NotKnown`] for a servo that is no servo, or known so
-    /// badly that b may be zero.
+    /// A setting out of its range. [`TuningError::NotKnown`] if the parameters are no servo's, or so uncertain that b
+    /// may be zero.
     pub fn new(settings: &TuningSettings, servo: &IdentifiedServo) -> Result<Self, TuningError> {
         Self::for_response(settings, servo, None)
     }

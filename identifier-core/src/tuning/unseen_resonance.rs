@@ -1,9 +1,9 @@
 //! The resonance between two measured lines that these show, though no fit has found it.
 //!
-//! With x = 1 − cos ωT, which far below the sampling frequency is (ωT)²/2, a second mass with the share β multiplies the sampled
-//! response of a servo by 1 + γ x/(x − x₂) about its resonance ω₂, γ = 2β x₂/(ω₂T)², and at the resonance by γ x₂/(ζ ω₂T sin ω₂T)
-//! at most. A line shows the real part of this change with its own deviation. An image of a resonance beyond half of the sampling
-//! frequency is one of 2π − ω₂T.
+//! Let x = 1 − cos ωT, which is (ωT)²/2 far below the sampling frequency. A second mass with the share β changes the
+//! sampled response of a servo. About its resonance ω₂ the factor is 1 + γ x/(x − x₂), γ = 2β x₂/(ω₂T)². At the
+//! resonance it is at most γ x₂/(ζ ω₂T sin ω₂T). A line shows the real part of this change with its own deviation. An
+//! image of a resonance beyond half of the sampling frequency is one of 2π − ω₂T.
 
 use core::f64::consts::TAU;
 
@@ -30,7 +30,8 @@ impl UnseenResonance {
     const DAMPING: f64 = 0.005;
     const LEAST: f64 = 0.1;
 
-    /// Above the line at a place, halfway to the next or to half of the sampling frequency; none where the lines do not show one.
+    /// The resonance above the line at a place, halfway to the next line or to half of the sampling frequency. None if
+    /// the lines show none.
     pub(super) fn above(
         place: usize,
         lines: &[MeasuredLine],
@@ -101,7 +102,7 @@ mod tests {
         SampledServo::new(&ONE_MASS, mode, TIME)
     }
 
-    /// Lines of a servo with a relative deviation of so much at 500 Hz, that falls with the square of the frequency.
+    /// Lines of a servo with this relative deviation at 500 Hz. The deviation falls with the square of the frequency.
     fn lines(mode: Option<&Mode>, deviation: f64) -> Vec<MeasuredLine> {
         let of = |place: i32| {
             let hertz = 6.0 * libm::pow(495.0 / 6.0, f64::from(place) / 31.0);

@@ -10,14 +10,14 @@ use crate::linalg::{Factors, Measurement};
 use crate::number::{Number, RunningSum};
 use crate::unrolled::{each, from_fn};
 
-/// Recursive Gauss–Newton: the recursive prediction error method (Ljung and Söderström, Theory and
-/// Practice of Recursive Identification, 1983, section 3.4) on the output error of a model, in
-/// blocks of [`GaussNewton::BLOCK`] samples.
+/// Recursive Gauss–Newton on the output error of a model, in blocks of [`GaussNewton::BLOCK`] samples. It is the
+/// recursive prediction error method (Ljung and Söderström, Theory and Practice of Recursive Identification, 1983,
+/// section 3.4).
 ///
-/// With ψ = ∂q_e/∂θ and the covariance P, both ε and ψ as means over a block: K = P ψ/(r + ψᵀP ψ), θ̂
-/// ← Proj[θ̂ + K ε], P ← (P − K ψᵀ P)/λ. The output error of one sample is little more than the
-/// encoder's rounding; the mean of eight carries the same information at an eighth of the cost. ψ is
-/// smooth, and its mean that of the straight line through one sample.
+/// ψ = ∂q_e/∂θ, P is the covariance, and ε and ψ are means over a block. K = P ψ/(r + ψᵀP ψ), θ̂ ← Proj[θ̂ + K ε], P ←
+/// (P − K ψᵀ P)/λ. The output error of one sample is little more than the encoder's rounding. The mean of eight carries
+/// the same information at an eighth of the cost. ψ is smooth, and its mean that of the straight line through one
+/// sample.
 ///
 /// The work on one block is spread evenly over the samples of the next:
 ///
@@ -32,26 +32,25 @@ use crate::unrolled::{each, from_fn};
 /// | 6 | the estimates and the model move |
 /// | 7 | the present block ends: its ψᵀP ψ |
 ///
-/// The error of a block under way is corrected for the step when the estimates move, so that nothing is
-/// counted twice.
+/// When the estimates move, the error of the present block is corrected for the step. So nothing is counted twice.
 ///
 /// The law is kept stable by:
 ///
-/// - **Forgetting** starts with a memory of [`GaussNewton::FIRST_MEMORY`], because the first
-///   gradients are taken far from the truth, and tends to none, or to the memory that was asked
-///   for: 1 − λ fades with the time constant [`GaussNewton::SETTLING`].
+/// - **Forgetting** starts with a memory of [`GaussNewton::FIRST_MEMORY`], because the first gradients are taken far
+///   from the truth. It tends to none, or to the memory in the settings. 1 − λ fades with the time constant
+///   [`GaussNewton::SETTLING`].
 /// - **Covariance bounds**: forgetting never makes a parameter less certain than it was at the start.
-/// - **Dead zone**: while the model is at rest, the quantisation error is constant and not noise;
-///   nothing is learnt then.
-/// - **Step limit**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ, so that a block moves the
-///   prediction by no more than a small part of its error: the gradients are valid near the estimates
-///   only. An error of more than three standard deviations counts as three.
-/// - **Noise level**: r is at least the encoder's noise and at least the peak, so far, of the output
-///   error's mean square over [`GaussNewton::LEVEL_MEMORY`]; the peak is forgotten as the law forgets.
-///   So data from far off the truth weigh little against data near it. When the peak *rises*, the
-///   earlier data were less certain than assumed, and P rises with r.
-/// - **Standard errors** are those of P, corrected for the mean square of the output error over r and
-///   for its correlation from block to block.
+/// - **Dead zone**: while the model is at rest, the quantisation error is constant and no noise. Nothing is learnt
+///   then.
+/// - **Step limit**: r is at least [`GaussNewton::CAUTION`] times ψᵀP ψ. So a block moves the prediction by only a
+///   small part of its error. The gradients are valid only near the estimates. An error of more than three standard
+///   deviations counts as three.
+/// - **Noise level**: r is at least the encoder's noise. It is also at least the past peak of the output error's mean
+///   square over [`GaussNewton::LEVEL_MEMORY`]. The peak fades as the estimator forgets. So data from far off the truth
+///   weigh little against data near it. When the peak *rises*, the earlier data were less certain than assumed, and P
+///   rises with r.
+/// - **Standard errors** are those of P with two corrections: the output error's mean square over r, and its
+///   autocorrelation from block to block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussNewton<N, const P: usize> {
     noise: N,
@@ -206,16 +205,16 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.learning = false;
     }
 
-    /// Lets the peak of the noise level go towards the level of the moment, by a part of their
-    /// distance: errors and sensitivities become smaller together.
+    /// Moves the peak of the noise level towards the present level, by a part of their distance. Errors and
+    /// sensitivities become smaller together.
     pub(crate) fn forget_peak(&mut self, part: N) {
         if self.level < self.peak {
             self.peak += part * (self.level - self.peak);
         }
     }
 
-    /// Cancels the part of the last rise of the noise level that P has not followed yet: it was a step of
-    /// the load, and no noise.
+    /// Cancels the part of the last rise of the noise level that P has not followed yet. The cause was a step of the
+    /// load, not noise.
     pub(crate) fn cancel_inflation(&mut self) {
         self.pending_inflation = N::ONE;
     }
@@ -238,8 +237,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The sample of a block at whose end the estimates move.
     const MOVES: u8 = 6;
 
-    /// Of the P columns of the covariance the last quarter is updated with the weight of a block, then
-    /// those in between, then the first quarter.
+    /// The P columns of the covariance are updated in three parts. The last quarter comes with the weight of a block,
+    /// then the middle, then the first quarter.
     const LAST_COLUMNS: usize = 3 * P / 4;
     const FIRST_COLUMNS: usize = P / 4;
 
@@ -255,8 +254,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The shortest memory of any kind, blocks.
     pub(crate) const MIN_BLOCKS: f64 = 12.0;
 
-    /// The largest factor by which P rises with the noise level in one block: a step of the load must
-    /// be distinguished from a new noise level before the estimates follow it.
+    /// The largest factor by which P rises with the noise level in one block. A step of the load must be distinguished
+    /// from a new noise level before the estimates follow it.
     pub(crate) const MAX_INFLATION: f64 = 1.2;
 
     /// The time constant with which the memory of a risen noise level fades, s.
@@ -310,8 +309,8 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         self.start_from(estimates, Factors::ZERO, N::ONE)
     }
 
-    /// The same with a covariance in factors, and with a noise of the position that has so many times the variance of the
-    /// settings': it divides nothing.
+    /// The same with a covariance in factors. The noise of the position is stated as a multiple of the settings'
+    /// variance. Nothing is divided.
     pub(crate) fn start_from<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
@@ -512,9 +511,9 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         steps
     }
 
-    /// Takes back the part of the steps by which estimate i would leave its bounds, along that column
-    /// of P: the other estimates move as if this one were known to be at its bound (the shortest way
-    /// in the norm of P⁻¹). Those that then leave theirs are clamped.
+    /// Removes the part of the steps by which estimate i would leave its bounds, along that column of P. The other
+    /// estimates move as if this one were known to be at its bound. This is the shortest distance in the norm of P⁻¹.
+    /// Those that then leave theirs are clamped.
     fn enter<S: IdentifiableSet<P>>(
         &self,
         state: &GaussNewtonState<N, S, P>,

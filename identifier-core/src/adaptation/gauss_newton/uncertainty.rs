@@ -9,8 +9,8 @@ pub(super) struct WeighedErrors<N> {
 }
 
 impl<N: Number> WeighedErrors<N> {
-    /// The number of blocks at which the sums are halved: the past fades, and no sum grows so large that
-    /// a block is lost in rounding.
+    /// The number of blocks at which the sums are halved. The past fades, and no sum grows so large that rounding loses
+    /// a block.
     pub(super) const FADING: u16 = 4000;
 
     pub(super) const NONE: Self = Self {
@@ -36,8 +36,8 @@ impl<N: Number> WeighedErrors<N> {
     }
 }
 
-/// The errors of Gauss–Newton's estimates before they are scaled, machine units: an interrupt copies them without a root or a
-/// division, for its background to compute standard errors.
+/// The errors of Gauss–Newton's estimates before scaling, machine units. An interrupt copies them without a root or a
+/// division; the background computes standard errors from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EstimateUncertainty<N, const P: usize> {
     /// The variances by P.
@@ -54,11 +54,11 @@ impl<N: Number, const P: usize> EstimateUncertainty<N, P> {
             .map(|variance| libm::sqrt(factor * variance.to_f64()))
     }
 
-    /// The factor on the variances of P: the mean square of the error over its noise, times
-    /// (1 + ρ)/(1 − ρ) for errors whose correlation over k blocks is ρᵏ.
+    /// The factor on the variances of P: the mean square of the error over its noise, times (1 + ρ)/(1 − ρ). The
+    /// autocorrelation of the errors over k blocks is ρᵏ.
     fn covariance_scale(&self) -> f64 {
-        /// The range of correlations that is used. The errors of a corrected model alternate: at the
-        /// low frequencies of the sensitivities they are smaller than their mean square suggests.
+        /// The range of correlations that is used. The errors of a corrected model alternate. At the low frequencies of
+        /// the sensitivities they are below their mean square.
         const CORRELATED: (f64, f64) = (-0.5, 0.98);
         let square = self.weighed.square.to_f64();
         if square > 0.0 {

@@ -28,18 +28,18 @@ pub struct FeedForwardSettings {
 
 /// A reference model of third order, y = r/(1 + s/ω_m)³, and the command that moves a servo along it.
 ///
-/// The reference r is held over a sample. Of the model's three stages in a row the lags x₁ = r − y₁, x₂ = y₁ − y₂ and
-/// x₃ = y₂ − y are kept, whose motion over a sample is exact, with h = ω_m T and E = e^(−h):
+/// The reference r is held over a sample. The model has three stages in series. Their lags x₁ = r − y₁, x₂ = y₁ − y₂
+/// and x₃ = y₂ − y are kept. Their motion over a sample is exact, with h = ω_m T and E = e^(−h):
 ///
 /// x₁ ← E x₁, x₂ ← E (x₂ + h x₁), x₃ ← E (x₃ + h x₂ + h²/2 x₁)
 ///
-/// and y = r − x₁ − x₂ − x₃, ẏ = ω_m x₃. The lags die away and r is known by its distance from the position alone, so no rounding
-/// adds up, counts may wrap, and y ends at r.
+/// and y = r − x₁ − x₂ − x₃, ẏ = ω_m x₃. The lags decay, and r enters only as a distance from the position. So no
+/// rounding adds up, counts may wrap, and y ends at r.
 ///
-/// A command is held until the next sample, so the feed-forward is that of the mean acceleration and velocity until
-/// then: q̇ + a q of the servo follows ẏ + a y exactly, and q follows y to (ω_m T)²/12 of its acceleration over ω_m².
-/// Its last part, k_d ẏ as the controller's estimate of the velocity will show it, is the derivative's, which acts on the measured
-/// velocity alone and would brake.
+/// A command is held until the next sample. So the feed-forward is that of the mean acceleration and velocity until
+/// then. q̇ + a q of the servo follows ẏ + a y exactly. q follows y to (ω_m T)²/12 of its acceleration over ω_m². The
+/// last part of the feed-forward compensates the derivative, which acts on the measured velocity alone and would brake.
+/// It is k_d ẏ as the controller's velocity estimate will show it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedForward<N> {
     /// E; zero for none.
@@ -186,8 +186,8 @@ impl<N: Number> FeedForward<N> {
         }
     }
 
-    /// The error r − q of a sample and the increment of q since the last one to y − q, machine units, and the command
-    /// that is added to the PID's.
+    /// Takes the error r − q of a sample and the increment of q since the last one, machine units. Returns y − q,
+    /// machine units, and the command that is added to the PID's.
     #[inline]
     pub(crate) fn process(
         &self,
@@ -204,8 +204,8 @@ impl<N: Number> FeedForward<N> {
     }
 }
 
-/// The commands per acceleration and velocity, SI, by which a derivative on the measured velocity would brake a motion, from the
-/// middle of a hold back to where the estimate of the velocity lies.
+/// The commands per acceleration and velocity, SI, by which a derivative on the measured velocity would brake a motion.
+/// The time runs from the middle of a hold back to the time of the velocity estimate.
 fn braking(units: &Units, gains: &Gains, velocity: &Transfer) -> [f64; 2] {
     let lag = (1.0 + velocity.lag()) * units.sample_time();
     [-gains.kd() * lag, gains.kd()]

@@ -60,7 +60,7 @@ fn the_model_steps_as_in_continuous_time_at_any_sample_rate() {
     }
 }
 
-/// The servo moves under a held command as its closed form says, and q̇ + a q is what the commands have added up to.
+/// The servo moves under a held command by its closed form. q̇ + a q is the sum of the commands.
 #[test]
 fn a_servo_as_modelled_follows_the_model_at_any_sample_rate() {
     const STEP: f64 = 2.0;

@@ -135,10 +135,10 @@ where
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
-    /// True if the recursion is to continue from a new fit: where the estimates are in doubt, one that explains the servo, or
-    /// at least twice as much as the fit before; where it only checks them, one that confirms another b, or knows the servo
-    /// better than they do. A fit to motion in one direction covers half of the friction, and always explains that better than
-    /// the estimates explain all data: its b must differ too.
+    /// True if the recursion must continue from a new fit. If the estimates are in doubt, the fit must explain the
+    /// servo, or at least twice as much as the fit before. If the fit only checks them, it must confirm another b, or
+    /// be more certain than they are. A fit to motion in one direction covers half of the friction. It always explains
+    /// that motion better than the estimates explain all data, so its b must differ too.
     fn corrects(
         &self,
         state: &mut GaussNewtonRecursionState<N, S, P>,
@@ -159,8 +159,8 @@ where
         }
     }
 
-    /// True if a fit whose b is apart from the estimate by this contradicts it for certain, and the one before it did so with
-    /// the same b: a fit that ends in a wrong minimum is certain too.
+    /// True if a fit contradicts the estimate of b for certain, and the fit before it did so with the same b. `apart`
+    /// is the difference of b. One fit is not enough: a fit in a wrong minimum is certain too.
     fn confirms(
         state: &mut GaussNewtonRecursionState<N, S, P>,
         result: &FirstFitSolution<N>,
@@ -178,8 +178,8 @@ where
         contradicts && (found - before).magnitude() < N::from_f64(AGREEMENT) * found
     }
 
-    /// True if a fit that checks the estimates has a quarter of their standard errors of b and friction: after a change that
-    /// it has followed, the recursion does not know how well.
+    /// True if a fit that checks the estimates has a quarter of their standard errors of b and friction. After it has
+    /// followed a change, the recursion does not know its own accuracy.
     fn knows_better(
         &self,
         state: &GaussNewtonRecursionState<N, S, P>,

@@ -13,9 +13,9 @@ use crate::reason::Reason;
 const COULOMB: usize = Parameter::Coulomb as usize;
 const LOAD: usize = Parameter::Load as usize;
 
-/// The background's half of the fast identifier: it collects the blocks that a
-/// [`GaussNewtonRecursion`](super::GaussNewtonRecursion) of the same settings has recorded, at most W of them, and fits the
-/// parameters with which the recursion starts.
+/// The background's half of the fast identifier. It collects at most W blocks that a
+/// [`GaussNewtonRecursion`](super::GaussNewtonRecursion) of the same settings has recorded. It fits the parameters with
+/// which the recursion starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
     pub(crate) fitter: Fitter<N>,
@@ -43,8 +43,8 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// True if a recursion can start from a fit result. It waits for a motion in both directions,
-    /// which separates friction from load, and for the time at which the command acts.
+    /// True if a recursion can start from a fit result. It waits for motion in both directions, which separates
+    /// friction from load. It also waits for the time at which the command acts.
     fn is_good(result: &FitResult<N>, full: bool) -> bool {
         if full {
             result.is_good(0.2)
@@ -53,8 +53,8 @@ where
         }
     }
 
-    /// Of d − c sign(q̇), which is all that motion in one direction shows, makes c as much as it can be
-    /// and d the rest, so that where the fit happened to end does not matter.
+    /// Motion in one direction shows only d − c sign(q̇). This makes c as large as possible and d the rest. So the
+    /// result does not depend on where the fit ended.
     fn take_all_for_friction(&self, estimates: &mut [N; FITTED], direction: N) {
         if !self.free[COULOMB] || !self.free[LOAD] {
             return;
@@ -128,9 +128,8 @@ where
         self.fitter.begin_anew(&mut state.fits);
     }
 
-    /// Begins a fit when half of the record is there, and again whenever a quarter is new. A result
-    /// that the recursion can start from ends the record; of the others those are passed on that give a
-    /// new reason to be reported.
+    /// Begins a fit when half of the record is there, and again whenever a quarter is new. A result from which the
+    /// recursion can start ends the record. Another result is passed on only if it gives a new reason to report.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
         let (fitter, fits) = (&self.fitter, &mut state.fits);
         if !fits.is_under_way() {

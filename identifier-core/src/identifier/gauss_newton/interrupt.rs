@@ -57,9 +57,9 @@ where
         !matches!(state.recursion.mode, Mode::Recording)
     }
 
-    /// Has a fit to the motion from here on check the estimates, if they have [settled](Self::settled) and none is checking
-    /// them: where a second one confirms that they are wrong, the recursion continues from it. A recursion that knows a servo
-    /// well hardly follows a change of it that its correction hides.
+    /// Starts a fit to the motion from here on that checks the estimates. They must have [settled](Self::settled), and
+    /// no other fit may be checking them. If a second fit confirms that they are wrong, the recursion continues from
+    /// it. A recursion with small standard errors follows a change slowly if its correction hides the change.
     pub fn check_estimates(&self, state: &mut GaussNewtonRecursionState<N, S, P>) {
         if state.recursion.mode == Mode::Learning && !state.recording {
             state.record_anew();

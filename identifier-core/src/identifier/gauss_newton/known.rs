@@ -13,8 +13,7 @@ use crate::parameters::{IdentifiedServo, Parameter, Unknown};
 pub struct ExpectedMotion {
     /// The bandwidth of the loop that moves it, rad/s.
     pub bandwidth: f64,
-    /// The command that it is usually given, command units: the largest steps of the load and errors of
-    /// friction are as large as what it accelerates.
+    /// The usual command, command units. Its acceleration is the size of the largest load steps and friction errors.
     pub command: f64,
 }
 

@@ -123,8 +123,8 @@ where
         Event::None
     }
 
-    /// The largest variances that forgetting may lead to: of a from the bandwidth, of b from a factor,
-    /// of friction, load and other accelerations from that by the command.
+    /// The largest variances that forgetting may lead to. That of a follows from the bandwidth, that of b from a
+    /// factor. Those of friction, load and other accelerations follow from the acceleration by the command.
     #[inline]
     pub(super) fn most(&self, omega: N, scale: N, estimates: &[N; P]) -> [N; P] {
         let model = ModelValues::from_values::<S, P>(estimates).parameters;
@@ -174,9 +174,8 @@ where
         }
     }
 
-    /// True if the output error has exceeded the encoder's for so long that a new fit is due, or b has
-    /// gone far from what a fit found. If the last one was no better, the model lacks an effect, and
-    /// the correction is made faster.
+    /// True if a new fit is needed. The output error has exceeded the encoder's for too long, or b is far from the
+    /// fitted one. If the last fit was no better, the model lacks an effect, and the correction is made faster.
     #[inline]
     fn in_trouble(&self, state: &mut Recursion<N, S, P>, mean: N) -> bool {
         /// The factor to either side.

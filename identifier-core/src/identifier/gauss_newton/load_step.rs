@@ -4,16 +4,15 @@ use crate::number::Number;
 
 /// Detects a step of the load by the mean of the output error.
 ///
-/// The model, corrected with the bandwidth ω, follows a load that changed by Δd with an output error
-/// that tends to Δd/ω². Its mean over [`LoadStepTest::MEAN_TIME`] is compared with
-/// [`LoadStepTest::MIN_DEVIATIONS`] times its standard deviation over [`LoadStepTest::DEVIATION_TIME`].
+/// The model is corrected with the bandwidth ω. After a load step Δd its output error tends to Δd/ω². Its mean over
+/// [`LoadStepTest::MEAN_TIME`] is compared with [`LoadStepTest::MIN_DEVIATIONS`] times its standard deviation over
+/// [`LoadStepTest::DEVIATION_TIME`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LoadStepTest<N> {
     weight: N,
     variance_weight: N,
     floor: N,
-    /// A step that is missed must not hide the next: a square counts as at most this many times the
-    /// mean square.
+    /// A missed step must not hide the next. So a square counts as at most this many times the mean square.
     cap: N,
     threshold: N,
     /// The least square of a mean that counts.
@@ -45,8 +44,8 @@ impl<N: Number> LoadStepTest<N> {
     /// Standard deviations that a mean must be off.
     const MIN_DEVIATIONS: f64 = 6.0;
 
-    /// Standard deviations of a single sample that a mean must be off as well: in slow motion the
-    /// rounding of a count, at most half of one, is not noise but correlated from sample to sample.
+    /// Standard deviations of a single sample that a mean must be off as well. In slow motion the rounding, at most
+    /// half of a count, is correlated from sample to sample and not noise.
     const MIN_SAMPLE_DEVIATIONS: f64 = 2.5;
 
     pub(crate) fn new(sample_time: f64, noise: f64) -> Self {
@@ -72,9 +71,9 @@ impl<N: Number> LoadStepTest<N> {
         }
     }
 
-    /// Takes the mean output error of a block; true if neither noise nor the uncertainty of the
-    /// estimates explains it. That gives it the variance `predicted`/`inflation`: the recent rise of P
-    /// with the noise level is left out, since a step of the load causes it.
+    /// Takes the mean output error of a block; true if neither noise nor the uncertainty of the estimates explains it.
+    /// That uncertainty gives it the variance `predicted`/`inflation`. The recent rise of P with the noise level is
+    /// excluded, since a step of the load causes it.
     #[inline]
     pub(super) fn suspects(
         &self,

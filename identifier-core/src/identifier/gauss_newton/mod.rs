@@ -36,8 +36,8 @@ use crate::units::Units;
 /// parameter set S. Its first fit uses a record of W blocks.
 ///
 /// It begins by recording. Once the record carries enough information, a fit in the background
-/// ([`Identify::work`](super::Identify::work)) identifies the servo without a first guess, and the
-/// recursion continues from there.
+/// ([`Identify::work`](super::Identify::work)) identifies the servo without a first guess. The recursion continues from
+/// it.
 ///
 /// It consists of two halves: a chip whose interrupt records while its background fits uses
 /// [`GaussNewtonRecursion`] and [`GaussNewtonFitter`] separately.
@@ -48,16 +48,15 @@ pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
 pub(super) type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> =
     CombinedState<GaussNewtonRecursionState<N, S, P>, GaussNewtonFitterState<N, W>>;
 
-/// The interrupt's half of the fast identifier: the recursion, and the recording for the fit over W
-/// blocks that the [`GaussNewtonFitter`] makes.
+/// The interrupt's half of the fast identifier: the recursion, and the recording for the fit. The [`GaussNewtonFitter`]
+/// makes that fit over W blocks.
 ///
-/// When an estimate moves, the model's state moves with it to where it would have been, to first
-/// order, had the estimate always been the new one. The output error then is what the *present*
-/// estimates leave unexplained, and it is valid without waiting for the model to settle.
+/// When an estimate moves, the model's state moves with it. To first order it is then the state that the new estimate
+/// would always have had. So the output error is the residual of the *present* estimates, and no settling of the model
+/// is needed.
 ///
-/// A step of the load is detected by the mean of the output error. The recursion then pauses, and the
-/// model estimates the load by an integral and a correction that is fast at first; the other estimates
-/// are not disturbed.
+/// A step of the load is detected by the mean of the output error. The recursion then pauses. The model estimates the
+/// load by an integral and a correction that is fast at first. The other estimates are not disturbed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     pub(crate) law: GaussNewton<N, P>,
@@ -162,12 +161,11 @@ where
     /// that time of the last, are not steps of the load.
     pub const ALARM_TIME: f64 = 0.5;
 
-    /// The time after a reversal in which a deviation may be friction as well as a step of the load,
-    /// s.
+    /// The time after a reversal in which a deviation may be friction or a step of the load, s.
     pub const REVERSAL_TIME: f64 = 0.1;
 
-    /// The time constant with which the correction widens where the output error is more than twice
-    /// the encoder's, s: the error of an incomplete model must not accumulate.
+    /// The time constant with which the correction widens if the output error is more than twice the encoder's, s. The
+    /// error of an incomplete model must not accumulate.
     pub const WIDENING_TIME: f64 = 0.5;
 
     /// The largest ω T of the correction then. The encoder's noise no longer matters.
@@ -176,8 +174,7 @@ where
     /// The largest standard deviation of a delay, s; at least four samples.
     pub const MAX_DELAY_DEVIATION: f64 = 4e-3;
 
-    /// The time for which the model must have moved in each direction before a term enters, and
-    /// again before the next does, s.
+    /// The time for which the model must move in each direction before a term enters, s. The next term needs it again.
     pub const MIN_MOTION_TIME: f64 = 0.5;
 
     /// The time after which a servo that did not follow its command is learnt from again, s.
@@ -189,8 +186,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// Bytes that the recursion itself keeps; the rest of the state is the record of the first fit
-    /// and that fit.
+    /// Bytes of the recursion itself. The rest of the state is the first fit and its record.
     pub const RECURSION_BYTES: usize = size_of::<Recursion<N, S, P>>();
 
     /// Starts from a servo that is known, in place of a first fit: see [`GaussNewtonRecursion::prepare`].

@@ -25,7 +25,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The largest deviation of friction and load: the acceleration that the command gave in the
     /// record of the fit.
     pub(super) scale: N,
-    /// Standard deviation of the noise in the settings over that of the position's, at most one: errors are tested in
+    /// Standard deviation of the noise in the settings over that of the position's, at most one. Errors are tested in
     /// units of the noise.
     pub(super) per_noise: N,
     pub(super) suspicion: Suspicion<N>,
@@ -159,8 +159,8 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
 
 /// The terms that have entered, and the blocks in which the model has moved since the last of them.
 ///
-/// A term is distinguished from the parameters only by motion in both directions, and one term from
-/// another only when it is estimated; so they enter one after the other.
+/// Only motion in both directions distinguishes a term from the parameters. One term is distinguished from another only
+/// while it is estimated. So they enter one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Entered {
     pub(super) terms: Terms,

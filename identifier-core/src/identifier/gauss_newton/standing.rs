@@ -11,9 +11,8 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// The model's part of a sample in which it may rest, stop or turn. In one in which it stops or
-    /// turns nothing is learnt, and the law's work is left to the next sample; returns what happened
-    /// then.
+    /// The model's part of a sample in which it may rest, stop or turn. If it stops or turns, nothing is learnt, and
+    /// the estimator's work is left to the next sample. Returns the event of that sample.
     #[cold]
     #[inline(never)]
     pub(super) fn run_through_rest(
@@ -42,10 +41,9 @@ where
         }
     }
 
-    /// A sample in which friction held the model. Standstill is decided by the servo's counts: where
-    /// the servo is at standstill too, the model is set to its position. Where the servo moves, the
-    /// estimated friction is too large; it is lowered, since a model at rest cannot correct it.
-    /// Returns whether it was lowered.
+    /// A sample in which friction held the model. The servo's counts decide on standstill. If the servo is at
+    /// standstill too, the model is set to its position. If the servo moves, the estimated friction is too large. It is
+    /// lowered, since a model at rest cannot correct it. Returns whether it was lowered.
     #[inline]
     pub(super) fn stand(&self, state: &mut Recursion<N, S, P>, increment: N) -> bool {
         if state.samples_at_rest >= self.standstill_samples {
@@ -61,7 +59,7 @@ where
 
     #[cold]
     fn release_model(&self, state: &mut Recursion<N, S, P>) -> bool {
-        /// Counts that the servo must have moved meanwhile, and more by as much as its noise is more than the rounding.
+        /// Counts that the servo must have moved meanwhile. They rise by the ratio of its noise to the rounding.
         const MIN_TRAVEL_COUNTS: f64 = 4.0;
         /// The factor on the friction.
         const FRICTION_FACTOR: f64 = 0.7;

@@ -90,8 +90,8 @@ where
         Innovation::critically_damped(state.correction_omega)
     }
 
-    /// A sample of the search for the load: 2ω, 2ω², ω³ on position, velocity and load, all three
-    /// poles at ω, which narrows from sample to sample as a growing memory does.
+    /// A sample of the search for the load. The gains on position, velocity and load are 2ω, 2ω², ω³, with all three
+    /// poles at ω. ω narrows from sample to sample as a growing memory does.
     fn seek(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
         let omega = state.correction_omega;
         let square = omega * omega;
