@@ -84,8 +84,8 @@ pub(super) enum Of {
     Limit,
 }
 
-/// A velocity filter of a frequency ω, as an α-β filter of the position: prediction p + w, innovation e, p = prediction
-/// + α e, w += β e. Here w is the motion of a sample. The velocity is w + γ α e over a sample, and the position is p +
+/// A velocity filter of a frequency ω, as an α-β filter of the position: prediction p + w, innovation e,
+/// p = prediction + α e, w += β e. Here w is the motion of a sample. The velocity is w + γ α e over a sample, and the position is p +
 /// γ w. With γ = 1 this is the next prediction. With α = 1 it is a low-pass filter of the difference; a phase-locked
 /// loop is one too.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
