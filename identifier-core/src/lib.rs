@@ -66,7 +66,7 @@ pub type GaussNewton<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize =
 pub type GaussNewtonState<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize = 256> =
     StateOf<N, GaussNewton<N, P, W>>;
 
-/// The PID with a [`Gradient`] beside it.
+/// The PID together with a [`Gradient`].
 pub type GradientLoop<N = f32, const P: usize = AB_COULOMB> =
     ServoLoop<N, LowPass<N>, Gradient<N, P>>;
 

@@ -249,7 +249,7 @@ impl Reason {
         self.row().2
     }
 
-    /// The way to mend it.
+    /// How to correct it.
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         self.row().3

@@ -70,8 +70,8 @@ impl ReplayModel {
     /// The largest a T that the model's step is meant for.
     const LARGEST_RATE: f64 = 0.5;
 
-    /// A servo with these parameters, its declared terms, and the sizes that were found of terms, SI. A
-    /// size that was found counts in place of a declared one.
+    /// A servo with these parameters, its declared terms, and the identified sizes of terms, SI. An identified size
+    /// replaces a declared one.
     #[must_use]
     pub fn new(
         units: &Units,

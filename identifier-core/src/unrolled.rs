@@ -1,8 +1,8 @@
 //! Loops over the parameters of a model, written out.
 //!
-//! The laws are generic, so their samples are compiled in the user's crate, at its optimiser level. At "s" the compiler
-//! keeps loops over two to six parameters as loops, and with them every array in memory. A sample then took twice its
-//! instructions.
+//! The estimators are generic, so their samples are compiled in the user's crate, at its optimiser level. At "s" the
+//! compiler keeps loops over two to six parameters as loops, and with them every array in memory. A sample then took
+//! twice its instructions.
 
 /// The longest loop that is written out. A longer one is a loop where the optimiser leaves it one.
 const MAX_LENGTH: usize = 6;

@@ -12,7 +12,7 @@ encode! {
 }
 
 impl<N: Number, const P: usize> Gain<N, P> {
-    /// Of a matrix in machine units; the entries of a frozen parameter are zero.
+    /// Converts a matrix in machine units. The entries of a frozen parameter are zero.
     pub(crate) fn new(gamma: &PositiveDefinite<P>, frozen: [bool; P]) -> Self {
         let entries = gamma.entries();
         Self(core::array::from_fn(|i| {

@@ -6,7 +6,7 @@ use crate::linalg::{PositiveDefinite, dot};
 use crate::number::{Number, RunningSum};
 use crate::unrolled::{each, from_fn};
 
-/// The Γ-gradient law (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
+/// The Γ-gradient estimator (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
 ///
 /// Sampled, with ψ = −φ, it is θ̂ ← Proj[θ̂ + s Γ ψ y], y = μ ε + ε̇. The guard is s = min(1, ρ α_min T / (T² φᵀΓφ)).
 ///
@@ -30,7 +30,7 @@ encode! {
     }
 }
 
-/// State of the law: the estimates, machine units.
+/// State of the estimator: the estimates, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GradientState<N: Number, const P: usize> {
     estimates: [N::Sum; P],
@@ -59,7 +59,7 @@ impl<N: Number, const P: usize> GradientStep<N, P> {
     }
 }
 
-/// The machine-unit configuration of a [`Gradient`] law.
+/// The machine-unit configuration of a [`Gradient`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GradientConfig<const P: usize> {
     /// Γ.
@@ -94,11 +94,11 @@ impl<N: Number, const P: usize> GradientState<N, P> {
 }
 
 impl<N: Number, const P: usize> Gradient<N, P> {
-    /// ρ: the largest T φᵀΓφ/α_min. At 0.05 none of the servos of the paper's box diverges under
-    /// any Γ; at 0.3 some do.
+    /// ρ: the largest T φᵀΓφ/α_min. At 0.05 no servo of the paper's parameter range diverges under any Γ; at 0.3 some
+    /// do.
     pub(crate) const GUARD: f64 = 0.05;
 
-    /// The law from its configuration.
+    /// The estimator from its configuration.
     ///
     /// # Errors
     /// `mu` and the smallest α, or `decay_per_gain` in its place, must be positive.

@@ -3,7 +3,7 @@ use crate::linalg::PositiveDefinite;
 use crate::number::{Number, RunningSum};
 use crate::unrolled::each;
 
-/// Keeps the estimates inside a box.
+/// Keeps the estimates inside a parameter range.
 ///
 /// An estimate beyond one bound is moved back to it along the column of Γ. This is the shortest distance in the norm of
 /// the storage function (12), ½ θ̃ᵀ Γ⁻¹ θ̃. The projection never raises that function, so the stability proof holds
@@ -21,7 +21,7 @@ encode! {
 }
 
 impl<N: Number, const P: usize> Projection<N, P> {
-    /// The box from `low` to `high` (machine units) for the metric of Γ (machine units).
+    /// The parameter range from `low` to `high` (machine units) for the metric of Γ (machine units).
     #[must_use]
     pub(crate) fn new(low: [f64; P], high: [f64; P], gamma: &PositiveDefinite<P>) -> Self {
         let entries = gamma.entries();
@@ -40,7 +40,7 @@ impl<N: Number, const P: usize> Projection<N, P> {
         core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
     }
 
-    /// Moves the estimates back into the box if they have left it.
+    /// Moves the estimates back into the parameter range if they have left it.
     #[inline]
     pub(crate) fn apply(&self, estimates: &mut [N::Sum; P]) {
         let mut inside = true;

@@ -36,7 +36,7 @@ pub(crate) const fn fingerprint(name: &str, parts: &[u32]) -> u32 {
     with(sum, checksum(parts))
 }
 
-/// Of a field its fingerprint, with its name, and the number of its words.
+/// The fingerprint of a field, with its name, and the number of its words.
 pub(crate) const fn field<T, F: Encode>(name: &str, _: fn(&T) -> &F) -> (u32, usize) {
     (fingerprint(name, &[F::SHAPE]), F::WORDS)
 }
@@ -82,7 +82,7 @@ pub trait Encode: Copy {
     fn decode(words: &mut Decoder<'_>) -> Self;
 }
 
-/// A struct as words: its fields in their order; `also` is a fingerprint of what is in its type alone.
+/// A struct as words: its fields in their order. `also` is a fingerprint of the parts that are only in its type.
 macro_rules! encode {
     ([$($generics:tt)*] $own:ty as $name:literal { $($field:tt),* $(,)? } $(also $also:expr)?) => {
         impl<$($generics)*> $crate::constants::Encode for $own {
@@ -238,7 +238,7 @@ impl Encode for () {
     fn decode(_: &mut Decoder<'_>) {}
 }
 
-/// Of a type alone: a struct that holds it names its fingerprint.
+/// A type without words. A struct that holds it names its fingerprint.
 impl<T> Encode for PhantomData<T> {
     const SHAPE: u32 = fingerprint("type", &[]);
     const WORDS: usize = 0;

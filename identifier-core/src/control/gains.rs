@@ -13,9 +13,9 @@ impl Gains {
     /// the range of single precision.
     pub const LARGEST: f64 = 1e9;
 
-    /// `kp` is the proportional gain (command units/rad, above 0). `kd` is the derivative gain on
-    /// the measured velocity (command units per rad/s, at least 0). `ki` is the integral gain
-    /// (command units per rad s, at least 0). None is above [`Gains::LARGEST`].
+    /// The proportional gain is in command units/rad, above 0. The derivative gain on the measured
+    /// velocity is in command units per rad/s, at least 0. The integral gain is in command units
+    /// per rad s, at least 0. None is above [`Gains::LARGEST`].
     ///
     /// # Errors
     /// The gain that is out of its range, by name: `kp`, `kd` or `ki`.

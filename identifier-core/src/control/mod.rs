@@ -6,14 +6,14 @@
 //!
 //! - e_k is the position error of this sample ([`Setpoint::error`]). With a [`ReferenceFilter`] it is that of the
 //!   filtered reference. With a [`FeedForward`], whose command is f_k, it is that of the reference model behind the
-//!   filter. v_k is the estimate of the *measured* velocity, this sample's increment included ([`VelocityEstimate`]).
-//!   The reference is not differentiated.
+//!   filter. The velocity v_k is the estimate of the *measured* velocity, this sample's increment included
+//!   ([`VelocityEstimate`]). The reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
 //!   computed. In single precision the sum is compensated, so that a small error is not lost in a large
 //!   integral.
 //! - The limit ([`CommandLimit`]) acts on the whole sum, the integral included.
-//! - Anti-windup is conditional integration (`Command::integrates`). e_k > 0 is *not* added if the command before the
-//!   limit is above the upper limit. e_k < 0 is not added if it is below the lower limit.
+//! - Anti-windup is conditional integration (`Command::integrates`). A positive e_k is *not* added if the command
+//!   before the limit is above the upper limit. A negative e_k is not added if that command is below the lower limit.
 //! - u_k acts unchanged from this sample to the next (zero-order hold).
 //!
 //! The model loop's correction (`CommandCorrection`) has the same gains unless others are stated. It also has the same
@@ -45,8 +45,8 @@ use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Number, RunningSum};
 use crate::units::Units;
 
-/// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The law it computes is in the documentation of this
-/// [module](self).
+/// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The documentation of this
+/// [module](self) has its control law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller<N, V> {
     /// The control law.
@@ -78,9 +78,9 @@ impl<N: Number, V> Controller<N, V> {
         Self::with_pid(Pid::new(units, gains, limit), velocity)
     }
 
-    /// The same with a PID in machine units. `gains` are k_p, k_d and k_i: command units per position unit, per
-    /// position unit a sample and per sum of position units. k_i is above zero. `limit` is the lowest and the highest
-    /// command.
+    /// The same with a PID in machine units. The gains are k_p, k_d and k_i: command units per position unit, per
+    /// position unit a sample and per sum of position units. The last is above zero. The limit is the lowest and the
+    /// highest command.
     ///
     /// It checks nothing and divides by k_i alone, as multiplications: for a sample in which gains change.
     #[must_use]
@@ -154,7 +154,7 @@ pub struct ControlState<N: Number, S> {
 }
 
 impl<N: Number, S: Default> Default for ControlState<N, S> {
-    /// At rest, integral empty, the filtered reference where the servo is.
+    /// At rest, integral empty, the filtered reference at the servo's position.
     fn default() -> Self {
         Self {
             integral: N::Sum::new(N::ZERO),
@@ -176,7 +176,7 @@ impl<N: Number, S> ControlState<N, S> {
         }
     }
 
-    /// With so much less of the integral, machine units.
+    /// Subtracts this from the integral, machine units.
     #[must_use]
     pub fn with_integral_less(self, integral: N) -> Self {
         let left = self.integral.value() - integral;
@@ -237,7 +237,7 @@ impl<N: Number> Controller<N, LowPass<N>> {
 }
 
 impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
-    /// The state at rest, integral empty, the reference where the servo is.
+    /// The state at rest, integral empty, the reference at the servo's position.
     #[must_use]
     pub fn start(&self) -> ControlState<N, V::State> {
         ControlState::default()

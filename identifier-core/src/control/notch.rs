@@ -7,9 +7,9 @@ use crate::units::Units;
 ///
 /// N(s) = (s² + 2 ζ_z ω s + ω²)/(s² + 2 ζ_p ω s + ω²), ζ_z = [`Notch::DEPTH`], ζ_p = [`Notch::WIDTH`],
 ///
-/// under Tustin's transform with ω mapped exactly. At rest it passes a command as it is.
+/// under Tustin's transform with ω mapped exactly. At rest it passes a command unchanged.
 ///
-/// It is computed as u − 2 (ζ_p − ζ_z) v. v is the band-pass of a state-variable filter in trapezoidal integration
+/// It is computed as u − 2 (ζ_p − ζ_z) v. Here v is the band-pass of a state-variable filter in trapezoidal integration
 /// (Zavalishin, The Art of VA Filter Design, 2018, chapter 4). The low-pass is kept as the distance from the command.
 /// At rest both are zero, so at a small ω T no rounding remains in the command. Without a notch the command keeps its
 /// bits.
@@ -137,7 +137,7 @@ mod tests {
         Notch::new(&units, frequency).expect("valid")
     }
 
-    /// What is left of a sine after many periods, in and against its phase.
+    /// The response to a sine after many periods, in phase and in quadrature.
     fn response<N: Number>(notch: &Notch<N>, angle: f64) -> [f64; 2] {
         let mut state = NotchState::at(N::ZERO);
         let settling = (60.0 / angle) as u32;

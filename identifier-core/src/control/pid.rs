@@ -55,7 +55,8 @@ impl<N: Number> Pid<N> {
         }
     }
 
-    /// The control law for k_p, k_d and k_i in machine units, and the lowest and highest command. k_i is above zero.
+    /// The control law for k_p, k_d and k_i in machine units, and the lowest and highest command. Here k_i is above
+    /// zero.
     pub(crate) fn in_machine_units(
         [proportional, derivative, integral]: [N; 3],
         [low, high]: [N; 2],

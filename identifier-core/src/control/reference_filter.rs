@@ -10,9 +10,9 @@ use crate::units::Units;
 ///
 /// y − q ← (r − q) − E ((r − q) − ((y − q)_before − (q − q_before)))
 ///
-/// so it is as exact at any count and through its wrap as the error is. No rounding adds up. y is off by at most the
-/// last bit of the error r − q over 1 − E. When the loop has moved the servo to y, y is r. Without a filter E is zero,
-/// and y is r to the last bit.
+/// so it is as exact at any count and through its wrap as the error is. No rounding adds up. The error of y is at most
+/// the last bit of the error r − q over 1 − E. When the loop has moved the servo to y, y is r. Without a filter E is
+/// zero, and y is r to the last bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFilter<N> {
     pole: N,

@@ -12,7 +12,7 @@ use crate::number::Number;
 pub enum ControlStepError<S, A> {
     /// The sensor gave no count.
     Sensor(S),
-    /// The controller refused its inputs.
+    /// The controller rejected its inputs.
     Step(StepError),
     /// The actuator took no command.
     Actuator(A),

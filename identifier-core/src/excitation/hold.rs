@@ -1,6 +1,6 @@
 use crate::error::{Allowed, OutOfRange};
 
-/// Counts the control samples of a hold, in which a reference stays as it is.
+/// Counts the control samples of a hold, in which a reference is constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hold {
     left: u32,

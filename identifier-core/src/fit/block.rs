@@ -9,7 +9,7 @@ pub struct Block<N> {
     /// Mean command, command units.
     pub command: N,
     /// The first moment: the additional distance per unit of gain within the block because the command came earlier
-    /// than evenly spread. ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
+    /// than evenly spread. It is ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
     pub lead: N,
 }
 
@@ -24,7 +24,7 @@ pub struct NumberedBlock<N> {
     pub number: u32,
     /// Its samples.
     pub samples: N,
-    /// What they were condensed to.
+    /// The condensed samples.
     pub block: Block<N>,
 }
 

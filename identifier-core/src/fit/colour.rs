@@ -1,6 +1,6 @@
 use crate::number::Number;
 
-/// The colour of errors: how much each has of the one before.
+/// The autocorrelation of errors from one to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Colour<N> {
     /// The last error.
@@ -26,7 +26,7 @@ impl<N: Number> Colour<N> {
 
 /// The variance of white errors with the same information as autocorrelated errors of this variance. `products` is the
 /// sum of products of successive errors, `squares` that of their squares. An autocorrelation ρᵏ reduces the information
-/// by (1 + ρ)/(1 − ρ). One beyond `largest` cannot be distinguished from one.
+/// by (1 + ρ)/(1 − ρ). It is limited to `largest`: beyond that it cannot be distinguished from one.
 pub(crate) fn coloured<N: Number>(variance: N, products: N, squares: N, largest: f64) -> N {
     let correlation = if squares > N::ZERO {
         (products * squares.reciprocal()).limited(N::ZERO, N::from_f64(largest))

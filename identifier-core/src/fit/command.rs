@@ -60,7 +60,7 @@ impl<N: Number> HeldCommand<N> {
         [self.mean + half, self.mean - half]
     }
 
-    /// What acts of it between two times; none if it ends before or begins after them.
+    /// The part that acts between two times. None if it ends before or begins after them.
     fn between(&self, from: N, to: N) -> Option<Self> {
         let begins = from.larger(self.from);
         let ends = to.smaller(self.to);

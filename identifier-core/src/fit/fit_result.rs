@@ -73,7 +73,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
         finite && self.is_explained() && known
     }
 
-    /// True if more of the motion would tell friction from load, or when the command acts.
+    /// True if more of the motion would separate friction from load, or show when the command acts.
     pub(crate) fn is_open(&self) -> bool {
         self.only_direction != N::ZERO || self.early == EarlyCommand::Perhaps
     }
@@ -87,7 +87,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
 
     /// Why a result from which nothing can continue is none.
     pub(crate) fn objection(&self) -> Reason {
-        /// The command acts if it explains at least this part of what friction and load leave over.
+        /// The command acts if it explains at least this part of the residual of friction and load.
         const MIN_COMMAND_SHARE: f64 = 0.5;
         let acts = N::from_f64(MIN_COMMAND_SHARE);
         let is_bounded = self.is_at_bound();

@@ -133,7 +133,7 @@ where
     /// Horizons, blocks: that of the starts, a shorter and a longer one.
     const HORIZONS: [f64; 3] = [21.0, 6.0, 74.0];
 
-    /// The same for a motion that begins at rest: in the last the model goes alone, and that counts.
+    /// The same for a motion that begins at rest. The last is an open-loop simulation, and that one counts.
     const HORIZONS_FROM_REST: [f64; 3] = [21.0, 74.0, Self::ALONE];
 
     /// More than the blocks of any record.
@@ -142,8 +142,8 @@ where
     /// The longest horizon, of the record.
     const LONGEST_HORIZON: f64 = 1.0 / 4.0;
 
-    /// A fitter for a short motion from rest, or nearly: so short that the model may go through it alone. It fits all unknowns,
-    /// in machine units of a sample, to a record whose blocks have so many samples.
+    /// A fitter for a short motion from rest, or nearly. The motion is short enough for an open-loop simulation. It
+    /// fits all unknowns, in machine units of a sample, to a record whose blocks have this number of samples.
     ///
     /// - `speed` is the standard deviation of the velocity before the first block, counts per sample.
     /// - `low` and `high` are the bounds of the unknowns; a is kept within ±[`FrictionStep::LARGEST_RATE`] of a block.
@@ -215,7 +215,7 @@ where
         known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
     }
 
-    /// Begins a fit to a record of so many blocks.
+    /// Begins a fit to a record of this number of blocks.
     pub fn begin_fit(&self, blocks: usize) -> Fit<N, S::Inputs<N>, P> {
         let inputs = S::Inputs::START;
         Fit {
@@ -369,7 +369,7 @@ where
         (counts * root(self.relative(fit.noise))).larger(share * fit.survey.path)
     }
 
-    /// Takes a pass of a descent; true if it goes on.
+    /// Takes a pass of a descent. True if the descent continues.
     fn descends(&self, fit: &mut Fit<N, S::Inputs<N>, P>) -> bool {
         let pass = Explanation {
             unknowns: fit.trial,

@@ -9,7 +9,7 @@ use crate::number::Number;
 /// variance S times it (Mehra, "On the identification of variances and adaptive Kalman filtering", IEEE Transactions on
 /// Automatic Control 15(2), 1970).
 ///
-/// The determinant of the covariance is carried in place of the difference that loses it in single precision.
+/// The determinant of the covariance is a state, as the difference that gives it loses it in single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct KalmanGain<N> {
     position: N,
@@ -30,7 +30,7 @@ pub(super) struct KalmanGain<N> {
 }
 
 impl<N: Number> KalmanGain<N> {
-    /// The gain is constant after so many horizons.
+    /// The gain is constant after this number of horizons.
     const SETTLED: f64 = 5.0;
 
     /// Before the first block, at the first measured position; the velocity has a variance.

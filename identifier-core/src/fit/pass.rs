@@ -20,7 +20,7 @@ pub(super) struct Pass<N, I, const P: usize> {
     pub(super) turns: Turns<N>,
 }
 
-/// What a pass sums besides its equations.
+/// The sums of a pass besides its equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PassSums<N, const P: usize> {
     pub(super) colour: Colour<N>,

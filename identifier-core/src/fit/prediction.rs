@@ -3,7 +3,7 @@ use super::record::Blocks;
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
 
-/// A block as a model predicts it that goes through the record alone.
+/// A block as the open-loop simulation of the record predicts it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted<N, const P: usize> {
     /// The servo's position less the model's, counts, weighted so that its variance is that of the position's noise.

@@ -53,7 +53,7 @@ impl<N: Number> Survey<N> {
         omega * root(self.travel_square * per_block) * unrest.reciprocal_root()
     }
 
-    /// True if the position hardly goes beyond the steps and the noise of the encoder.
+    /// True if the position barely exceeds the steps and the noise of the encoder.
     pub(super) fn is_hardly_motion(&self) -> bool {
         /// The distance between the ends of a motion of which more than the rounding is seen, counts.
         const MIN_EXTENT_COUNTS: f64 = 20.0;
@@ -83,7 +83,7 @@ impl<N: Number> Survey<N> {
 /// Reversals of the measured motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Turns<N> {
-    /// The least way back that is a reversal.
+    /// The least distance back that is a reversal.
     back: N,
     /// The furthest since the last reversal, relative to the present position.
     extreme: N,
@@ -93,7 +93,7 @@ pub(super) struct Turns<N> {
 }
 
 impl<N: Number> Turns<N> {
-    /// No motion yet; a way of more than `back` against the direction is a reversal.
+    /// No motion yet. A distance of more than `back` against the direction is a reversal.
     pub(super) fn beyond(back: N) -> Self {
         Self {
             back,
@@ -135,7 +135,7 @@ fn per<N: Number>(blocks: usize) -> N {
     N::from_count(blocks.max(1) as i32).reciprocal()
 }
 
-/// √x, zero for what is not positive.
+/// √x, zero if x is not positive.
 pub(super) fn root<N: Number>(x: N) -> N {
     if x > N::ZERO {
         x * x.reciprocal_root()

@@ -39,7 +39,7 @@ pub(super) const ACCUMULATOR_BITS: i32 = 60;
 /// The exponent of the smallest power of two that is above a magnitude; the magnitude must be
 /// finite. That of zero and of subnormal numbers is the lowest of all.
 pub(super) fn exponent_above(magnitude: f64) -> i32 {
-    /// Fraction bits of a double, and the exponent that stands for one to two.
+    /// Fraction bits of a double, and the exponent of the numbers from one to two.
     const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
     const BIAS: i32 = f64::MAX_EXP - 1;
     // Not `frexp`, which calls itself: a chip's stack would have no bound.
@@ -150,8 +150,7 @@ pub(super) fn wide(x: Word) -> Accumulator {
     Accumulator::from_bits(i64::from(x.to_bits()) << (ACCUMULATOR_BITS - WORD_BITS))
 }
 
-/// A fraction of one with 32 fraction bits, below one half in magnitude: what multiplies a word in
-/// one instruction.
+/// A fraction of one with 32 fraction bits, below one half in magnitude. It multiplies a word in one instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fraction(i32);
 

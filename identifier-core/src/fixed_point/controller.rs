@@ -97,7 +97,7 @@ impl<V: VelocityEstimate<Word>> FromSettings for FixedController<V> {
 }
 
 impl<V: VelocityEstimate<Word>> FixedController<V> {
-    /// At rest, integral empty, the filtered reference where the servo is.
+    /// At rest, integral empty, the filtered reference at the servo's position.
     #[must_use]
     pub fn start(&self) -> FixedControlState<V::State> {
         FixedControlState {

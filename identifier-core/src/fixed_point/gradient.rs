@@ -10,7 +10,7 @@ use crate::parameters::{Parameter, ParameterSet};
 use crate::settings::{Decay, GradientPlan};
 use crate::unrolled::{each, from_fn};
 
-/// The Γ-gradient law (11) on words, with the guard and the projection of
+/// The Γ-gradient estimator (11) on words, with the guard and the projection of
 /// [`Gradient`](crate::adaptation::Gradient), for a diagonal Γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedGradient<const P: usize> {
@@ -71,7 +71,7 @@ impl<const P: usize> FixedGradient<P> {
     /// Bits of Γφ and μ ε that must be left at full scale.
     const FELT: i32 = 10;
 
-    /// The same of Γφ for friction and load, whose regressors are hardly ever anything but ±1.
+    /// The same of Γφ for friction and load, whose regressors are nearly always ±1.
     const FELT_WHERE_CONSTANT: i32 = 4;
 
     /// The most that y is raised by.

@@ -162,7 +162,7 @@ where
     V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
-    /// The certificate of the box, where a box was given.
+    /// The certificate of the parameter range; none without one.
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
         self.stability_check
@@ -170,7 +170,7 @@ where
             .map(|stability_check| &stability_check.certificate)
     }
 
-    /// The gain margin of the sampled loop over the box, where a box was given: see
+    /// The gain margin of the sampled loop over the parameter range; none without one. See
     /// [`SampledLoop::gain_margin`](crate::stability::SampledLoop::gain_margin).
     #[must_use]
     pub fn gain_margin(&self) -> Option<f64> {
@@ -178,7 +178,7 @@ where
             .map(|stability_check| stability_check.gain_margin)
     }
 
-    /// μ as it is used, 1/s: the one given, or the automatic one.
+    /// The μ in use, 1/s: the one given, or the automatic one.
     #[must_use]
     pub fn mu(&self) -> f64 {
         self.mu

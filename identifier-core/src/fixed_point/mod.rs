@@ -34,13 +34,13 @@
 //!
 //! Within a sample the full scales leave a margin. The three terms of the PID are at most one half each. The model's
 //! command has three parts: the command that acted, k_p ε + k_d ε̇ and k_i ω. Each is at most one half, and the sum
-//! saturates to one. b̂ is at most one half of its full scale, so b̂ u_e is too. d̂ and ĉ are at most a quarter, and so
-//! is the damping â T q̇_e. An acceleration is at most one and a quarter. A velocity in its 64 bits is at most two and
-//! a half of eight. ε̇ is the filtered *half* of the difference of two increments.
+//! saturates to one. The estimate b̂ is at most one half of its full scale, so b̂ u_e is too. Both d̂ and ĉ are at most
+//! a quarter, and so is the damping â T q̇_e. An acceleration is at most one and a quarter. A velocity in its 64 bits
+//! is at most two and a half of eight. The rate ε̇ is the filtered *half* of the difference of two increments.
 //!
-//! A factor of the configuration is below one half of what its scales make one. So its product never needs a shift up.
-//! The step of an estimate needs one if Γ is large: y is raised before it is multiplied. Where a shift up would
-//! overflow, 64 bits are raised and saturate. The property tests drive all of this with arbitrary inputs, for any
+//! A factor of the configuration is below one half of the value that its scales make one. So its product never needs a
+//! shift up. The step of an estimate needs one if Γ is large: y is raised before it is multiplied. Where a shift up
+//! would overflow, 64 bits are raised and saturate. The property tests drive all of this with arbitrary inputs, for any
 //! servo, with every sum checked.
 //!
 //! **Where it differs from numbers**: only where something saturates. A u_ε beyond the command's full scale is cut off.
@@ -60,8 +60,8 @@
 //! A Γ that moves an estimate by more than its sum can hold. A Γ so small that less than ten bits of Γφ are left (four
 //! for friction and load). A Γ whose φᵀΓφ at full scale is so large that the guard's bound would be lost in it.
 //!
-//! Bounds from which a full scale follows must be given. These are the bound of b if there is no parameter range, and
-//! those of Coulomb friction and load if the model has them.
+//! Bounds from which a full scale follows must be given. The bound of b is such if there is no parameter range. Those
+//! of Coulomb friction and load are such if the model has them.
 //!
 //! Gauss–Newton stays in floating point. A covariance spans the square of the signals' range, from 10⁻¹² to 1 within a
 //! second. A word would need its own exponent per entry and sample, and that is a floating-point number.

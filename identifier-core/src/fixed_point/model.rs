@@ -18,7 +18,7 @@ pub(super) struct FixedModelLoop<V> {
     velocity: V,
     correction: FixedCorrection,
     step: FixedStep,
-    /// Of an increment in the output error.
+    /// The weight of an increment in the output error.
     weight: Weight,
 }
 

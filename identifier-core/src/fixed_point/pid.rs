@@ -67,7 +67,7 @@ pub(super) struct FixedPid {
     derivative: Coefficient,
     integral: Coefficient,
     weight: Weight,
-    /// Of the full scale of the command before the limit.
+    /// Lowest command, of the full scale of the command before the limit.
     low: Word,
     high: Word,
     up: Raise,
@@ -122,7 +122,7 @@ impl FixedPid {
 
 /// The correction in command form on words: [`CommandCorrection`](crate::model::CommandCorrection).
 ///
-/// The part k_p ε + k_d ε̇ is limited to half of the command's full scale. ω stops where k_i ω is as much.
+/// The part k_p ε + k_d ε̇ is limited to half of the command's full scale. The sum ω stops where k_i ω is as much.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedCorrection {
     proportional: Coefficient,

@@ -46,7 +46,7 @@ impl RangeSettings {
     }
 }
 
-/// By how much an estimate b̂ may exceed the box where no bound is given.
+/// The factor by which an estimate b̂ may exceed the parameter range if no bound is given.
 const BEYOND_THE_BOX: f64 = 4.0;
 
 /// Bounds of an estimate in fixed point: those given, or a known value. For b they may also follow from the parameter
@@ -72,8 +72,7 @@ pub(super) fn bounds(
     })
 }
 
-/// The exponents of the full scales, machine units: a word w of a quantity stands for
-/// w · 2^exponent.
+/// The exponents of the full scales, machine units: a word w of a quantity means w · 2^exponent.
 ///
 /// They follow from the settings alone, so that controller and identifier built from the same settings have the same.
 /// With them every sum stays below one, and every product needs a shift in one direction only. See the table of the

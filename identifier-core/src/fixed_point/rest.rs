@@ -7,7 +7,7 @@ use crate::units::Units;
 /// Detection of standstill: [`Standstill`] on words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FixedRest {
-    /// Of an increment's full scale, with 30 fraction bits.
+    /// The slip, of an increment's full scale, with 30 fraction bits.
     slip: i64,
     /// Samples.
     patience: u32,

@@ -11,8 +11,8 @@ use crate::measurement::velocity::VelocityEstimate;
 use crate::parameters::{ParameterSet, ServoParameters};
 use crate::settings::{FromSettings, Settings, SettingsError};
 
-/// Controller and gradient identifier together on words: what
-/// [`ServoLoop`](crate::identifier::ServoLoop) is on numbers.
+/// Controller and gradient identifier together on words. [`ServoLoop`](crate::identifier::ServoLoop) is the same on
+/// numbers.
 ///
 /// A sample is [`FixedServoLoop::process`]. Its two halves are [`FixedServoLoop::control`], then
 /// [`FixedServoLoop::learn`], so that the command can go out first.

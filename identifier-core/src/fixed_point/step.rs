@@ -210,7 +210,7 @@ impl FixedStep {
     }
 }
 
-/// The way that an acceleration adds.
+/// The displacement that an acceleration adds.
 #[inline]
 fn way(response: FixedResponse, acceleration: Word) -> Word {
     quarter_product(response.double_way, acceleration) << 1

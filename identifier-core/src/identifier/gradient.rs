@@ -69,7 +69,7 @@ where
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    /// The certificate of the box, where a box was given.
+    /// The certificate of the parameter range; none without one.
     #[must_use]
     pub fn certificate(&self) -> Option<&Certificate> {
         self.stability_check
@@ -77,7 +77,7 @@ where
             .map(|stability_check| &stability_check.certificate)
     }
 
-    /// The gain margin of the sampled loop over the box, where a box was given: see
+    /// The gain margin of the sampled loop over the parameter range; none without one. See
     /// [`SampledLoop::gain_margin`](crate::stability::SampledLoop::gain_margin).
     #[must_use]
     pub fn gain_margin(&self) -> Option<f64> {
@@ -85,7 +85,7 @@ where
             .map(|stability_check| stability_check.gain_margin)
     }
 
-    /// μ as it is used, 1/s: the one given, or the automatic one.
+    /// The μ in use, 1/s: the one given, or the automatic one.
     #[must_use]
     pub fn mu(&self) -> f64 {
         self.mu
@@ -135,7 +135,7 @@ where
         pushed.magnitude() > coulomb + coulomb + hidden
     }
 
-    /// The guard shortens the law's step.
+    /// The guard shortens the estimator's step.
     #[cold]
     #[inline(never)]
     fn learn_slowly(
@@ -215,7 +215,7 @@ where
         }
     }
 
-    /// The law's step.
+    /// The estimator's step.
     #[inline]
     fn update(
         &self,

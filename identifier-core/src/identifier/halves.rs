@@ -51,7 +51,7 @@ use crate::reason::Reason;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// **Losses are harmless.** If the queue has no space, a block is lost; the fitter notices the missing number and
+/// **Losses are harmless.** If the queue has no space, a block is lost. The fitter notices the missing number and
 /// begins a new record. A fit result of a recording that has ended is not taken over. A lost fit result is computed
 /// again. The queue of blocks needs space for those that come while the background is busy.
 ///

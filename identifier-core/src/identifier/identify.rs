@@ -99,7 +99,7 @@ pub trait Identify<N: Copy> {
         self.at_bounds_in(&self.snapshot(state))
     }
 
-    /// Their standard errors, SI, for laws that have them; zero for a parameter that the model lacks.
+    /// Their standard errors, SI, for estimators that have them. Zero for a parameter that the model lacks.
     fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
         let of = |unknown| self.standard_error_of(state, unknown);
         Some(ServoParameters {
@@ -117,7 +117,7 @@ pub trait Identify<N: Copy> {
         Some(parameter.value_in(&self.estimates_in(shown)))
     }
 
-    /// Its standard error, SI, for laws that have it.
+    /// Its standard error, SI, for estimators that have it.
     fn standard_error_of(&self, _: &Self::State, _: Unknown) -> Option<f64> {
         None
     }
@@ -176,7 +176,7 @@ pub struct Update<N> {
 pub enum Event {
     /// Nothing else.
     None,
-    /// A guard shortened the law's step.
+    /// A guard shortened the estimator's step.
     Slowed,
     /// Nothing was learnt: the servo is at standstill.
     Standing,

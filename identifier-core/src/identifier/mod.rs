@@ -1,9 +1,9 @@
-//! Identifiers: a model and a law for a servo whose loop a controller closes.
+//! Identifiers: a model and an estimator for a servo whose loop a controller closes.
 //!
 //! All of them [`Identify`]: they get the encoder's increment and the command that acts, and nothing else.
 //! [`GradientIdentifier`] runs the paper's estimator. [`GaussNewtonIdentifier`] is the fast one, with standard errors;
 //! it begins without a guess. It also exists as two halves: an interrupt that [records](RecordBlocks) and a background
-//! that [fits](FitBlocks). [`BehindAmplifier`] puts what is known of the amplifier in front of any of them.
+//! that [fits](FitBlocks). [`BehindAmplifier`] puts the known effects of the amplifier in front of any of them.
 //! [`ServoLoop`] is our controller with one of them.
 
 mod behind_amplifier;

@@ -99,7 +99,7 @@ impl<N: Number> LowPass<N> {
 pub struct LowPassState<N>(N);
 
 impl<N> LowPassState<N> {
-    /// Of a servo that moves with a velocity, machine units.
+    /// The state of a servo that moves with a velocity, machine units.
     #[must_use]
     pub fn moving(velocity: N) -> Self {
         Self(velocity)

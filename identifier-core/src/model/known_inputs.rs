@@ -22,7 +22,7 @@ pub struct Acting<N> {
 }
 
 impl<N: Number> Acting<N> {
-    /// A command that acts as it is.
+    /// A command that acts unchanged.
     #[inline]
     #[must_use]
     pub fn at_once(command: N) -> Self {
@@ -195,7 +195,7 @@ mod tests {
         }
     }
 
-    /// A mass that the last commands push, each in two parts, in closed form; from rest.
+    /// A mass that the last commands accelerate from rest, each in two parts, in closed form.
     fn pushed(commands: &[f64], delay: f64) -> (f64, f64) {
         let mut position = 0.0;
         let mut velocity = 0.0;

@@ -8,7 +8,7 @@ use crate::unrolled::from_fn;
 /// The model loop (5)–(7), driven by the command that acted.
 ///
 /// **From the paper's loop to this one.** The paper closes a second PID around the model. The servo's u is a linear law
-/// on e, q̇ and z. u_e is the same law on e_e = e + ε, q̇_e = q̇ − ε̇ and z_e = z + ω. So, if no limit acts,
+/// on e, q̇ and z. Its u_e is the same law on e_e = e + ε, q̇_e = q̇ − ε̇ and z_e = z + ω. So, if no limit acts,
 ///
 /// u_e = k_p (e + ε) − k_d (q̇ − ε̇) + k_i (z + ω) = u + k_p ε + k_d ε̇ + k_i ω = u + u_ε,
 ///
@@ -69,10 +69,10 @@ pub(crate) struct Observed<N, const P: usize> {
     pub output_error: N,
     /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
     pub rate: N,
-    /// ψ = −φ, the regressor (9) of the parameter set with its sign turned. ∂q̈_e/∂θ = [−q̇_e, u_e, −sign q̇_e, 1],
-    /// with its entries through the velocity filter. The filter must act on φ as it does on ε̇. Otherwise their product
-    /// loses its sign at the frequencies that the filter delays. The entries are those of the past sample, like the
-    /// increment that gives the rate. While friction holds the model at rest, the regressor is zero.
+    /// ψ = −φ, the regressor (9) of the parameter set with its sign turned. It is ∂q̈_e/∂θ = [−q̇_e, u_e, −sign q̇_e,
+    /// 1], with its entries through the velocity filter. The filter must act on φ as it does on ε̇. Otherwise their
+    /// product loses its sign at the frequencies that the filter delays. The entries are those of the past sample, like
+    /// the increment that gives the rate. While friction holds the model at rest, the regressor is zero.
     pub regressor: [N; P],
 }
 
@@ -173,8 +173,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
         }
     }
 
-    /// Moves the model to the next sample under the command that acts until then; `rate` is what was
-    /// observed.
+    /// Moves the model to the next sample under the command that acts until then. `rate` is the observed ε̇.
     #[inline]
     pub(crate) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,

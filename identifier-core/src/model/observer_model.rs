@@ -16,8 +16,8 @@ use crate::unrolled::each;
 /// enters the velocity only through l₂ ∫ε, not through l_d ε as in the other form. So it disturbs stopping and breaking
 /// away far less.
 ///
-/// The optional terms of an [`UnknownSet`] act beside. Only ε and the velocity are kept, never a
-/// position, so no travel is too long for `f32`.
+/// The optional terms of an [`UnknownSet`] add to it. Only ε and the velocity are kept, never a position, so no travel
+/// is too long for `f32`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ObserverModel<N> {
     /// ε before the increment of the sample, or after it once [`ObserverModel::observe`] was
@@ -149,8 +149,8 @@ impl<N: Number> ObserverModel<N> {
         rests
     }
 
-    /// The acceleration but for Coulomb friction, and that friction. What depends on the velocity is
-    /// taken in the middle of the sample.
+    /// The acceleration but for Coulomb friction, and that friction. Effects that depend on the velocity use that in
+    /// the middle of the sample.
     #[inline]
     fn push<S: UnknownSet<P>, const P: usize>(
         &self,

@@ -23,7 +23,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         velocity: [N::ZERO; Q],
     };
 
-    /// Moves the tangents over the sample in which the model went `way` in a `phase`.
+    /// Moves the tangents over the sample in which the model moved by the displacement `way` in a `phase`.
     #[inline]
     pub(crate) fn advance<S: UnknownSet<P>, const P: usize>(
         &mut self,
@@ -67,7 +67,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         });
     }
 
-    /// A sample in which the model was at rest from beginning to end, so that they have no velocity.
+    /// A sample in which the model was at rest throughout, so that the tangents have no velocity.
     #[inline]
     pub(crate) fn rest(&mut self, innovation: &Innovation<N>) {
         let followed = N::ONE - innovation.position;

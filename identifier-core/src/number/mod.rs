@@ -249,7 +249,7 @@ mod tests {
     use super::Number;
     use proptest::prelude::*;
 
-    /// Angles as models ask for them: an order of ripple times an angle of up to a revolution.
+    /// Angles as models use them: an order of ripple times an angle of up to a revolution.
     #[test]
     fn f32_sine_and_cosine_are_off_by_what_is_stated() {
         const HIGHEST_ORDER: u32 = 200;

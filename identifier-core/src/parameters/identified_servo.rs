@@ -18,13 +18,13 @@ pub struct IdentifiedServo {
 impl IdentifiedServo {
     /// Places in the covariance.
     pub const A: usize = 0;
-    /// Of b.
+    /// Place of b.
     pub const B: usize = 1;
-    /// Of c.
+    /// Place of c.
     pub const COULOMB: usize = 2;
-    /// Of τ.
+    /// Place of τ.
     pub const DELAY: usize = 3;
-    /// Of d.
+    /// Place of d.
     pub const LOAD: usize = 4;
 
     /// The standard errors within which an unknown is.

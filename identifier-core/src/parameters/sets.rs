@@ -4,8 +4,8 @@ use crate::constants::fingerprint;
 
 /// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
 ///
-/// Every model has a and b; Coulomb friction and load are zero in a model without them. A parameter
-/// that is in the model but known is *frozen* in the configuration of its law.
+/// Every model has a and b; Coulomb friction and load are zero in a model without them. A known parameter of the model
+/// is *frozen* in the configuration of its estimator.
 pub trait ParameterSet<const P: usize>: Copy + core::fmt::Debug {
     /// The parameters, in their order.
     const PARAMETERS: [Parameter; P];

@@ -22,8 +22,7 @@ struct Row {
 #[derive(Clone, Copy)]
 enum Role {
     Parameter(Parameter),
-    /// The size of a term: its usual share of the quantity that it acts beside, and the part of the model that it
-    /// changes.
+    /// The size of a term. It has a usual share of the quantity that it acts beside, and changes a part of the model.
     Size(Term, f64, Changed),
 }
 
@@ -40,11 +39,11 @@ pub(super) enum Changed {
     CoulombFriction,
 }
 
-/// Usual sizes of terms, as a share of what they are beside.
+/// Usual sizes of terms, as a share of the quantities that they act beside.
 pub(crate) struct UsualSizes<N> {
-    /// Of Coulomb friction.
+    /// Share of Coulomb friction.
     pub(crate) coulomb: N,
-    /// Of what the servo shows of a quantity otherwise.
+    /// Share of the servo's usual value of each other quantity.
     pub(crate) other: PerQuantity<N>,
 }
 
@@ -96,13 +95,13 @@ unknowns! {
     /// s, friction over inertia that fades with speed as exp(−(q̇/v_s)²), rad/s².
     LowSpeed: "low-speed", Acceleration, "friction that fades with speed",
         Size(Term::LowSpeed, 0.3, CoulombFriction);
-    /// g_s, gravity over inertia that goes with sin q, rad/s².
+    /// g_s, gravity over inertia in proportion to sin q, rad/s².
     GravitySine: "gravity-sine", Acceleration, "gravity with sin q", Size(Term::Gravity, 0.3, Load);
-    /// g_c, gravity over inertia that goes with cos q, rad/s².
+    /// g_c, gravity over inertia in proportion to cos q, rad/s².
     GravityCosine: "gravity-cosine", Acceleration, "gravity with cos q", Size(Term::Gravity, 0.3, Load);
-    /// r_s, ripple over inertia that goes with sin Nq, rad/s².
+    /// r_s, ripple over inertia in proportion to sin Nq, rad/s².
     RippleSine: "ripple-sine", Acceleration, "ripple with sin Nq", Size(Term::Ripple, 0.1, Load);
-    /// r_c, ripple over inertia that goes with cos Nq, rad/s².
+    /// r_c, ripple over inertia in proportion to cos Nq, rad/s².
     RippleCosine: "ripple-cosine", Acceleration, "ripple with cos Nq", Size(Term::Ripple, 0.1, Load);
     /// δ, the dead band of the bridge to either side, command units.
     DeadBand: "dead-band", Command, "dead band of the bridge", Size(Term::DeadBand, 0.1, Command);
@@ -240,7 +239,7 @@ impl Term {
 /// from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Of a motion that decays, 1/s.
+    /// Rate of decay, 1/s.
     Rate,
     /// Acceleration per command, rad/s² per command unit.
     Gain,

@@ -8,7 +8,7 @@ use crate::parameters::Term;
 
 impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifier<N, I, L> {
     /// # Errors
-    /// `delay`, `current_loop` or `dead_band` out of range, or a setting that the identifier refuses.
+    /// `delay`, `current_loop` or `dead_band` out of range, or a setting that the identifier rejects.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let declared = Declared::new(settings, AmplifierState::<N, L>::MAX_DELAY)?;
         Ok(Self {

@@ -55,7 +55,7 @@ impl Settings {
     }
 }
 
-/// The corner servos of a box: a, 1/s, and b, rad/s² per command unit.
+/// The corner servos of a parameter range: a, 1/s, and b, rad/s² per command unit.
 fn corners(range: &PlantBox) -> [(f64, f64); 4] {
     let (a, b) = (range.a(), range.b());
     [
@@ -99,9 +99,9 @@ const STRENGTH: f64 = 1.0;
 /// - **Ratio.** (11) moves an estimate at a rate proportional to Γᵢᵢ E φᵢ². Equal rates require Γ_a/Γ_b = E u²/E q̇²,
 ///   and Γ_c/Γ_b = E u² for friction and load. The smallest such ratio of the corners is used. A Γ_a too large in
 ///   proportion to Γ_b makes â oscillate; one too small only makes it slower.
-/// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. Γ is sized so that the *mean* of T φᵀΓφ reaches [`STRENGTH`]
-///   times that bound at the corner where it is smallest. The guard then limits the rate in the transients, which carry
-///   the information.
+/// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. The size of Γ is such that the *mean* of T φᵀΓφ reaches
+///   [`STRENGTH`] times that bound at the corner where it is smallest. The guard then limits the rate in the
+///   transients, which carry the information.
 ///
 /// # Errors
 /// No Γ follows from a servo at rest or a loop that is unstable.

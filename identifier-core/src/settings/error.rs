@@ -11,9 +11,9 @@ use crate::stability::{CertificateError, EstimateError, SampledLoopError};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum GainError {
-    /// The reference leaves a servo of the box at rest.
+    /// The reference leaves a servo of the parameter range at rest.
     AtRest,
-    /// The loop around a servo of the box leaves the range of numbers.
+    /// The loop around a servo of the parameter range leaves the range of numbers.
     Unstable,
 }
 
@@ -46,11 +46,11 @@ pub enum SettingsError {
     NoGamma(GainError),
     /// The certificate fails.
     Certificate(CertificateError),
-    /// The sampled loop of a servo in the box is unstable.
+    /// The sampled loop of a servo in the parameter range is unstable.
     SampledLoop(SampledLoopError),
     /// The sampled correction is unstable for an estimate that the bounds allow.
     Estimate(EstimateError),
-    /// A term is asked for or declared, and the set of unknowns does not have it.
+    /// A term is requested or declared that the set of unknowns does not have.
     NoSuchTerm {
         /// The term.
         term: Term,

@@ -21,7 +21,7 @@ use crate::units::Units;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GradientPlan<const P: usize> {
     pub(crate) units: Units,
-    /// Of the correction, in command form.
+    /// Gains of the correction, in command form.
     pub(crate) gains: Gains,
     pub(crate) gamma: PositiveDefinite<P>,
     pub(crate) mu: f64,
@@ -37,9 +37,10 @@ pub(crate) struct GradientPlan<const P: usize> {
 /// The smallest α that the servo may have, 1/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Decay {
-    /// Of the box.
+    /// From the parameter range.
     Known(f64),
-    /// Without a box: this much per b̂, half of k_d, so that an estimate twice too large still does.
+    /// Without a parameter range: this per b̂. It is half of k_d, so that it still holds for an estimate twice too
+    /// large.
     PerGain(f64),
 }
 
@@ -163,7 +164,7 @@ where
     S: ParameterSet<P>,
 {
     /// # Errors
-    /// See [`SettingsError`]. It names ranges, the certificate's inequality, the servo of the parameter range whose
+    /// See [`SettingsError`]. It names a range or the certificate's inequality. It may also name the servo whose
     /// sampled loop is unstable, or the estimate whose sampled correction is.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = settings.velocity::<N, V>()?;

@@ -4,8 +4,8 @@ use crate::parameters::{PerParameter, Terms};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IdentifierSettings {
-    /// Estimates to begin with. None: zero, or for b the middle of the box. Gauss–Newton
-    /// needs none of them.
+    /// Estimates to begin with. None: zero, or for b the middle of the parameter range. Gauss–Newton needs none of
+    /// them.
     pub initial: PerParameter<Option<f64>>,
     /// Parameters that are known: they stay at their initial values.
     pub known: PerParameter<bool>,
@@ -24,7 +24,7 @@ pub struct IdentifierSettings {
     /// Only the rows and columns of the model's parameters count. None: chosen from parameter range, gains and the
     /// limit of the controller, which must then be stated.
     pub gamma: Option<[[f64; 4]; 4]>,
-    /// μ of the gradient law, 1/s. None: chosen from gains and box.
+    /// μ of the gradient estimator, 1/s. None: chosen from gains and parameter range.
     pub mu: Option<f64>,
     /// Gains of the gradient's correction in command form (kp, kd, ki as of a PID). None: those of
     /// the controller, which makes the model loop the paper's.
@@ -37,10 +37,10 @@ pub struct IdentifierSettings {
     pub start_time: Option<f64>,
     /// The memory of Gauss–Newton, s, for a servo that changes. None: unlimited.
     pub memory: Option<f64>,
-    /// Optional terms of the model, for Gauss–Newton, and the declared amplifier, for every law.
+    /// Optional terms of the model, for Gauss–Newton, and the declared amplifier, for every estimator.
     pub terms: TermSettings,
-    /// The fastest that the servo can move, rad/s; a larger jump of the count is refused. None: what
-    /// the number format counts exactly in a sample.
+    /// The largest speed of the servo, rad/s. A larger jump of the count is rejected. None: the most that the number
+    /// format counts exactly in a sample.
     pub max_speed: Option<f64>,
     /// The ranges of the signals in fixed point. None: they follow from limit, gains and bounds.
     pub ranges: Option<RangeSettings>,

@@ -69,7 +69,7 @@ pub struct ControllerSettings {
     pub reference_filter: f64,
     /// Frequency of the [`Notch`], rad/s; zero for none.
     pub notch: f64,
-    /// The [`FeedForward`] behind that filter; none where the reference goes to the PID as it is.
+    /// The [`FeedForward`] behind that filter; none if the PID gets the reference unchanged.
     pub feed_forward: Option<FeedForwardSettings>,
 }
 

@@ -3,7 +3,7 @@ use crate::error::OutOfRange;
 use crate::interval::Interval;
 use crate::stability::PlantBox;
 
-/// The box of a configuration.
+/// The parameter range of a configuration.
 pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRange> {
     let Some(given) = settings.identifier.plant_box else {
         return Ok(None);
@@ -13,7 +13,7 @@ pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRa
     Ok(Some(plant_box))
 }
 
-/// The box, or the servo that the initial estimates describe.
+/// The parameter range, or the servo of the initial estimates.
 ///
 /// # Errors
 /// [`SettingsError::NotGiven`] if there are neither.

@@ -1,15 +1,15 @@
-//! The stability certificate (14) for a whole box of servos, and the automatic μ.
+//! The stability certificate (14) for a whole parameter range, and the automatic μ.
 //!
-//! The storage function is (10), and α = a + b k_d. Ḣ₁ ≤ y v − (α/2) y² holds exactly when μ ≤ α/2 and k_p ≥ k_i/μ + α
-//! μ/(2b). The paper's other inequalities follow from these two. As α/b = k_d + a/b, both are monotonic in a and in b.
-//! So the worst corner of the parameter range decides:
+//! The storage function is (10), and α = a + b k_d. Then Ḣ₁ ≤ y v − (α/2) y² holds exactly when μ ≤ α/2 and k_p ≥
+//! k_i/μ + α μ/(2b). The paper's other inequalities follow from these two. As α/b = k_d + a/b, both are monotonic in a
+//! and in b. So the worst corner of the parameter range decides:
 //!
 //! 1. 0 < μ < (a_min + b_min k_d)/2
 //! 2. k_p > k_i/μ + μ (k_d + a_max/b_min)/2
 //!
-//! It concerns only the error between servo and model, which does not depend on the controller (`ModelLoop`). k_p, k_d
-//! and k_i are the gains of the *correction*. The certificate holds with any controller that keeps the servo bounded,
-//! saturated or not.
+//! It concerns only the error between servo and model, which does not depend on the controller (`ModelLoop`). The gains
+//! k_p, k_d and k_i are those of the *correction*. The certificate holds with any controller that keeps the servo
+//! bounded, saturated or not.
 //!
 //! It is a statement about continuous time. The loss by sampling is checked by
 //! [`SampledLoop`](super::SampledLoop), and of the guard in
@@ -21,7 +21,7 @@ use super::PlantBox;
 use crate::constants::encode;
 use crate::control::Gains;
 
-/// Proof that (14) holds for every servo of a box.
+/// Proof that (14) holds for every servo of a parameter range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Certificate {
     mu: f64,
@@ -112,7 +112,7 @@ impl fmt::Display for CertificateError {
 impl core::error::Error for CertificateError {}
 
 impl Certificate {
-    /// Certifies a box for SI gains and μ (1/s).
+    /// Certifies a parameter range for SI gains and μ (1/s).
     ///
     /// # Errors
     /// The inequality that fails, with the values that would satisfy it.
@@ -147,7 +147,7 @@ impl Certificate {
         })
     }
 
-    /// Certifies a box with the automatic μ.
+    /// Certifies a parameter range with the automatic μ.
     ///
     /// # Errors
     /// As [`Certificate::new`]: if this fails, no μ would do, since 2. is then least.
@@ -164,7 +164,7 @@ impl Certificate {
         self.mu
     }
 
-    /// The certified box.
+    /// The certified parameter range.
     #[must_use]
     pub fn plant_box(&self) -> PlantBox {
         self.plant_box
@@ -176,10 +176,10 @@ fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 
     gains.ki() / mu + mu * (gains.kd() + plant_box.a().max() / plant_box.b().min()) / 2.0
 }
 
-/// The μ that asks the least of k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
+/// The μ that needs the least k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
 ///
-/// Without integral action a small μ has no cost and no benefit. μ is then half of what 2. allows, and below
-/// the limit of 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
+/// Without integral action a small μ has no cost and no benefit. It is then half of what 2. allows, and below the limit
+/// of 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
 #[must_use]
 pub(crate) fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
     /// Distance kept from the limit of 1.

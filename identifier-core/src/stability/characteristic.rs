@@ -5,9 +5,9 @@
 //! The integral is 1/δ; without integral action that factor cancels.
 //!
 //! Tustin's w, with z = (1 + w)/(1 − w), maps the unit circle onto the left half plane. Every factor of the polynomial
-//! is linear in δ, and so in w once it is multiplied by 1 − w. z becomes 1 + w, δ becomes 2 w, and c + l δ becomes c +
-//! (2 l − c) w. The polynomial is therefore multiplied out in w. At high rates its roots crowd at w = 0, and only their
-//! distance from there carries digits.
+//! is linear in δ, and so in w once it is multiplied by 1 − w. Then z becomes 1 + w, δ becomes 2 w, and c + l δ becomes
+//! c + (2 l − c) w. The polynomial is therefore multiplied out in w. At high rates its roots crowd at w = 0, and only
+//! their distance from there carries digits.
 
 use super::hurwitz::{DEGREE, Polynomial};
 use crate::control::Gains;
@@ -108,7 +108,7 @@ fn product(factors: [Linear; DEGREE - 1]) -> Part {
         .fold(one, |sum: Part, factor| times(&sum, factor))
 }
 
-/// The product; what it has beyond M coefficients is zero by the degrees of what is multiplied here.
+/// The product. Coefficients beyond M are zero by the degrees of the factors.
 fn times<const N: usize, const M: usize>(
     polynomial: &[f64; N],
     [constant, slope]: Linear,

@@ -10,9 +10,9 @@
 //!
 //! Consider a path from one Hurwitz polynomial to another. A root can leave the half plane through zero, where p₀ = 0,
 //! or through infinity, where pₙ = 0. A pair can leave through the imaginary axis, where Δₙ₋₁ = 0 (Orlando, 1911). For
-//! the mixtures s u + t v, s and t not negative, pₖ is linear in s and t. Δₙ₋₁ is a form of the fourth degree in them.
-//! If u is Hurwitz and all coefficients of these are positive, no mixture loses a root. All mixtures are then Hurwitz,
-//! and none has to be tested. The coefficients are, up to binomials, those of Bernstein's basis.
+//! the mixtures s u + t v, s and t not negative, pₖ is linear in s and t. The determinant Δₙ₋₁ is a form of the fourth
+//! degree in them. If u is Hurwitz and all coefficients of these are positive, no mixture loses a root. All mixtures
+//! are then Hurwitz, and none has to be tested. The coefficients are, up to binomials, those of Bernstein's basis.
 
 /// The largest degree.
 pub(super) const DEGREE: usize = 5;
@@ -130,7 +130,7 @@ mod tests {
             prop_assert_eq!(with_roots(root, pairs).is_hurwitz(), expected);
         }
 
-        /// Nothing between two polynomials escapes what is said of all of it.
+        /// A proof for all mixtures of two polynomials holds for each of them.
         #[test]
         fn a_proof_holds_for_every_mixture(
             one in [0.02_f64..3.0, 0.02_f64..3.0],

@@ -16,7 +16,7 @@ pub use sampled_loop::{EstimateError, SampledLoop, SampledLoopError};
 
 use crate::constants::encode;
 
-/// The results of the stability checks over the box.
+/// The results of the stability checks over the parameter range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StabilityCheck {
     pub(crate) certificate: Certificate,

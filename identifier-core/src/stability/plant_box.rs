@@ -5,7 +5,7 @@ use crate::interval::Interval;
 /// Where the true servo may lie: a ∈ [a_min, a_max] (1/s), b ∈ [b_min, b_max] (rad/s² per command
 /// unit).
 ///
-/// The box is the servo's. Estimates may start and move outside it.
+/// The range is that of the servo's parameters. Estimates may start and move outside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlantBox {
     a: Interval,
@@ -17,7 +17,7 @@ encode! {
 }
 
 impl PlantBox {
-    /// The box.
+    /// The parameter range.
     ///
     /// # Errors
     /// a_min must be at least 0 and b_min above 0.
@@ -39,7 +39,7 @@ impl PlantBox {
         self.b
     }
 
-    /// The smallest α = a + b k_d in the box, 1/s.
+    /// The smallest α = a + b k_d in the parameter range, 1/s.
     #[must_use]
     pub fn slowest_decay(&self, kd: f64) -> f64 {
         self.a.min() + self.b.min() * kd

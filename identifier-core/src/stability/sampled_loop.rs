@@ -1,4 +1,4 @@
-//! The stability lost by sampling: the poles of the sampled loop over the box.
+//! The stability lost by sampling: the poles of the sampled loop over the parameter range.
 //!
 //! The certificate is about continuous time. The loop that runs holds its command for a sample, filters its velocity
 //! and sums its integral. Too long a sample or too slow a filter makes it unstable however well (14) holds. The test is
@@ -20,7 +20,7 @@ use crate::interval::Interval;
 use crate::measurement::velocity::Transfer;
 use crate::units::Units;
 
-/// A servo of the box whose sampled loop is not stable.
+/// A servo of the parameter range whose sampled loop is not stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SampledLoopError {
@@ -45,7 +45,7 @@ impl fmt::Display for SampledLoopError {
 
 impl core::error::Error for SampledLoopError {}
 
-/// Points of the grid along each side of the box.
+/// Points of the grid along each side of the parameter range.
 const GRID: u32 = 17;
 
 /// The sampled loop of a controller around any servo.
@@ -68,7 +68,7 @@ impl SampledLoop {
         }
     }
 
-    /// Checks the sampled loop of every servo on a grid over the box.
+    /// Checks the sampled loop of every servo on a grid over the parameter range.
     ///
     /// # Errors
     /// The servo whose loop has a root on or outside the unit circle. Among several it is that of the smallest b, then
@@ -99,7 +99,7 @@ impl SampledLoop {
     ///
     /// A loop near its stability limit responds at high frequencies. There hold and filter delay the output error so
     /// far that (11) is no longer passive. The estimates can then wander although the loop is stable. With an ample
-    /// margin this happens to none of 300 random certified loops, under a Γ from a tenth of to ten times the automatic
+    /// margin this happens to none of 300 random certified loops. Their Γ is from a tenth of to ten times the automatic
     /// one. Below that margin it happens to some (`cargo test --test integration certificate::`).
     #[must_use]
     pub fn gain_margin(&self, plant_box: &PlantBox) -> f64 {

@@ -76,7 +76,7 @@ impl ClosedLoop {
     /// Commands that are kept while they are delayed.
     const COMMANDS: usize = 64;
 
-    /// A loop at rest, with the sample time `sample_time` or, where the loop is slow, a multiple of it.
+    /// A loop at rest, with the sample time `sample_time`, or a multiple of it if the loop is slow.
     ///
     /// # Errors
     /// A gain or cut-off that no loop can have.
@@ -219,7 +219,7 @@ impl ClosedLoop {
     }
 }
 
-/// The step of a promise as it is predicted for the identified servo, sample by sample; it does not end.
+/// The predicted step of the identified servo, sample by sample. It does not end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PredictedStep {
     closed_loop: ClosedLoop,

@@ -9,7 +9,7 @@ pub enum Goal {
     ResponseTime(f64),
     /// The magnitude ω of the loop's poles, rad/s.
     Bandwidth(f64),
-    /// As stiff as this servo bears.
+    /// The stiffest loop that this servo allows.
     Stiffest,
 }
 
@@ -22,7 +22,7 @@ pub enum Cap {
     Delay,
     /// The encoder's noise in the command.
     EncoderNoise,
-    /// The command that a step asks for.
+    /// The command that a step needs.
     CommandLimit,
     /// A resonance.
     Resonance,

@@ -1,4 +1,4 @@
-//! The reference model along which a feed-forward leads a servo.
+//! The reference model of a feed-forward.
 //!
 //! All three poles lie at −ω_m. With x = ω_m t its step of one is 1 − e^(−x) (1 + x + x²/2). The velocity is ω_m e^(−x)
 //! x²/2, the acceleration ω_m² e^(−x) (x − x²/2). Both begin at zero, so a delay in the loop turns little of the step
@@ -8,7 +8,7 @@ use super::TuningSettings;
 use super::possible_servos::PossibleServo;
 use crate::control::FeedForwardSettings;
 
-/// What a feed-forward may do for a servo, SI.
+/// The limits of a feed-forward for a servo, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lead {
     a: f64,
@@ -16,7 +16,7 @@ pub(super) struct Lead {
     coulomb: f64,
     /// The largest that Coulomb friction may be.
     most_coulomb: f64,
-    /// The acceleration that a step may ask for, over the step, 1/s².
+    /// The largest acceleration of a step, over the step, 1/s².
     acceleration: f64,
     step: f64,
 }
@@ -26,7 +26,7 @@ impl Lead {
     /// PID responds to the delay as to an error.
     const MAX_BANDWIDTHS: f64 = 3.0;
 
-    /// The part of the command that the feed-forward may take. The rest is for what the PID has to correct.
+    /// The part of the command that the feed-forward may take. The rest is for the corrections of the PID.
     const COMMAND: f64 = 0.9;
 
     /// The largest Coulomb friction over ω² times the step. After an earlier motion the integral may already balance

@@ -1,11 +1,11 @@
 //! Margins and stability of a loop, from one walk along its frequency response.
 //!
 //! The open loop has no pole outside the unit circle. At z = 1 it has two, or three if a = 0. D = open + forward is its
-//! characteristic function, of degree N. D has no root outside if and only if its argument grows by N π from z = 1 to z
-//! = −1. This is the principle of the argument, or Mikhailov's criterion in discrete time. The argument of `open` is
-//! known, so this is a condition on 1 + L. Count the crossings of L over the real axis left of −1, upwards in phase,
-//! less those the other way. Begin where D is still real and positive. The count must be one if L begins with Im L > 0,
-//! and zero otherwise.
+//! characteristic function, of degree N. D has no root outside if and only if its argument grows by N π from z = 1 to
+//! z = −1. This is the principle of the argument, or Mikhailov's criterion in discrete time. The argument of `open` is
+//! known, so this is a condition on 1 + L. Count the crossings of L over the real axis left of −1: those upwards in
+//! phase, less those downwards. Begin where D is still real and positive. The count must be one if L begins with Im L >
+//! 0, and zero otherwise.
 //!
 //! No root is missed between two points: L moves by less than three quarters of its distance from −1. The walk begins
 //! where D has not moved by half of its value at z = 1. It ends where |L| is so small that it can encircle nothing. At
@@ -28,7 +28,7 @@ impl Margins {
     /// The largest gain margin that is looked for; one that is larger counts as this.
     pub(super) const MAX_GAIN: f64 = 50.0;
 
-    /// Of a loop that bears everything.
+    /// The margins of a loop that tolerates everything.
     pub(super) const AMPLE: Self = Self {
         sensitivity: 1.0,
         gain: [0.0, Self::MAX_GAIN],

@@ -1,10 +1,10 @@
 //! Gains from an identified servo, and their predicted performance.
 //!
 //! A bandwidth gives the gains by pole placement. Noise and largest command limit them in closed form. The exact
-//! frequency response of the sampled loop, with all its delay, limits them for the identified servo and for the corners
-//! of its confidence ellipsoid. A measured response limits them further: for servos with its resonance, on each of its
-//! lines, and with a resonance that may hide between lines. The largest allowed bandwidth is found by bisection. The
-//! predicted response is the simulated one of the same sampled loop.
+//! frequency response of the sampled loop, with all its delay, limits them too. It is computed for the identified servo
+//! and for the corners of its confidence ellipsoid. A measured response limits them further: on each of its lines, for
+//! servos with its resonance, and for a resonance that the lines show between them. The largest allowed bandwidth is
+//! found by bisection. The predicted response is the simulated one of the same sampled loop.
 //!
 //! ```text
 //! goal ─► placement ─► margins of every possible servo ─► prediction ─► tuning

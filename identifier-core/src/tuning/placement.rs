@@ -5,7 +5,7 @@
 //! exceeds one. Among poles of magnitude ω without a peak these reject a load at low frequency best.
 //!
 //! The same loop around a servo with friction, b/(s (s + a)), takes that controller times (s + a)/s. Without the second
-//! integral that this asks for,
+//! integral that this needs,
 //!
 //! b k_d = 2ω, b k_p = 2ω (ω + a), b k_i = ω² (ω + 2a),
 //!
@@ -43,7 +43,7 @@ pub(super) struct Design {
 }
 
 impl Design {
-    /// The gains that were found.
+    /// The resulting gains.
     pub(super) fn from_tuning(tuning: &Tuning) -> Self {
         Self {
             bandwidth: tuning.bandwidth,

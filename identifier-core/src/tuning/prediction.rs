@@ -1,4 +1,4 @@
-//! Behaviour of a design: its step with the identified servo, its displacement by a load, and the overshoot of the
+//! Behaviour of a design: its step with the identified servo, and its displacement by a load. Also the overshoot of the
 //! other possible servos.
 
 use super::closed_loop::{ClosedLoop, TestSignal};
@@ -13,12 +13,12 @@ use super::{Promise, StepMeasure, TuningError, TuningSettings};
 pub(super) struct Scene {
     pub(super) servos: PossibleServos,
     pub(super) coulomb: f64,
-    /// Of two masses, where a measured response shows them.
+    /// The mode of two masses, if a measured response shows them.
     pub(super) mode: Option<Mode>,
     pub(super) settings: TuningSettings,
 }
 
-/// A promise under way.
+/// A prediction in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PromisePrediction {
     design: Design,
@@ -37,9 +37,9 @@ pub(super) struct PromisePrediction {
 enum PredictedQuantity {
     /// The step of the identified servo.
     Step,
-    /// Its rise where the integral balances friction already.
+    /// Its rise if the integral already balances friction.
     Balanced,
-    /// Its rise where the integral pushes the other way.
+    /// Its rise if the integral opposes the step.
     Opposed,
     /// Its answer to a step of the load.
     Load,
@@ -54,7 +54,7 @@ const TURN: f64 = 10.0;
 /// completed its step, and the servo follows as without the filter.
 const LATE: f64 = 5.0;
 
-/// Times by which a step has its peak, from its arrival and from the moment when friction lets go, 1/ω.
+/// Times by which a step has its peak, from its arrival and from breakaway, 1/ω.
 const PEAK: f64 = 5.0;
 const LATE_PEAK: f64 = 7.0;
 
@@ -197,7 +197,7 @@ impl PromisePrediction {
 
     /// True if the predicted quantity has been reached.
     fn ends(&self, position: f64) -> bool {
-        /// The part of the way back from the farthest position after which that was the farthest.
+        /// The part of the distance back from the farthest position that confirms it as the farthest.
         const BACK: f64 = 0.25;
         let taken = self.measure.samples();
         let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);

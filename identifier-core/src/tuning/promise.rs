@@ -17,13 +17,13 @@ pub struct Tuning {
     pub reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
     pub notch: f64,
-    /// The feed-forward; none where the filter alone shapes a step.
+    /// The feed-forward; none if only the filter shapes a step.
     pub feed_forward: Option<FeedForwardSettings>,
     /// ω of the poles, those of the servo without its friction, rad/s.
     pub bandwidth: f64,
-    /// The cap that keeps it from being faster; none where it is as fast as was asked for.
+    /// The cap that limits the bandwidth; none if it is as high as requested.
     pub cap: Option<Cap>,
-    /// Its promise.
+    /// Its predicted response.
     pub promise: Promise,
 }
 
@@ -38,7 +38,7 @@ pub struct Promise {
     /// The least of three rise times: that one, and those after a motion in the direction of the step or against it.
     /// Such a motion leaves the integral with all that friction can hold on that side.
     pub quickest_rise_time: f64,
-    /// The longest of the three. Where it takes longer, [`Promise::MAX_TIME`].
+    /// The longest of the three. If it takes longer, [`Promise::MAX_TIME`].
     pub slowest_rise_time: f64,
     /// Overshoot as a part of the step, at the worst corner, with friction balanced by the integral before the step. A
     /// count is added, since the position within a count is not known.

@@ -10,7 +10,7 @@ use crate::number::Number;
 /// A search for a bandwidth, by predicted steps. Margins are not checked here.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ByTime {
-    /// The rise time that is asked for, s.
+    /// The requested rise time, s.
     asked: f64,
     rise: Rise,
     /// The fastest bandwidth that was too slow, rad/s.

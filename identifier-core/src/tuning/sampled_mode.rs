@@ -11,7 +11,7 @@ use crate::number::Complex;
 /// The mode per acceleration b u, over T², without its whole samples of delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SampledMode {
-    /// Of z², z and 1.
+    /// Coefficients of z², z and 1.
     numerator: [f64; 3],
     /// p; the denominator is (z − p)(z − p*).
     pole: Complex,

@@ -9,7 +9,7 @@
 //! position and v₁ to the velocity. The command before it adds q₀ = h₂ − q₁ and v₀ = h₁ − v₁. The controller is k_p +
 //! (k_d/T) g δ/(δ + g) + k_i T/δ, g = 1 − e^(−cutoff T).
 //!
-//! Of two masses the mode is added to the servo ([`SampledMode`]).
+//! For two masses the mode is added to the servo ([`SampledMode`]).
 //!
 //! Frequencies follow Tustin's z = (1 + jν)/(1 − jν), ν = tan(ωT/2). So no point needs a transcendental function. δ =
 //! 2jν/(1 − jν) keeps all its digits where z is near one.
@@ -83,7 +83,8 @@ fn delta_at(nu: f64) -> Complex {
 }
 
 impl SampledServo {
-    /// Of one mass, or of two with their mode. The sample time is in s; a T is at most half, the delay at most 1000 samples.
+    /// The response of one mass, or of two with their mode. The sample time is in s; a T is at most half, the delay at
+    /// most 1000 samples.
     #[must_use]
     pub fn new(servo: &PossibleServo, mode: Option<&Mode>, sample_time: f64) -> Self {
         let step = ZeroOrderHoldStep::<f64>::new();

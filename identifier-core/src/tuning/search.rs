@@ -15,7 +15,7 @@ use crate::control::Notch;
 pub(super) struct Judge {
     placement: Placement,
     servos: PossibleServos,
-    /// Of two masses, where a measured response shows them.
+    /// The resonance of two masses, if a measured response shows them.
     resonance: Option<Resonance>,
     /// The frequency at which gains may have a notch, rad/s.
     notch: Option<f64>,
@@ -23,7 +23,7 @@ pub(super) struct Judge {
     max_sensitivity: f64,
 }
 
-/// The judgement of one bandwidth, under way.
+/// The check of one bandwidth, in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Case {
     design: Design,
@@ -36,7 +36,7 @@ pub(super) struct Case {
     line: usize,
 }
 
-/// Judgement of a bandwidth.
+/// Result of the check of a bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Verdict {
     /// These gains keep everything, with these margins at worst.
@@ -45,7 +45,7 @@ pub(super) enum Verdict {
     Breaks(Cap),
 }
 
-/// A search under way.
+/// A search in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Search {
     first: f64,
@@ -53,7 +53,7 @@ pub(super) struct Search {
     notched: bool,
     /// The largest bandwidth without the notch, once that is looked for.
     without: Option<Largest>,
-    /// Its judgement; none before that is begun.
+    /// Its check; none before it begins.
     case: Option<Case>,
     low: Option<(Design, Margins)>,
     high: Option<(f64, Cap)>,
@@ -123,7 +123,7 @@ impl Judge {
         Placement::LARGEST_BANDWIDTH / self.sample_time
     }
 
-    /// Begins to judge a bandwidth, rad/s, with or without the notch.
+    /// Begins to check a bandwidth, rad/s, with or without the notch.
     pub(super) fn open(&self, bandwidth: f64, notched: bool) -> Case {
         let notch = self.notch.filter(|_| notched);
         self.open_design(Design {
@@ -132,7 +132,7 @@ impl Judge {
         })
     }
 
-    /// Begins to judge gains.
+    /// Begins to check gains.
     pub(super) fn open_design(&self, design: Design) -> Case {
         Case {
             design,
@@ -209,7 +209,7 @@ impl Judge {
         Some(Walk::begin(response, first, sensitivity))
     }
 
-    /// True if a design keeps its distance from −1 beside the resonance that lines show between one and the next.
+    /// True if a design keeps its distance from −1 near the resonance that the lines show between two of them.
     fn bears_unseen(&self, design: &Design, place: usize, lines: &[MeasuredLine]) -> bool {
         let time = self.sample_time;
         let mode = self.resonance.map(|resonance| resonance.mode);
@@ -236,7 +236,7 @@ impl Judge {
 }
 
 impl Case {
-    /// The bandwidth that is judged, rad/s.
+    /// The bandwidth that is checked, rad/s.
     pub(super) fn bandwidth(&self) -> f64 {
         self.design.bandwidth
     }

@@ -11,7 +11,7 @@ pub struct TuningSettings {
     pub sample_time: f64,
     /// Position of a count, rad; zero for an ideal sensor.
     pub resolution: f64,
-    /// Standard deviation of the encoder's noise beside the rounding of a count, white, rad.
+    /// Standard deviation of the encoder's noise besides the rounding of a count, white, rad.
     pub noise: f64,
     /// Cut-off of the low-pass velocity estimate, rad/s; none: chosen with the gains.
     pub cutoff: Option<f64>,
@@ -25,7 +25,7 @@ pub struct TuningSettings {
     pub max_sensitivity: f64,
     /// The largest part of the command that the encoder's rounding and noise may make up, standard deviation.
     pub max_noise: f64,
-    /// The step of the reference that is promised, rad.
+    /// The step of the reference for the prediction, rad.
     pub step: f64,
     /// The lowest resonance that is known, rad/s.
     pub resonance: Option<f64>,
@@ -72,7 +72,7 @@ impl TuningSettings {
     /// # Errors
     /// The setting that is out of its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        /// Below this no PID reaches; above that a loop is hardly stable.
+        /// No PID reaches less than the first; above the second a loop is barely stable.
         const SENSITIVITIES: Allowed = Allowed::Within(1.05, 3.0);
         let (shortest, longest) = Units::SAMPLE_TIMES;
         Allowed::Within(shortest, longest).check("sample_time", self.sample_time)?;

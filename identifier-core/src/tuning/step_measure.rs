@@ -1,6 +1,6 @@
 use crate::number::Number;
 
-/// Measures a step of the reference sample by sample, the same way for a promise and on the machine.
+/// Measures a step of the reference sample by sample, alike for a prediction and on the machine.
 ///
 /// Positions are counted from where the servo stood, positive towards the step, in any unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,8 +78,7 @@ impl<N: Number> StepMeasure<N> {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// The time from 10 to 90 % of the step, samples, interpolated between them; none while it is not
-    /// there.
+    /// The rise time from 10 to 90 % of the step, samples, interpolated; none before it is reached.
     #[must_use]
     pub fn rise(&self) -> Option<N> {
         let [begin, end] = self.passed;
@@ -88,7 +87,7 @@ impl<N: Number> StepMeasure<N> {
         Some(N::from_count(samples as i32) + begin.early(self.begin) - end.early(self.end))
     }
 
-    /// The samples taken since it got to each of the levels; none while it is not there.
+    /// The samples since it reached each of the levels; none before that.
     #[must_use]
     pub fn since(&self) -> [Option<u32>; 2] {
         let taken = |passing: Passing<N>| self.samples.saturating_sub(passing.sample);
@@ -107,8 +106,7 @@ impl<N: Number> StepMeasure<N> {
         self.peak > position
     }
 
-    /// When the position came to stay within [`StepMeasure::BAND`] of the step, samples; none while it is
-    /// outside.
+    /// The settling time to within [`StepMeasure::BAND`] of the step, samples; none while it is outside.
     #[must_use]
     pub fn settled(&self) -> Option<u32> {
         self.settled

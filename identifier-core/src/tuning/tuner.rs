@@ -20,7 +20,7 @@ pub struct Tuner {
     scene: Scene,
 }
 
-/// A tuning under way.
+/// A tuning in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TunerState(Task);
 
@@ -117,13 +117,13 @@ impl Tuner {
         }
     }
 
-    /// A slice of work. Returns the gains when they are found; from then on the same again.
+    /// A slice of work. Returns the gains when they are ready, and the same from then on.
     pub fn work(&self, state: &mut TunerState) -> Option<Result<Tuning, TuningError>> {
         self.work_with(state, &[], true)
     }
 
-    /// The same with the lines of a measured response, on each of which the gains keep their distance from −1. `is_explained`
-    /// says whether the model that is tuned for explains them.
+    /// The same with the lines of a measured response. On each of them the gains keep their distance from −1. True for
+    /// `is_explained` means that the tuned model explains the lines.
     pub fn work_with(
         &self,
         state: &mut TunerState,
@@ -190,7 +190,7 @@ impl Tuner {
         self.scene.servos.iter().as_slice()
     }
 
-    /// The step that gains promise.
+    /// The predicted step of gains.
     ///
     /// # Errors
     /// [`TuningError::OutOfRange`] for gains that no controller has.

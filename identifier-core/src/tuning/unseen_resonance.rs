@@ -1,4 +1,4 @@
-//! The resonance between two measured lines that these show, though no fit has found it.
+//! A resonance between two measured lines. The lines show it, but no fit has identified it.
 //!
 //! Let x = 1 − cos ωT, which is (ωT)²/2 far below the sampling frequency. A second mass with the share β changes the
 //! sampled response of a servo. About its resonance ω₂ the factor is 1 + γ x/(x − x₂), γ = 2β x₂/(ω₂T)². At the

@@ -16,7 +16,7 @@ use crate::unrolled::{each, from_fn};
 ///
 /// ψ = ∂q_e/∂θ, P is the covariance, and ε and ψ are means over a block. K = P ψ/(r + ψᵀP ψ), θ̂ ← Proj[θ̂ + K ε], P ←
 /// (P − K ψᵀ P)/λ. The output error of one sample is little more than the encoder's rounding. The mean of eight carries
-/// the same information at an eighth of the cost. ψ is smooth, and its mean that of the straight line through one
+/// the same information at an eighth of the cost. As ψ is smooth, its mean is that of the straight line through one
 /// sample.
 ///
 /// The work on one block is spread evenly over the samples of the next:
@@ -34,7 +34,7 @@ use crate::unrolled::{each, from_fn};
 ///
 /// When the estimates move, the error of the present block is corrected for the step. So nothing is counted twice.
 ///
-/// The law is kept stable by:
+/// These keep the estimator stable:
 ///
 /// - **Forgetting** starts with a memory of [`GaussNewton::FIRST_MEMORY`], because the first gradients are taken far
 ///   from the truth. It tends to none, or to the memory in the settings. 1 − λ fades with the time constant
@@ -49,8 +49,8 @@ use crate::unrolled::{each, from_fn};
 ///   square over [`GaussNewton::LEVEL_MEMORY`]. The peak fades as the estimator forgets. So data from far off the truth
 ///   weigh little against data near it. When the peak *rises*, the earlier data were less certain than assumed, and P
 ///   rises with r.
-/// - **Standard errors** are those of P with two corrections: the output error's mean square over r, and its
-///   autocorrelation from block to block.
+/// - **Standard errors** are those of P with two corrections. One is the output error's mean square over r, the other
+///   its autocorrelation from block to block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussNewton<N, const P: usize> {
     noise: N,
@@ -95,7 +95,7 @@ pub(crate) struct GaussNewtonConfig<const P: usize> {
     pub high: [f64; P],
 }
 
-/// State of the law.
+/// State of the estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// The sum of the output errors of the block that is being gathered.
@@ -121,7 +121,7 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     learning: bool,
 }
 
-/// The progress of the law with a block.
+/// The progress of the estimator with a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum GaussNewtonStep<N, const P: usize> {
     /// At work.
@@ -135,7 +135,7 @@ pub(crate) enum GaussNewtonStep<N, const P: usize> {
     },
     /// The next sample may move the estimates.
     Ready,
-    /// The estimates moved by so much; the model is to be moved with them.
+    /// The estimates moved by this; the model must be moved with them.
     Moved([N; P]),
 }
 
@@ -155,7 +155,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.factors.raise_last(variance);
     }
 
-    /// Makes estimate i less certain by a variance, and those after it with which it goes.
+    /// Raises the variance of estimate i, and of correlated later estimates.
     pub(crate) fn raise(&mut self, i: usize, variance: N) {
         self.factors.raise(i, variance);
     }
@@ -264,7 +264,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     /// The least r over ψᵀP ψ.
     pub(crate) const CAUTION: f64 = 20.0;
 
-    /// The law from its configuration.
+    /// The estimator from its configuration.
     ///
     /// # Errors
     /// `noise` must be above zero, `dead_zone` at least zero, `memory` at least
@@ -416,7 +416,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         state.learning = moves && state.measurement.variance <= N::REACH * N::REACH;
     }
 
-    /// Follows the noise level, and makes P larger as the law forgets and as that level rises.
+    /// Follows the noise level. P rises with forgetting and with that level.
     #[inline]
     fn forget<S: IdentifiableSet<P>>(
         &self,
@@ -465,7 +465,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             .update(&mut state.measurement, Self::LAST_COLUMNS, P);
     }
 
-    /// The steps of the estimates, no further than the box. They take the place of the gain.
+    /// The steps of the estimates, limited to the parameter range. They take the place of the gain.
     #[inline]
     fn limit_steps<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         let scaled = state.measurement.precision * state.mean_error;
@@ -545,12 +545,12 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
         });
     }
 
-    /// Forgets again as at the start: the gradients were taken far from the truth.
+    /// Forgets again as at the start. The gradients were taken far from the truth.
     pub(crate) fn settle_anew<S: IdentifiableSet<P>>(&self, state: &mut GaussNewtonState<N, S, P>) {
         state.forgetting = self.initial_forgetting;
     }
 
-    /// What is known of the estimates' errors.
+    /// The errors of the estimates.
     #[inline]
     #[must_use]
     pub(crate) fn uncertainty<S: IdentifiableSet<P>>(

@@ -37,9 +37,9 @@ pub struct FeedForwardSettings {
 /// rounding adds up, counts may wrap, and y ends at r.
 ///
 /// A command is held until the next sample. So the feed-forward is that of the mean acceleration and velocity until
-/// then. q̇ + a q of the servo follows ẏ + a y exactly. q follows y to (ω_m T)²/12 of its acceleration over ω_m². The
-/// last part of the feed-forward compensates the derivative, which acts on the measured velocity alone and would brake.
-/// It is k_d ẏ as the controller's velocity estimate will show it.
+/// then. The servo's q̇ + a q follows ẏ + a y exactly. Its q follows y to (ω_m T)²/12 of its acceleration over ω_m².
+/// The last part of the feed-forward compensates the derivative, which acts on the measured velocity alone and would
+/// brake. It is k_d ẏ as the controller's velocity estimate will show it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedForward<N> {
     /// E; zero for none.
@@ -91,7 +91,7 @@ impl<N: Number> FeedForward<N> {
         per_coulomb_speed: N::ZERO,
     };
 
-    /// The range of ω_m T: below, single precision does not keep E; above, nothing is left to lead.
+    /// The range of ω_m T. Below it single precision does not keep E; above it the model is as fast as the sampling.
     const RATES: [f64; 2] = [1e-5, 1.0];
 
     /// The least `coulomb_speed`, position units per sample.
@@ -178,7 +178,7 @@ impl<N: Number> FeedForward<N> {
         self.pole > N::ZERO
     }
 
-    /// The model at rest, at this distance from where the servo is.
+    /// The model at rest, at this distance from the servo.
     pub(crate) fn at_rest(error: N) -> ReferenceMotion<N> {
         ReferenceMotion {
             error,

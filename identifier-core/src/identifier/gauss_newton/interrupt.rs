@@ -11,8 +11,7 @@ use crate::model::{KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
 
-/// Estimates of a recursion that has settled, with what is known of their errors, machine units: see
-/// [`GaussNewtonRecursion::settled`].
+/// Estimates of a recursion that has settled, with their errors, machine units. See [`GaussNewtonRecursion::settled`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SettledEstimates<N, const P: usize> {
     values: [N; P],
@@ -67,8 +66,8 @@ where
         }
     }
 
-    /// What the estimates are known to, where it runs, learns everything, and does not doubt them. A copy without a root or
-    /// a division, for the background to convert.
+    /// The estimates and their errors. None unless the recursion learns all unknowns and trusts its estimates. A copy
+    /// without a root or a division, for the background to convert.
     #[must_use]
     pub fn settled(
         &self,

@@ -33,8 +33,8 @@ where
     /// The factor on the covariance of a fit: its errors are not white.
     const COVARIANCE_FACTOR: f64 = 4.0;
 
-    /// Starts from a servo that was identified, with its covariance, in place of a first fit. For the
-    /// background: it converts from SI.
+    /// Starts from an identified servo with its covariance, without a first fit. For the background: it converts from
+    /// SI.
     ///
     /// The model joins the servo with the first samples; effects that its model lacks are identified anew.
     #[must_use]

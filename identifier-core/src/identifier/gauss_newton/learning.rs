@@ -78,7 +78,7 @@ where
         values
     }
 
-    /// The law's share of a sample, and what goes with it once a block.
+    /// The estimator's share of a sample, and its work once a block.
     #[inline]
     fn learn_from(&self, state: &mut Recursion<N, S, P>, output_error: N) -> Event {
         let (omega, scale) = (state.measured, state.scale);

@@ -30,7 +30,7 @@ encode! {
 pub(super) struct Suspicion<N> {
     mean: N,
     variance: N,
-    /// The load before the search that is under way.
+    /// The load before the present search.
     pub(super) sought_from: N,
 }
 

@@ -142,7 +142,7 @@ where
     /// anew, rad/s. It narrows as 1/ω = 1/ω₀ + t/6.
     pub const JOINING_BANDWIDTH: f64 = 300.0;
 
-    /// 1/ω T grows by so much a sample then.
+    /// 1/ω T grows by this per sample then.
     pub(crate) const NARROWING_PER_SAMPLE: f64 = 1.0 / 6.0;
 
     /// The time in which the model joins the servo's motion, s.
@@ -189,7 +189,7 @@ where
     /// Bytes of the recursion itself. The rest of the state is the first fit and its record.
     pub const RECURSION_BYTES: usize = size_of::<Recursion<N, S, P>>();
 
-    /// Starts from a servo that is known, in place of a first fit: see [`GaussNewtonRecursion::prepare`].
+    /// Starts from a known servo, without a first fit. See [`GaussNewtonRecursion::prepare`].
     #[must_use]
     pub fn start_from(&self, known: &PreparedServo<N>) -> GaussNewtonIdentifierState<N, S, P, W> {
         CombinedState {

@@ -45,8 +45,8 @@ where
         }
     }
 
-    /// The load has changed in a step. Where it does so repeatedly, it is not the load: the servo does
-    /// not follow the command.
+    /// The load has changed in a step. If it does so repeatedly, the cause is not the load. The servo does not follow
+    /// the command.
     #[cold]
     pub(super) fn search(&self, state: &mut Recursion<N, S, P>) -> Event {
         if state.alarm == 0 {
@@ -91,7 +91,7 @@ where
     }
 
     /// A sample of the search for the load. The gains on position, velocity and load are 2ω, 2ω², ω³, with all three
-    /// poles at ω. ω narrows from sample to sample as a growing memory does.
+    /// poles at ω. The bandwidth ω narrows from sample to sample as a growing memory does.
     fn seek(&self, state: &mut Recursion<N, S, P>) -> Innovation<N> {
         let omega = state.correction_omega;
         let square = omega * omega;

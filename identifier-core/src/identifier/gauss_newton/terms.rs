@@ -79,7 +79,7 @@ where
         })
     }
 
-    /// Keeps the estimates of the terms that have entered in a law that starts from a new fit.
+    /// Keeps the estimates of the entered terms when the estimator starts from a new fit.
     pub(super) fn keep_terms(
         &self,
         law: &mut GaussNewtonState<N, S, P>,
