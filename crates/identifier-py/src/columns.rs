@@ -65,7 +65,8 @@ pub(crate) fn of_samples<'py>(py: Python<'py>, samples: &[Sample]) -> PyResult<B
             column.push(number.unwrap_or(f64::NAN));
         }
     }
-    by_name(py, NAMES.into_iter().zip(columns).filter(|_| !samples.is_empty()))
+    let named = NAMES.into_iter().zip(columns);
+    by_name(py, named.filter(|_| !samples.is_empty()))
 }
 
 /// Columns by name, each the bytes of float64.

@@ -17,7 +17,8 @@ pub(crate) fn picture(
     if samples.is_empty() {
         return String::new();
     }
-    for (sample, error) in samples.iter_mut().zip(seen.iter().flat_map(|seen| &seen.errors)) {
+    let errors = seen.iter().flat_map(|seen| &seen.errors);
+    for (sample, error) in samples.iter_mut().zip(errors) {
         sample.output_error = Some(*error);
     }
     let mut traces = ExperimentTraces::default();
