@@ -3,8 +3,8 @@ use crate::linalg::NormalEquations;
 use crate::model::{FrictionPhase, Innovation};
 use crate::number::Number;
 
-/// The sensitivity of the model to a command that acts earlier than it was recorded: ∂q_e/∂s and ∂v_e/∂s for u(t + s),
-/// s in blocks. Like the other [tangents](crate::model::Tangents) it is of first order in the block.
+/// The sensitivity of the model to a command that acts earlier than it was recorded. It is ∂q_e/∂s and ∂v_e/∂s for
+/// u(t + s), s in blocks. Like the other [tangents](crate::model::Tangents) it is of first order in the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EarlyTangent<N> {
     pub(super) position: N,
