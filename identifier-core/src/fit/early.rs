@@ -92,7 +92,7 @@ pub(super) fn early_command<N: Number, const P: usize>(
     blocks: usize,
 ) -> EarlyCommand {
     /// The least time that counts, in samples and as a part of a block. Below this part it may be the error of a model
-    /// that moves by blocks. Punctual servos show up to 0.06.
+    /// that moves by blocks. It is up to 0.06 if the command is not early.
     const LEAST: [f64; 2] = [0.6, 0.1];
     /// The part of the squared errors from which it counts.
     const SHARE: f64 = 0.1;

@@ -90,7 +90,7 @@ pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
     gamma_for::<S, P>(units, range, gains.kd(), moments)
 }
 
-/// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
+/// Mean of T φᵀΓφ over the guard's bound, for the corner of the least excitation.
 const STRENGTH: f64 = 1.0;
 
 /// The automatic Γ for the parameters of a set, SI. It follows from the second moments of the regressor (9), E q̇² and

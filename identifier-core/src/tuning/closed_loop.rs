@@ -231,7 +231,7 @@ pub(super) struct PredictedStep {
 pub struct PredictedSample {
     /// Since the reference stepped, s.
     pub time: f64,
-    /// The encoder's displacement from the first position, rad.
+    /// The position that the encoder shows, from the first one, rad.
     pub position: f64,
     /// Beyond the command that holds the load, command units.
     pub command: f64,

@@ -16,7 +16,7 @@ pub(super) struct Lead {
     coulomb: f64,
     /// The largest that Coulomb friction may be.
     most_coulomb: f64,
-    /// The largest acceleration of a step, over the step, 1/s².
+    /// The largest acceleration allowed for a step, over the step, 1/s².
     acceleration: f64,
     step: f64,
 }
