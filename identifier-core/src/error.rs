@@ -152,7 +152,7 @@ impl fmt::Display for Nearest {
 
 impl core::error::Error for OutOfRange {}
 
-/// Why a sample was rejected. The state is as it was before it.
+/// Why a sample was rejected. The state is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

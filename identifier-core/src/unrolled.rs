@@ -4,7 +4,7 @@
 //! compiler keeps loops over two to six parameters as loops, and with them every array in memory. A sample then took
 //! twice its instructions.
 
-/// The longest loop that is written out. A longer one is a loop where the optimiser leaves it one.
+/// The longest loop that is written out. A longer one is a loop if the optimiser leaves it one.
 const MAX_LENGTH: usize = 6;
 
 /// Calls `body` with 0, 1, … N − 1, in this order.

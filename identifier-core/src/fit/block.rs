@@ -16,8 +16,8 @@ pub struct Block<N> {
 /// A few successive samples condensed: five words in `f32`. They pass from the interrupt that recorded them to the
 /// background that fits to them.
 ///
-/// Blocks between which nothing is missing have successive numbers. Where one was lost, or recording
-/// began anew, a number is left out, by which a fitter notices it.
+/// Blocks between which nothing is missing have successive numbers. A lost block or a new beginning leaves a number
+/// out. A fitter notices it by that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberedBlock<N> {
     /// Its number, wrapping at 32 bits.

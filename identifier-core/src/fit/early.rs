@@ -3,8 +3,8 @@ use crate::linalg::NormalEquations;
 use crate::model::{FrictionPhase, Innovation};
 use crate::number::Number;
 
-/// The sensitivity of the model to a command that acts earlier than it was recorded: ∂q_e/∂s and ∂v_e/∂s for u(t + s),
-/// s in blocks. Like the other [tangents](crate::model::Tangents) it is of first order in the block.
+/// The sensitivity of the model to a command that acts earlier than it was recorded. It is ∂q_e/∂s and ∂v_e/∂s for
+/// u(t + s), s in blocks. Like the other [tangents](crate::model::Tangents) it is of first order in the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EarlyTangent<N> {
     pub(super) position: N,
@@ -92,7 +92,7 @@ pub(super) fn early_command<N: Number, const P: usize>(
     blocks: usize,
 ) -> EarlyCommand {
     /// The least time that counts, in samples and as a part of a block. Below this part it may be the error of a model
-    /// that moves by blocks. Punctual servos show up to 0.06.
+    /// that moves by blocks. It is up to 0.06 if the command is not early.
     const LEAST: [f64; 2] = [0.6, 0.1];
     /// The part of the squared errors from which it counts.
     const SHARE: f64 = 0.1;

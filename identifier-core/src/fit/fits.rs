@@ -51,7 +51,7 @@ impl<N: Number, const W: usize> Fits<N, W> {
         self.fresh
     }
 
-    /// True if a fit is under way.
+    /// True if a fit is in progress.
     pub(crate) fn is_under_way(&self) -> bool {
         self.fit.is_some()
     }
@@ -63,7 +63,7 @@ impl<N: Number, const W: usize> Fits<N, W> {
 }
 
 impl<N: Number> Fitter<N> {
-    /// Forgets the record, and the fit under way.
+    /// Forgets the record, and the fit in progress.
     pub(crate) fn begin_anew<const W: usize>(&self, fits: &mut Fits<N, W>) {
         fits.record.clear();
         fits.fresh = 0;
@@ -88,7 +88,7 @@ impl<N: Number> Fitter<N> {
         fits.fit = Some(self.begin_fit(fits.record.len()));
     }
 
-    /// Continues the fit under way by at most `budget` blocks.
+    /// Continues the fit in progress by at most `budget` blocks.
     pub(crate) fn advance<const W: usize>(
         &self,
         fits: &mut Fits<N, W>,

@@ -50,7 +50,7 @@ pub struct Fitter<N, S = Unknowns<4>, const P: usize = 4> {
     pub(super) high: [N; P],
     /// The given initial values.
     pub(super) prior: Prior<N, P>,
-    /// The fitted unknowns: a parameter always, a term where it may enter.
+    /// The fitted unknowns: a parameter always, a term if it may enter.
     pub(super) free: [bool; P],
     /// Units of a block per unit of a sample.
     pub(super) scale: [N; P],
@@ -73,11 +73,11 @@ encode! {
     also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
 
-/// A fit under way, of which [`Fitter::work`] makes a result.
+/// A fit in progress. [`Fitter::work`] makes a result of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit<N, I, const P: usize> {
     pub(super) prior: Prior<N, P>,
-    /// Rows that make the errors of the initial values white, where these are known together; units of a block.
+    /// Rows that make the errors of the initial values white, if these are known together. Units of a block.
     pub(super) known: Option<[[N; P]; P]>,
     /// The known inputs at the first block.
     pub(super) inputs: I,

@@ -4,7 +4,7 @@ use crate::number::Number;
 /// The gain of the Kalman filter that keeps the model with the record, from block to block.
 ///
 /// The states are position and velocity, which are unknown before the first block. A white acceleration disturbs the
-/// velocity. It is so weak that the filter trusts the model over a *horizon* of N blocks: L = N⁻⁴ over the variance of
+/// velocity. It is so weak that the filter trusts the model over a *horizon* of N blocks. L is N⁻⁴ over the variance of
 /// the measured position. That variance is not known, and all others are in units of it. The innovations have the
 /// variance S times it (Mehra, "On the identification of variances and adaptive Kalman filtering", IEEE Transactions on
 /// Automatic Control 15(2), 1970).

@@ -54,7 +54,7 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
         }
     }
 
-    /// The pass that explains most; none before the first, and where none has a finite cost.
+    /// The pass that explains most; none before the first, or if none has a finite cost.
     pub fn best(&self) -> Option<&Explanation<N, Q, T>> {
         self.best.as_ref()
     }

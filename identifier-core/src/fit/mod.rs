@@ -2,8 +2,8 @@
 //!
 //! The work is shared between an interrupt and the background, and neither waits for the other. The interrupt's
 //! [`Recorder`] condenses samples to [`NumberedBlock`]s, which pass through a queue. The background collects them in a
-//! record, [`Blocks`], and fits to it. The identifiers have their own record for a servo that runs. A caller has one
-//! for a short motion from rest ([`Fitter::from_rest`]).
+//! record, [`Blocks`], and fits to it. The identifiers do this for a servo that runs. A caller does it for a short
+//! motion from rest ([`Fitter::from_rest`]).
 //!
 //! Positions are in counts, times in samples and commands in command units, unless something else is stated.
 

@@ -47,7 +47,7 @@ impl<N: Number> Recorder<N> {
         first: 0,
     };
 
-    /// Begins anew, where samples are missing: a number is left out.
+    /// Begins anew if samples are missing: a number is left out.
     pub fn begin_anew(&mut self) {
         let first = self.next.wrapping_add(1);
         *self = Self {

@@ -2,7 +2,7 @@ use super::block::NumberedBlock;
 use crate::number::Number;
 use crate::reason::Reason;
 
-/// The time in motion after which a first fit is overdue, s; longer where its record is.
+/// The time in motion after which a first fit is overdue, s; longer if its record is.
 pub(crate) const PATIENCE: f64 = 1.0;
 
 /// The wait for a first fit: the time in motion without one, and the reason once that is too long.

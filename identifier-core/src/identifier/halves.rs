@@ -72,7 +72,7 @@ pub trait RecordBlocks<N: Copy>: Identify<N> {
 
 /// The background's half of an identifier that fits: see [`RecordBlocks`].
 pub trait FitBlocks<N: Copy> {
-    /// The record and the fit under way.
+    /// The record and the fit in progress.
     type State: Clone + core::fmt::Debug;
 
     /// A fit result for [`RecordBlocks::take_over`].
@@ -81,15 +81,15 @@ pub trait FitBlocks<N: Copy> {
     /// The state at the start: an empty record.
     fn start(&self) -> Self::State;
 
-    /// Takes a block, in the order in which they were recorded. One that does not follow the last
-    /// begins the record anew and ends the fit under way.
+    /// Takes a block, in the order in which they were recorded. One that does not follow the last begins the record
+    /// anew and ends the fit in progress.
     fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>);
 
-    /// Forgets the record, and the fit under way.
+    /// Forgets the record, and the fit in progress.
     fn begin_anew(&self, state: &mut Self::State);
 
-    /// Continues the fit under way by at most `budget` blocks, or begins one if it is time. Returns
-    /// a fit result when there is one to be taken over.
+    /// Continues the fit in progress by at most `budget` blocks, or begins one if it is time. Returns a fit result when
+    /// there is one to be taken over.
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted>;
 
     /// Why no first fit has succeeded after a second of motion: see

@@ -22,8 +22,8 @@ pub trait Identify<N: Copy> {
     /// Counts as the number that it computes in.
     fn increment(&self, moved: i32) -> N;
 
-    /// One sample. `moved` is the counts since the last sample, through any wrap of the counter. `command` is the
-    /// *total* command that acts from this sample to the next, command units. It is limited, and includes feed-forward,
+    /// Takes one sample. The counts `moved` are those since the last sample, through any wrap of the counter. The
+    /// *total* `command` acts from this sample to the next, command units. It is limited, and includes feed-forward,
     /// dither and any other addition.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use crate::unrolled::each;
 /// first P unknowns are those of a set.
 ///
 /// They are of first order in the sample time. This is enough, as a tangent only gives a direction. The exact model
-/// judges the step.
+/// decides on the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tangents<N, const Q: usize> {
     /// ∂q_e/∂θ.

@@ -1,4 +1,4 @@
-//! The tolerances by which estimates are judged.
+//! The tolerances of estimates.
 
 use super::{Quantity, Unknown};
 

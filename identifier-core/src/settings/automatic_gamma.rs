@@ -67,7 +67,7 @@ fn corners(range: &PlantBox) -> [(f64, f64); 4] {
 }
 
 /// The Γ of a loop whose reference is not known. Its command is assumed to have an eighth of the limit in the root mean
-/// square. It is at the loop's natural frequency ω = √(b k_p), where b u = ω q̇.
+/// square. It is at the loop's natural frequency ω = √(b k_p), so b u = ω q̇.
 ///
 /// A larger share learns slowly from a small motion. A smaller one disturbs the estimates of a servo that runs at its
 /// limit.
@@ -90,7 +90,7 @@ pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
     gamma_for::<S, P>(units, range, gains.kd(), moments)
 }
 
-/// Mean of T φᵀΓφ over the guard's bound, at the least excited corner.
+/// Mean of T φᵀΓφ over the guard's bound, for the corner of the least excitation.
 const STRENGTH: f64 = 1.0;
 
 /// The automatic Γ for the parameters of a set, SI. It follows from the second moments of the regressor (9), E q̇² and
@@ -135,7 +135,7 @@ fn gamma_for<S: ParameterSet<P>, const P: usize>(
     PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b)).map_err(|_| GainError::Unstable)
 }
 
-/// E q̇² and E u² of the loop around one servo, SI, over as many samples of a reference.
+/// E q̇² and E u² of the loop around one servo, SI, over this number of samples of a reference.
 fn simulated_moments<V, E>(
     units: &Units,
     controller: &Controller<f64, V>,

@@ -55,8 +55,8 @@ pub enum SettingsError {
         /// The term.
         term: Term,
     },
-    /// The amplifier has a declared effect, and nothing in front of the identifier that acts on the
-    /// command: see [`BehindAmplifier`](crate::identifier::BehindAmplifier).
+    /// The amplifier has a declared effect, but no stage in front of the identifier applies it to
+    /// the command. See [`BehindAmplifier`](crate::identifier::BehindAmplifier).
     NoAmplifier {
         /// The name of the setting.
         setting: &'static str,

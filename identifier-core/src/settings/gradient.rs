@@ -48,7 +48,7 @@ pub(crate) enum Decay {
 /// precision.
 pub(crate) const LARGEST: f64 = 1e9;
 
-/// The smallest b̂, SI, where no bound is given.
+/// The smallest b̂, SI, if no bound is given.
 pub(crate) const SMALLEST_GAIN: f64 = 1e-6;
 
 /// The range of an estimate, and the names of bounds and initial value.

@@ -1,7 +1,7 @@
 //! The settings that every part is built from: plain numbers in SI, and one fallible
 //! [`Settings::build`].
 //!
-//! This is the roof of the core: it knows every part below, and none of them knows the settings.
+//! This module is above all others of the core. It uses every part below, and none of them knows the settings.
 
 mod amplifier;
 mod automatic_gamma;
@@ -46,8 +46,7 @@ pub struct Settings {
     /// Cut-off of a [`LowPass`](crate::measurement::velocity::LowPass) velocity estimate, rad/s; other
     /// estimates have none.
     pub cutoff: f64,
-    /// The PID that closes the loop; none where another controller does and the identifier only
-    /// listens.
+    /// The PID that closes the loop; none if another controller does and the identifier only listens.
     pub controller: Option<ControllerSettings>,
     /// The identifier.
     pub identifier: IdentifierSettings,

@@ -33,7 +33,7 @@ pub(super) struct TestSignal {
     pub(super) command: f64,
 }
 
-/// A loop under way. Positions are in rad, time in samples.
+/// A loop in motion. Positions are in rad, time in samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ClosedLoop {
     controller: Controller<f64, LowPass<f64>>,
@@ -231,7 +231,7 @@ pub(super) struct PredictedStep {
 pub struct PredictedSample {
     /// Since the reference stepped, s.
     pub time: f64,
-    /// As the encoder shows it from where the servo stood, rad.
+    /// The position that the encoder shows, from the first one, rad.
     pub position: f64,
     /// Beyond the command that holds the load, command units.
     pub command: f64,

@@ -16,7 +16,7 @@ pub(super) struct Lead {
     coulomb: f64,
     /// The largest that Coulomb friction may be.
     most_coulomb: f64,
-    /// The largest acceleration of a step, over the step, 1/s².
+    /// The largest acceleration allowed for a step, over the step, 1/s².
     acceleration: f64,
     step: f64,
 }
@@ -34,7 +34,7 @@ impl Lead {
     /// friction: by 2 % of the step.
     const COULOMB: f64 = 0.05;
 
-    /// The part of the filter's rise time that the model may take at most; above it nothing is gained.
+    /// The largest part of the filter's rise time that the model may take. Above it there is no benefit.
     const WORTHWHILE: f64 = 0.9;
 
     /// The time from 10 to 90 % of the model's step, times ω_m.

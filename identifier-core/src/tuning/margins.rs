@@ -210,9 +210,9 @@ impl Walk {
     }
 
     fn ends(&self, gain: Complex) -> Progress {
-        /// Where |L| is below this, and the phase has passed −180°, nothing more is looked for.
+        /// The search ends when |L| is below this and the phase has passed −180°.
         const SMALL: f64 = 0.1;
-        /// Widths and distances beyond a resonance, where it adds little any more.
+        /// Widths and distances beyond a resonance at which it adds little.
         const BEYOND: f64 = 8.0;
         const FURTHER: f64 = 1.5;
         if self.resonance.is_some_and(|(resonance, width)| {

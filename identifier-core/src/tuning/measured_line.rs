@@ -51,8 +51,8 @@ impl MeasuredLine {
         is_sure && sensitivity - CERTAIN * deviation > most
     }
 
-    /// True if C G keeps the distance from −1 on this line that the largest sensitivity demands. The line counts as far
-    /// as it is known; `crossover` is the gain crossover (rad/s).
+    /// True if C G keeps the distance from −1 on this line that the largest sensitivity demands. An uncertain line
+    /// counts only where it could matter. `crossover` is the gain crossover (rad/s).
     pub(super) fn allows(&self, controller: Complex, crossover: f64, max_sensitivity: f64) -> bool {
         let size = libm::sqrt(self.gain.power());
         let gain = libm::sqrt(controller.power());

@@ -2,9 +2,9 @@
 //!
 //! A bandwidth gives the gains by pole placement. Noise and largest command limit them in closed form. The exact
 //! frequency response of the sampled loop, with all its delay, limits them too. It is computed for the identified servo
-//! and for the corners of its confidence ellipsoid. A measured response limits them further: on each of its lines, for
-//! servos with its resonance, and for a resonance that the lines show between them. The largest allowed bandwidth is
-//! found by bisection. The predicted response is the simulated one of the same sampled loop.
+//! and for the corners of its confidence ellipsoid. A measured response limits them further. The limits hold on each of
+//! its lines, for servos with its resonance, and for a resonance that the lines show between them. The largest allowed
+//! bandwidth is found by bisection. The predicted response is the simulated one of the same sampled loop.
 //!
 //! ```text
 //! goal ─► placement ─► margins of every possible servo ─► prediction ─► tuning

@@ -1,7 +1,7 @@
 //! The motion of a second mass's mode in time.
 //!
-//! s is the pole of the mode. ÿ is the acceleration of both masses as one, by friction and command. Then ż = s z + ÿ,
-//! and the motor is displaced from both masses by β Im z/Im s.
+//! s is the pole of the mode, ÿ the acceleration of both masses as one, by friction and command. Then ż = s z + ÿ, and
+//! the motor is displaced from both masses by β Im z/Im s.
 
 use super::resonance::Mode;
 use crate::number::Complex;

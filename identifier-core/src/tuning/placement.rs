@@ -1,8 +1,9 @@
 //! Gains from a bandwidth, by pole placement, and the conditions that need no frequency response.
 //!
-//! A mass without friction, q̈ = b u, gets the poles of a Butterworth filter: s³ + 2ω s² + 2ω² s + ω³. Its gains follow
-//! from b k_d = 2ω, b k_p = 2ω², b k_i = ω³. Its sensitivity s³/(s³ + 2ω s² + 2ω² s + ω³) is maximally flat and nowhere
-//! exceeds one. Among poles of magnitude ω without a peak these reject a load at low frequency best.
+//! A mass without friction, q̈ = b u, gets the poles of a Butterworth filter. Its polynomial is s³ + 2ω s² + 2ω² s +
+//! ω³. The gains follow from b k_d = 2ω, b k_p = 2ω², b k_i = ω³. Its sensitivity s³/(s³ + 2ω s² + 2ω² s + ω³) is
+//! maximally flat and nowhere exceeds one. Among poles of magnitude ω without a peak these reject a load at low
+//! frequency best.
 //!
 //! The same loop around a servo with friction, b/(s (s + a)), takes that controller times (s + a)/s. Without the second
 //! integral that this needs,
@@ -34,7 +35,7 @@ pub(super) struct Design {
     pub(super) reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
     pub(super) notch: f64,
-    /// None where the filter alone shapes a step.
+    /// None if only the filter shapes a step.
     pub(super) feed_forward: Option<FeedForwardSettings>,
     /// True if the cut-off is lower than it would be without the encoder's noise.
     pub(super) smoothed: bool,

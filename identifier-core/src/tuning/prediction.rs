@@ -25,7 +25,7 @@ pub(super) struct PromisePrediction {
     stage: PredictedQuantity,
     closed_loop: ClosedLoop,
     measure: StepMeasure<f64>,
-    /// The farthest from where it was, rad.
+    /// The largest distance from the first position, rad.
     farthest: f64,
     /// True if the predicted quantity has been reached.
     seen: bool,

@@ -33,7 +33,7 @@ pub struct Tuning {
 pub struct Promise {
     /// The step of the reference that it is for, rad.
     pub step: f64,
-    /// From 10 to 90 % of the step, s, where the integral holds the load and nothing else.
+    /// From 10 to 90 % of the step, s. The integral holds only the load.
     pub rise_time: f64,
     /// The least of three rise times: that one, and those after a motion in the direction of the step or against it.
     /// Such a motion leaves the integral with all that friction can hold on that side.
@@ -59,7 +59,7 @@ pub struct Promise {
 }
 
 impl Promise {
-    /// Time for which a step is simulated, 1/ω: a quarter of it where friction does not hold the servo.
+    /// Time for which a step is simulated, 1/ω. A quarter of it is enough if friction does not hold the servo.
     pub const MAX_TIME: f64 = 25.0;
 
     /// Takes in the rise time (s) of a step that began otherwise.

@@ -105,7 +105,7 @@ impl Rise {
         })
     }
 
-    /// One sample; at the end the rise time, s, or none where it takes too long to be timed.
+    /// One sample. At the end it returns the rise time, s, or none if that is too long to be timed.
     fn work(&mut self) -> Option<Option<f64>> {
         let Some(seen) = self.closed_loop.advance() else {
             return Some(None);

@@ -194,7 +194,7 @@ impl Judge {
     }
 
     fn walk(&self, design: &Design, place: usize) -> Option<Walk> {
-        /// Where a walk begins, as a part of the poles' magnitude.
+        /// The start of a walk, as a part of the poles' magnitude.
         const FIRST: f64 = 1.0 / 32.0;
         let first = FIRST * design.bandwidth * self.sample_time;
         if let Some(servo) = self.servos.get(place) {

@@ -38,7 +38,7 @@ pub struct TuningSettings {
 
 impl TuningSettings {
     /// The usual largest sensitivity. The loop then tolerates at least a gain of 0.62 or 2.7 times its own, and 36° of
-    /// phase (Åström and Hägglund, Advanced PID Control, 2006, chapter 4).
+    /// phase. Source: Åström and Hägglund, Advanced PID Control, 2006, chapter 4.
     pub const MAX_SENSITIVITY: f64 = 1.6;
 
     /// The usual largest part of the command that is noise. Three standard deviations stay below a tenth, and the power
@@ -131,7 +131,7 @@ pub enum TuningError {
         /// The cap that keeps it there.
         cap: Cap,
     },
-    /// The identification is too uncertain for tuning. b may be zero, or no loop keeps the margins for all possible
+    /// The identification is too uncertain for tuning: b may be zero, or no loop keeps the margins for all possible
     /// servos.
     NotKnown,
     /// The step does not reach 90 % within 25/ω. Friction holds the servo, and the integral is too slow to move it.

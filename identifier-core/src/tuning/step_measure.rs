@@ -2,7 +2,7 @@ use crate::number::Number;
 
 /// Measures a step of the reference sample by sample, alike for a prediction and on the machine.
 ///
-/// Positions are counted from where the servo stood, positive towards the step, in any unit.
+/// Positions count from the servo's first position, positive towards the step, in any unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepMeasure<N> {
     begin: N,

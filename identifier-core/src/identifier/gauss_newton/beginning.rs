@@ -135,10 +135,10 @@ where
         state.recursion.mode == Mode::Recording || self.corrects(state, result)
     }
 
-    /// True if the recursion must continue from a new fit. If the estimates are in doubt, the fit must explain the
-    /// servo, or at least twice as much as the fit before. If the fit only checks them, it must confirm another b, or
-    /// be more certain than they are. A fit to motion in one direction covers half of the friction. It always explains
-    /// that motion better than the estimates explain all data, so its b must differ too.
+    /// True if the recursion must continue from a new fit. If the estimates are uncertain, the fit must explain the
+    /// servo, or leave less than half of the residual of the fit before. If the fit only checks them, it must confirm
+    /// another b, or be more certain than they are. A fit to motion in one direction covers half of the friction. It
+    /// always explains that motion better than the estimates explain all data, so its b must differ too.
     fn corrects(
         &self,
         state: &mut GaussNewtonRecursionState<N, S, P>,

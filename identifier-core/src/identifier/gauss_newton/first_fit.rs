@@ -30,7 +30,7 @@ encode! {
     also unknowns_fingerprint(&S::UNKNOWNS, W)
 }
 
-/// The state of the background's half: the record and the fit under way.
+/// The state of the background's half: the record and the fit in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
     fits: Fits<N, W>,

@@ -7,7 +7,7 @@ use crate::parameters::Parameter;
 pub struct GaussNewtonFitted<N> {
     /// The number of the last block that it used.
     pub(super) last: u32,
-    /// None where the motion could not be explained.
+    /// None if the motion could not be explained.
     pub(super) explained: Option<FirstFitSolution<N>>,
 }
 
