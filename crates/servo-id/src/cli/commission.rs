@@ -102,6 +102,7 @@ pub(super) fn experiment(
     let largest = machine.largest_motion();
     if !results.own_standard_output() {
         show!("{}", present::largest_motion(&largest))?;
+        show!("{}", present::unseen_motion(&largest))?;
     }
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();

@@ -27,7 +27,7 @@ mod tuning;
 #[cfg(feature = "program")]
 pub(crate) use commissioning::why;
 pub use commissioning::{
-    CommissionTraces, Commissioned, commissioning, found_servo, largest_motion,
+    CommissionTraces, Commissioned, commissioning, found_servo, largest_motion, unseen_motion,
 };
 pub use comparison::{comparison, heat_maps};
 pub use document::{Block, Column, Page, Section, Table, Tone, Verdict};

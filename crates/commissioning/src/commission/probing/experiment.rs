@@ -62,13 +62,19 @@ impl<N: Number> Probing<N> {
         let limits = &self.settings.limits;
         let [least, most] = limits.command;
         let (mut travel, mut speed) = (limits.travel, limits.speed);
-        if let Some(gain) = self.settings.max_gain {
-            let acceleration = gain * most.max(-least);
-            let reached = 0.5 * acceleration * limits.duration * limits.duration;
+        let acceleration = self.settings.max_gain.map(|gain| gain * most.max(-least));
+        let reached = |acceleration: f64, time: f64| 0.5 * acceleration * time * time;
+        if let Some(acceleration) = acceleration {
+            let reached = reached(acceleration, limits.duration);
             travel = travel.map(|end| end.clamp(-reached, reached));
             speed = speed.min(acceleration * limits.duration);
         }
-        LargestMotion { travel, speed }
+        let time = LargestMotion::STUCK_ENCODER_TIME.min(limits.duration);
+        LargestMotion {
+            travel,
+            speed,
+            unseen: acceleration.map(|acceleration| reached(acceleration, time)),
+        }
     }
 
     /// Begins from rest; `held` is the command that a controller holds it with now.

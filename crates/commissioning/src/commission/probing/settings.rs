@@ -75,4 +75,12 @@ pub struct LargestMotion {
     pub travel: [f64; 2],
     /// Rad/s.
     pub speed: f64,
+    /// How far the strongest servo can go before a stuck encoder is found ([`LargestMotion::STUCK_ENCODER_TIME`]),
+    /// rad. None if the largest b is not stated.
+    pub unseen: Option<f64>,
+}
+
+impl LargestMotion {
+    /// The longest time of ordered motion until a stuck encoder is found, s.
+    pub const STUCK_ENCODER_TIME: f64 = 0.15;
 }

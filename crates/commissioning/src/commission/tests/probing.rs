@@ -329,3 +329,29 @@ fn a_servo_that_may_pass_the_speed_limit_in_few_samples_is_refused_with_what_wou
     assert_eq!(strong(0.999 * by_time, 1.0), Ok(()));
     assert_eq!(strong(1.0, 0.999 * by_command), Ok(()));
 }
+
+#[test]
+fn a_stated_gain_bounds_how_far_a_stuck_encoder_lets_an_axis_go() {
+    let mut settings = ProbingSettings {
+        sample_time: 1e-4,
+        resolution: 1e-4,
+        limits: Limits {
+            travel: [-3.0, 3.0],
+            speed: 50.0,
+            command: [-2.0, 1.0],
+            duration: 2.0,
+        },
+        max_gain: None,
+        command_delay: 0.0,
+    };
+    let unseen = |settings: &ProbingSettings| {
+        let probing = Probing::<f32>::new(settings).expect("allowed");
+        probing.largest_motion().unseen
+    };
+    assert_eq!(unseen(&settings), None);
+    settings.max_gain = Some(400.0);
+    // ½ b u t², t being 0.15 s.
+    assert!(unseen(&settings).is_some_and(|way| (way - 9.0).abs() < 1e-9));
+    settings.limits.duration = 0.1;
+    assert!(unseen(&settings).is_some_and(|way| (way - 4.0).abs() < 1e-9));
+}

@@ -61,6 +61,7 @@ impl Arguments {
         let before = gains_before.as_ref();
         if !silent {
             show!("{}", present::largest_motion(&largest_motion))?;
+            show!("{}", present::unseen_motion(&largest_motion))?;
         }
 
         let every = samples_in(LINE_INTERVAL, order.sample_time);

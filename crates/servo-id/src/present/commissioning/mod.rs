@@ -70,6 +70,19 @@ pub fn largest_motion(motion: &LargestMotion) -> String {
     )
 }
 
+/// How far the axis can go if its encoder sticks, printed before anything moves.
+#[must_use]
+pub fn unseen_motion(motion: &LargestMotion) -> String {
+    let found = format!(
+        "The encoder is trusted: if it sticks, that is found within {} s of ordered motion",
+        LargestMotion::STUCK_ENCODER_TIME
+    );
+    match motion.unseen {
+        Some(unseen) => format!("{found}, in which the axis can go {unseen:.4} rad."),
+        None => format!("{found}. State commission.most_gain to see how far the axis can go."),
+    }
+}
+
 fn verdict(of: &Commissioned<'_>) -> Verdict {
     let outcome = of.outcome;
     let detail = detail(outcome);
