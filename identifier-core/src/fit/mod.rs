@@ -52,6 +52,7 @@ const B: usize = 1;
 pub const ROUNDING: f64 = 1.0 / 12.0;
 
 /// The place of an unknown among those of a fit without terms; none for the size of a term.
+#[inline(always)]
 pub(crate) fn place_of(unknown: Unknown) -> Option<usize> {
     unknown.parameter().map(|parameter| parameter as usize)
 }

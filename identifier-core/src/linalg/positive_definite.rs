@@ -125,8 +125,10 @@ impl<const P: usize> PositiveDefinite<P> {
     /// Every entry must be positive and finite.
     pub(crate) fn diagonal(diagonal: [f64; P]) -> Result<Self, MatrixError> {
         let mut entries = [[0.0; P]; P];
-        for (k, value) in diagonal.into_iter().enumerate() {
-            entries[k][k] = value;
+        for (i, (row, value)) in entries.iter_mut().zip(diagonal).enumerate() {
+            if let Some(entry) = row.get_mut(i) {
+                *entry = value;
+            }
         }
         Self::new(entries)
     }

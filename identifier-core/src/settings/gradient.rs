@@ -91,8 +91,8 @@ impl<const P: usize> GradientPlan<P> {
 
         let mut bounds = [nominal.b(); P];
         let mut initial = [0.0; P];
-        for i in 0..P {
-            let parameter = S::PARAMETERS[i];
+        let own = S::PARAMETERS.into_iter().zip(&mut bounds).zip(&mut initial);
+        for ((parameter, bounds), initial) in own {
             let (allowed, bounds_name, initial_name) = allowed(parameter, &units);
             let widest = || match parameter {
                 Parameter::A => [0.0, ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate()],
@@ -107,12 +107,12 @@ impl<const P: usize> GradientPlan<P> {
             let [low, high] = given.bounds.get(parameter).unwrap_or_else(widest);
             allowed.check(bounds_name, low)?;
             allowed.check(bounds_name, high)?;
-            bounds[i] = Interval::new(bounds_name, low, high)?;
+            *bounds = Interval::new(bounds_name, low, high)?;
             let start = given.initial.get(parameter).unwrap_or(match parameter {
                 Parameter::B => libm::sqrt(nominal.b().min() * nominal.b().max()),
                 _ => 0.0_f64.max(low).min(high),
             });
-            initial[i] = Allowed::Within(low, high).check(initial_name, start)?;
+            *initial = Allowed::Within(low, high).check(initial_name, start)?;
         }
         let stability_check = match &plant_box {
             Some(plant_box) => {
@@ -131,11 +131,11 @@ impl<const P: usize> GradientPlan<P> {
                 SampledLoop::new(&units, &gains, velocity).check_estimates(from, bounds.max())?;
             }
         }
-        let place = |parameter: Parameter| parameter as usize;
         let gamma = match (given.gamma, settings.largest_command()) {
-            (Some(gamma), _) => PositiveDefinite::new(core::array::from_fn(|i| {
-                core::array::from_fn(|j| gamma[place(S::PARAMETERS[i])][place(S::PARAMETERS[j])])
-            }))?,
+            (Some(gamma), _) => {
+                let row = |row: [f64; 4]| S::PARAMETERS.map(|other| entry(&row, other));
+                PositiveDefinite::new(S::PARAMETERS.map(|own| row(entry(&gamma, own))))?
+            }
             (None, Some(limit)) => gamma_by_limit::<S, P>(&units, &nominal, &gains, limit)?,
             (None, None) => return Err(SettingsError::NotGiven { setting: "gamma" }),
         };
@@ -157,6 +157,16 @@ impl<const P: usize> GradientPlan<P> {
     }
 }
 
+/// That of a parameter, of one per parameter.
+fn entry<T: Copy>([a, b, coulomb, load]: &[T; 4], parameter: Parameter) -> T {
+    *match parameter {
+        Parameter::A => a,
+        Parameter::B => b,
+        Parameter::Coulomb => coulomb,
+        Parameter::Load => load,
+    }
+}
+
 impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
 where
     N: Number,
@@ -173,6 +183,13 @@ where
         let scale = S::PARAMETERS.map(|parameter| parameter.scale(&units) / units.velocity());
         let gamma = plan.gamma.scaled(scale)?;
         let rates = |parameter: Parameter| parameter.scale(&units);
+        let (mut bounds, mut initial) = (plan.bounds, plan.initial);
+        for ((parameter, bounds), initial) in
+            S::PARAMETERS.into_iter().zip(&mut bounds).zip(&mut initial)
+        {
+            *bounds = bounds.scaled(rates(parameter));
+            *initial *= rates(parameter);
+        }
         let (known, per_gain) = match plan.decay {
             Decay::Known(decay) => (decay * units.rate(), 0.0),
             // Per machine unit of b̂.
@@ -183,7 +200,7 @@ where
             mu: plan.mu * units.rate(),
             slowest_decay: known,
             decay_per_gain: per_gain,
-            bounds: core::array::from_fn(|i| plan.bounds[i].scaled(rates(S::PARAMETERS[i]))),
+            bounds,
             frozen: plan.frozen,
         };
         Ok(Self {
@@ -191,7 +208,7 @@ where
             law: Gradient::new(&gradient)?,
             standstill: Standstill::new(&units),
             most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
-            initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
+            initial,
             bounds: plan.bounds,
             gamma: *plan.gamma.entries(),
             mu: plan.mu,

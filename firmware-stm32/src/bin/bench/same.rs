@@ -28,12 +28,8 @@ fn single_precision() -> Result<(), SettingsError> {
     };
     Experiment::start(0.0)?.count(paper::samples(), &mut sample);
     let identifier = parts.servo_loop.identifier();
-    report(
-        "f32",
-        &identifier
-            .estimates(parts.state.identification())
-            .expect("estimates"),
-    );
+    let snapshot = identifier.snapshot(parts.state.identification());
+    report("f32", &identifier.estimates_in(&snapshot));
     Ok(())
 }
 
@@ -43,11 +39,7 @@ fn fixed_point() -> Result<(), SettingsError> {
     let mut sample = |reference, register| parts.counted(&instructions, (reference, register));
     Experiment::start(0.0)?.count(paper::samples(), &mut sample);
     let identifier = parts.servo_loop.identifier();
-    report(
-        "fixed",
-        &identifier
-            .estimates(parts.state.identification())
-            .expect("estimates"),
-    );
+    let snapshot = identifier.snapshot(parts.state.identification());
+    report("fixed", &identifier.estimates_in(&snapshot));
     Ok(())
 }
