@@ -111,11 +111,11 @@ fn gamma_for<S: ParameterSet<P>, const P: usize>(
     kd: f64,
     moments: [Moments; 4],
 ) -> Result<PositiveDefinite<P>, GainError> {
-    let any = |is: fn(f64) -> bool| moments.iter().any(|m| is(m.command) || is(m.velocity));
-    if any(|moment| !moment.is_finite()) {
+    let mut both = moments.iter().flat_map(|m| [m.command, m.velocity]);
+    if !both.clone().all(f64::is_finite) {
         return Err(GainError::Unstable);
     }
-    if any(|moment| moment == 0.0) {
+    if both.any(|moment| moment == 0.0) {
         return Err(GainError::AtRest);
     }
     // Friction and load have regressors of magnitude one.
@@ -124,15 +124,18 @@ fn gamma_for<S: ParameterSet<P>, const P: usize>(
         Parameter::B => m.command,
         Parameter::Coulomb | Parameter::Load => 1.0,
     };
-    let least = |of: &dyn Fn(&Moments) -> f64| moments.iter().map(of).fold(f64::INFINITY, f64::min);
-    let ratios = S::PARAMETERS.map(|p| least(&|m: &Moments| m.command / moment(m, p)));
-    let strength = least(&|m: &Moments| {
+    let ratios = S::PARAMETERS.map(|p| least(&moments, |m| m.command / moment(m, p)));
+    let strength = least(&moments, |m| {
         let terms = S::PARAMETERS.iter().zip(ratios);
         terms.map(|(&p, ratio)| ratio * moment(m, p)).sum()
     });
     let bound = Gradient::<f64, P>::GUARD * range.slowest_decay(kd) / units.sample_time();
     let gamma_b = STRENGTH * bound / strength;
     PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b)).map_err(|_| GainError::Unstable)
+}
+
+fn least(moments: &[Moments; 4], of: impl Fn(&Moments) -> f64) -> f64 {
+    moments.iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
 /// E q̇² and E u² of the loop around one servo, SI, over this number of samples of a reference.
