@@ -1,7 +1,7 @@
 //! Settings that targets begin with.
 
-use identifier_core::settings::{ControllerSettings, BoxSettings, diagonal};
 use identifier_core::Settings;
+use identifier_core::settings::{BoxSettings, ControllerSettings, diagonal};
 
 /// A loop that is certified.
 #[must_use]

@@ -9,7 +9,7 @@ use fuzz::certified;
 use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{Unknowns, ServoParameters};
+use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::FromSettings;
 use libfuzzer_sys::fuzz_target;
 
