@@ -55,17 +55,17 @@ fn is_finite(found: ServoParameters) -> bool {
 fn run<N: Copy, I: Identify<N>>(identifier: &I, samples: &[[f32; 2]], number: impl Fn(f32) -> N) {
     let mut state = identifier.start();
     for &[increment, command] in samples {
-        let before = identifier.estimates(&state).expect("estimates");
+        let before = identifier.estimates_in(&identifier.snapshot(&state));
         let learnt = identifier.learn(&mut state, number(increment), number(command));
         if learnt.is_err() {
             assert_eq!(
-                identifier.estimates(&state).expect("estimates"),
+                identifier.estimates_in(&identifier.snapshot(&state)),
                 before,
                 "a refused sample changed the estimates"
             );
         }
         identifier.work(&mut state, WORK);
-        let found = identifier.estimates(&state).expect("estimates");
+        let found = identifier.estimates_in(&identifier.snapshot(&state));
         assert!(is_finite(found), "{found:?}");
         assert!(
             (-1e-3..=100.1).contains(&found.a) && (4.99..=5000.1).contains(&found.b),

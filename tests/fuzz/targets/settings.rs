@@ -26,7 +26,7 @@ fn build<N: Copy, I: Identify<N> + FromSettings>(
             let mut state = identifier.start();
             // Either is allowed: a command beyond a declared limit is refused.
             let _ = identifier.learn(&mut state, increment, command);
-            let found = identifier.estimates(&state).expect("estimates");
+            let found = identifier.estimates_in(&identifier.snapshot(&state));
             assert!(found.a.is_finite() && found.b.is_finite(), "{found:?}");
         }
         Err(error) => assert!(!error.to_string().is_empty()),
