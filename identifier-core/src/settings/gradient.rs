@@ -132,10 +132,10 @@ impl<const P: usize> GradientPlan<P> {
             }
         }
         let gamma = match (given.gamma, settings.largest_command()) {
-            (Some(gamma), _) => {
-                let row = |row: [f64; 4]| S::PARAMETERS.map(|other| entry(&row, other));
-                PositiveDefinite::new(S::PARAMETERS.map(|own| row(entry(&gamma, own))))?
-            }
+            (Some(gamma), _) => PositiveDefinite::new(
+                S::PARAMETERS
+                    .map(|own| S::PARAMETERS.map(|other| gamma[own as usize][other as usize])),
+            )?,
             (None, Some(limit)) => gamma_by_limit::<S, P>(&units, &nominal, &gains, limit)?,
             (None, None) => return Err(SettingsError::NotGiven { setting: "gamma" }),
         };
@@ -157,16 +157,6 @@ impl<const P: usize> GradientPlan<P> {
     }
 }
 
-/// That of a parameter, of one per parameter.
-fn entry<T: Copy>([a, b, coulomb, load]: &[T; 4], parameter: Parameter) -> T {
-    *match parameter {
-        Parameter::A => a,
-        Parameter::B => b,
-        Parameter::Coulomb => coulomb,
-        Parameter::Load => load,
-    }
-}
-
 impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
 where
     N: Number,
@@ -183,13 +173,6 @@ where
         let scale = S::PARAMETERS.map(|parameter| parameter.scale(&units) / units.velocity());
         let gamma = plan.gamma.scaled(scale)?;
         let rates = |parameter: Parameter| parameter.scale(&units);
-        let (mut bounds, mut initial) = (plan.bounds, plan.initial);
-        for ((parameter, bounds), initial) in
-            S::PARAMETERS.into_iter().zip(&mut bounds).zip(&mut initial)
-        {
-            *bounds = bounds.scaled(rates(parameter));
-            *initial *= rates(parameter);
-        }
         let (known, per_gain) = match plan.decay {
             Decay::Known(decay) => (decay * units.rate(), 0.0),
             // Per machine unit of b̂.
@@ -200,7 +183,7 @@ where
             mu: plan.mu * units.rate(),
             slowest_decay: known,
             decay_per_gain: per_gain,
-            bounds,
+            bounds: core::array::from_fn(|i| plan.bounds[i].scaled(rates(S::PARAMETERS[i]))),
             frozen: plan.frozen,
         };
         Ok(Self {
@@ -208,7 +191,7 @@ where
             law: Gradient::new(&gradient)?,
             standstill: Standstill::new(&units),
             most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
-            initial,
+            initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
             bounds: plan.bounds,
             gamma: *plan.gamma.entries(),
             mu: plan.mu,

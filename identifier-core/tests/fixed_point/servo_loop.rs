@@ -7,7 +7,7 @@ use identifier_core::control::Setpoint;
 use identifier_core::error::{Allowed, StepError};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{
-    FixedController, FixedGradientIdentifier, FixedServoLoop, Word,
+    FixedController, FixedGradientIdentifier, FixedLoop, FixedServoLoop, Word,
 };
 use identifier_core::identifier::{Event, GradientIdentifier, Identify, ServoLoop};
 use identifier_core::measurement::{
@@ -634,5 +634,16 @@ fn a_setpoint_that_is_no_number_is_refused() {
     for counts in [f64::NAN, f64::INFINITY, f64::MAX] {
         let setpoint = Setpoint::from_counts(counts);
         assert_eq!((setpoint.count, setpoint.offset), (0, I16F16::ZERO));
+    }
+}
+
+#[test]
+fn a_chosen_gamma_is_lowered_to_the_range_of_fixed_point() {
+    for (counts, limit, b) in [(1e3, 0.1, 3.0), (1e3, 0.1, 100.0), (1e5, 0.1, 3.0)] {
+        let settings = Settings::new(5e-5, counts)
+            .with_pid(850.0 / b, 39.0 / b, 1600.0 / b, limit)
+            .with_servo_range([0.0, 20.0], [b, 3.0 * b]);
+        let words: Result<FixedLoop, _> = settings.build();
+        assert!(words.is_ok(), "{words:?}");
     }
 }

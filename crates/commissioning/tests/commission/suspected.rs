@@ -4,7 +4,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use commissioning::{CommissionSettings, HoldingGains, Limits, Phase};
+use commissioning::{CommissionSettings, HoldingGains, LargestMotion, Limits, Phase};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
@@ -143,7 +143,7 @@ fn a_stuck_encoder_is_found_in_every_phase() {
     println!("median {median} s, longest {longest} s");
     let rounding = 0.5 * bench.settings.sample_time;
     assert!(
-        median <= 0.06 + rounding && longest <= 0.15,
+        median <= 0.06 + rounding && longest <= LargestMotion::STUCK_ENCODER_TIME,
         "{median} {longest}"
     );
 }
