@@ -26,6 +26,9 @@ const RIVAL: &str =
 const FORCES: &str = "no loop compensates known forces: add what tune prints under feed_forward to the command of your \
                       own controller";
 
+/// For the rounds of frequency-response motions.
+const ROUNDS: &str = "a commissioning measures the frequency response of every axis, and again where it shows too little";
+
 const GONE: &[(Place, &str, &str)] = &[
     (
         File,
@@ -55,6 +58,9 @@ const GONE: &[(Place, &str, &str)] = &[
         "an axis that may not reverse is not commissioned: identify finds its a and b in a log, with identifier.parameters = \
          [\"a\", \"b\", \"load\"]",
     ),
+    (Key, "commission.slide_rounds", ROUNDS),
+    (Flag, "--quick", ROUNDS),
+    (Flag, "--thorough", ROUNDS),
     (
         Key,
         "identifier.terms",

@@ -115,50 +115,26 @@ catalogue! {
         "the command from outside asks for a target beyond the travel",
         "keep it within the travel, or allow more";
     DoesNotMove = 101, "does-not-move", Doubtful:
-        "the servo did not move under a command that was to move it",
+        "the servo did not move, or in one direction alone, under a command that was to move it",
         "free the axis, check encoder and amplifier, or allow a larger command";
-    OneDirectionOnly = 102, "one-direction-only", Doubtful:
-        "the servo moved one way and not the other",
-        "free the axis";
     TooLittleEvidence = 110, "too-little-evidence", Known:
         "the motion within the limits does not determine the servo well enough",
         "allow more travel, speed or duration, or use a finer encoder";
     EstimateAtBound = 111, "estimate-at-bound", Known:
         "an estimate stands at a bound, so it is no result",
         "check the unit of the command, the counts per revolution, the limit of the current and any bounds";
-    NotPredicted = 120, "not-predicted", Known:
-        "the identified model does not predict a motion that it was not fitted to; no single effect stands out",
-        "record a log and identify it with the law fit";
-    LacksResonance = 121, "lacks-resonance", Known:
-        "the servo does not follow as one mass: it resonates",
-        "stiffen the coupling, or record a log and identify it with the law fit";
-    LacksBacklash = 122, "lacks-backlash", Known:
-        "the servo has play at its reversals",
-        "remove the play, or measure the position behind it";
-    LacksLowSpeedFriction = 123, "lacks-low-speed-friction", Known:
-        "friction is higher near standstill than the model has it",
-        "lubricate, or record a log and identify it with the law fit";
-    LacksGravity = 124, "lacks-gravity", Known:
-        "the load changes with the angle",
-        "balance the axis, or commission it within less travel";
-    LacksDeadBand = 125, "lacks-dead-band", Known:
-        "small commands do not act",
-        "compensate the amplifier's dead band";
-    LacksRipple = 126, "lacks-ripple", Known:
-        "the load ripples with the angle, as cogging does",
-        "record a log and identify it with the law fit, or reduce the cogging";
+    PartlyExplained = 120, "partly-explained", Known:
+        "the model explains only a part of the motion, and the rest is more than noise",
+        "record a log and identify it: the fit of a whole log names the effect";
+    ResonanceOrBacklash = 121, "resonance-or-backlash", Known:
+        "the servo does not follow as one mass, and its frequency response does not show two masses well enough",
+        "stiffen the coupling, remove its backlash, or record a log and identify it";
     NoGains = 130, "no-gains", Known:
         "no gains keep the margins at what was asked for",
         "ask for a slower response: the figure that would do is stated";
-    ResponseTimeMissed = 140, "response-time-missed", Known:
-        "the rise time on the machine is not the promised one",
-        "check for stiction, play, or a changed load";
-    OvershootExceeded = 141, "overshoot-exceeded", Known:
-        "the overshoot on the machine is larger than promised",
-        "check for stiction, a changed load, or a gain of the amplifier that changes";
-    DisturbanceExceeded = 142, "disturbance-exceeded", Known:
-        "a disturbance moved the servo further than promised",
-        "check for stiction or a changed load";
+    PredictionMissed = 140, "prediction-missed", Known:
+        "the measured step does not match the prediction: it rises faster, over three times as slowly, or overshoots more",
+        "check for stiction, backlash, a changed load, or a gain of the amplifier that changes";
     NeverAtRest = 143, "never-at-rest", Known:
         "the servo did not come to rest",
         "check for noise of the position and a compliant coupling";
@@ -183,9 +159,6 @@ catalogue! {
     Oscillating = 156, "oscillating", Known:
         "the loop oscillates",
         "ask for a slower response, declare or shorten the delay behind the command, or quicken the current loop";
-    TimeOver = 160, "time-over", Known:
-        "the duration was over before there was enough evidence",
-        "allow more time, travel or speed";
     Stopped = 170, "stopped", Known:
         "it was stopped by command",
         "order it again";
@@ -207,9 +180,6 @@ catalogue! {
     DoesNotFollow = 183, "does-not-follow", Known:
         "the position does not follow the command",
         "check the amplifier, and that command and position are of the same axis and the same clock";
-    PartlyExplained = 184, "partly-explained", Known:
-        "the model explains only a part of the motion, and the rest is more than noise",
-        "record a log and identify it with the law fit";
     EarlyCommand = 185, "early-command", Known:
         "the command acts earlier than it is recorded or declared to",
         "record the command that acts until the next reading, not the one before it, and declare no longer delay than there is";
@@ -320,35 +290,6 @@ impl Reason {
         );
         unreliable || (self.is_fault() && !held_by_gains)
     }
-
-    /// True if an effect that the model lacks, as this reason names it, may appear as another reason.
-    #[must_use]
-    pub const fn may_appear_as(self, other: Self) -> bool {
-        let any_effect = matches!(
-            other,
-            Self::TooLittleEvidence
-                | Self::PartlyExplained
-                | Self::NotPredicted
-                | Self::ResponseTimeMissed
-                | Self::OvershootExceeded
-                | Self::DisturbanceExceeded
-                | Self::DoesNotMove
-                | Self::NeverAtRest
-                | Self::ActuatorWeak
-                | Self::Oscillating
-                | Self::TravelLeft
-                | Self::SpeedExceeded
-        );
-        // A mass behind a spring or a play moves against the command for a moment.
-        let against = matches!(self, Self::LacksResonance | Self::LacksBacklash)
-            && matches!(other, Self::Reversed);
-        let unexplained = matches!(self, Self::EncoderNoise)
-            && matches!(
-                other,
-                Self::EstimateAtBound | Self::TimeOver | Self::LacksResonance
-            );
-        any_effect || against || unexplained
-    }
 }
 
 impl fmt::Display for Reason {
@@ -382,8 +323,8 @@ mod tests {
 
     #[test]
     fn the_position_is_doubtful_after_whatever_may_have_lost_counts() {
-        const DOUBTFUL: [u8; 16] = [
-            1, 2, 3, 4, 13, 20, 21, 32, 101, 102, 150, 151, 152, 153, 154, 173,
+        const DOUBTFUL: [u8; 15] = [
+            1, 2, 3, 4, 13, 20, 21, 32, 101, 150, 151, 152, 153, 154, 173,
         ];
         for &reason in Reason::ALL {
             let wanted = DOUBTFUL.contains(&reason.number());
@@ -392,28 +333,9 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_hides_no_fault_and_no_stop() {
-        let plain = [
-            Reason::EncoderLost,
-            Reason::EncoderStuck,
-            Reason::EncoderJumped,
-            Reason::ActuatorDead,
-            Reason::Overrun,
-            Reason::Stopped,
-            Reason::LimitSwitch,
-            Reason::AmplifierFault,
-        ];
-        for effect in Reason::ALL {
-            assert!(!plain.iter().any(|&other| effect.may_appear_as(other)));
-            let moves = matches!(effect, Reason::LacksResonance | Reason::LacksBacklash);
-            assert_eq!(effect.may_appear_as(Reason::Reversed), moves);
-        }
-        assert!(Reason::LacksGravity.may_appear_as(Reason::NotPredicted));
-    }
-
-    #[test]
     fn every_reason_against_a_first_fit_has_its_texts_and_a_fault_has_none() {
-        const SHARED: [Reason; 3] = [
+        const SHARED: [Reason; 4] = [
+            Reason::PartlyExplained,
             Reason::TooLittleEvidence,
             Reason::EstimateAtBound,
             Reason::Reversed,

@@ -159,7 +159,6 @@ fn order() -> CommissionSettings {
         goal: Goal::ResponseTime(0.02),
         max_sensitivity: 1.6,
         trial_step: Some(0.5),
-        slide_rounds: CommissionSettings::MAX_SLIDE_ROUNDS,
         notch: true,
         feed_forward: true,
     }
@@ -219,8 +218,6 @@ fn every_report_of_a_commissioning_fits_a_message() {
             step: f64::MIN,
             rise_time: Some(f64::MIN),
             overshoot: f64::MIN,
-            disturbance: f64::MIN,
-            excursion: f64::MIN,
         }),
         noise: f64::MIN,
         kept: true,

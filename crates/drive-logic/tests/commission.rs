@@ -185,7 +185,7 @@ fn each_fault_of_the_drive_ends_a_commissioning_under_its_own_number() {
         listening.protection.link_timeout = 0.01;
         drive.done(Command::Configure(listening));
         drive.done(Command::Commission(ORDER));
-        until(&mut drive, Phase::Probing);
+        until(&mut drive, Phase::Probe);
         harm(&drive);
         over(&mut drive);
         let ended = Commissioning {

@@ -90,7 +90,7 @@ fn the_command_has_no_bump_when_the_commissioning_takes_over() {
         assert!((after - before).abs() < most, "{before} {after}");
         drive.pass(1);
         assert_eq!(drive.supervisor.state(), State::Commissioning);
-        until(&mut drive, Phase::Probing);
+        until(&mut drive, Phase::Probe);
     }
 }
 
@@ -322,7 +322,7 @@ fn that_it_waits_for_the_loop_is_reported_once() {
     boot!(drive, &bench, &flash);
     run(&mut drive, quiet());
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probing);
+    until(&mut drive, Phase::Probe);
     drive.refusal(Command::Start);
     let mut reports = 0;
     for _ in 0..1000 {
@@ -352,7 +352,7 @@ fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() 
         let mut order = ORDER;
         order.limits.travel = [-0.8, 0.8];
         drive.done(Command::Commission(order));
-        until(&mut drive, Phase::ReleasedCheck);
+        until(&mut drive, Phase::Rest);
         drive.refusal(Command::Start);
         over(&mut drive);
         assert_eq!(drive.supervisor.state(), State::Running);
@@ -375,7 +375,7 @@ fn the_command_that_holds_the_load_after_a_commissioning_is_no_stall() {
     run(&mut drive, quiet());
     assert!(held(&drive).abs() > 3.2, "{}", held(&drive));
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::ReleasedCheck);
+    until(&mut drive, Phase::Rest);
     drive.refusal(Command::Start);
     over(&mut drive);
     drive.pass(1000);
@@ -419,7 +419,7 @@ fn everything_is_watched_after_its_end_until_the_loop_resumes() {
         drive.done(Command::Start);
         drive.pass(10);
         drive.done(Command::Commission(ORDER));
-        until(&mut drive, Phase::Probing);
+        until(&mut drive, Phase::Probe);
         drive.refusal(Command::Start);
         // The background has not built the loop yet.
         drive.pass_without_work(100);

@@ -89,7 +89,7 @@ fn its_progress_is_reported() {
     }
     let [low, high] = ORDER.limits.travel.map(|end| end as f32);
     assert!(shown.iter().all(|at| (low..high).contains(&at.position)));
-    let wiggled = shown.iter().filter(|at| at.phase == Phase::Probing);
+    let wiggled = shown.iter().filter(|at| at.phase == Phase::Probe);
     assert!(
         wiggled
             .clone()
@@ -210,7 +210,7 @@ fn an_output_that_cannot_be_disabled_is_a_fault_while_the_servo_is_not_driven_ye
     unknown.closed_loop.core.controller = None;
     drive.done(Command::Configure(unknown));
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::ReleasedCheck);
+    until(&mut drive, Phase::Rest);
     bench.releases.set(false);
     over(&mut drive);
     let reason = outcome(&mut drive).commissioning.reason;
@@ -243,7 +243,7 @@ fn a_record_with_a_hole_ends_it() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probing);
+    until(&mut drive, Phase::Probe);
     // Turns, so that the watchdog is fed, but no work: the queue fills.
     drive.pass_without_work(400);
     over(&mut drive);
@@ -257,7 +257,7 @@ fn its_late_samples_are_counted_and_reported() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::ReleasedCheck);
+    until(&mut drive, Phase::Rest);
     let late = |drive: &mut Drive<'_>, samples: u32| {
         bench.late.set(true);
         drive.pass(samples);
@@ -281,7 +281,7 @@ fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probing);
+    until(&mut drive, Phase::Probe);
     bench.stage_works.set(false);
     drive.sample();
     assert_eq!(bench.held.get(), None);
@@ -330,7 +330,7 @@ fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
     run(&mut drive);
     // Nor after one that has found nothing.
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probing);
+    until(&mut drive, Phase::Probe);
     drive.refusal(Command::Start);
     over(&mut drive);
     drive.pass(100);
@@ -376,7 +376,7 @@ fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_r
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Refine);
+    until(&mut drive, Phase::FrequencyResponse);
     drive.pass(10);
     drive.done(Command::Stop);
     drive.sample();
@@ -384,8 +384,8 @@ fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_r
     drive.pass(100);
 
     drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Refine);
-    drive.pass(10);
+    until(&mut drive, Phase::FrequencyResponse);
+    drive.pass(400);
     let moving = bench.plant.borrow().velocity;
     assert!(moving.abs() > 1.0, "{moving}");
     drive.refusal(Command::Start);

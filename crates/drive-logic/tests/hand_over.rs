@@ -54,7 +54,7 @@ fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
     drive.done(Command::Commission(ORDER));
     drive.sample();
     assert!((held() - before).abs() < ONE_COUNT);
-    until(&mut drive, Phase::Verify);
+    until(&mut drive, Phase::FrequencyResponse);
     assert_eq!(drive.refusal(Command::Start), Refusal::EndedCommissioning);
     let mut last = 0.0;
     while drive.supervisor.state() != State::Running {

@@ -414,7 +414,7 @@ fn home_is_unknown_after_every_end_that_loses_the_position() {
             }
             assert_eq!(drive.status().home, Home::Known);
             drive.done(Command::Commission(ORDER));
-            until(&mut drive, Phase::Probing);
+            until(&mut drive, Phase::Probe);
             drive.pass(20);
             if numbers == [171] {
                 drive.refusal(Command::Start);

@@ -143,8 +143,8 @@ mod tests {
             command,
         };
         let mut course = Course::default();
-        course.add(&sample(0.0, Phase::Probing, -0.5, Some(3.0)));
-        course.add(&sample(1.0, Phase::Probing, 0.1, Some(-4.0)));
+        course.add(&sample(0.0, Phase::Probe, -0.5, Some(3.0)));
+        course.add(&sample(1.0, Phase::Probe, 0.1, Some(-4.0)));
         course.add(&sample(2.0, Phase::Fit, 0.4, None));
         course.add(&sample(3.0, Phase::Aborted, 9.0, None));
         let course = course.finish(4.0);

@@ -6,6 +6,7 @@
 
 mod axis;
 mod course;
+mod explain;
 mod frequency_response;
 mod record;
 mod response;
@@ -13,6 +14,7 @@ mod sample;
 
 pub use axis::Axis;
 pub use course::{Course, Excursion, Stretch};
+use explain::{effects, logged};
 pub use frequency_response::FrequencyResponse;
 pub use record::{End, Known, Outcome};
 pub use response::StepResponse;
@@ -44,6 +46,8 @@ pub struct Commissioning {
     before: Option<HoldingGains>,
     arithmetic: Arithmetic,
     largest: LargestMotion,
+    /// Rad per revolution of the axis.
+    revolution: f64,
 }
 
 impl Commissioning {
@@ -74,6 +78,7 @@ impl Commissioning {
             before,
             arithmetic,
             largest: machine.largest_motion(),
+            revolution: scenario.stated.identifier.terms.revolution,
         })
     }
 
@@ -147,7 +152,7 @@ impl Commissioning {
         let sample_time = self.settings.sample_time;
         let mut course = Course::default();
         let mut known = Vec::new();
-        let mut tuning = None;
+        let mut moved = Vec::new();
         let mut end: Option<End> = None;
         loop {
             let time = course.samples() as f64 * sample_time;
@@ -155,7 +160,6 @@ impl Commissioning {
             let seen = self.axis.sense();
             let done = commissioner.sample_with_slices(&seen, background(commissioner.slices()));
             known.extend(done.servo.map(|servo| Known { time, servo }));
-            tuning = done.tuning.or(tuning);
             let sample = Sample {
                 time,
                 phase: done.phase,
@@ -184,6 +188,9 @@ impl Commissioning {
                     None => end.released.or(Some(time)),
                 };
             }
+            if end.is_none() {
+                moved.extend(logged(&sample, moved.is_empty()));
+            }
             course.add(&sample);
             observe(&sample);
             let over = end.as_ref().map_or(MAX_TIME, |end| end.time + AFTERWARDS);
@@ -195,7 +202,15 @@ impl Commissioning {
                 return Outcome {
                     end,
                     known,
-                    tuning,
+                    tuning: state.and_then(CommissionState::tuning).copied(),
+                    effects: end.map_or_else(Vec::new, |end| {
+                        effects(
+                            end.reason,
+                            &moved,
+                            self.settings.resolution,
+                            self.revolution,
+                        )
+                    }),
                     no_gains: tuning_error.map(NoGains::from),
                     trial: done.trial,
                     noise: noise * self.settings.resolution,

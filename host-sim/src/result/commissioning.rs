@@ -73,7 +73,9 @@ pub struct CommissioningResult {
     pub phases: Vec<Stretch>,
     /// The motion that there was, in truth, and the commands that acted.
     pub extremes: Excursion,
-    /// The frequency response that slides have measured.
+    /// Names of the effects that its model lacks, by the fit of all that it recorded.
+    pub effects: Vec<&'static str>,
+    /// The frequency response that was measured.
     #[serde(serialize_with = "response")]
     pub response: Option<FrequencyResponse>,
     /// The true servo, with its delay.
@@ -195,6 +197,7 @@ impl CommissioningResult {
             duration: end.map(|end| end.time),
             phases: outcome.course.phases.clone(),
             extremes: outcome.course.excursion(),
+            effects: outcome.effects.iter().map(|cause| cause.name()).collect(),
             response: outcome.response.clone(),
             truth: commissioned_truth(scenario),
         }

@@ -21,7 +21,6 @@ pub struct CommissionOrder {
     pub stiffest: Option<bool>,
     pub max_sensitivity: f64,
     pub trial_step: Option<f64>,
-    pub slide_rounds: u8,
     /// Whether the gains may have a notch filter.
     pub notch: Option<bool>,
     /// Whether the gains may have a feed-forward.
@@ -138,7 +137,6 @@ impl Scenario {
             goal: order.goal()?,
             max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,
-            slide_rounds: order.slide_rounds,
             notch: order.notch.unwrap_or(true),
             feed_forward: order.leads()?,
         })

@@ -3,7 +3,7 @@
 //! A line has the key's path, the kind of its value with its place in the [`Scenario`], the default, the unit and the
 //! meaning. Reading, messages, help and schema all follow from it.
 
-use commissioning::{CommissionSettings, Limits};
+use commissioning::Limits;
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
@@ -338,8 +338,6 @@ keys! {
     "the largest sensitivity that the loop may have, its smallest distance from instability being 1/max_sensitivity";
 "commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel that there is"), "rad",
     "the step of the reference in the trial";
-"commission.slide_rounds": Whole([0, CommissionSettings::MAX_SLIDE_ROUNDS as u32], |s, v| order(s).slide_rounds = v as u8), Value(1.0), "",
-    "rounds of four slides that measure the frequency response: 0 for an axis known to be stiff, in half of the time; 2 and more prove gains for two masses";
 "commission.notch": Flag(|s, v| order(s).notch = Some(v)), Derived("true"), "",
     "the gains may have a notch";
 "commission.feed_forward": Flag(|s, v| order(s).feed_forward = v), Derived("false"), "",

@@ -51,14 +51,14 @@ const KINDS: [Kind; 14] = [
     Kind {
         sizes: [500.0, 5000.0],
         // Of a servo that is not known it may be a motion.
-        since: Phase::Refine,
+        since: Phase::ProbeAgain,
         ..Kind::fault(FaultKind::EncoderJump, &[Reason::EncoderJumped])
     },
     Kind::fault(FaultKind::EncoderReversed, &[Reason::Reversed]),
     Kind::fault(FaultKind::ActuatorDead, STANDING),
     Kind {
         sizes: [0.1, 0.4],
-        since: Phase::Tune,
+        since: Phase::Gains,
         ..Kind::fault(
             FaultKind::ActuatorWeak,
             &[Reason::ActuatorWeak, Reason::ActuatorDead],
@@ -90,7 +90,7 @@ impl Kind {
             sizes: [0.0; 2],
             durations: STAYS,
             names,
-            since: Phase::ReleasedCheck,
+            since: Phase::Rest,
         }
     }
 

@@ -13,13 +13,9 @@ pub(super) fn scale(servo: &mut IdentifiedServo, factor: f64) {
     for value in [a, b, coulomb, load] {
         *value *= factor;
     }
-    for (i, row) in servo.covariance.iter_mut().enumerate() {
-        for (j, entry) in row.iter_mut().enumerate() {
-            let scaled = [i, j]
-                .into_iter()
-                .filter(|&place| place != IdentifiedServo::DELAY);
-            *entry *= scaled.fold(1.0, |product, _| factor * product);
-        }
+    let places = 0..servo.covariance.len();
+    for place in places.filter(|&place| place != IdentifiedServo::DELAY) {
+        scale_errors(servo, place, factor);
     }
 }
 
@@ -30,6 +26,16 @@ pub(super) fn know_alone(servo: &mut IdentifiedServo, place: usize, error: f64) 
             if i == place || j == place {
                 *entry = if i == j { error * error } else { 0.0 };
             }
+        }
+    }
+}
+
+/// Multiplies the standard error of an unknown.
+pub(super) fn scale_errors(servo: &mut IdentifiedServo, place: usize, factor: f64) {
+    for (i, row) in servo.covariance.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let scaled = [i, j].into_iter().filter(|&of| of == place);
+            *entry *= scaled.fold(1.0, |product, _| factor * product);
         }
     }
 }

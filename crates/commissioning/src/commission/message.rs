@@ -26,8 +26,7 @@ impl<N> RecordEvent<N> {
             EventKind::Balance(_)
             | EventKind::Line(_)
             | EventKind::Ended(_)
-            | EventKind::Tried
-            | EventKind::Inconclusive(..) => blocks,
+            | EventKind::Inconclusive(_) => blocks,
         }
     }
 }
@@ -35,7 +34,7 @@ impl<N> RecordEvent<N> {
 /// The events of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum EventKind<N> {
-    /// A motion of this phase begins: [`Phase::Probing`], [`Phase::Refine`] or [`Phase::Verify`].
+    /// A motion of this phase begins: [`Phase::Probe`] or [`Phase::ProbeAgain`].
     Begins(Phase),
     /// A piece of its record.
     Block(NumberedBlock<N>),
@@ -45,10 +44,8 @@ pub(super) enum EventKind<N> {
     Line(LineSums<N>),
     /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
     Ended(RoughModel<N>),
-    /// The measured response of the trial matches the prediction, and slides validate the gains next.
-    Tried,
-    /// The motion was over before there was enough evidence, for this reason. The servo is the estimate by then.
-    Inconclusive(RoughModel<N>, Reason),
+    /// The motion was over before there was enough evidence. The servo is the estimate by then.
+    Inconclusive(RoughModel<N>),
 }
 
 /// A decision of the solver. There is one for each motion that has ended, and one more after tuning.
@@ -60,12 +57,11 @@ pub struct Decision<N: Number>(pub(super) DecisionKind<N>);
 /// The decisions of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DecisionKind<N: Number> {
-    /// The servo in its present estimate, after the first motion and after the second.
+    /// The servo as one mass explains its motion. Another decision follows.
     Identified(Identified<N>),
-    /// The servo in its estimate after a motion, not yet within tolerance. The second motion is repeated.
+    /// The servo in its estimate after a motion, not yet within tolerance. It is probed again.
     Uncertain(Identified<N>),
-    /// The response must be measured. The servo slides as planned, after the trial under the gains that were tried.
-    /// [`Verified`] follows, or other slides.
+    /// The response is to be measured as planned. [`Verified`] follows, or another plan.
     ///
     /// [`Verified`]: Self::Verified
     Slide(SlidePlan<N>),
@@ -73,13 +69,8 @@ pub(super) enum DecisionKind<N: Number> {
     Verified(Identified<N>),
     /// Gains and their predicted performance.
     Tuned(Candidate<N>),
-    /// The measured response confirms the gains that were tried.
-    Proved,
     /// No gains meet the goal; the error names a goal that some would.
     NoGains(TuningError),
-    /// An effect that the model lacks of the servo, a possible cause of later failures. None if the earlier one is
-    /// explained. Another answer follows.
-    Suspects(Option<Reason>),
     /// The commissioning cannot continue, for this reason.
     Failed(Reason),
 }
@@ -158,20 +149,12 @@ pub(super) struct Candidate<N: Number> {
     pub(super) trial: Trial<N>,
     /// Samples for which the servo must be still to have come to rest under them.
     pub(super) rest: u32,
-    /// True if slides are to prove them after the trial, which moves a compliant axis too briefly.
-    pub(super) is_to_be_proved: bool,
 }
 
 impl<N: Number> Candidate<N> {
-    /// The part of the remaining travel that a disturbance may move the servo.
-    const MAX_ROOM_SHARE: f64 = 0.2;
-
     /// The largest part of the travel in its direction at which the trial's step ends. A longer one begins on the other
     /// side.
     pub(super) const MAX_END: f64 = 0.45;
-
-    /// The part of the command that disturbs the servo in the trial.
-    const DISTURBANCE_SHARE: f64 = 0.1;
 
     /// # Errors
     /// A gain that no controller has.
@@ -188,12 +171,6 @@ impl<N: Number> Candidate<N> {
         let step = direction * promise.step;
         let farthest = high.max(-low);
         let end = promise.step.min(Self::MAX_END * farthest);
-        let [least, most] = limits.command;
-        // Back towards where the servo came from, and no further than the travel has room for.
-        let left = farthest - end;
-        let bearable = Self::MAX_ROOM_SHARE * left / (promise.compliance * servo.parameters.b);
-        let disturbance = (Self::DISTURBANCE_SHARE * most.min(-least)).min(bearable);
-        let disturbance = libm::copysign(disturbance, -step);
         // Under noise a servo rests too rarely to be waited for once more.
         let returns = settings.noise == 0.0;
         // A servo that hunts about its friction is still for a while too.
@@ -202,9 +179,8 @@ impl<N: Number> Candidate<N> {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
             start: N::from_f64(direction * (end - promise.step) * units.position()),
-            trial: Trial::new(tuning, &units, step, disturbance, servo, returns),
+            trial: Trial::new(tuning, &units, step, servo, returns),
             rest: (0.5 * settling / settings.sample_time) as u32,
-            is_to_be_proved: false,
         })
     }
 }

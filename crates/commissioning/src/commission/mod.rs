@@ -28,10 +28,7 @@ mod tests;
 mod trial;
 
 pub use error::CommissionError;
-pub(crate) use fit::{
-    Diagnosis, EffectSearch, FitSettings, MotionRecord, PredictionErrors, PredictionRun, ServoFit,
-    ServoFitter,
-};
+pub(crate) use fit::{FitSettings, MotionRecord, ServoFit, ServoFitter};
 pub use gains::HoldingGains;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
 pub use limits::Limits;

@@ -6,20 +6,18 @@ pub enum Phase {
     /// Not begun.
     Idle,
     /// The stage is disabled, or the gains before hold the servo, which must stay where it is.
-    ReleasedCheck,
+    Rest,
     /// A relay about the holding command, within the limits.
-    Probing,
+    Probe,
     /// The servo is held while the solver fits.
     Fit,
-    /// A second motion, from which the solver learns more.
-    Refine,
-    /// A third motion, which the frozen model must predict.
-    Verify,
-    /// The servo slides both ways under a multisine, which shows a resonance that friction hides.
-    Slide,
-    /// The servo is held while the solver tunes.
-    Tune,
-    /// The new gains hold, and a step and a disturbance are measured against the prediction.
+    /// A further motion, where the travel has no room for frequency-response motions and b is uncertain.
+    ProbeAgain,
+    /// The servo moves both ways at constant speed under a multisine, which shows a resonance that friction hides.
+    FrequencyResponse,
+    /// The servo is held while the solver searches gains.
+    Gains,
+    /// The new gains hold, and a step and the step back are measured against the prediction.
     Trial,
     /// The new gains hold for good.
     Applied,
@@ -31,15 +29,14 @@ pub enum Phase {
 
 impl Phase {
     /// All, in their order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 11] = [
         Self::Idle,
-        Self::ReleasedCheck,
-        Self::Probing,
+        Self::Rest,
+        Self::Probe,
         Self::Fit,
-        Self::Refine,
-        Self::Verify,
-        Self::Slide,
-        Self::Tune,
+        Self::ProbeAgain,
+        Self::FrequencyResponse,
+        Self::Gains,
         Self::Trial,
         Self::Applied,
         Self::RolledBack,
@@ -51,13 +48,12 @@ impl Phase {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Idle => "idle",
-            Self::ReleasedCheck => "released-check",
-            Self::Probing => "wiggle",
+            Self::Rest => "rest",
+            Self::Probe => "probe",
             Self::Fit => "fit",
-            Self::Refine => "refine",
-            Self::Verify => "verify",
-            Self::Slide => "slide",
-            Self::Tune => "tune",
+            Self::ProbeAgain => "probe-again",
+            Self::FrequencyResponse => "frequency-response",
+            Self::Gains => "gains",
             Self::Trial => "trial",
             Self::Applied => "applied",
             Self::RolledBack => "rolled-back",

@@ -29,12 +29,6 @@ pub struct CommissionSettings {
     /// The step of the trial, rad. None is the largest within a quarter of the travel, the speed and half of the
     /// command.
     pub trial_step: Option<f64>,
-    /// Rounds of slides, 0 to [`CommissionSettings::MAX_SLIDE_ROUNDS`]. Each is in both directions, and again with the
-    /// excitation inverted. None if the axis is known to be stiff, unless its motions are not explained. A resonance
-    /// that friction hides then stays unseen. Two and more identify a compliant axis better, and validate its gains by
-    /// as many rounds under them. The gains are applied unless a line certainly shows a larger sensitivity than 1 + 4/3
-    /// (`max_sensitivity` − 1). Otherwise they are designed again with all lines, at most twice.
-    pub slide_rounds: u8,
     /// True if the gains may have a notch filter, which a controller in fixed point has not.
     pub notch: bool,
     /// True to lead the servo along a reference model with feed-forward if the step then rises faster
@@ -56,17 +50,10 @@ impl CommissionSettings {
             goal: Goal::Stiffest,
             max_sensitivity: TuningSettings::MAX_SENSITIVITY,
             trial_step: None,
-            slide_rounds: 1,
             notch: true,
             feed_forward: false,
         }
     }
-
-    /// The rounds of slides from which on gains for a compliant axis are proved.
-    pub const THOROUGH: u8 = 2;
-
-    /// The most rounds of slides.
-    pub const MAX_SLIDE_ROUNDS: u8 = 4;
 
     /// The range of possible sensitivities. Below the first no delay is permitted; above the second a loop is barely
     /// stable.
@@ -138,8 +125,6 @@ impl CommissionSettings {
         let longest = longest.min(samples * self.sample_time);
         Allowed::Within(0.0, longest).check("command_delay", self.command_delay)?;
         Allowed::AtLeast(0.0).check("noise", self.noise)?;
-        let rounds = Allowed::Within(0.0, f64::from(Self::MAX_SLIDE_ROUNDS));
-        rounds.check("slide_rounds", f64::from(self.slide_rounds))?;
         if let Some(gain) = self.max_gain {
             Allowed::Above(0.0).check("max_gain", gain)?;
         }

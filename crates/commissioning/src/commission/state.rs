@@ -60,8 +60,6 @@ pub struct CommissionState<N: Number> {
     /// A trial that has ended, before it is a result.
     pub(super) measured: Option<Trial<N>>,
     pub(super) reason: Option<Reason>,
-    /// The effect that the servo may have.
-    pub(super) suspect: Option<Reason>,
 }
 
 /// The activity that moves or holds the servo.
@@ -99,12 +97,12 @@ impl<N: Number> Activity<N> {
 pub(super) enum Next<N> {
     /// Nothing before the solver answers.
     Decision,
-    /// Gains for what is known now hold it; then the next motion, the second `again` or not.
-    Hold { again: bool },
+    /// Gains for what is known now hold it; then the next motion.
+    Hold,
     /// The next motion once it is at rest.
-    MotionRecord { again: bool },
+    MotionRecord,
     /// The next motion once it is at rest where it came to rest, under the command that balances the load.
-    Stay { again: bool },
+    Stay,
     /// The next motion after this many samples of its record.
     Lead(u32),
     /// The slides once it is at rest.
@@ -113,8 +111,6 @@ pub(super) enum Next<N> {
     Tune,
     /// The trial once it is at rest.
     Trial,
-    /// The gains that were tried, for good, once it is at rest.
-    Apply,
     /// Whether this fault of a servo of this speed is one: once it is at rest a push up or down shows it, so many samples
     /// long by now.
     Prove {
@@ -150,7 +146,7 @@ impl<N: Number> CommissionState<N> {
         bandwidth: N,
     ) -> Self {
         Self {
-            phase: Phase::ReleasedCheck,
+            phase: Phase::Rest,
             activity,
             passed: 0,
             hysteresis,
@@ -193,7 +189,6 @@ impl<N: Number> CommissionState<N> {
             trial: None,
             measured: None,
             reason: None,
-            suspect: None,
         }
     }
 
@@ -274,11 +269,11 @@ impl<N: Number> CommissionState<N> {
     /// Takes in a count, and returns the increment since the last.
     pub(super) fn follow(&mut self, count: Option<i32>) -> Option<N> {
         let count = count?;
-        if self.phase == Phase::ReleasedCheck {
+        if self.phase == Phase::Rest {
             self.rest_noise.take(count);
         }
         // A tight loop turns at every edge by itself.
-        let is_open = matches!(self.phase, Phase::ReleasedCheck | Phase::Probing);
+        let is_open = matches!(self.phase, Phase::Rest | Phase::Probe);
         let [position, increment] = self.hysteresis.follow(&mut self.count, count, is_open);
         self.position = position;
         Some(increment)
@@ -298,11 +293,6 @@ impl<N: Number> CommissionState<N> {
             Next::Prove { fault, .. } if !self.phase.is_end() => Some(fault),
             _ => None,
         }
-    }
-
-    /// True if the gains on trial are to be proved by slides.
-    pub(super) fn is_to_be_proved(&self) -> bool {
-        (self.candidate.as_ref()).is_some_and(|candidate| candidate.is_to_be_proved)
     }
 
     /// Has the servo stay where it is, under the command that balances its load.

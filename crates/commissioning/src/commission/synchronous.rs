@@ -88,7 +88,7 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
         {
             *self = again;
             return CommissionReading {
-                phase: Phase::ReleasedCheck,
+                phase: Phase::Rest,
                 reason: None,
                 ..reading
             };

@@ -1,4 +1,4 @@
-use commissioning::{CommissionError, CommissionIsr, CommissionSettings, HoldingGains, Phase};
+use commissioning::{CommissionError, CommissionIsr, HoldingGains, Phase};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
@@ -147,7 +147,7 @@ fn the_gains_before_resume_with_the_command_that_held_the_load() {
     bench.servo.load = 200.0;
     let mut left = 5;
     let course = bench.commission(&mut |now| {
-        left -= i32::from(now == Phase::Tune);
+        left -= i32::from(now == Phase::Gains);
         (left == 0).then_some(Reason::ModeChanged)
     });
     assert_eq!(course.state.phase(), Phase::Aborted);
@@ -198,48 +198,18 @@ fn a_trial_along_a_model_waits_for_the_loop() {
     }
 }
 
-/// None where the axis is known to be stiff, and twice as long where two rounds are asked for.
-#[test]
-fn the_rounds_of_slides_are_those_that_are_asked_for() {
-    let lasting = |slide_rounds| {
-        let mut bench = ordinary();
-        bench.settings.slide_rounds = slide_rounds;
-        let course = bench.commission(&mut |_| None);
-        assert_eq!(course.state.phase(), Phase::Applied, "{slide_rounds}");
-        let tune = course.began(Phase::Tune).expect("it tunes");
-        course.began(Phase::Slide).map(|began| tune - began)
-    };
-    assert_eq!(lasting(0), None);
-    let once = lasting(1).expect("a round");
-    let twice = lasting(2).expect("two rounds");
-    assert!((1.7..2.1).contains(&(twice / once)), "{twice} {once}");
-    let mut bench = ordinary();
-    bench.settings.slide_rounds = 1 + CommissionSettings::MAX_SLIDE_ROUNDS;
-    let refused = CommissionIsr::<f32>::new(&bench.settings, None).expect_err("too many");
-    assert!(
-        matches!(
-            refused,
-            CommissionError::OutOfRange {
-                setting: "slide_rounds",
-                ..
-            }
-        ),
-        "{refused:?}"
-    );
-}
-
 /// Wherever in a motion it is stopped: their integral does not take the motion for a load.
 #[test]
 fn the_gains_before_brake_a_servo_that_moves() {
     let bench = beside_a_controller();
     let motion = bench.commission(&mut |_| None);
-    let [began, ended] = [Phase::Probing, Phase::Fit].map(|phase| motion.began(phase));
+    let [began, ended] = [Phase::Probe, Phase::Fit].map(|phase| motion.began(phase));
     let lasting = ended.expect("it moved") - began.expect("it moved");
     for place in 1..16 {
         let stop = f64::from(place) / 16.0 * lasting / bench.settings.sample_time;
         let mut left = stop as i32;
         let course = bench.commission(&mut |now| {
-            left -= i32::from(now == Phase::Probing);
+            left -= i32::from(now == Phase::Probe);
             (left == 0).then_some(Reason::ModeChanged)
         });
         assert_eq!(course.state.phase(), Phase::Aborted);
@@ -256,7 +226,7 @@ fn the_gains_before_brake_a_servo_that_moves() {
 fn a_late_decision_changes_nothing() {
     let mut stopped = false;
     let course = ordinary().commission(&mut |phase| {
-        let now = phase == Phase::Tune && !stopped;
+        let now = phase == Phase::Gains && !stopped;
         stopped |= now;
         now.then_some(Reason::LinkLost)
     });

@@ -203,7 +203,7 @@ impl Bench {
             let position = servo.position();
             travel = [travel[0].min(position), travel[1].max(position)];
             speed = speed.max(servo.velocity().abs());
-            if matches!(done.phase, Phase::Refine | Phase::Verify) {
+            if done.phase == Phase::ProbeAgain {
                 let &(_, began) = phases.last().expect("it began");
                 let recorded = (k as f64 * sample_time - began) / sample_time;
                 if recorded < CommissionIsr::<f32>::LEAD.1 {

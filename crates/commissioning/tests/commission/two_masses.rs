@@ -356,26 +356,6 @@ fn a_servo_that_swings_while_it_is_studied_is_held_more_slowly() {
     assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
 }
 
-/// With two rounds of slides the gains are proved by slides under them.
-#[test]
-fn gains_for_two_masses_are_proved_on_request() {
-    let mut bench = hidden();
-    bench.settings.slide_rounds = 2;
-    let course = bench.commission(&mut |_| None);
-    assert_eq!(course.state.phase(), Phase::Applied);
-    let tried = course
-        .phases
-        .iter()
-        .position(|&(phase, _)| phase == Phase::Trial);
-    let tuned = course.state.tuning().expect("applied");
-    let sensitivity = TwoMassLoop::new(&bench, tuned).sensitivity();
-    assert!(sensitivity.is_some_and(|seen| seen < MAX_SENSITIVITY));
-    // Two rounds of four slides, of 0.7 s and more each.
-    let began = tried.map(|tried| course.phases[tried].1).expect("tried");
-    let taken = course.ended().expect("it ends") - began;
-    assert!(taken > 5.6, "{taken}");
-}
-
 /// Axes that are refused have a second mass and nothing else: ripple and gravity leave much of their motions that one mass does
 /// not explain, and lines of smaller motions that it does not explain show no play.
 #[test]

@@ -41,14 +41,12 @@ pub(crate) const ORDER: CommissionSettings = CommissionSettings {
 };
 
 /// The phases in which something may come between, in their order.
-pub(crate) const PHASES: [Phase; 8] = [
-    Phase::ReleasedCheck,
-    Phase::Probing,
+pub(crate) const PHASES: [Phase; 6] = [
+    Phase::Rest,
+    Phase::Probe,
     Phase::Fit,
-    Phase::Refine,
-    Phase::Verify,
-    Phase::Slide,
-    Phase::Tune,
+    Phase::FrequencyResponse,
+    Phase::Gains,
     Phase::Trial,
 ];
 

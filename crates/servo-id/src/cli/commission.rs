@@ -1,6 +1,5 @@
 use std::path::{Path, PathBuf};
 
-use commissioning::CommissionSettings;
 use host_sim::commission::{Commissioning, Sample};
 use host_sim::provenance::{Kept, Origin, ScenarioText, Task};
 use host_sim::result::CommissioningResult;
@@ -29,47 +28,19 @@ pub(super) struct Arguments {
 /// Choices that a scenario may state too.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub(super) struct Choices {
-    #[command(flatten)]
-    slides: Slides,
     /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster; as
     /// `feed_forward = true`.
     #[arg(long)]
     feed_forward: bool,
 }
 
-/// The slides, for an axis that is known.
-#[derive(Debug, Clone, Copy, clap::Args)]
-#[group(multiple = false)]
-struct Slides {
-    /// No slides where one mass explains the motions, for an axis that is known to be stiff; as `slide_rounds = 0`.
-    #[arg(long)]
-    quick: bool,
-    /// Slides under the new gains too, for a compliant axis; as `slide_rounds = 2`.
-    #[arg(long)]
-    thorough: bool,
-}
-
 impl Choices {
     /// A scenario with them.
     pub(super) fn stated_in(self, mut text: ScenarioText) -> ScenarioText {
-        if let Some(rounds) = self.slides.rounds() {
-            text = text.stating("commission", &format!("slide_rounds = {rounds}"));
-        }
         if self.feed_forward {
             text = text.stating("commission", "feed_forward = true");
         }
         text
-    }
-}
-
-impl Slides {
-    /// Their rounds, where they are stated.
-    fn rounds(self) -> Option<u8> {
-        match self {
-            Self { quick: true, .. } => Some(0),
-            Self { thorough: true, .. } => Some(CommissionSettings::THOROUGH),
-            _ => None,
-        }
     }
 }
 

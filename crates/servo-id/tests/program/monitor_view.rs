@@ -197,7 +197,7 @@ fn a_commissioning() {
     for sample in 1..=400_u16 {
         let time = f64::from(sample) * SAMPLE_TIME;
         let progress = Progress {
-            phase: Phase::Probing,
+            phase: Phase::Probe,
             sample: sample.into(),
             position: (0.1 * time) as f32,
             command: (sample < 300).then_some(0.5),

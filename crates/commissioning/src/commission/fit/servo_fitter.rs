@@ -1,6 +1,8 @@
+use core::marker::PhantomData;
+
 use super::motion::MotionRecord;
 use super::motion_model::{MotionFit, MotionFitter};
-use super::prediction::{PredictionErrors, PredictionRun};
+use super::prediction::PredictionRun;
 use super::servo_fit::ServoFit;
 use super::whitening::inverse_factor;
 use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS, POSITION, UNKNOWNS, VELOCITY};
@@ -39,8 +41,7 @@ impl FitSettings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ServoFitter<N> {
     settings: FitSettings,
-    /// The model's step, for effects.
-    pub(super) step: FrictionStep<N>,
+    number: PhantomData<N>,
 }
 
 impl<N: Number> ServoFitter<N> {
@@ -68,7 +69,7 @@ impl<N: Number> ServoFitter<N> {
     pub(crate) fn new(settings: &FitSettings) -> Self {
         Self {
             settings: *settings,
-            step: FrictionStep::new(),
+            number: PhantomData,
         }
     }
 
@@ -97,7 +98,6 @@ impl<N: Number> ServoFitter<N> {
         ServoFit {
             fitter,
             fit,
-            expected_delay: N::from_f64(self.expected_delay()),
             found: None,
         }
     }
@@ -112,16 +112,14 @@ impl<N: Number> ServoFitter<N> {
         for _ in 0..Self::BLOCKS {
             if let Some((result, own)) = &mut fit.found {
                 if own.advance(motion) {
-                    let errors = own.errors(motion, self.resolution());
-                    return Some(self.servo(result, &errors));
+                    return Some(self.servo(result, own.error(motion), motion.range()));
                 }
             } else if let Some(ended) = fit.fitter.work(&mut fit.fit, motion) {
                 let Some(result) = ended else {
                     return Some(Err(Reason::TooLittleEvidence));
                 };
                 let afresh = self.fit_to(&fit.fitter, motion);
-                let none = [[N::ZERO; PARAMETERS]; PARAMETERS];
-                let own = PredictionRun::begin(&fit.fitter, afresh, &result.parameters, none);
+                let own = PredictionRun::begin(&fit.fitter, afresh, &result.parameters);
                 fit.found = Some((result, own));
                 return None;
             }
@@ -130,7 +128,7 @@ impl<N: Number> ServoFitter<N> {
     }
 
     /// A fitter for a motion of a servo. Earlier estimates may exist, and gains may have held it before.
-    pub(super) fn fitter_for<const W: usize>(
+    fn fitter_for<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
         known: Option<&IdentifiedServo>,
@@ -158,7 +156,7 @@ impl<N: Number> ServoFitter<N> {
     }
 
     /// A fit to a motion before its first block.
-    pub(super) fn fit_to<const W: usize>(
+    fn fit_to<const W: usize>(
         &self,
         fitter: &MotionFitter<N>,
         motion: &MotionRecord<N, W>,
@@ -173,11 +171,7 @@ impl<N: Number> ServoFitter<N> {
 
     /// The standard deviation of the speed with which a record begins, counts per sample. The servo was at standstill,
     /// or conservative gains held it, under which it hunts by a count. A released servo may begin to move.
-    pub(super) fn speed_at_first<const W: usize>(
-        &self,
-        motion: &MotionRecord<N, W>,
-        held: bool,
-    ) -> f64 {
+    fn speed_at_first<const W: usize>(&self, motion: &MotionRecord<N, W>, held: bool) -> f64 {
         let time = self.settings.sample_time;
         let hunting = if held {
             0.5 * (Self::HELD * time).min(Self::HELD_SAMPLED)
@@ -188,13 +182,8 @@ impl<N: Number> ServoFitter<N> {
         hunting + 0.5 * first
     }
 
-    /// Position of a count, rad.
-    pub(super) fn resolution(&self) -> f64 {
-        self.settings.resolution
-    }
-
     /// Machine units per SI unit.
-    pub(super) fn scale(&self) -> [f64; PARAMETERS] {
+    fn scale(&self) -> [f64; PARAMETERS] {
         let time = self.settings.sample_time;
         let acceleration = time * time / self.settings.resolution;
         let mut scale = [acceleration; PARAMETERS];
@@ -204,7 +193,7 @@ impl<N: Number> ServoFitter<N> {
     }
 
     /// The least and the largest unknowns, for a record that begins with a speed of such a deviation.
-    pub(super) fn bounds<const W: usize>(
+    fn bounds<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
         speed: f64,
@@ -222,23 +211,18 @@ impl<N: Number> ServoFitter<N> {
         [low, high]
     }
 
-    /// The parameters of a servo, machine units of a sample.
-    pub(super) fn parameters(&self, servo: &IdentifiedServo) -> [N; PARAMETERS] {
-        let (values, scale) = (servo.values(), self.scale());
-        core::array::from_fn(|i| N::from_f64(values[i] * scale[i]))
-    }
-
     fn servo(
         &self,
         result: &FitResult<N, PARAMETERS>,
-        errors: &PredictionErrors,
+        error: f64,
+        range: N,
     ) -> Result<IdentifiedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
         /// The part of the motion's range that viscous friction at its bound may leave unexplained. If an amplifier
         /// holds a speed, it leaves 0.03. Beyond, something else moves the servo.
         const MAX_LEFT: f64 = 0.05;
-        let is_explained = errors.rms <= MAX_LEFT * errors.range;
+        let is_explained = error <= MAX_LEFT * range.to_f64();
         let is_at_most = |at_bound: bool, value: N| at_bound && value > N::ZERO;
         let friction = is_at_most(result.at_bound[A], result.parameters[A]);
         let delay = is_at_most(result.at_bound[DELAY], result.parameters[DELAY]);
@@ -263,7 +247,7 @@ impl<N: Number> ServoFitter<N> {
                     result.covariance[i][j].to_f64() * per_scale[i] * per_scale[j]
                 })
             }),
-            unexplained: errors.rms.max(errors.rounding),
+            unexplained: error.max(PredictionRun::<N>::rounding()) * self.settings.resolution,
         };
         let entries = servo.covariance.as_flattened().iter();
         let is_finite = (servo.values().iter().chain(entries)).all(|value| value.is_finite());
@@ -275,31 +259,5 @@ impl<N: Number> ServoFitter<N> {
         } else {
             Err(Reason::PartlyExplained)
         }
-    }
-
-    /// Begins the prediction of a motion by a servo that is known.
-    #[must_use]
-    pub(crate) fn begin_prediction<const W: usize>(
-        &self,
-        servo: &IdentifiedServo,
-        motion: &MotionRecord<N, W>,
-    ) -> PredictionRun<N> {
-        let scale = self.scale();
-        let fitter = self.fitter_for(motion, None, true);
-        let covariance = core::array::from_fn(|i| {
-            core::array::from_fn(|j| N::from_f64(servo.covariance[i][j] * scale[i] * scale[j]))
-        });
-        let fit = self.fit_to(&fitter, motion);
-        PredictionRun::begin(&fitter, fit, &self.parameters(servo), covariance)
-    }
-
-    /// Continues by a block of the record. Returns once it has ended.
-    pub(crate) fn predict<const W: usize>(
-        &self,
-        predicting: &mut PredictionRun<N>,
-        motion: &MotionRecord<N, W>,
-    ) -> Option<PredictionErrors> {
-        let ended = predicting.advance(motion);
-        ended.then(|| predicting.errors(motion, self.resolution()))
     }
 }

@@ -270,7 +270,13 @@ impl<N: Number> CommissionIsr<N> {
             state.command = state.acting.unwrap_or(N::ZERO);
         }
         if let Some(trial) = state.measured.take() {
-            state.trial = Some(trial.result(&self.units));
+            let result = trial.result(&self.units);
+            // The prediction takes the measured rise of a loop that is slower.
+            if let (Some(candidate), Some(rise)) = (&mut state.candidate, result.rise_time) {
+                let predicted = &mut candidate.tuning.promise.rise_time;
+                *predicted = predicted.max(rise);
+            }
+            state.trial = Some(result);
         }
         state.record(&self.blocking, increment.unwrap_or(N::ZERO));
         CommissionStep {
@@ -286,10 +292,13 @@ impl<N: Number> CommissionIsr<N> {
             return;
         }
         state.next = match &answer.0 {
-            DecisionKind::Identified(known) | DecisionKind::Uncertain(known) => {
+            DecisionKind::Identified(known) => {
                 state.identified = Some(*known);
-                let again = matches!(answer.0, DecisionKind::Uncertain(_));
-                Next::Hold { again }
+                return;
+            }
+            DecisionKind::Uncertain(known) => {
+                state.identified = Some(*known);
+                Next::Hold
             }
             DecisionKind::Slide(plan) => {
                 state.slide.plan(plan);
@@ -308,14 +317,9 @@ impl<N: Number> CommissionIsr<N> {
                 state.candidate = Some(*candidate);
                 Next::Trial
             }
-            DecisionKind::Proved => Next::Apply,
             DecisionKind::NoGains(error) => {
                 state.tuning_error = Some(*error);
                 Next::End(Reason::NoGains)
-            }
-            DecisionKind::Suspects(effect) => {
-                state.suspect = *effect;
-                return;
             }
             DecisionKind::Failed(reason) => Next::End(*reason),
         };

@@ -102,8 +102,8 @@ impl<N: Number> CommissionIsr<N> {
     /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
     /// nothing has shown yet makes it many times as strong at high frequency.
     fn give_way(&self, state: &mut CommissionState<N>) {
-        let is_studied = !matches!(state.phase, Phase::ReleasedCheck | Phase::Trial)
-            && state.suspected().is_none();
+        let is_studied =
+            !matches!(state.phase, Phase::Rest | Phase::Trial) && state.suspected().is_none();
         let holding = match &mut state.activity {
             Activity::Holding(holding) if is_studied && !state.phase.is_end() => holding,
             Activity::Sliding(holding) if is_studied && !state.slide.injects() => holding,
@@ -141,7 +141,7 @@ impl<N: Number> CommissionIsr<N> {
 
     /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
     pub(super) fn rest(&self, state: &CommissionState<N>) -> Option<Rest> {
-        if state.phase != Phase::ReleasedCheck {
+        if state.phase != Phase::Rest {
             return Some(Rest::Quiet);
         }
         let is_declared = self.hysteresis.is_coarse();
@@ -155,10 +155,12 @@ impl<N: Number> CommissionIsr<N> {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
             _ => Phase::Aborted,
         };
-        let noise = self.hysteresis.is_coarse().then_some(Reason::EncoderNoise);
-        let suspect = state.suspect.or(noise);
-        let effect = suspect.filter(|effect| effect.may_appear_as(reason));
-        state.reason = Some(effect.unwrap_or(reason));
+        let is_noisy = self.hysteresis.is_coarse() && may_be_noise(reason);
+        state.reason = Some(if is_noisy {
+            Reason::EncoderNoise
+        } else {
+            reason
+        });
         state.drop_record();
         state.standing = Standing::at(state.position);
         state.activity = match self.held_as_before(state) {
@@ -280,5 +282,23 @@ const fn may_be_feigned(fault: Reason) -> bool {
     matches!(
         fault,
         Reason::EncoderStuck | Reason::ActuatorDead | Reason::Reversed
+    )
+}
+
+/// True for an outcome that an encoder's noise may cause.
+const fn may_be_noise(outcome: Reason) -> bool {
+    matches!(
+        outcome,
+        Reason::TooLittleEvidence
+            | Reason::EstimateAtBound
+            | Reason::PartlyExplained
+            | Reason::ResonanceOrBacklash
+            | Reason::PredictionMissed
+            | Reason::DoesNotMove
+            | Reason::NeverAtRest
+            | Reason::ActuatorWeak
+            | Reason::Oscillating
+            | Reason::TravelLeft
+            | Reason::SpeedExceeded
     )
 }

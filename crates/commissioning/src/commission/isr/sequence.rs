@@ -8,13 +8,13 @@ use super::super::sliding::{SlideProgress, Sliding};
 use super::super::state::{Activity, CommissionState, Next};
 use super::super::{Phase, ProbingProgress, ProbingState, RoughModel};
 use super::CommissionIsr;
-use identifier_core::control::{ControlSample, FeedForward, ReferenceFilter};
+use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 impl<N: Number> CommissionIsr<N> {
-    /// The sizes of the second and of the third motion, as parts of the first.
-    const PARTS: [f64; 2] = [0.8, 0.6];
+    /// The size of a further motion, a part of the first.
+    const PART: f64 = 0.8;
 
     /// Continues the activity after its command, or goes on to the next one.
     pub(super) fn proceed(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
@@ -34,7 +34,7 @@ impl<N: Number> CommissionIsr<N> {
         let position = state.position;
         match &mut state.activity {
             Activity::Free => {
-                if state.phase == Phase::ReleasedCheck
+                if state.phase == Phase::Rest
                     && let Some(probing) = self.probing.start_released(position, state.passed)
                 {
                     self.begin_probing(state, probing);
@@ -53,7 +53,7 @@ impl<N: Number> CommissionIsr<N> {
                             state.bandwidth =
                                 N::from_f64(Self::GIVEN_WAY) * self.conservative.max_bandwidth();
                         }
-                        state.end_record(EventKind::Inconclusive(servo, reason));
+                        state.end_record(EventKind::Inconclusive(servo));
                         self.hold_after_motion(state, &servo)
                     }
                     ProbingProgress::Going => Ok(()),
@@ -98,13 +98,8 @@ impl<N: Number> CommissionIsr<N> {
                 if trial.process(holding, position, state.command)? {
                     let held = Activity::Holding(*holding);
                     state.measured = Some(*trial);
-                    if state.is_to_be_proved() {
-                        state.end_record(EventKind::Tried);
-                        state.begin(held);
-                    } else {
-                        state.phase = Phase::Applied;
-                        state.activity = held;
-                    }
+                    state.phase = Phase::Applied;
+                    state.activity = held;
                 }
                 Ok(())
             }
@@ -120,7 +115,7 @@ impl<N: Number> CommissionIsr<N> {
         if state.suspected().is_some() {
             return self.prove(state, is_at_rest);
         }
-        if state.phase == Phase::ReleasedCheck {
+        if state.phase == Phase::Rest {
             if is_at_rest {
                 let held = Some(state.command);
                 self.begin_probing(state, self.probing.start(held));
@@ -134,30 +129,31 @@ impl<N: Number> CommissionIsr<N> {
                 if is_at_rest {
                     self.know(state);
                     state.next = Next::Decision;
-                    state.phase = Phase::Tune;
+                    state.phase = Phase::Gains;
                     state.passed = 0;
                 }
             }
             Next::Slide => {
                 if is_at_rest {
+                    self.know(state);
                     state.next = Next::Decision;
                     self.begin_slide(state)?;
                 }
             }
-            Next::Hold { again } => {
-                state.next = Next::MotionRecord { again };
+            Next::Hold => {
+                state.next = Next::MotionRecord;
                 self.hold_known(state)?;
             }
-            Next::MotionRecord { again } => {
+            Next::MotionRecord => {
                 if is_at_rest {
                     self.know(state);
-                    state.next = Next::Stay { again };
+                    state.next = Next::Stay;
                     state.stay()?;
                 }
             }
-            Next::Stay { again } => {
+            Next::Stay => {
                 if is_at_rest {
-                    self.begin_lead(state, again);
+                    self.begin_lead(state);
                 }
             }
             Next::Lead(0) => {
@@ -169,12 +165,6 @@ impl<N: Number> CommissionIsr<N> {
                 if is_at_rest {
                     state.next = Next::Decision;
                     self.begin_trial(state)?;
-                }
-            }
-            Next::Apply => {
-                if is_at_rest {
-                    state.next = Next::Decision;
-                    self.apply(state)?;
                 }
             }
         }
@@ -194,7 +184,7 @@ impl<N: Number> CommissionIsr<N> {
     }
 
     fn begin_probing(&self, state: &mut CommissionState<N>, probing: ProbingState<N>) {
-        state.phase = Phase::Probing;
+        state.phase = Phase::Probe;
         // A fall is recorded from the rest before it.
         if !probing.is_away() {
             state.begin_record();
@@ -204,13 +194,8 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the
     /// motion act late, and those before them are to be known.
-    fn begin_lead(&self, state: &mut CommissionState<N>, again: bool) {
-        // It may have slid before its second motion.
-        state.phase = if matches!(state.phase, Phase::Fit | Phase::Slide) || again {
-            Phase::Refine
-        } else {
-            Phase::Verify
-        };
+    fn begin_lead(&self, state: &mut CommissionState<N>) {
+        state.phase = Phase::ProbeAgain;
         state.next = Next::Lead(self.lead);
         state.begin_record();
     }
@@ -219,32 +204,19 @@ impl<N: Number> CommissionIsr<N> {
         let Some(known) = &state.identified else {
             return Err(Reason::TooLittleEvidence);
         };
-        let [second, third] = Self::PARTS;
-        let part = if state.phase == Phase::Refine {
-            second
-        } else {
-            third
-        };
         let position = state.position;
-        let probing = self.probing.start_from_known(&known.rough, position, part);
+        let probing = (self.probing).start_from_known(&known.rough, position, Self::PART);
         state.begin(Activity::Probing(probing));
         Ok(())
     }
 
-    /// Begins the slides of a servo at rest, under the loop that they plan, or under the gains that were tried.
+    /// Begins the slides of a servo at rest, under the loop that they plan.
     fn begin_slide(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let (servo, delay, bandwidth) = state.slide.loop_plan();
         let bandwidth = bandwidth.limited(N::ZERO, state.bandwidth);
         let controller = self.conservative.around(servo, delay, bandwidth);
-        let mut controller = controller.ok_or(Reason::TooLittleEvidence)?;
-        match &state.candidate {
-            Some(candidate) if state.phase == Phase::Trial => {
-                controller = (candidate.controller)
-                    .with_reference_filter(ReferenceFilter::NONE)
-                    .with_feed_forward(FeedForward::NONE);
-            }
-            _ => state.phase = Phase::Slide,
-        }
+        let controller = controller.ok_or(Reason::TooLittleEvidence)?;
+        state.phase = Phase::FrequencyResponse;
         let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
         state.slide.begin(&mut holding);
         state.begin_lines();
@@ -284,7 +256,7 @@ impl<N: Number> CommissionIsr<N> {
         servo: &RoughModel<N>,
         delay: N,
     ) -> Result<(), Reason> {
-        if state.phase == Phase::Probing {
+        if state.phase == Phase::Probe {
             state.phase = Phase::Fit;
         }
         let controller = self.conservative.around(servo, delay, state.bandwidth);
@@ -293,17 +265,6 @@ impl<N: Number> CommissionIsr<N> {
         state.rough = *servo;
         let mut holding = self.held_by(controller, state.position, velocity, command);
         holding.send(N::ZERO);
-        state.begin(Activity::Holding(holding));
-        Ok(())
-    }
-
-    /// Holds the servo by the gains that were tried, for good.
-    fn apply(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
-        let (Some(candidate), Activity::Holding(held)) = (&state.candidate, &state.activity) else {
-            return Err(Reason::NoGains);
-        };
-        let holding = self.held_after(candidate.controller, state.position, &held.resting());
-        state.phase = Phase::Applied;
         state.begin(Activity::Holding(holding));
         Ok(())
     }

@@ -291,7 +291,7 @@ impl<N: Number> Probing<N> {
             Some(if state.servo.is_known() {
                 Reason::TooLittleEvidence
             } else {
-                Reason::TimeOver
+                Reason::TooLittleEvidence
             })
         } else {
             None

@@ -120,7 +120,7 @@ impl<N: Number> Probing<N> {
             return command;
         };
         state.ending = Some(Err(if blocked == direction {
-            Reason::OneDirectionOnly
+            Reason::DoesNotMove
         } else {
             Reason::DoesNotMove
         }));

@@ -39,8 +39,8 @@ struct BalanceSums<N> {
     command: N,
 }
 
-/// The most lines: those of a survey and of three proofs.
-const MOST: usize = 4 * Lines::MAX;
+/// The most lines: those of three rounds.
+const MOST: usize = 3 * Lines::MAX;
 
 /// Lines on either side of one that enter its deviation. A deviation of four slides is itself uncertain.
 const NEIGHBOURS: usize = 2;
@@ -89,18 +89,12 @@ impl<N: Number> MeasuredResponse<N> {
         }
     }
 
-    /// Begins a measurement with these lines.
-    pub(in crate::commission) fn begin(&mut self, lines: &Lines) {
+    /// Begins to measure lines. They replace those up to the highest of them, if motions show them, or lie between them.
+    pub(in crate::commission) fn begin(&mut self, lines: &Lines, replaces: bool) {
+        self.survey = *lines;
+        self.replaces = replaces;
+        self.sums = [SlideSums::EMPTY; Lines::MAX];
         self.balances = [BalanceSums::EMPTY; 2];
-        self.count = 0;
-        self.begin_more(lines);
-    }
-
-    /// Begins to measure lines that replace those up to the highest of them, if slides show them.
-    pub(in crate::commission) fn begin_below(&mut self, lines: &Lines) {
-        self.balances = [BalanceSums::EMPTY; 2];
-        self.begin_more(lines);
-        self.replaces = true;
     }
 
     /// True if slides have shown the lines under way.
@@ -122,13 +116,6 @@ impl<N: Number> MeasuredResponse<N> {
             }
         }
         self.count = kept;
-    }
-
-    /// Begins to measure further lines.
-    pub(in crate::commission) fn begin_more(&mut self, lines: &Lines) {
-        self.survey = *lines;
-        self.replaces = false;
-        self.sums = [SlideSums::EMPTY; Lines::MAX];
     }
 
     /// Takes the sums of a line over the window of a slide.

@@ -1,4 +1,4 @@
-use super::super::corrected::{know_alone, scale};
+use super::super::corrected::{know_alone, scale, scale_errors};
 use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
 use super::pass::ResponsePass;
 use super::scan::{Scan, Starts, delay_and_lag};
@@ -90,13 +90,22 @@ impl ResponseEstimate {
         know_alone(servo, IdentifiedServo::DELAY, of_delay);
     }
 
-    /// The largest standard error of ln b beyond which further slides are worth their time.
-    const WELL_KNOWN_GAIN: f64 = 0.02;
+    /// Takes the gain into a servo that was identified as one mass: the mean of both by their variances.
+    pub(in crate::commission) fn combine(&self, servo: &mut IdentifiedServo) {
+        let b = servo.parameters.b;
+        let error = servo.standard_error(IdentifiedServo::B) / b;
+        let [of_motions, of_lines] = [error, self.gain_error].map(|error| error * error);
+        let all = of_motions + of_lines;
+        if all > 0.0 {
+            scale(servo, libm::pow(self.gain / b, of_motions / all));
+            let left = libm::sqrt(of_lines / all);
+            scale_errors(servo, IdentifiedServo::B, left);
+        }
+    }
 
-    /// True if the lines show two masses, and each of them well.
-    pub(in crate::commission) fn are_known_well(&self) -> bool {
-        let is_known = self.gain_error < Self::WELL_KNOWN_GAIN;
-        is_known && self.resonance.is_some() && self.is_explained()
+    /// True if one mass leaves so much of the lines that a narrow resonance may lie between them.
+    pub(in crate::commission) fn may_hide_a_resonance(&self) -> bool {
+        self.resonance.is_none() && self.misfit > ResponseFit::CLEAR
     }
 
     /// True if it shows two masses, and their gain better than another estimate.

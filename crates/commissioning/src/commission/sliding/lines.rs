@@ -1,7 +1,6 @@
 use core::f64::consts::TAU;
 
 use identifier_core::number::Complex;
-use identifier_core::tuning::Mode;
 
 /// The frequencies of a multisine: bins of the window over which it is measured, two apart at least, so that with a Hann
 /// window no line leaks into another.
@@ -82,41 +81,6 @@ impl Lines {
     /// The highest bin.
     fn highest(&self) -> f64 {
         libm::floor(Self::HIGHEST * f64::from(self.window))
-    }
-
-    /// For the proof of gains: about their crossover (rad/s), where the loop gain is about 5 to 0.1, and close together about a
-    /// resonance.
-    pub(crate) fn proof(sample_time: f64, crossover: f64, mode: &Mode) -> Self {
-        /// Lines about the resonance, and the least distance between them, a part of its frequency.
-        const CLOSE: i32 = 9;
-        const APART: f64 = 0.01;
-        let mut lines = Self::none(sample_time, Self::WINDOW);
-        let per_bin = TAU / lines.window_time();
-        let lowest = (crossover / 4.0).max(TAU * Self::LOWEST);
-        // Above the resonance the motor is alone.
-        let highest = (8.0 * crossover * (1.0 + mode.ratio)).max(4.0 * lowest);
-        let ratio = libm::pow(
-            highest / lowest,
-            1.0 / f64::from(Self::MAX as i32 - CLOSE - 1),
-        );
-        let apart = (APART * mode.frequency / per_bin).max(2.0);
-        let close = |place: i32| mode.frequency / per_bin + f64::from(place) * apart;
-        let mut close = (-CLOSE / 2..=CLOSE / 2).map(close).peekable();
-        let (mut wide, mut next) = (lowest / per_bin, 1.0);
-        loop {
-            let bin = match close.next_if(|near| *near < wide) {
-                Some(near) => near,
-                None => {
-                    wide *= ratio;
-                    wide / ratio
-                }
-            };
-            let bin = libm::round(bin).max(next);
-            if !lines.push(bin) {
-                return lines;
-            }
-            next = bin + 2.0;
-        }
     }
 
     fn none(sample_time: f64, window: f64) -> Self {
@@ -258,32 +222,6 @@ mod tests {
                 assert!((0.3..0.501).contains(&part), "{sample_time}: {part}");
             }
         }
-    }
-
-    #[test]
-    fn lines_of_a_proof_stand_about_the_crossover_and_close_to_the_resonance() {
-        let mode = Mode {
-            frequency: TAU * 90.0,
-            damping: 0.01,
-            ratio: 1.0,
-        };
-        for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
-            let lines = Lines::proof(sample_time, TAU * 30.0, &mode);
-            let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
-            assert!(
-                hertz.windows(2).all(|pair| pair[1] - pair[0] > 3.9),
-                "{hertz:?}"
-            );
-            assert!((7.0..9.0).contains(&hertz[0]), "{hertz:?}");
-            let close = hertz
-                .iter()
-                .filter(|&&line| (line / 90.0 - 1.0).abs() < 0.2)
-                .count();
-            assert!(close >= 8, "{hertz:?}");
-            let last = hertz[hertz.len() - 1];
-            assert!(last > (0.35 / sample_time).min(300.0), "{last}");
-        }
-        assert_eq!(Lines::proof(0.1, 10.0, &mode).count(), 0);
     }
 
     #[test]

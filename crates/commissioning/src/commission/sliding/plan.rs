@@ -90,9 +90,6 @@ impl<N: Number> SlidePlan<N> {
     const SETTLING: f64 = 0.1;
     const DOUBTED_SETTLING: f64 = 0.2;
 
-    /// Slides of a round: both ways, and both ways again with the injection inverted.
-    const ROUND: u8 = 4;
-
     /// Slides, both ways, in which a servo that is doubted is learnt.
     const LEARNING: u8 = 2;
 
@@ -245,7 +242,7 @@ impl<N: Number> SlidePlan<N> {
                 acceleration: number(acceleration * time * time * counts),
                 start: number((middle - slide) * counts),
                 learning,
-                slides: Self::ROUND * settings.slide_rounds.max(1),
+                slides: 0,
                 settling: libm::ceil(settling / time) as u32,
                 window: lines.window(),
                 window_rotation: rotation(lines.window_rotation()),
@@ -259,14 +256,10 @@ impl<N: Number> SlidePlan<N> {
         })
     }
 
-    /// The same with a part of the velocities of the lines.
+    /// The same with this many motions that are measured, from now on both ways by turns.
     #[must_use]
-    pub(crate) fn quieter(mut self, part: f64) -> Self {
-        let part = N::from_f64(part);
-        self.motion.line_speed = part * self.motion.line_speed;
-        for line in &mut self.lines {
-            line.amplitude = part * line.amplitude;
-        }
+    pub(crate) fn with_motions(mut self, motions: u8) -> Self {
+        self.motion.slides = motions;
         self
     }
 }

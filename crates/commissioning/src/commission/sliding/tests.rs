@@ -140,7 +140,7 @@ impl Axis {
                     stop: None,
                 },
             );
-            if step.phase == Phase::Slide {
+            if step.phase == Phase::FrequencyResponse {
                 course.take(&servo, time);
             }
             if let Some(event) = &step.finding {
@@ -148,7 +148,8 @@ impl Axis {
                     sums.add(line);
                 }
                 solver.take(event);
-                if step.phase == Phase::Slide && matches!(event.0, EventKind::Ended(_)) {
+                if step.phase == Phase::FrequencyResponse && matches!(event.0, EventKind::Ended(_))
+                {
                     break;
                 }
             }
@@ -182,7 +183,8 @@ impl Axis {
             unexplained: resolution,
         };
         let plan = SlidePlan::new(&settings, &known, is_doubted, None, &Lines::survey(time))
-            .expect("room");
+            .expect("room")
+            .with_motions(4);
         let mut slide = Slide::<f32>::NONE;
         slide.plan(&plan);
         let (rough, delay, bandwidth) = slide.loop_plan();
@@ -282,8 +284,9 @@ fn a_rigid_servo_slides_within_travel_and_speed_and_its_response_is_measured() {
             ..
         } = course;
         std::println!("{sample_time}: {off:.4} {above:.4} {low:.3} {high:.3} {speed:.2} {time:.2}");
-        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 4));
-        assert!(off < 0.01, "{off}");
+        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 2));
+        // 1 % by the four motions of a further round; the first has half of them.
+        assert!(off < 0.01 * core::f64::consts::SQRT_2, "{off}");
         assert!(low > -0.45 && high < 0.45 && high - low > 0.7);
         assert!(speed < 0.75 * axis.limits.speed && time < 3.5);
     }
@@ -318,7 +321,7 @@ fn gravity_of_a_fifth_of_the_authority_keeps_a_tenth_of_a_radian_of_travel() {
         let off = error(&axis, &course, [10.0, 60.0]);
         let [low, high] = course.travel;
         std::println!("{angle}: {off:.4} {low:.4} {high:.4} {:.2}", course.time);
-        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 4));
+        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 2));
         assert!(low > -0.09 && high < 0.09, "{low} {high}");
         // One mass without gravity may not explain the first motion: then it slides both ways before, to be learnt.
         assert!(course.time < 3.5 + LEARNING, "{}", course.time);
@@ -416,7 +419,7 @@ fn a_compliant_axis_shows_no_fault_while_it_slides() {
         };
         let course = axis.slide();
         let slides = course.lines.iter().map(|&(_, _, slides)| slides).min();
-        assert_eq!((course.reason, slides), (None, Some(4)), "{seed}");
+        assert_eq!((course.reason, slides), (None, Some(2)), "{seed}");
     }
 }
 

@@ -1,8 +1,7 @@
 //! The search for gains.
 
-use super::super::Diagnosis;
 use super::super::message::{Candidate, DecisionKind};
-use super::{CommissionSolver, Then, Work};
+use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
@@ -11,10 +10,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The factor on the next step where friction holds the servo through one.
     const GROWTH: f64 = 4.0;
 
-    /// The largest dead band, over the gains' command for the step. While the integral passes from one side of it to
-    /// the other, the loop overshoots by about this part of the step.
-    const MAX_DEAD_BAND: f64 = 0.02;
-
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
 
@@ -22,34 +17,38 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub(super) fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
         let step = step.min(self.most_room());
         self.step = step;
-        let begun = self.servo.ok_or(TuningError::NotKnown).and_then(|servo| {
-            let settings = TuningSettings {
-                sample_time: self.settings.sample_time,
-                resolution: self.settings.resolution,
-                noise: self.settings.noise,
-                cutoff: None,
-                command: self.command(),
-                command_delay: 0.0,
-                goal,
-                max_sensitivity: self.settings.max_sensitivity,
-                max_noise: Self::NOISE,
-                step,
-                resonance: None,
-                notch: self.settings.notch,
-                feed_forward: self.settings.feed_forward,
-            };
-            let resonance = self.designed_resonance();
-            Tuner::for_response(&settings, &servo, resonance.as_ref())
-        });
+        let begun = self
+            .evidence
+            .servo()
+            .ok_or(TuningError::NotKnown)
+            .and_then(|servo| {
+                let settings = TuningSettings {
+                    sample_time: self.settings.sample_time,
+                    resolution: self.settings.resolution,
+                    noise: self.settings.noise,
+                    cutoff: None,
+                    command: self.command(),
+                    command_delay: 0.0,
+                    goal,
+                    max_sensitivity: self.settings.max_sensitivity,
+                    max_noise: Self::NOISE,
+                    step,
+                    resonance: None,
+                    notch: self.settings.notch,
+                    feed_forward: self.settings.feed_forward,
+                };
+                let resonance = self.designed_resonance();
+                Tuner::for_response(&settings, &servo, resonance.as_ref())
+            });
         self.work = match begun {
-            Ok(tuner) => Work::Tuning {
+            Ok(tuner) => Work::Gains {
                 state: tuner.start(),
                 tuner,
                 fitted,
             },
             // The largest step that the travel has room for is too few counts of the encoder.
             Err(TuningError::OutOfRange(error)) if error.parameter == "step" => {
-                Work::Then(Then::Fail(Reason::TooLittleEvidence))
+                Work::Failed(Reason::TooLittleEvidence)
             }
             Err(error) => Work::NotTuned(error),
         };
@@ -94,19 +93,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             return None;
         }
         self.work = Work::Nothing;
-        let dead = |suspect: &Diagnosis| suspect.dead_band > Self::MAX_DEAD_BAND * tuning.kp * step;
-        if let Some(suspect) = self.suspect.filter(dead) {
-            return self.fail(suspect.reason);
-        }
-        let servo = self.servo?;
+        let servo = self.evidence.servo()?;
         Some(match Candidate::new(&tuning, &servo, &self.settings) {
-            Ok(candidate) => {
-                self.tried = Some(tuning);
-                DecisionKind::Tuned(Candidate {
-                    is_to_be_proved: self.is_thorough() && self.designed_resonance().is_some(),
-                    ..candidate
-                })
-            }
+            Ok(candidate) => DecisionKind::Tuned(candidate),
             Err(_) => DecisionKind::Failed(Reason::NoGains),
         })
     }

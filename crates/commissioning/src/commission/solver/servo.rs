@@ -1,0 +1,69 @@
+//! The servo by its motions.
+
+use super::super::corrected::know_alone;
+use super::super::message::{DecisionKind, Identified};
+use super::super::{CommissionSettings, RoughModel};
+use super::{CommissionSolver, Work};
+use identifier_core::number::Number;
+use identifier_core::parameters::IdentifiedServo;
+use identifier_core::reason::Reason;
+use identifier_core::tuning::Resonance;
+
+impl<N: Number, const W: usize> CommissionSolver<N, W> {
+    /// Unexplained position where the model lacks something, counts.
+    const UNEXPLAINED: f64 = 1.0;
+
+    /// A servo that moved by a rough model. Every parameter is uncertain by itself. None of an encoder's noise.
+    pub(super) fn roughly(&self, servo: &RoughModel<N>) -> Option<IdentifiedServo> {
+        let CommissionSettings {
+            sample_time,
+            resolution,
+            noise,
+            ..
+        } = self.settings;
+        let mut rough = IdentifiedServo {
+            parameters: servo.to_si(sample_time, resolution)?,
+            delay: self.settings.command_delay + sample_time,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        };
+        for (place, value) in rough.values().into_iter().enumerate() {
+            know_alone(&mut rough, place, value);
+        }
+        Some(rough).filter(|_| noise == 0.0)
+    }
+
+    /// Takes a servo that was fitted, or why none was.
+    pub(super) fn take_servo(
+        &mut self,
+        fitted: Result<IdentifiedServo, Reason>,
+    ) -> Option<DecisionKind<N>> {
+        self.work = Work::Decide;
+        let evidence = &mut self.evidence;
+        evidence.doubt = match fitted {
+            Ok(servo) => {
+                let most = Self::UNEXPLAINED * self.settings.resolution;
+                evidence.fitted = Some(servo);
+                (servo.unexplained > most).then_some(Reason::PartlyExplained)
+            }
+            Err(reason) => Some(reason),
+        };
+        match evidence.doubt {
+            None => self.publish(DecisionKind::Identified),
+            Some(_) => None,
+        }
+    }
+
+    /// A decision with the servo as it is known.
+    pub(super) fn publish(
+        &self,
+        decision: impl Fn(Identified<N>) -> DecisionKind<N>,
+    ) -> Option<DecisionKind<N>> {
+        let mut identified = Identified::new(&self.evidence.servo()?, &self.settings);
+        if let Some(Resonance { mode, .. }) = self.designed_resonance() {
+            let known = identified.known;
+            identified.known = known.map(|known| known.with_load_on_a_spring(mode.ratio));
+        }
+        Some(decision(identified))
+    }
+}
