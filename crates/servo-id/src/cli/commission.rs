@@ -31,20 +31,20 @@ pub(super) struct Arguments {
 pub(super) struct Choices {
     #[command(flatten)]
     slides: Slides,
-    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster; as
-    /// `feed_forward = true`.
+    /// Add a reference model with feed-forward if the step then rises faster; as `feed_forward = true`.
     #[arg(long)]
     feed_forward: bool,
 }
 
-/// The slides, for an axis that is known.
+/// The frequency-response motions, for a known axis.
 #[derive(Debug, Clone, Copy, clap::Args)]
 #[group(multiple = false)]
 struct Slides {
-    /// No slides where one mass explains the motions, for an axis that is known to be stiff; as `slide_rounds = 0`.
+    /// No frequency-response motions if one inertia explains the motion, for an axis known to be stiff; as
+    /// `slide_rounds = 0`.
     #[arg(long)]
     quick: bool,
-    /// Slides under the new gains too, for a compliant axis; as `slide_rounds = 2`.
+    /// Frequency-response motions also under the new gains, for a compliant axis; as `slide_rounds = 2`.
     #[arg(long)]
     thorough: bool,
 }

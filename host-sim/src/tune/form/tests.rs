@@ -730,7 +730,7 @@ fn what_a_form_needs_is_named_with_its_option() {
         is_linear: true,
         ..of(CommandUnit::Other)
     };
-    assert!(refusal("odrive", 2.0, &linear, none).contains("one in m"));
+    assert!(refusal("odrive", 2.0, &linear, none).contains("the result is in m"));
     let fast = Conditions {
         cutoff: Some(5000.0),
         ..none
