@@ -128,8 +128,8 @@ impl<'a> Candidates<'a> {
         let of = |index: usize, is_stated: bool| {
             let evidence = match self.named[index].quantity {
                 _ if is_stated => "as stated",
-                Quantity::Unknown | Quantity::Other => "by its content",
-                _ => "by its name",
+                Quantity::Unknown | Quantity::Other => "by content",
+                _ => "by name",
             };
             self.chosen(index, evidence)
         };
@@ -204,7 +204,7 @@ impl<'a> Candidates<'a> {
         all.filter(|(index, named)| {
             named.quantity == quantity && self.table.columns[*index].has_values()
         })
-        .map(|(index, _)| self.chosen(index, "by its name"))
+        .map(|(index, _)| self.chosen(index, "by name"))
         .collect()
     }
 
@@ -234,15 +234,15 @@ impl<'a> Candidates<'a> {
         };
         let (unit, evidence) = match (stated.time_unit, named) {
             (Some(unit), _) => (unit, "as stated"),
-            _ if 2 * column.stamps > column.values.len() => (TimeUnit::Stamp, "by its time stamps"),
-            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by its name"),
+            _ if 2 * column.stamps > column.values.len() => (TimeUnit::Stamp, "by time stamps"),
+            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by name"),
             (_, Some(_)) => (
                 self.likeliest(time),
-                "assumed, as the unit in its name gives no plausible sample time",
+                "assumed: the unit in the name gives no plausible sample time",
             ),
             (_, None) => (
                 self.likeliest(time),
-                "assumed, as the sample time is then plausible",
+                "assumed: the sample time is then plausible",
             ),
         };
         Ok(Clock {
@@ -319,7 +319,7 @@ impl<'a> Candidates<'a> {
             let all = self.named.iter().enumerate();
             all.filter(|(_, named)| named.quantity == Quantity::Unknown)
                 .find(|(index, _)| self.table.columns[*index].is_even())
-                .map(|(index, _)| self.chosen(index, "by its even steps"))
+                .map(|(index, _)| self.chosen(index, "by even steps"))
                 .filter(|chosen| !is_known(chosen))
         };
         named(Quantity::Time)

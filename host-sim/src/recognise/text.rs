@@ -20,7 +20,7 @@ impl Clock {
         let column = time.text();
         match self.unit {
             TimeUnit::Sample => format!("{column}, a counter of samples"),
-            unit => format!("{column}, in {} {}", unit.name(), self.evidence),
+            unit => format!("{column}, in {} ({})", unit.name(), self.evidence),
         }
     }
 }
@@ -68,7 +68,7 @@ impl Columns {
         let unit = reading.name();
         text += &match reading.evidence {
             "" => format!(", in {unit}"),
-            evidence => format!(", in {unit} {evidence}"),
+            evidence => format!(", in {unit} ({evidence})"),
         };
         match (reading.step, reading.counts_per_rev) {
             (_, Some(counts)) if counts > 0.0 => {
@@ -110,7 +110,7 @@ impl Columns {
             _ => "in its own unit; b in rad/s² per unit of it".to_owned(),
         };
         let mut text = format!(
-            "{}, {unit}; assumed to be the whole command that acted",
+            "{}, {unit}; assumed to be the total command that acted",
             command.text()
         );
         if self.is_reversed {
@@ -156,7 +156,7 @@ pub(super) fn physical(settings: &PhysicalSettings) -> Option<String> {
 
 impl Chosen {
     fn text(&self) -> String {
-        format!("column {}, {}", self.column, self.evidence)
+        format!("column {} ({})", self.column, self.evidence)
     }
 }
 

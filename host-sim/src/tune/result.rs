@@ -286,7 +286,7 @@ mod tests {
     #[test]
     fn a_document_that_is_no_result_is_refused_by_key() {
         for (from, to, key) in [
-            ("{", "{,", "this is no JSON (line 1)"),
+            ("{", "{,", "this is not JSON (line 1)"),
             (r#""status": "converged","#, "", "status: "),
             ("0.001,", r#""x","#, "sample_time: "),
             ("0.001,", "0.0,", "sample_time: 0 is not allowed"),

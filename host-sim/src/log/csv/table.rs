@@ -460,7 +460,7 @@ mod tests {
         let refused =
             Table::of_columns("log", vec![of("u", 49), of("q", 50)]).expect_err("two lengths");
         assert!(
-            refused.starts_with("q has 50 samples and u 49"),
+            refused.starts_with("q has 50 samples but u has 49"),
             "{refused}"
         );
     }

@@ -694,24 +694,24 @@ fn what_a_form_needs_is_named_with_its_option() {
         (
             "moteus",
             CommandUnit::Volt,
-            "a command in Nm, and the log has one in V",
+            "a command in Nm, but the log has one in V",
         ),
         ("vesc", CommandUnit::Other, "--max-current 60"),
         (
             "vesc",
             CommandUnit::Volt,
-            "a command in A, and the log has one in V",
+            "a command in A, but the log has one in V",
         ),
         ("dynamixel", CommandUnit::Volt, "--bus-voltage 12"),
         (
             "sparkmax",
             CommandUnit::Ampere,
-            "a command in V, and the log has one in A",
+            "a command in V, but the log has one in A",
         ),
         (
             "wpilib",
             CommandUnit::NewtonMetre,
-            "a command in V, and the log has one in Nm",
+            "a command in V, but the log has one in Nm",
         ),
     ] {
         let said = refusal(form, 2.0, &of(unit), none);
