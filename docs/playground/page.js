@@ -54,7 +54,7 @@ const GROUPS = [
     ['load_step', 'Load step at half time', signed(100), (v) => (v ? `${plain(v)} ${unit()}/s²` : 'none')],
     ['delay', 'Delay of the command', bent(0.006), (v) => (v ? `${plain(1e3 * v)} ms` : 'none')],
     ['resonance', 'Compliance', soft(1200, 20), (v) => (v ? `resonance at ${plain(v / 2 / Math.PI)} Hz` : 'rigid')],
-    ['inertia_ratio', 'Inertia behind the spring', even(0.05, 0.95), (v) => `${Math.round(100 * v)} %`],
+    ['inertia_ratio', 'Share of inertia on the load side', even(0.05, 0.95), (v) => `${Math.round(100 * v)} %`],
   ]],
   ['Encoder and amplifier', [
     ['counts', 'Encoder', log(100, 1e7), (v) => `${Math.round(v)} counts/rev`],
@@ -156,7 +156,7 @@ async function refresh() {
     if (answer.rows) {
       rows = answer.rows;
       verdict = steps = null;
-      say('underway', 'Identifying', 'The estimates run in; the verdict follows as soon as the sliders rest.');
+      say('underway', 'Identifying', 'The estimates converge; the verdict follows when no slider moves.');
       await new Promise(requestAnimationFrame);
       const begun = performance.now();
       drawAll();
@@ -165,7 +165,7 @@ async function refresh() {
       loaded ||= performance.now();
     } else {
       rows = verdict = steps = null;
-      refuse(answer.refusal ?? 'The module has stopped at these settings; it was started again');
+      refuse(answer.refusal ?? 'The module stopped at these settings and was restarted');
     }
   }
   running = false;
@@ -208,8 +208,8 @@ function parse(text) {
 }
 
 const tone = (status) => ({ converged: 'good', aborted: 'failed' })[status] ?? 'doubtful';
-const TITLES = { converged: 'The servo is known', unexplained: 'The model does not explain this servo',
-  partial: 'The gain is known, the rest is not', 'no-information': 'The motion says too little', moving: 'The estimates still move', aborted: 'The run was ended' };
+const TITLES = { converged: 'The servo is identified', unexplained: 'The model does not explain this servo',
+  partial: 'Only the gain is within tolerance', 'no-information': 'Too little information in the motion', moving: 'The estimates have not settled', aborted: 'The run was aborted' };
 // An effect beside the model is why a servo is not known that has one.
 const title = ({ status, effects }) => (status !== 'converged' && effects.length ? TITLES.unexplained : TITLES[status] ?? status);
 
@@ -308,7 +308,7 @@ function drawAll() {
 function drawStep() {
   const text = byId('gains');
   if (!steps?.rows) {
-    text.textContent = steps ? `Not tuned: ${steps.none}.` : 'The gains follow with the verdict.';
+    text.textContent = steps ? `Not tuned: ${steps.none}.` : 'Gains appear with the verdict.';
     draw(byId('step'), { x: [0, 1], y: [-0.02, 0.14], unit: 's', curves: [], levels: [{ colour: '--truth', value: 0.1 }] });
     return;
   }
@@ -328,7 +328,7 @@ function gainsOf({ gains, promise, margins, cap }) {
   const bold = (value) => element('b', { textContent: plain(value) });
   return ['Tuned: kp ', bold(gains[0]), ', ki ', bold(gains[1]), ', kd ', bold(gains[2]),
     `, velocity filter ${plain(gains[3])} rad/s${cap ? `; ${cap} allows no more` : ''}. `,
-    `Promised: rises in ${plain(1e3 * promise[0])} ms, overshoots by ${plain(100 * promise[1])} % at most; sensitivity `,
+    `Predicted: rise time ${plain(1e3 * promise[0])} ms, overshoot at most ${plain(100 * promise[1])} %; largest sensitivity `,
     `${plain(margins[0])}, gain margins ${plain(margins[1])} and ${plain(margins[2])}.`];
 }
 
@@ -460,19 +460,19 @@ function verdictBox(kind, head, text) {
   return box;
 }
 
-const notTaken = (text) => found(verdictBox('failed', 'This log was not taken', text));
+const notTaken = (text) => found(verdictBox('failed', 'This log cannot be used', text));
 
 // The bytes of a file, unpacked if it is packed by gzip; or a sentence.
 async function bytesOfLog(file) {
   if (file.size > LARGEST_LOG) {
-    return `It has ${Math.round(file.size / 1e6)} MB, and this page takes ${LARGEST_LOG / 1e6} MB: servo-id identify takes any size.`;
+    return `It has ${Math.round(file.size / 1e6)} MB, but this page takes at most ${LARGEST_LOG / 1e6} MB: use servo-id identify for any size.`;
   }
-  if (!file.size) return 'The file is empty: a log has a row of column names, and a row for each sample.';
+  if (!file.size) return 'The file is empty: a log has a row of column names and one row per sample.';
   let bytes;
   try {
     bytes = new Uint8Array(await file.arrayBuffer());
   } catch {
-    return 'It cannot be read: this is a folder, or a file that has gone or may not be read.';
+    return 'It cannot be read: it is a folder, was removed, or may not be read.';
   }
   if (bytes[0] === 0x1f && bytes[1] === 0x8b) {
     const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip')).getReader();
@@ -484,11 +484,11 @@ async function bytesOfLog(file) {
         size += part.value.length;
         if (size > LARGEST_LOG) {
           reader.cancel();
-          return `It unpacks to more than ${LARGEST_LOG / 1e6} MB: servo-id identify takes any size.`;
+          return `It unpacks to more than ${LARGEST_LOG / 1e6} MB: use servo-id identify for any size.`;
         }
       }
     } catch {
-      return 'It is packed by gzip and damaged: save the log again.';
+      return 'It is a damaged gzip file: save the log again.';
     }
     bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
   }
@@ -496,7 +496,7 @@ async function bytesOfLog(file) {
   if (begin.slice(1) === 'MCAP') return 'It is an MCAP recording: convert it to .csv.';
   // The module names the formats that it recognises: text in UTF-16, workbooks.
   const named = /^(PK|\xff\xfe|\xfe\xff)/.test(begin);
-  if (!named && bytes.subarray(0, 4096).includes(0)) return 'It is not a text: a log is comma-separated text, with a row for each sample.';
+  if (!named && bytes.subarray(0, 4096).includes(0)) return 'It is not text: a log is comma-separated text with one row per sample.';
   return bytes;
 }
 
@@ -510,7 +510,7 @@ async function take(file, stated = '') {
   }
   const answer = await judge.ask({ request: 'identify', log: bytes, stated }, [bytes.buffer]);
   if (answer.fault) {
-    notTaken(`${file.name}: the module has stopped at this file (${answer.fault}); it was started again, and nothing else is lost.`);
+    notTaken(`${file.name}: the module stopped at this file (${answer.fault}) and was restarted; nothing else is lost.`);
     return;
   }
   if (answer.refusal) {
@@ -539,7 +539,7 @@ function askAbout(file, stated, lines) {
     const answers = fields.map((input) => `${input.name}\t${input.value.trim()}\n`).join('');
     take(file, stated + answers);
   };
-  found(verdictBox('doubtful', 'The log does not say everything', file.name), form);
+  found(verdictBox('doubtful', 'The log does not show everything', file.name), form);
   fields[0].focus();
 }
 

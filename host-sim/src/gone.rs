@@ -20,10 +20,10 @@ use Place::{File, Key, Option as Flag, Value, Verb};
 
 /// For a method that was only compared with.
 const RIVAL: &str =
-    "\"relay-least-squares\" is the method to compare with, \"fit\" and \"gauss-newton\" identify";
+    "use \"relay-least-squares\" for comparison, \"fit\" or \"gauss-newton\" to identify";
 
 /// For the compensation of known forces.
-const FORCES: &str = "no loop compensates known forces: add what tune prints under feed_forward to the command of your \
+const FORCES: &str = "no loop compensates known forces: add the feed_forward that tune prints to the command of your \
                       own controller";
 
 /// For the rounds of frequency-response motions.
@@ -33,7 +33,7 @@ const GONE: &[(Place, &str, &str)] = &[
     (
         File,
         "MCAP",
-        "MCAP is not read any more: convert the recording to .csv, in Python with the package mcap",
+        "MCAP is no longer read: convert the recording to .csv, in Python with the package mcap",
     ),
     (Key, "controller.feed_forward.constant", FORCES),
     (Key, "controller.feed_forward.gravity", FORCES),
@@ -45,18 +45,18 @@ const GONE: &[(Place, &str, &str)] = &[
     (
         Key,
         "log.scan",
-        "no log is refused by its looks: the fit says what it knows",
+        "logs are no longer checked for plausibility: the verdict of the fit judges them",
     ),
     (
         Flag,
         "--scan",
-        "no log is refused by its looks: the fit says what it knows",
+        "logs are no longer checked for plausibility: the verdict of the fit judges them",
     ),
     (
         Key,
         "commission.one_way",
-        "an axis that may not reverse is not commissioned: identify finds its a and b in a log, with identifier.parameters = \
-         [\"a\", \"b\", \"load\"]",
+        "an axis that must not reverse cannot be commissioned: identify its a and b from a log, with \
+         identifier.parameters = [\"a\", \"b\", \"load\"]",
     ),
     (Key, "commission.slide_rounds", ROUNDS),
     (Flag, "--quick", ROUNDS),
@@ -64,18 +64,19 @@ const GONE: &[(Place, &str, &str)] = &[
     (
         Key,
         "identifier.terms",
-        "no term enters by itself: state those that the servo has in required_terms, or let law = \"fit\" find them in a \
-         whole log",
+        "terms are no longer added automatically: state them in required_terms, or use law = \"fit\", which finds \
+         them in a whole log",
     ),
     (
         Value,
         "identifier.required_terms = wandering-load",
-        "law = \"fit\" finds by itself whether the load of a whole log wanders",
+        "law = \"fit\" detects a drifting load in a whole log",
     ),
     (
         Value,
         "identifier.law = window",
-        "law = \"gauss-newton\" begins with the fit of a short motion, after a quarter of a second with start_time = 0.25",
+        "law = \"gauss-newton\" starts with a fit to a short motion; with start_time = 0.25 after a quarter of a \
+         second",
     ),
     (Value, "identifier.law = proportional-least-squares", RIVAL),
     (Value, "identifier.law = two-degrees-of-freedom", RIVAL),
@@ -88,15 +89,15 @@ const GONE: &[(Place, &str, &str)] = &[
     (
         Flag,
         "--live",
-        "--report writes the page of a run when it is over",
+        "--report writes the page of a run at its end",
     ),
     (
         Verb,
         "check",
-        "run prints margins and reachable accuracy beside the result, tune the margins of its gains",
+        "run prints margins and reachable accuracy with the result, tune the margins of its gains",
     ),
     (Verb, "drift", "run SCENARIO --formats prints its table"),
-    (Verb, "manual", "VERB --help says the same"),
+    (Verb, "manual", "VERB --help prints the same"),
     (
         Verb,
         "replay",

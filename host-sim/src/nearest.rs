@@ -34,7 +34,7 @@ pub fn unreadable(path: &Path, error: &io::Error) -> String {
             let hint = near.map(|near| format!("; did you mean {}?", near.display()));
             format!("there is no such file{}", hint.unwrap_or_default())
         }
-        ErrorKind::PermissionDenied => "it is not permitted".to_owned(),
+        ErrorKind::PermissionDenied => "permission denied".to_owned(),
         // Without the number that the system has for it.
         _ => text.split(" (os error").next().unwrap_or(&text).to_owned(),
     }

@@ -2,8 +2,8 @@
 //! voltage-driven motor.
 //!
 //! Motion and command show ratios only, because q̈ = −a q̇ + b u + d − c sign(q̇) holds for any inertia J. A [`Scale`]
-//! states the one number that they leave open. From it follow J, the viscous friction a J, the Coulomb friction c J,
-//! the load d J and the torque of a unit of command b J. [`VoltageGains`] are ratios and need none.
+//! states the one number that they leave open. From it follow J, viscous friction a J, Coulomb friction c J, load d J
+//! and torque per command unit b J. [`VoltageGains`] are ratios and need none.
 
 use serde::Serialize;
 
@@ -56,7 +56,8 @@ pub enum ScaleError {
     },
     /// The payload made no difference.
     #[error(
-        "payload = {payload} is not allowed: b is {with:.4e} with it and {bare:.4e} without, and a payload makes it smaller; exchange the results, or attach a larger payload"
+        "payload = {payload} is not allowed: b is {with:.4e} with the payload and {bare:.4e} without, but a payload \
+         must reduce b; swap the results, or attach a larger payload"
     )]
     NoPayload {
         /// Inertia of the payload.

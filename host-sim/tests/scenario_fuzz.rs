@@ -266,7 +266,7 @@ fn largest_of(piece: impl Fn(usize) -> String) {
 }
 
 /// Any file is read or refused: no panic, no long wait, little memory, and a message that helps. With
-/// `FUZZED_SCENARIOS=10000` in the environment it reads 10 000 in place of a thousand.
+/// `FUZZED_SCENARIOS=10000` in the environment it reads 10 000 instead of a thousand.
 #[test]
 fn damaged_scenarios_are_read_or_refused() {
     const MAX_READ_TIME: Duration = Duration::from_secs(10);

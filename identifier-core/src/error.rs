@@ -173,8 +173,7 @@ impl fmt::Display for StepError {
         f.write_str(match self {
             Self::ErrorNotFinite => "the position error is not a finite number: check the setpoint",
             Self::TooFarApart => {
-                "the setpoint is further from the position than the number format counts exactly: \
-                 check setpoint and encoder"
+                "the setpoint is too far from the position for the number format: check setpoint and encoder"
             }
             Self::CountJumped => {
                 "the position has jumped further than the servo can move in a sample: check the encoder"

@@ -46,155 +46,156 @@ macro_rules! catalogue {
 catalogue! {
     ClockNotStable = 1, "clock-not-stable", Doubtful:
         "the crystal or the PLL did not become ready",
-        "check the crystal and the board file's frequency, then reset";
+        "check the crystal and its frequency in the board file, then reset";
     SelfTestFailed = 2, "self-test-failed", Doubtful:
-        "the self-test's known computation gave another result",
-        "flash the firmware again; if it returns, replace the chip";
+        "the chip computed a wrong result in its self-test",
+        "flash the firmware again; if the fault returns, replace the chip";
     ResetByWatchdog = 3, "reset-by-watchdog", Doubtful:
         "the watchdog reset the drive: a sample did not end in time",
         "lower the sample rate and start again";
     ImageDamaged = 4, "image-damaged", Doubtful:
-        "the program in the drive's flash is not the one that was built",
-        "flash the firmware again; if it returns, replace the chip";
+        "the program in the drive's flash differs from the one that was built",
+        "flash the firmware again; if the fault returns, replace the chip";
     AmplifierFault = 10, "amplifier-fault", Known:
-        "the amplifier reports a fault or too large a current",
-        "check wiring and current limit of the amplifier";
+        "the amplifier reports a fault or an overcurrent",
+        "check the amplifier's wiring and current limit";
     LimitSwitch = 11, "limit-switch", Known:
-        "a limit switch opened in motion",
+        "a limit switch opened during motion",
         "move the axis off the switch by hand, or allow less travel";
     LimitSwitchesStuck = 12, "limit-switches-stuck", Known:
         "a limit switch is open before motion begins",
-        "free the switch or mend its wire (closed is healthy)";
+        "free the switch or repair its wire (it is closed within the travel)";
     SupplyLow = 13, "supply-low", Doubtful:
-        "the supply of the drive's chip sagged below 2.9 V",
-        "check the supply's rating, its wires, and what else it feeds";
+        "the supply of the drive's chip fell below 2.9 V",
+        "check the supply's rating, its wires and its other loads";
     HomeSwitchStuck = 15, "home-switch-stuck", Known:
-        "the home switch stays closed although the axis was driven off it",
-        "free the switch or mend its wire (open is away from home), exchange the sign of the homing speed, or allow \
-         more clearance";
+        "the home switch stayed closed although the axis moved off it",
+        "free the switch or repair its wire (it is open away from home), change the sign of the homing speed, or \
+         allow more clearance";
     HomeNotFound = 16, "home-not-found", Known:
         "the home switch did not close within the travel",
-        "check the switch and its wire, exchange the sign of the homing speed, or allow more travel";
+        "check the switch and its wire, change the sign of the homing speed, or allow more travel";
     IndexNotFound = 17, "index-not-found", Known:
-        "the encoder gave no index pulse within a revolution behind the home switch",
+        "no index pulse came within a revolution after the home switch",
         "check the encoder's index and its wire, or home without it";
     EncoderLost = 20, "encoder-lost", Doubtful:
         "the encoder gave no valid reading",
         "check the encoder's supply, wires and magnet";
     EncoderSilent = 21, "encoder-silent", Doubtful:
-        "the servo is driven and the encoder counts nothing",
+        "the servo is driven but the encoder does not count",
         "connect the encoder, free the axis, or allow a larger breakaway";
     FollowingError = 22, "following-error", Known:
         "the position is too far from the reference",
-        "check the encoder's direction and the gains, or allow a larger error";
+        "check the encoder's direction and the gains, or allow a larger following error";
     TravelLeft = 23, "travel-left", Known:
-        "the servo left the travel that it may use",
-        "move the axis back, allow more travel, or check what pushes the servo";
+        "the servo left the allowed travel",
+        "move the axis back, allow more travel, or check the load";
     SpeedExceeded = 24, "speed-exceeded", Known:
-        "the servo was faster than it may be",
-        "check gains, load and encoder, or allow more speed";
+        "the servo exceeded the allowed speed",
+        "check gains, load and encoder, or allow a higher speed";
     Overrun = 30, "overrun", Known:
         "several successive samples took longer than the sample time",
-        "lower the sample rate, or choose a cheaper law";
+        "lower the sample rate, or choose an estimator with less computation";
     ActuatorFailed = 31, "actuator-failed", Known:
-        "the output stage took no command",
+        "the output stage did not accept the command",
         "check the output stage's wires";
     OutOfReach = 32, "out-of-reach", Doubtful:
-        "the position jumped beyond what the number format counts",
-        "check the encoder for disturbances";
+        "the position jumped beyond the range of the number format",
+        "check the encoder's wires and shield";
     LinkLost = 40, "link-lost", Known:
-        "the host was silent for too long",
+        "no message came from the host within the link timeout",
         "check the line and the host";
     StepsTooFast = 50, "steps-too-fast", Known:
         "the step pulses came faster than the axis may follow",
-        "lower their rate or the distance of a step, or allow more pace";
+        "lower their rate or the distance per step, or allow more pace";
     StepsUnclear = 51, "steps-unclear", Known:
         "the direction input changed more than once between two samples",
-        "check the wires for disturbances, hold the direction for two samples, or sample faster";
+        "check the wires and their shield, hold the direction for two samples, or sample faster";
     TargetOutside = 52, "target-outside", Known:
-        "the command from outside asks for a target beyond the travel",
-        "keep it within the travel, or allow more";
+        "the step input asks for a target beyond the travel",
+        "keep the target within the travel, or allow more travel";
     DoesNotMove = 101, "does-not-move", Doubtful:
-        "the servo did not move, or in one direction alone, under a command that was to move it",
+        "the servo did not move, or in one direction alone, under a command that should move it",
         "free the axis, check encoder and amplifier, or allow a larger command";
     TooLittleEvidence = 110, "too-little-evidence", Known:
         "the motion within the limits does not determine the servo well enough",
         "allow more travel, speed or duration, or use a finer encoder";
     EstimateAtBound = 111, "estimate-at-bound", Known:
-        "an estimate stands at a bound, so it is no result",
-        "check the unit of the command, the counts per revolution, the limit of the current and any bounds";
+        "an estimate is at a bound, so it is no result",
+        "check the unit of the command, the counts per revolution, the current limit and any bounds";
     PartlyExplained = 120, "partly-explained", Known:
-        "the model explains only a part of the motion, and the rest is more than noise",
-        "record a log and identify it: the fit of a whole log names the effect";
+        "the model explains only a part of the motion, and the residual is more than noise",
+        "record a log and identify it with servo-id";
     ResonanceOrBacklash = 121, "resonance-or-backlash", Known:
-        "the servo does not follow as one mass, and its frequency response does not show two masses well enough",
-        "stiffen the coupling, remove its backlash, or record a log and identify it";
+        "the servo is not one rigid inertia, and its frequency response does not determine two",
+        "stiffen the coupling, remove its backlash, or record a log and identify it with servo-id";
     NoGains = 130, "no-gains", Known:
-        "no gains keep the margins at what was asked for",
-        "ask for a slower response: the figure that would do is stated";
+        "no gains reach the goal within the margins",
+        "ask for a slower response";
     PredictionMissed = 140, "prediction-missed", Known:
-        "the measured step does not match the prediction: it rises faster, over three times as slowly, or overshoots more",
-        "check for stiction, backlash, a changed load, or a gain of the amplifier that changes";
+        "the measured step rises faster than predicted, more than three times as slowly, or overshoots more",
+        "check for stiction, backlash, a changed load, or a varying gain of the amplifier";
     NeverAtRest = 143, "never-at-rest", Known:
-        "the servo did not come to rest",
-        "check for noise of the position and a compliant coupling";
+        "the servo did not reach standstill",
+        "check for encoder noise and a compliant coupling";
     EncoderStuck = 150, "encoder-stuck", Doubtful:
-        "the encoder stood still in motion",
+        "the encoder stopped counting during motion",
         "check the encoder's coupling and wires";
     EncoderNoise = 151, "encoder-noise", Doubtful:
-        "the encoder's noise hides the motion, or would be mistaken for it",
+        "encoder noise hides the motion or could be mistaken for it",
         "declare the noise, allow more travel and speed, or shield the encoder's wires and check its magnet";
     EncoderJumped = 152, "encoder-jumped", Doubtful:
-        "the position jumped further than the servo can go in a sample",
+        "the position jumped further than the servo can move in a sample",
         "check the encoder's shield and wires";
     Reversed = 153, "reversed", Doubtful:
         "the servo moved against the command: encoder or actuator is reversed",
-        "exchange two phases of the motor or the encoder's tracks; where the command acts late, declare its delay";
+        "swap two motor wires or the encoder's channels; if the command acts late, declare its delay";
     ActuatorDead = 154, "actuator-dead", Doubtful:
-        "the command moves nothing: the actuator is dead, or the encoder does not show the motion",
-        "check the amplifier, its supply and its enable line, and then the encoder";
+        "the command does not move the servo: the actuator is dead, or the encoder does not show the motion",
+        "check the amplifier, its supply and its enable line, then the encoder";
     ActuatorWeak = 155, "actuator-weak", Known:
-        "the command acts less than it did or than was declared",
+        "the command acts less than before or less than declared",
         "check the supply and the current limit of the amplifier";
     Oscillating = 156, "oscillating", Known:
         "the loop oscillates",
-        "ask for a slower response, declare or shorten the delay behind the command, or quicken the current loop";
+        "ask for a slower response, declare or shorten the delay of the command, or make the current loop faster";
     Stopped = 170, "stopped", Known:
-        "it was stopped by command",
-        "order it again";
+        "a stop was commanded",
+        "start it again";
     ModeChanged = 171, "mode-changed", Known:
         "another mode was commanded",
-        "order it again";
+        "start it again";
     PowerLost = 173, "power-lost", Doubtful:
-        "the power was lost before it ended",
-        "order it again";
+        "the power was lost before the end",
+        "start it again";
     TooLittleMotion = 180, "too-little-motion", Known:
-        "the servo moved hardly further than the steps and the noise of its encoder",
-        "let it move further, faster and with turns";
+        "the motion was hardly larger than the encoder's resolution and noise",
+        "let it move further and faster, with reversals";
     OneWayMotion = 181, "one-way-motion", Known:
-        "the servo moved in one direction, in which gain, friction and load are not told apart",
-        "let it turn back";
+        "the servo moved in one direction only, which does not separate gain, friction and load",
+        "let it reverse";
     ConstantCommand = 182, "constant-command", Known:
-        "the command did not change, which leaves the gain open",
-        "let the servo accelerate and brake, with turns";
+        "the command did not change, so the gain stays undetermined",
+        "let the servo accelerate and brake, with reversals";
     DoesNotFollow = 183, "does-not-follow", Known:
         "the position does not follow the command",
-        "check the amplifier, and that command and position are of the same axis and the same clock";
+        "check the amplifier, and that command and position have the same axis and the same clock";
     EarlyCommand = 185, "early-command", Known:
-        "the command acts earlier than it is recorded or declared to",
-        "record the command that acts until the next reading, not the one before it, and declare no longer delay than there is";
+        "the command acts earlier than recorded or declared",
+        "record the command that acts until the next reading, not the one before it, and declare no larger delay \
+         than there is";
     InertiaChanged = 190, "inertia-changed", Known:
-        "the inertia is not the one that the gains promise for, or the command acts more or less than it did",
-        "commission it again with this inertia";
+        "the inertia differs from the commissioned one, or the command acts more or less than before",
+        "commission the servo again with this inertia";
     ViscousFrictionChanged = 191, "viscous-friction-changed", Known:
-        "friction grows with speed more or less than that of the servo that the gains promise for",
-        "check bearings and lubrication, and commission it again";
+        "viscous friction differs from the commissioned one",
+        "check bearings and lubrication, and commission the servo again";
     CoulombFrictionChanged = 192, "coulomb-friction-changed", Known:
-        "Coulomb friction is not the one that the gains promise for",
-        "check bearings, brake and lubrication, and commission it again";
+        "Coulomb friction differs from the commissioned one",
+        "check bearings, brake and lubrication, and commission the servo again";
     LoadChanged = 193, "load-changed", Known:
-        "the load leaves less of the command than the promised step takes",
-        "take off load, allow a larger command, or commission it again with this load";
+        "the load leaves less command than the predicted step needs",
+        "reduce the load, allow a larger command, or commission the servo again with this load";
 }
 
 impl Reason {

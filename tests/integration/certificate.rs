@@ -11,7 +11,7 @@ use identifier_core::stability::{Certificate, PlantBox};
 use integration_tests::{Random, environment, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 
-/// A random box of servos.
+/// A random parameter range.
 fn random_box(random: &mut Random) -> PlantBox {
     let a_min = random.uniform(0.0, 10.0);
     let a_max = a_min + random.log_uniform(0.1, 50.0);
@@ -33,7 +33,7 @@ fn random_gains(random: &mut Random) -> Gains {
     .expect("positive")
 }
 
-/// A random servo of a box.
+/// A random servo of a parameter range.
 fn random_servo(random: &mut Random, plant_box: &PlantBox) -> (f64, f64) {
     let (a, b) = (plant_box.a(), plant_box.b());
     (
@@ -65,7 +65,7 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     let limit = random.log_uniform(0.5, 10.0) * gains.kp();
     let own = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
     scenario.stated.controller = Some(own.limited(limit));
-    // Below the box or inside it: far above, the sampled model loop has no gain margin left.
+    // Below the parameter range or inside it: far above, the sampled model loop has no gain margin left.
     let start = random.log_uniform(0.2 * plant_box.b().min(), plant_box.b().max());
     let learning = &mut scenario.stated.identifier;
     learning.initial.b = Some(start);

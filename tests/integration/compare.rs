@@ -86,8 +86,7 @@ fn the_methods_that_model_friction_or_a_load_identify_it() {
     }
 }
 
-/// A box whose sampled loop cannot be promised is refused for the methods that promise, and the
-/// others still run.
+/// A parameter range without a certified sampled loop is refused for methods with a certificate; the others still run.
 #[test]
 fn a_method_that_cannot_be_built_is_refused_and_the_others_run() {
     let mut scenario = parse(BENCH);

@@ -37,7 +37,7 @@ fn log_path() -> Option<PathBuf> {
     beside.exists().then_some(beside)
 }
 
-/// A scenario of the log with a law, from the published values times these factors.
+/// A scenario of the log with an estimator, from the published values times these factors.
 fn scenario(law: &str, factors: [f64; 4]) -> Scenario {
     let [mass, viscous, coulomb, offset] = std::array::from_fn(|i| PUBLISHED[i] * factors[i]);
     let text = format!(

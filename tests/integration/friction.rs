@@ -1,4 +1,4 @@
-//! Servos with Coulomb friction and load: both laws, both formats, with and without saturation.
+//! Servos with Coulomb friction and load: both estimators, both formats, with and without saturation.
 
 use host_sim::analysis::Status;
 use host_sim::result::Summary;

@@ -66,7 +66,7 @@ fn it_settles_within_a_second_and_a_half_from_far_below_and_far_above() {
     }
 }
 
-/// Of the runs, how many have the truth within two standard errors.
+/// How many runs have the truth within two standard errors.
 fn covered(summaries: &[Summary], parameter: Parameter) -> usize {
     summaries
         .iter()

@@ -16,8 +16,8 @@ fn factor() -> usize {
     environment("CAMPAIGN").unwrap_or(1)
 }
 
-/// Servos of the box a ∈ [0, 50], b ∈ [110, 1000], |d| ≤ 40 under the paper's PID, each with a
-/// reference of its own; Γ is chosen automatically, for all of them from the paper's reference.
+/// Servos of the parameter range a ∈ [0, 50], b ∈ [110, 1000], |d| ≤ 40 under the paper's PID, each with a reference of
+/// its own; Γ is chosen automatically, for all of them from the paper's reference.
 fn scenarios() -> Vec<Scenario> {
     let mut base = paper::scenario(Method::Proposed, Case::Balanced);
     base.stated.identifier.gamma = None;

@@ -1,5 +1,5 @@
-//! From an identification to gains, and from these to the step that they promise: each servo is identified
-//! by a run, tuned for from its JSON result, and steps on the simulated servo as was promised.
+//! From an identification to gains, and from these to the predicted step: each servo is identified by a run, tuned for
+//! from its JSON result, and steps on the simulated servo as was promised.
 
 use std::fmt::Write;
 
@@ -153,8 +153,7 @@ impl Axis {
     }
 }
 
-/// The trial's own criterion: each rise time within 15 % of the promise, each overshoot within three
-/// points.
+/// The trial's own criterion: each rise time within 15 % of the prediction, each overshoot within three points.
 #[test]
 fn the_true_servo_keeps_the_promise_made_from_a_result() {
     let axes = axes();

@@ -4,7 +4,7 @@ use crate::elf::Elf;
 use crate::{emulator, firmware};
 
 /// Their packages and binaries without an operating system. They have this project's PID, built by the chip or by its
-/// build script, or a controller of their own, beside which the identifier observes.
+/// build script. Or they have their own controller, and the identifier observes it.
 const FIRMWARES: [[&str; 2]; 3] = [
     ["firmware", "firmware"],
     ["firmware", "constants"],

@@ -42,7 +42,7 @@ struct Reach {
 }
 
 impl Listing {
-    /// Of a binary.
+    /// For a binary.
     fn new(elf: &Elf) -> Self {
         let code = Code::new(elf);
         let targets = code.targets();

@@ -58,8 +58,8 @@ enum Verb {
     },
     /// Count the instructions of the whole sample interrupt of the drive on the emulated chip.
     Interrupt,
-    /// Commission the drive on the emulated chip at 1, 10 and 20 kHz: every command must be out within 12.5 µs of its
-    /// sample, and half of a sample be free at 10 kHz, both in instructions.
+    /// Commission the drive on the emulated chip at 1, 10 and 20 kHz. Every command must be out within 12.5 µs of its
+    /// sample. At 10 kHz half of a sample must be free. Both are counted in instructions.
     Lead,
     /// Build the examples for three cores, and run them on two emulated boards.
     Examples,

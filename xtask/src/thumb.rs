@@ -120,7 +120,7 @@ impl Instruction {
             .disasm_count(&bytes, unknown.address.into(), 1)
             .ok()?;
         let instruction = decoded.first()?;
-        // Of the FPU's instructions it has some by older names.
+        // Some of the FPU's instructions have older names here.
         let name = match instruction.mnemonic()?.split('.').next() {
             Some(name) if name.starts_with('v') => name.to_owned(),
             _ => capstone.insn_name(instruction.id())?,

@@ -86,7 +86,7 @@ pub(crate) fn read(register: Register) -> Option<u32> {
 pub(crate) fn write(register: Register, word: u32) -> bool {
     if register == TIM5.at(timer::EGR) {
         // QEMU 10 adds the time at which a timer was set to zero to each of its periods (`stm32f2xx_timer.c`): samples
-        // came the later, the longer the boot or the last run had taken. Writing the period starts the timer anew.
+        // came later after a longer boot or run. Writing the period starts the timer anew.
         return true;
     }
     let Some(place) = kept(register) else {
@@ -159,7 +159,7 @@ pub fn set_count(count: u16) {
 /// The drive's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    /// Steps of a PWM period with a high output; none while it is switched off.
+    /// Steps of a PWM period with a high output; none while it is off.
     pub duty: Option<u16>,
     /// True if its direction is positive.
     pub is_positive: bool,

@@ -110,9 +110,9 @@ pub fn line<'a, B: Bus>(
     to_send: &'a mut Bytes,
 ) -> (Line<'a, B>, Port<'a, B>) {
     let (to_send, take_to_send) = to_send.split();
-    // With sixteenfold sampling the divider's four fraction bits are the low ones. Eightfold sampling
-    // has one fraction bit less and the same steps, one tick of the bus a bit, and bears less of the
-    // other end's error (RM0090, 30.3.4 and 30.3.5).
+    // With sixteenfold sampling the divider's four fraction bits are the low ones. Eightfold sampling has one fraction
+    // bit less and the same steps of one bus tick per bit. It tolerates a smaller error of the other end (RM0090,
+    // 30.3.4 and 30.3.5).
     let usart = B::Family::USART;
     bus.write(usart.divider, (clocks.low_bus + BAUD / 2) / BAUD);
     receive_into(bus, ring);

@@ -45,7 +45,7 @@ pub struct Outcome {
     pub servo: Option<IdentifiedServo>,
     /// The gains that were found, with their predicted response.
     pub tuning: Option<Tuning>,
-    /// The reason for no gains, with the figure that would do.
+    /// The reason for no gains, with the possible figure.
     pub no_gains: Option<NoGains>,
     /// The predicted figures as measured in the trial.
     pub trial: Option<TrialResult>,

@@ -47,8 +47,8 @@ impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::TooLong => "a frame is longer than any message: is this the drive's port?",
-            Self::NotFramed => "bytes were lost on the line: they are no frame",
-            Self::Damaged => "bytes were damaged on the line: the check does not fit",
+            Self::NotFramed => "bytes were lost on the line: what came is no frame",
+            Self::Damaged => "bytes were damaged on the line: the checksum is wrong",
             Self::Unknown | Self::NoRequest { .. } => {
                 "the message is of another version of the protocol"
             }

@@ -53,8 +53,10 @@ pub enum Home {
 impl fmt::Display for TargetSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Line => f.write_str("targets come over the line"),
-            Self::Steps { step } => write!(f, "targets come from the step input, {step} rad each"),
+            Self::Line => f.write_str("targets come from the serial line"),
+            Self::Steps { step } => {
+                write!(f, "targets come from the step input, {step} rad per step")
+            }
         }
     }
 }
@@ -69,14 +71,14 @@ impl fmt::Display for Homing {
             offset,
         } = self;
         let place = if *index {
-            "the index pulse behind the switch"
+            "the index pulse after the switch"
         } else {
             "the switch"
         };
         write!(
             f,
-            "homes at {seek} rad/s, to {place} at {approach} rad/s; the switch opens within {clearance} rad; the origin \
-             is {offset} rad from there"
+            "homing: seeks the switch at {seek} rad/s, approaches {place} at {approach} rad/s; the switch opens \
+             within {clearance} rad; the origin is {offset} rad from the home position"
         )
     }
 }
@@ -85,7 +87,7 @@ impl fmt::Display for Home {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Unknown => "not homed: positions count from where the run started",
-            Self::Sought => "on its way home",
+            Self::Sought => "homing",
             Self::Known => "homed: positions count from the origin",
         })
     }

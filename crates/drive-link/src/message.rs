@@ -241,14 +241,14 @@ pub enum Kept {
 impl fmt::Display for Kept {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Nothing => "nothing is kept yet",
-            Self::Record => "a record is kept",
+            Self::Nothing => "nothing is stored yet",
+            Self::Record => "a record is stored",
             Self::OtherVersion => {
-                "the record in the store is of another version: the built-in settings hold, and a save \
-                 replaces it"
+                "the stored record is of another version: the built-in settings are in use, and a save replaces the \
+                 record"
             }
             Self::Damaged => {
-                "the record in the store is damaged: the built-in settings hold, and a save replaces it"
+                "the stored record is damaged: the built-in settings are in use, and a save replaces it"
             }
         })
     }
@@ -271,9 +271,9 @@ pub enum State {
 impl fmt::Display for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Released => f.write_str("released: the servo coasts"),
+            Self::Released => f.write_str("disabled: the servo coasts"),
             Self::Running => f.write_str("running: the loop is closed"),
-            Self::Commissioning => f.write_str("commissioning: it moves on its own"),
+            Self::Commissioning => f.write_str("commissioning: the servo moves by itself"),
             Self::Faulted(fault) if fault.needs_reset() => fault.fmt(f),
             Self::Faulted(fault) => write!(f, "{fault}, then clear"),
         }
@@ -297,7 +297,7 @@ impl fmt::Display for Ended {
         match self {
             Self::Stopped => f.write_str("the last run was stopped"),
             Self::Over => f.write_str("the last run ended when its time was over"),
-            Self::Faulted(fault) => write!(f, "the last run ended by fault {}", fault.number()),
+            Self::Faulted(fault) => write!(f, "the last run ended with fault {}", fault.number()),
         }
     }
 }
@@ -365,19 +365,19 @@ impl fmt::Display for Refusal {
                  {given} or damaged: use the program of the firmware's version, or flash the firmware of this one"
             ),
             Self::NotConfigured => {
-                f.write_str("the drive is not configured for its servo yet: configure it first")
+                f.write_str("the drive is not configured yet: configure it first")
             }
-            Self::Overtaken => f.write_str("a stop came right after it: ask again"),
+            Self::Overtaken => f.write_str("a stop came directly after the request: send it again"),
             Self::LineDisturbed => f.write_str(
-                "bytes were lost on the line, and a stop may have been among them: ask again; if it returns, \
+                "bytes were lost on the line, possibly those of a stop: send the request again; if this returns, \
                  check the line's wires, ground and baud rate, and send with pauses",
             ),
             Self::Running => f.write_str("the servo must be disabled first: stop"),
             Self::NotRunning => f.write_str("the loop must be closed first: start"),
             Self::EndedCommissioning => f.write_str(
-                "a commissioning ran and was ended for it: ask again when the servo is at rest",
+                "a commissioning was running and was ended first: send the request again at standstill",
             ),
-            Self::NeverCommissioned => f.write_str("it was never commissioned"),
+            Self::NeverCommissioned => f.write_str("the servo was never commissioned"),
             Self::Faulted(fault) => State::Faulted(*fault).fmt(f),
             Self::Setting(refused) => refused.fmt(f),
             Self::TooFar { most } => write!(
@@ -385,19 +385,19 @@ impl fmt::Display for Refusal {
                 "the target must be within {most} rad of where the servo started"
             ),
             Self::NoHoming => f.write_str(
-                "the drive has no way to a home position: configure it with --home-seek first",
+                "homing is not configured: configure it with --home-seek first",
             ),
-            Self::Homing => f.write_str("the axis is on its way home: ask again when it is there"),
+            Self::Homing => f.write_str("the axis is homing: send the request again when it is home"),
             Self::TargetsFromOutside => f.write_str(
                 "the targets come from the step input: configure it with --source line \
                  first",
             ),
-            Self::Busy => f.write_str("the command before is not done yet: ask again"),
+            Self::Busy => f.write_str("the previous request is not done yet: send this one again"),
             Self::NotAtRest => f.write_str(
-                "the flash must be erased for it, which takes an axis at rest: ask again when it stands",
+                "the flash must be erased first, which needs standstill: send the request again at standstill",
             ),
             Self::NotKept => {
-                f.write_str("the flash did not take the record, and the one before still holds")
+                f.write_str("the flash did not store the record; the previous one is still valid")
             }
         }
     }

@@ -15,7 +15,7 @@ pub enum NoGains {
     TooFast {
         /// The requested bandwidth, rad/s.
         bandwidth: f64,
-        /// The largest that would do, rad/s.
+        /// The largest possible one, rad/s.
         most: f64,
         /// The cause of that limit.
         cap: Cap,

@@ -117,9 +117,9 @@ impl Protection {
 impl fmt::Display for Law {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Gradient { friction: false } => "gradient over a and b",
-            Self::Gradient { friction: true } => "gradient over a, b and Coulomb friction",
-            Self::GaussNewton => "Gauss-Newton over a, b, Coulomb friction and load",
+            Self::Gradient { friction: false } => "gradient estimator of a and b",
+            Self::Gradient { friction: true } => "gradient estimator of a, b and Coulomb friction",
+            Self::GaussNewton => "Gauss-Newton estimator of a, b, Coulomb friction and load",
         })
     }
 }
@@ -178,16 +178,19 @@ fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Resu
         ("load", Parameter::Load),
     ] {
         if let Some(initial) = given.initial.get(parameter) {
-            write!(f, "\n{name} begins with {initial}")?;
+            write!(f, "\n{name} starts at {initial}")?;
         }
         if let Some([min, max]) = given.bounds.get(parameter) {
             write!(f, "\n{name} stays within {min} to {max}")?;
         }
         if let Some(deviation) = given.uncertainty.get(parameter) {
-            write!(f, "\n{name} is known to {deviation} (standard deviation)")?;
+            write!(
+                f,
+                "\n{name} has a standard deviation of {deviation} at the start"
+            )?;
         }
         if given.known.get(parameter) {
-            write!(f, "\n{name} is known, and stays")?;
+            write!(f, "\n{name} is known and stays fixed")?;
         }
     }
     if let Some(rows) = given.gamma {
@@ -219,7 +222,7 @@ fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Resu
     {
         write!(
             f,
-            "\nwords hold {error} rad of error, {velocity} rad/s, a command of {command}"
+            "\nfixed point represents {error} rad of error, {velocity} rad/s, a command of {command}"
         )?;
     }
     Ok(())
@@ -271,7 +274,7 @@ impl fmt::Display for Protection {
         } = self;
         writeln!(
             f,
-            "sent to a target at {pace} rad/s; disabled beyond {following_error} rad of error, {travel} \
+            "moves to a target at {pace} rad/s; disabled beyond {following_error} rad of following error, {travel} \
              rad from the start, {speed} rad/s,"
         )?;
         writeln!(
@@ -292,7 +295,7 @@ impl fmt::Display for Protection {
             (false, true) => write!(f, "ends when the line is silent for {link_timeout} s"),
             (false, false) => f.write_str("has no end, and continues when the line is silent"),
         }?;
-        write!(f, "; it comes to rest within {stop_time} s")
+        write!(f, "; it stops within {stop_time} s")
     }
 }
 
@@ -398,7 +401,7 @@ impl fmt::Display for NotAllowed {
                 other,
             } => write!(
                 f,
-                "{name} = {given} is too small beside the {other}: it must be at least {least:.5}"
+                "{name} = {given} is too small for the {other}: it must be at least {least:.5}"
             ),
             Why::NotWhole { given, period } => {
                 // A cast saturates.
@@ -414,16 +417,13 @@ impl fmt::Display for NotAllowed {
             }
             Why::Unstable { given } => write!(
                 f,
-                "with {name} = {given} the sampled loop is unstable for some servo of the box: sample \
-                 faster, raise the cut-off, lower the gains, or shrink the box"
+                "with {name} = {given} the sampled loop is unstable for a servo of the parameter range: sample \
+                 faster, raise the cut-off, lower the gains, or narrow the parameter range"
             ),
             Why::Matrix(error) => write!(f, "{name}: {error}"),
             Why::NoGamma(error) => error.fmt(f),
-            Why::NotGiven => write!(f, "{name} has to be given here"),
-            Why::NotHere => write!(
-                f,
-                "this firmware does not have the {name} that was asked for"
-            ),
+            Why::NotGiven => write!(f, "{name} is required here"),
+            Why::NotHere => write!(f, "this firmware has no such {name}"),
         }
     }
 }

@@ -235,12 +235,12 @@ fn every_report_of_a_commissioning_fits_a_message() {
 fn settings_are_decoded_as_given() {
     let mut settings = filled(&mut || 1.5, u32::MAX, 3);
     let all = settings.to_string();
-    assert!(all.contains("b begins with 1.5"), "{all}");
-    assert!(all.contains("gradient over a, b and Coulomb friction"));
+    assert!(all.contains("b starts at 1.5"), "{all}");
+    assert!(all.contains("gradient estimator of a, b and Coulomb friction"));
     settings.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     let few = settings.to_string();
     assert!(
-        !few.contains("begins") && few.contains("not certified"),
+        !few.contains("starts at") && few.contains("not certified"),
         "{few}"
     );
 }

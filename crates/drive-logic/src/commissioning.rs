@@ -206,8 +206,8 @@ impl Commissioning {
         }
     }
 
-    /// One sample. The command goes out first. Then an event of the record, if there is one, is exchanged for a
-    /// decision of the solver. `exchange` gives false for an event that finds no room.
+    /// One sample. The command goes out first. Then an event of the record, if any, is exchanged for a decision of the
+    /// solver. `exchange` returns false if there is no space for an event.
     #[inline]
     pub(crate) fn step<'a, S: PositionSensor, A: Actuator<f32>>(
         &mut self,

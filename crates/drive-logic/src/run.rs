@@ -86,7 +86,7 @@ impl Run {
             watched_from: 0,
             watch,
             axis,
-            // A contradiction costs nothing to find; the certificate of a box does.
+            // A contradiction costs nothing to find; the certificate of a parameter range does.
             reference: Reference::new(settings, &units).map_err(range)?,
             protection: Protection::new(settings, controller, &units)?,
             guide: Guide::new(settings, &units)?,

@@ -78,8 +78,8 @@ pub enum StoreError {
 impl fmt::Display for StoreError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Flash => "the flash refused: the record before still holds",
-            Self::NotWritten => "the flash is worn or damaged: the record before still holds",
+            Self::Flash => "the flash refused the record: the previous one is still valid",
+            Self::NotWritten => "the flash is worn or damaged: the previous record is still valid",
             Self::TooLong => "the record is longer than a slot of the store",
         })
     }
@@ -437,8 +437,6 @@ mod tests {
         step: ANY,
         rise_time: Some(ANY),
         overshoot: ANY,
-        disturbance: ANY,
-        excursion: ANY,
     };
 
     fn servo() -> IdentifiedServo {

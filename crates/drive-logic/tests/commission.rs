@@ -264,7 +264,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
 fn the_delay_of_the_stage_adds_to_the_one_that_is_given() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
-    // The bandwidth that is possible at all goes with the inverse of half a sample and the delay.
+    // The largest possible bandwidth is proportional to the inverse of half a sample plus the delay.
     let mut most = |command_delay: f64| {
         let order = CommissionSettings {
             command_delay,

@@ -160,7 +160,7 @@ impl<'a> Day<'a> {
         self.drive.bench.held.get().is_some()
     }
 
-    /// Runs until the servo is released, which must not take long.
+    /// Runs until the stage is disabled, which must not take long.
     fn is_released_soon(&mut self) {
         let released = (0..MAX_EFFECT).any(|_| {
             self.sample();

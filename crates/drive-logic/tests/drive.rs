@@ -85,7 +85,7 @@ fn a_dither_acts_behind_the_filter_of_the_reference() {
     assert!(direct > 1.01 * filtered, "{direct} {filtered}");
 }
 
-/// Settings without knowledge of the servo, for the law that needs none.
+/// Settings without knowledge of the servo, for the estimator that needs none.
 fn first_contact() -> Settings {
     let mut wanted = settings();
     wanted.closed_loop.law = Law::GaussNewton;
@@ -496,7 +496,7 @@ fn reporting_never_blocks_and_no_fault_is_lost() {
     boot!(drive, &bench, &flash);
     drive.done(Command::Watch(1));
     drive.done(Command::Start);
-    // The queue fills unread, and then a fault strikes.
+    // The queue fills unread, and then a fault occurs.
     for _ in 0..100 {
         drive.sample();
     }

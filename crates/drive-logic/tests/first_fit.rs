@@ -10,7 +10,7 @@ use identifier_core::settings::IdentifierSettings;
 use support::drive::SERVO;
 use support::{Bench, Flash, settings};
 
-/// Settings without knowledge of the servo, for the law that needs none.
+/// Settings without knowledge of the servo, for the estimator that needs none.
 fn first_contact() -> Settings {
     let mut wanted = settings();
     wanted.closed_loop.law = Law::GaussNewton;
@@ -25,7 +25,7 @@ fn bounded_beyond_the_servo() -> Settings {
     bounded
 }
 
-/// The obstacles of the statuses among reports that no request asked for.
+/// The rejection reasons in the statuses among unrequested reports.
 fn obstacles(reports: &[Report]) -> Vec<Option<Reason>> {
     let of_status = |report: &Report| match report {
         Report::Status { id: None, status } => Some(status.obstacle),

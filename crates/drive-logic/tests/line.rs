@@ -460,7 +460,7 @@ fn a_request_of_another_version_is_answered_with_a_refusal_and_moves_nothing() {
     drive.pass(10);
     let mut conversation = Conversation::new();
     let mut line = drive.polled(Wires::default());
-    // The order to go home of a host of version 17, whose stop it was before, and one with a byte too many.
+    // The homing order of a host of version 17, whose stop had this code, and one with an extra byte.
     for (framed, given, bytes) in [
         (frame(&(8_u8, 5_u8)), 5, 2),
         (frame(&(8_u8, PROTOCOL, 5_u8, 0_u8)), PROTOCOL, 4),

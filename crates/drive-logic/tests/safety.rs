@@ -29,7 +29,7 @@ macro_rules! running {
     };
 }
 
-/// Samples until the servo is released; `None` if more than `most`.
+/// Samples until the stage is disabled; `None` if more than `most`.
 fn samples_until_released(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
     (1..=most).find(|_| {
         drive.pass(1);
@@ -227,8 +227,8 @@ fn a_run_ends_by_itself_when_its_time_is_over() {
 
 #[test]
 fn travel_and_speed_are_watched_in_every_sample() {
-    // The axis is turned away by hand, slowly enough for the loop's error to stay small: the reference
-    // would have to run away with it, so the error's bound is out of the way here.
+    // The axis is turned by hand, slowly enough for a small position error. So the following error is disabled here:
+    // only the travel can end the run.
     let mut wanted = still();
     wanted.protection.following_error = 1e3;
     wanted.protection.travel = 1.0;
@@ -555,7 +555,7 @@ fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
             };
             assert_eq!((named.as_str(), least), (name, 0.0));
             assert!((most / wanted_most - 1.0).abs() < 1e-9, "{name}: {most}");
-            // What is named would do.
+            // The named figure is accepted.
             change(&mut wanted, most);
             drive.done(Command::Configure(wanted));
             drive.done(Command::Configure(still()));

@@ -58,8 +58,8 @@ fn a_blank_flash_holds_nothing_and_then_the_last_record() {
 
 #[test]
 fn after_a_power_loss_the_old_or_the_new_record_is_read() {
-    // Every number of records before the cut that matters: into the first sector, at its end, into
-    // the second, and around again.
+    // Every relevant number of records before the cut: in the first sector, at its end, in the second, and again in the
+    // first.
     let slots = (SECTOR / SLOT) as u32;
     for before in 1..=2 * slots + 2 {
         let flash = Flash::blank();

@@ -224,7 +224,7 @@ unsafe fn build(
     count: i32,
     held: f32,
 ) -> Result<i32, Error> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let object = storage(commission, size)?;
         let given = given(settings)?;
@@ -247,7 +247,7 @@ unsafe fn build_solver(
     size: u32,
     settings: *const Settings,
 ) -> Result<i32, Error> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let object = storage(solver, size)?;
         let solver = CommissionSolver::new(&given(settings)?.commission()?)
@@ -372,7 +372,7 @@ face! {
         Ok(status::OK)
     }
 
-    /// At most so many slices of work, up to a decision.
+    /// At most this number of slices of work, up to a decision.
     fn servo_id_solver_work(solver: *mut Solver, slices: *mut u32, decision: *mut Decision) {
         // SAFETY: the header's conditions.
         unsafe {

@@ -19,7 +19,7 @@ pub(crate) unsafe fn configuration<T: Configuration>(
     let wanted = Constants::<T>::WORDS;
     // More are read in no case, and their number is judged after version and type.
     let there = (words as usize).min(wanted);
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let slice = unsafe { core::slice::from_raw_parts(constants, there) };
     let read = Constants::<T>::read(slice).map_err(status_of)?;
     if words as usize == wanted {

@@ -20,7 +20,7 @@ macro_rules! face {
             pub unsafe extern "C" fn $name($($argument: $type),*) -> i32 {
                 #[inline(always)]
                 unsafe fn answer($($argument: $type),*) -> Result<i32, i32> $body
-                // SAFETY: the caller's promise.
+                // SAFETY: guaranteed by the caller.
                 match unsafe { answer($($argument),*) } {
                     Ok(status) | Err(status) => status,
                 }

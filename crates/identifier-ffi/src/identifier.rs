@@ -13,7 +13,7 @@ use crate::status;
 pub struct Estimates {
     /// The estimates; zero for a parameter that the model does not have.
     pub value: [f64; 4],
-    /// Their standard errors; NaN where the law has none.
+    /// Their standard errors; NaN if the estimator has none.
     pub std_error: [f64; 4],
     /// One for an estimate at a bound, which is no result.
     pub at_bound: [i32; 4],
@@ -97,7 +97,7 @@ macro_rules! listening {
             size: u32,
             settings: *const Settings,
         ) -> Result<i32, Error> {
-            // SAFETY: the caller's promise.
+            // SAFETY: guaranteed by the caller.
             unsafe {
                 let object = storage(object, size)?;
                 let identifier: Identifier = given(settings)?.build()?;
@@ -185,8 +185,8 @@ macro_rules! listening_to_numbers {
 
             /// A sample.
             fn $sample(object: *mut $object, moved: i32, command: f32) {
-                // One function for both: a second copy of the law would be called from here, and not be a part of it.
-                // SAFETY: the header's conditions.
+                // One function for both: a second copy of the estimator would be called from here instead of being
+                // inlined. SAFETY: the header's conditions.
                 Ok(unsafe { $learn(object, f32::from_count(moved), command) })
             }
 
@@ -239,7 +239,7 @@ macro_rules! listening_to_words {
     };
 }
 
-/// The paper's law for a and b; the load is carried by the correction.
+/// The paper's estimator of a and b; the correction carries the load.
 pub mod gradient {
     use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
@@ -286,7 +286,7 @@ pub mod gauss_newton {
         servo_id_gauss_newton_estimates servo_id_gauss_newton_learn
         servo_id_gauss_newton_init_from_constants servo_id_gauss_newton_machine_estimates;
 
-        /// Continues the first fit by at most so many blocks.
+        /// Continues the first fit by at most this number of blocks.
         fn servo_id_gauss_newton_work(object: *mut GaussNewton, blocks: u32) {
             // SAFETY: the header's conditions.
             let own = unsafe { content(object) }?;
@@ -304,7 +304,7 @@ pub mod gauss_newton {
     }
 }
 
-/// The paper's law in fixed point for a and b.
+/// The paper's estimator of a and b in fixed point.
 pub mod fixed {
     use identifier_core::fixed_point::FixedGradientIdentifier;
     use identifier_core::measurement::LowPass;

@@ -12,9 +12,9 @@ use crate::status;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Verdict {
-    /// One if every estimate is known.
+    /// One if every estimate is within tolerance.
     pub known: i32,
-    /// Of a, b, Coulomb friction and load: [`STATES`].
+    /// For a, b, Coulomb friction and load: [`STATES`].
     pub state: [i32; 4],
 }
 

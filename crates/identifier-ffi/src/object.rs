@@ -52,7 +52,7 @@ impl<T> Object<T> {
 #[inline(always)]
 pub(crate) unsafe fn content<'a, T: Content>(object: *mut Object<T>) -> Result<&'a mut T, i32> {
     check(object)?;
-    // SAFETY: the caller's promise; an integer and bytes that may be anything are always valid.
+    // SAFETY: guaranteed by the caller; an integer and bytes that may be anything are always valid.
     let object = unsafe { &mut *object };
     if object.mark != T::MARK {
         return Err(status::NOT_INITIALISED);
@@ -90,7 +90,7 @@ pub(crate) unsafe fn storage<T: Content>(
     if (size as usize) < 8 * T::WORDS {
         return Err(status::TOO_SMALL);
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { (&raw mut (*object).mark).write(0) };
     Ok(object)
 }
@@ -100,7 +100,7 @@ pub(crate) unsafe fn storage<T: Content>(
 /// # Safety
 /// It is of [`storage`].
 pub(crate) unsafe fn fill<T: Content>(object: *mut Object<T>, content: T) {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         (&raw mut (*object).content).write(MaybeUninit::new(content));
         (&raw mut (*object).mark).write(T::MARK);
@@ -126,7 +126,7 @@ pub(crate) fn check<T>(address: *const T) -> Result<(), i32> {
 #[inline(always)]
 pub(crate) unsafe fn write<T>(address: *mut T, value: T) -> Result<(), i32> {
     check(address)?;
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { address.write(value) };
     Ok(())
 }
@@ -138,7 +138,7 @@ pub(crate) unsafe fn write<T>(address: *mut T, value: T) -> Result<(), i32> {
 #[inline(always)]
 pub(crate) unsafe fn read<T: Copy>(address: *const T) -> Result<T, i32> {
     check(address)?;
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     Ok(unsafe { address.read() })
 }
 
@@ -148,7 +148,7 @@ pub(crate) unsafe fn read<T: Copy>(address: *const T) -> Result<T, i32> {
 /// An address that is neither null nor misaligned may be written.
 pub(crate) unsafe fn answered(address: *mut Error, result: Result<i32, Error>) -> Result<i32, i32> {
     result.map_err(|refused| {
-        // SAFETY: the caller's promise. Null is allowed: the status alone is wanted.
+        // SAFETY: guaranteed by the caller. Null is allowed: only the status is read then.
         let _ = unsafe { write(address, refused) };
         refused.status
     })

@@ -116,7 +116,7 @@ pub(crate) fn row(number: i32) -> Option<&'static Row> {
 
 /// The numbers of the parameters that the core calls by a name: that one, or all of the group of that name.
 pub(crate) fn numbers(name: &str) -> impl Iterator<Item = i32> {
-    // Of a range the core names the ends.
+    // The core names the ends of a range.
     let name = match name {
         "limit_low" | "limit_high" => "limit",
         other => other,

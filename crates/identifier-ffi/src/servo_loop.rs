@@ -26,7 +26,7 @@ unsafe fn commanded<C: Default>(
         Ok((command, event)) => (command, Ok(event)),
         Err(status) => (C::default(), Err(status)),
     };
-    // SAFETY: the caller's promise; it was checked.
+    // SAFETY: guaranteed by the caller; it was checked.
     unsafe { address.write(command) };
     answer
 }
@@ -73,7 +73,7 @@ macro_rules! closed {
             settings: *const Settings,
             count: i32,
         ) -> Result<i32, Error> {
-            // SAFETY: the caller's promise.
+            // SAFETY: guaranteed by the caller.
             unsafe {
                 let object = storage(object, size)?;
                 let servo_loop: Loop = given(settings)?.build()?;
@@ -252,7 +252,7 @@ macro_rules! closed_on_words {
     };
 }
 
-/// With the paper's law for a and b.
+/// With the paper's estimator of a and b.
 pub mod gradient {
     use identifier_core::identifier::GradientIdentifier;
     use identifier_core::parameters::Unknowns;
@@ -291,7 +291,7 @@ pub mod gauss_newton {
         servo_id_gauss_newton_loop_estimates
         servo_id_gauss_newton_loop_init_from_constants servo_id_gauss_newton_loop_machine_estimates;
 
-        /// Continues the first fit by at most so many blocks.
+        /// Continues the first fit by at most this number of blocks.
         fn servo_id_gauss_newton_loop_work(object: *mut GaussNewtonLoop, blocks: u32) {
             // SAFETY: the header's conditions.
             let own = unsafe { content(object) }?;
@@ -302,7 +302,7 @@ pub mod gauss_newton {
     }
 }
 
-/// With the paper's law in fixed point for a and b.
+/// With the paper's estimator of a and b in fixed point.
 pub mod fixed_point {
     use identifier_core::parameters::Unknowns;
 

@@ -142,7 +142,7 @@ impl Given {
         settings
     }
 
-    /// Both sides of the box and all three ranges are given, or none of them.
+    /// Both sides of the parameter range and all three ranges are given, or none of them.
     fn incomplete(&self) -> Option<i32> {
         use parameter as p;
         let groups: [&[i32]; 2] = [
@@ -174,7 +174,7 @@ impl Given {
 /// # Safety
 /// As the header says.
 pub(crate) unsafe fn given<'a>(settings: *const Settings) -> Result<&'a Given, Error> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     Ok(unsafe { shared(settings) }?)
 }
 
@@ -187,7 +187,7 @@ unsafe fn choose_gamma(
     samples: u32,
     with_coulomb: bool,
 ) -> Result<i32, Error> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let given = unsafe { content(settings) }?;
     let chosen = if with_coulomb {
         gamma::<Unknowns<3>, 3>(given, amplitude, hold, samples)

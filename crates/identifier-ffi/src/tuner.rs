@@ -43,9 +43,9 @@ pub struct Tuning {
     pub feed_forward: [f64; 5],
     /// ω of the poles, rad/s.
     pub bandwidth: f64,
-    /// The step that the promise is for, rad.
+    /// The step of the predicted response, rad.
     pub step: f64,
-    /// From 10 to 90 % of it, s: as it is, at the quickest and at the slowest.
+    /// From 10 to 90 % of it, s: nominal, fastest and slowest.
     pub rise_time: [f64; 3],
     /// Beyond the step, a part of it.
     pub overshoot: f64,
@@ -93,7 +93,7 @@ impl Content for Working {
 }
 
 impl Given {
-    /// The goal of gains: as stiff as the servo bears unless another was given.
+    /// The goal of gains: as stiff as the servo permits, unless another was given.
     pub(crate) fn goal(&self) -> Goal {
         match (self.value(p::RESPONSE_TIME), self.value(p::LOOP_BANDWIDTH)) {
             (Some(time), _) => Goal::ResponseTime(time),
@@ -251,7 +251,7 @@ unsafe fn build(
     settings: *const Settings,
     servo: *const Servo,
 ) -> Result<i32, Error> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let object = storage(tuner, size)?;
         let given = given(settings)?;
@@ -268,12 +268,12 @@ unsafe fn build(
 /// As the header says.
 unsafe fn work(tuner: *mut Tuner, slices: u32, tuning: *mut Tuning) -> Result<i32, Error> {
     check(tuning)?;
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let own = unsafe { content(tuner) }?;
     for _ in 0..slices {
         if let Some(done) = own.tuner.work(&mut own.state) {
             let found = done.map_err(|refused| Error::tuning(&refused, |_| false))?;
-            // SAFETY: the caller's promise; it was checked.
+            // SAFETY: guaranteed by the caller; it was checked.
             unsafe { tuning.write(found.into()) };
             return Ok(status::OK);
         }
@@ -326,7 +326,7 @@ face! {
         unsafe { answered(error, build(tuner, size, settings, servo)) }
     }
 
-    /// At most so many slices of work.
+    /// At most this number of slices of work.
     fn servo_id_tuner_work(
         tuner: *mut Tuner,
         slices: u32,

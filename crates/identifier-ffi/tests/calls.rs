@@ -63,7 +63,7 @@ const NO_ERROR: Error = Error {
     high: 0.0,
 };
 
-/// Settings that every law accepts.
+/// Settings that every estimator accepts.
 fn settings() -> Settings {
     let mut own = Settings::empty();
     let at = &raw mut own;

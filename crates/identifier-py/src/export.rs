@@ -10,8 +10,8 @@ use crate::fault::value_error;
 /// of the model have already, kg·m²; largest command.
 type Stated = (String, String, Option<f64>, Option<f64>, f64, Option<f64>);
 
-/// Joints in a format, by the scale of each result where neither torque constant nor inertia is stated; `ratios` for an
-/// inertia of 1, `resistance` of the motor's winding, Ω, where the command is its voltage.
+/// Joints in a format. Without torque constant or inertia, the scale of each result is used. `ratios` exports an
+/// inertia of 1. `resistance` is that of the motor's winding, Ω, if the command is its voltage.
 ///
 /// # Errors
 /// `ValueError`: a format that there is not, a result that has not converged unless that is accepted, or what it lacks.
@@ -39,7 +39,7 @@ pub(crate) fn export(
         let identified = Identified::read(result, *limit).map_err(value_error)?;
         if let Some(doubt) = identified.doubt().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
-                "{name}: {doubt}: a model of it would be a guess; see to that first, or accept_unconverged=True"
+                "{name}: {doubt}: its model would be a guess; correct that first, or pass accept_unconverged=True"
             )));
         }
         let scale = constant.map(Scale::TorqueConstant);
@@ -47,8 +47,8 @@ pub(crate) fn export(
         let scale = scale.or(ratios.then_some(Scale::Ratios)).or(identified.scale());
         let scale = scale.ok_or_else(|| {
             value_error(format!(
-                "{name}: the scale of torques is open: state torque_constant (N·m per command unit) or inertia (kg·m²), or \
-                 ratios=True for an inertia of 1"
+                "{name}: the log does not determine torques: state torque_constant (N·m per command unit) or inertia \
+                 (kg·m²), or ratios=True for an inertia of 1"
             ))
         })?;
         let joint = identified.joint(name, scale, *links).map_err(value_error)?;

@@ -108,7 +108,7 @@ pub(crate) fn page(
     })
 }
 
-/// The samples of a log in SI, as they are identified from: time, position, and command and reference where it has them.
+/// The samples of a log in SI, as used for identification: time, position, and command and reference if present.
 ///
 /// # Errors
 /// As [`recognise_log`] and [`identify_log`].

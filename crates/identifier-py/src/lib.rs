@@ -1,5 +1,5 @@
-//! The native half of the Python package `servo_id`: scenarios as text and columns of numbers in, results as JSON and
-//! columns of numbers out. The package's Python half gives them names, types and pictures.
+//! The native part of the Python package `servo_id`. It takes scenarios as text and columns of numbers, and returns
+//! results as JSON and columns. The package's Python half gives them names, types and pictures.
 //!
 //! A call releases Python's global lock while it computes. A fault of the caller's is a `ValueError` with the remedy.
 

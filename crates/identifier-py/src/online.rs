@@ -68,7 +68,8 @@ impl Online {
         self.identifier().resume();
     }
 
-    /// Samples so far, the estimates, their standard errors where the law knows them, and the names of those at a bound.
+    /// Samples so far, the estimates, their standard errors if the estimator has them, and the names of those at a
+    /// bound.
     fn found(&self) -> (u64, Named, Option<Named>, Vec<&'static str>) {
         let identifier = self.identifier();
         let estimated = identifier.estimated();

@@ -8,12 +8,12 @@ use pyo3::prelude::*;
 
 use crate::fault::value_error;
 
-/// Gains for a result's JSON under conditions by name, as JSON, in the form of a drive's firmware where one is named, and the
-/// assumptions that they rest on.
+/// Gains for a result's JSON under named conditions, as JSON, with their assumptions. If a firmware is named, the gains
+/// are in its form.
 ///
 /// # Errors
-/// `ValueError`: a result that has not converged unless that is accepted, a condition that is not known or not allowed,
-/// or why there are no gains.
+/// `ValueError`: an unconverged result that is not accepted, an unknown or wrong condition, or the reason why there are
+/// no gains.
 #[pyfunction]
 pub(crate) fn tune(
     py: Python<'_>,
@@ -26,7 +26,7 @@ pub(crate) fn tune(
         let identified = IdentifiedResult::read(result).map_err(value_error)?;
         if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
-                "{doubt}: gains for it would be a guess; see to that first, or accept_unconverged=True"
+                "{doubt}: its gains would be a guess; correct that first, or pass accept_unconverged=True"
             )));
         }
         let (goal, mut conditions) = stated(&conditions)?;
@@ -69,7 +69,7 @@ fn stated(named: &BTreeMap<String, f64>) -> PyResult<(Goal, Conditions)> {
             "torque_constant" => &mut conditions.torque_constant,
             "bus_voltage" => &mut conditions.bus_voltage,
             "max_current" => &mut conditions.max_current,
-            _ => return Err(value_error(format!("{name} is no condition of gains"))),
+            _ => return Err(value_error(format!("{name} is not a condition of tuning"))),
         };
         *place = Some(value);
     }
@@ -85,7 +85,7 @@ fn refusal(error: &NoGains) -> PyErr {
         } => {
             let instead = rise_time.map(|least| format!(", with a rise time of {least:.4} s"));
             value_error(format!(
-                "{cap} allows {most:.2} rad/s{}: ask for less, or state no goal for the stiffest gains",
+                "{cap} allows {most:.2} rad/s{}: ask for less, or state no goal to get the stiffest gains",
                 instead.unwrap_or_default()
             ))
         }

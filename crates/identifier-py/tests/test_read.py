@@ -174,7 +174,7 @@ class Ros(Logs):
         self.refused(self.bag("text", text), "/rosout", "/joint_states")
         number = lambda types, values: zip(self.stamps, map(types["std_msgs/msg/Float64"], values))
         one = lambda types: {"/effort": ("std_msgs/msg/Float64", number(types, self.log["command"].tolist()))}
-        self.refused(self.bag("one", one), "/effort", "a position and the command")
+        self.refused(self.bag("one", one), "/effort", "needs the position")
         self.refused(self.folder, "rosbags", "metadata")
 
     def test_a_newer_format_is_a_sentence(self):
@@ -271,7 +271,7 @@ class OfOthers(Logs):
         np.savez(path, q=np.array([{}]))
         self.refused(path, "numpy")
         np.savez(path, q=self.log["position"], u=self.log["command"][1:])
-        self.refused(path, "of one length")
+        self.refused(path, "the same length")
 
     def test_records_and_lists_of_json_are_columns(self):
         path = self.folder / "axis.json"
@@ -282,7 +282,7 @@ class OfOthers(Logs):
         del records[5]["position"]
         path.write_text(json.dumps(records))
         self.identified(path)
-        for text, said in [("[[1, 2]]", "list of records"), ("{", "write the file anew"), ("", "empty"), ("[]", "two columns")]:
+        for text, said in [("[[1, 2]]", "list of records"), ("{", "write the file again"), ("", "empty"), ("[]", "two columns")]:
             path.write_text(text)
             self.refused(path, said)
         self.refused(self.folder / "none.json", "no such file")

@@ -55,7 +55,7 @@ impl Experiment {
         for sample in &self.samples {
             summariser.add(sample);
         }
-        // The events of the recursive law are none of the fit.
+        // The events of the recursive estimator do not concern the fit.
         let outcome = Outcome {
             samples: self.outcome.samples,
             abort: self.outcome.abort,
@@ -72,8 +72,8 @@ impl Experiment {
         Tuned::stiffest(&self.scenario, summary).map(|(tuned, _)| tuned)
     }
 
-    /// The step of the true servo under gains and a cut-off, rad/s: the positions, rad, from the step on, after the
-    /// servo has settled for as long as the step is then watched, `time`, s.
+    /// The step response of the true servo under gains and a cut-off, rad/s: positions, rad, from the step on. Before
+    /// it the servo settles for `time`, s, and the step is watched as long.
     ///
     /// # Errors
     /// The key that something cannot be built from.

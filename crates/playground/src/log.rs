@@ -18,8 +18,8 @@ pub struct Identified {
     pub sample_time: f64,
     /// Samples.
     pub samples: u64,
-    /// Of every sample time, s, position, rad, and what the model leaves of it, rad, running free in windows; NaN where that is
-    /// not known.
+    /// For every sample: time, s, position, rad, and residual of an open-loop simulation in windows, rad. NaN if
+    /// unknown.
     pub rows: Vec<[f64; 3]>,
     /// Length of a window, s.
     pub window: Option<f64>,

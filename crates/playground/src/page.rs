@@ -83,7 +83,7 @@ impl Page {
         }
     }
 
-    /// Gains with their promise, margins and the command and step that they are for.
+    /// Gains with predicted response, margins, and the command and step that they are for.
     fn gains(&mut self, tuned: &Tuned) {
         let Tuned {
             tuning, settings, ..
@@ -108,7 +108,7 @@ impl Page {
         );
     }
 
-    /// Gains for a servo that is not here, and, behind the numbers, the step that they promise.
+    /// Gains for a servo that is not here, and, after the numbers, the predicted step.
     ///
     /// # Errors
     /// Why there are none.
@@ -185,7 +185,7 @@ pub extern "C" fn run() -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn judge() -> u32 {
     answer(|page| {
-        let experiment = page.experiment.as_ref().ok_or("nothing has run")?;
+        let experiment = page.experiment.as_ref().ok_or("nothing has run yet")?;
         let summary = experiment.summary();
         page.result(&summary);
         page.summary = Some(summary);
@@ -193,15 +193,14 @@ pub extern "C" fn judge() -> u32 {
     })
 }
 
-/// Gains for the result of the last verdict, or why there are none, and the true servo's step before and, behind it,
-/// after tuning.
+/// Gains for the last result, or why there are none. The true servo's step before tuning, then after it.
 #[unsafe(no_mangle)]
 pub extern "C" fn tune() -> u32 {
-    /// Of a loop that is not tuned, s.
+    /// For a loop that is not tuned, s.
     const SHOWN_UNTUNED: f64 = 1.0;
     answer(|page| {
         let (Some(experiment), Some(summary)) = (&page.experiment, &page.summary) else {
-            return Err("nothing was judged".to_owned());
+            return Err("no verdict".to_owned());
         };
         let (before, cutoff) = experiment.controller();
         let step = |controller, cutoff, size: f64, time: f64| {
@@ -241,9 +240,9 @@ pub extern "C" fn scenario() -> u32 {
     })
 }
 
-/// Identifies the log in the buffer, behind a text of `stated` bytes: answers to questions, a line each, the flag and the
-/// answer divided by a tab. The numbers are time, position and what the model leaves of its samples; questions that are open are lines
-/// that begin with a question mark. Behind the rows is the step that the gains for the result promise.
+/// Identifies the log in the buffer, which follows a text of `stated` bytes. The text has answers to questions, one per
+/// line: flag, tab, answer. The numbers are time, position and residual of its samples. Open questions are lines that
+/// begin with a question mark. After the rows follows the predicted step of the gains for the result.
 #[unsafe(no_mangle)]
 pub extern "C" fn identify(stated: usize) -> u32 {
     answer(|page| {

@@ -9,12 +9,10 @@ use crate::{Filtered, LeastSquaresConfig, StateVariableFilter};
 /// Recursive least squares with forgetting factor on filtered input and output: the method that
 /// the paper compares itself with.
 ///
-/// Dividing (2) with d = 0 by Λ(s) = (s + λ)²/λ² leaves signals that follow from
-/// position and command: q̈_f = −a q̇_f + b u_f. Both filters are the exact zero-order-hold step
-/// of the same Λ over the sample just passed: the command was held, and a position taken as
-/// straight between two samples has the held velocity Δq. The prediction error
-/// q̈_f − θ̂ᵀ[−q̇_f, u_f] drives the usual recursion with forgetting factor (Nelles, Nonlinear
-/// System Identification, 2001, section 3.2).
+/// Dividing (2) with d = 0 by Λ(s) = (s + λ)²/λ² leaves signals that follow from position and command: q̈_f = −a q̇_f +
+/// b u_f. Both filters are the exact zero-order-hold step of the same Λ over the last sample. The command was held. A
+/// position that is linear between two samples has the held velocity Δq. The prediction error q̈_f − θ̂ᵀ[−q̇_f, u_f]
+/// drives the usual recursion with forgetting factor (Nelles, Nonlinear System Identification, 2001, section 3.2).
 ///
 /// It needs command and motion of the servo, not the controller, so it takes recorded logs too. It has no term for a
 /// constant load: a load biases it.

@@ -4,9 +4,8 @@ use identifier_core::units::Units;
 
 /// λ²/(s + λ)², stepped exactly for a held input, with its rate.
 ///
-/// Dividing a differential equation by Λ(s) = (s + λ)²/λ² leaves signals that are all to be had
-/// from what was measured (Sastry and Bodson, Adaptive Control: Stability, Convergence and
-/// Robustness, 1989, section 2.2).
+/// Dividing a differential equation by Λ(s) = (s + λ)²/λ² leaves signals that follow from the measured ones (Sastry and
+/// Bodson, Adaptive Control: Stability, Convergence and Robustness, 1989, section 2.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateVariableFilter<N> {
     transition: [[N; 2]; 2],

@@ -51,8 +51,8 @@ impl<P: SetDutyCycle, D: OutputPin> Actuator<f32> for PwmDirection<P, D> {
     #[inline]
     fn hold(&mut self, command: f32) -> Result<(), Self::Error> {
         let fraction = fraction(command, self.per_unit);
-        // The direction first: the old duty in the new direction lasts shorter than the new duty
-        // in the old one, and a pin that changes with a period waits for its duty.
+        // The direction first: so the old duty acts in the new direction for less time than the new duty would in the
+        // old one. A pin that changes with the period waits for its duty.
         self.direction
             .set_state((fraction >= 0.0).into())
             .map_err(BridgeError::Direction)?;

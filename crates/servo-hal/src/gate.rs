@@ -2,7 +2,7 @@ use embedded_hal::digital::OutputPin;
 
 use identifier_core::drive::Actuator;
 
-/// An output stage with an enable or brake pin: high while a command is held, low while it is disabled.
+/// An output stage with an enable or brake pin: high while it holds a command, low while disabled.
 #[derive(Debug)]
 pub struct Gate<A, E> {
     stage: A,

@@ -73,8 +73,8 @@ impl Port {
             Err(error) => Err(PortError {
                 port: name.to_owned(),
                 fault: format!(
-                    "cannot be opened: {error}; a port is the name of a serial device, as \
-                     /dev/ttyUSB0, or tcp:HOST:PORT"
+                    "cannot be opened: {error}; a port is the name of a serial device, such as /dev/ttyUSB0, or \
+                     tcp:HOST:PORT"
                 ),
             }),
         }
@@ -168,7 +168,7 @@ impl Port {
     fn broken(&self, error: &io::Error) -> PortError {
         match error.kind() {
             ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => self.fault(
-                "the other end has gone: it was switched off, or speaks with another program now",
+                "the connection is closed: the drive was switched off, or another program uses it",
             ),
             _ => self.fault(error),
         }

@@ -71,7 +71,7 @@ impl Friction {
         self.coulomb + self.low_speed + self.load_dependent * push.abs()
     }
 
-    /// The deceleration at a velocity, sliding in a direction, which is ±1, under a push of the motor.
+    /// The deceleration at a velocity, in a direction of ±1, under a force of the motor.
     #[inline]
     pub(crate) fn deceleration(&self, velocity: f64, direction: f64, push: f64) -> f64 {
         let mut level = self.coulomb + self.load_dependent * push.abs();

@@ -200,7 +200,7 @@ mod tests {
             },
         ];
         for effects in cases {
-            // The error of a step goes with the fifth power of its length.
+            // The error of a step is proportional to the fifth power of its length.
             let coarse = positions(&effects, Integrator::TOLERANCE, SAMPLE_TIME);
             let fine = positions(&effects, Integrator::TOLERANCE / 32.0, SAMPLE_TIME / 2.0);
             assert!(

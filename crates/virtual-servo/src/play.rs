@@ -1,7 +1,7 @@
 //! The backlash between a motor and the encoder on its load.
 
 /// The load is at standstill while the motor is within the backlash. The end of the backlash at the motor takes it
-/// along (the play operator of hysteresis).
+/// along (in mathematics the play operator of hysteresis).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Play {
     half: f64,

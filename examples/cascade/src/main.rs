@@ -1,14 +1,13 @@
-//! A firmware with a controller of its own, a cascade with feed-forward and a limit, which it keeps.
-//! The identifier only observes: it gets the encoder's increment and the acting command, and needs neither
-//! the cascade nor the servo. It records; its first fit is made in the main loop, a few blocks at a time, and
-//! from then on every sample improves the estimates.
+//! A firmware with a controller of its own, a cascade with feed-forward and a limit, which it keeps. The identifier
+//! only observes: it gets the encoder's increment and the acting command, and needs neither the cascade nor the servo.
+//! It records. The main loop makes the first fit, a few blocks at a time. After it every sample improves the estimates.
 //!
 //! ```sh
 //! cargo build --release -p cascade --target thumbv7em-none-eabihf
 //! ```
 //!
-//! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is a few lines of
-//! arithmetic, so that it runs in an emulator too; it ends well if the gain is found within 2 %.
+//! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is simulated by a few lines, so the
+//! example also runs in an emulator. It succeeds if the gain is found within 2 %.
 #![no_std]
 #![no_main]
 

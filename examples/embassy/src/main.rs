@@ -1,9 +1,9 @@
 //! An [embassy](https://embassy.dev) firmware that identifies its servo while the core's PID drives it.
 //!
-//! Samples are a task of an executor in an interrupt, which preempts everything else; the SysTick wakes it. Every so often it
-//! sends a snapshot of the estimates, a few words, to a task of the thread's executor, which converts them to SI and
-//! reports. The configuration is built once and shared by both. Of the crate `lm3s6965` only the number of an interrupt is
-//! used, which every Cortex-M has: put that of your chip in its place.
+//! Samples are a task of an executor in an interrupt, which preempts everything else; the SysTick wakes it. It
+//! regularly sends a snapshot of the estimates to a task of the thread executor, which converts them to SI and reports.
+//! The configuration is built once and shared by both. The crate `lm3s6965` gives only the number of an interrupt: use
+//! that of your chip instead.
 //!
 //! ```sh
 //! cargo build --release -p embassy --target thumbv7em-none-eabihf
@@ -50,7 +50,7 @@ fn SSI0() {
     unsafe { SAMPLES.on_interrupt() }
 }
 
-/// PID and gradient law, certified for a box of servos.
+/// PID and gradient estimator, certified for a parameter range.
 fn build() -> Result<Loop, SettingsError> {
     Settings::new(SAMPLE_TIME.into(), COUNTS_PER_REV.into())
         .with_pid(9.0, 0.19, 4.0, 2.0)

@@ -4,8 +4,8 @@
 //! cargo build --release -p firmware --target thumbv7em-none-eabihf
 //! ```
 //!
-//! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is a few lines of
-//! arithmetic, so that it runs in an emulator too; it ends well if the gain is found within 2 %.
+//! (or `thumbv6m-none-eabi`, or `thumbv8m.main-none-eabihf`). Here the servo is simulated by a few lines, so the
+//! example also runs in an emulator. It succeeds if the gain is found within 2 %.
 #![no_std]
 #![no_main]
 

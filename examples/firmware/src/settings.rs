@@ -3,7 +3,7 @@
 use identifier_core::settings::SettingsError;
 use identifier_core::{AB, GradientLoop, Settings};
 
-/// PID and gradient law over a and b.
+/// PID and gradient estimator of a and b.
 pub type Loop = GradientLoop<f32, AB>;
 
 /// Certifies and builds the loop, for a sample time of a millisecond and an encoder of 10 000 counts.

@@ -1,4 +1,4 @@
-//! A servo of a few lines, in place of a timer in encoder mode and a PWM, and the end of a program in an emulator.
+//! A simulated servo instead of a timer in encoder mode and a PWM, and the end of a program in an emulator.
 #![no_std]
 
 use cortex_m_semihosting::debug;

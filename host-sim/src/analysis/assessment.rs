@@ -126,7 +126,7 @@ impl Assessment {
             unknowns,
             fit: found.profile.map(|profile| FitEvidence {
                 profile,
-                // The model of a law may have nothing for which that matters.
+                // The model of an estimator may have nothing for which that matters.
                 reverses: true,
                 delay_at_bound: false,
                 was_stopped: false,
@@ -187,7 +187,7 @@ impl Scale {
     fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
         let Lacking { entered, share } = lacking;
         let parts = effects(entered.cause);
-        // Of a size that has a speed or a slope beside it the size itself, of two masses their twist; of a wave both parts.
+        // For a size with a speed or a slope the size itself, for two masses their twist; of a wave both parts.
         let size = match parts {
             [Effect::LowSpeed, _] => values.get(Effect::LowSpeed),
             [Effect::Compliance, ..] => values.twist(),

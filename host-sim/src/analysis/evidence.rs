@@ -100,7 +100,7 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
     let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
     if slowed > MAX_SLOWED_SHARE {
         reason.push_str(&format!(
-            "; the guard slowed {:.0} % of the updates: gamma is larger than the sample time bears",
+            "; the guard slowed {:.0} % of the updates: gamma is too large for the sample time",
             100.0 * slowed
         ));
     }
@@ -108,15 +108,15 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
         && margin < SampledLoop::AMPLE_GAIN_MARGIN
     {
         reason.push_str(&format!(
-            "; the sampled loop keeps a gain margin of only {margin:.1} over the box: below \
-             {} the estimates may wander, sample faster or lower the gains",
+            "; the sampled loop has a gain margin of only {margin:.1} over the parameter range: below {} the \
+             estimates may wander, so sample faster or lower the gains",
             SampledLoop::AMPLE_GAIN_MARGIN
         ));
     }
     let events = &outcome.events;
     if events.restarted > 0 {
         reason.push_str(&format!(
-            "; on the way its errors were too large for too long, and the model was started again: {}",
+            "; its errors were too large for too long, and the model was restarted: {}",
             match events.restarted {
                 1 => "once".to_owned(),
                 times => format!("{times} times"),

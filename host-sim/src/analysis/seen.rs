@@ -275,7 +275,7 @@ mod tests {
     use crate::scenario::Purpose;
     use crate::simulate;
 
-    /// What is seen of the simulated servo a = 2, b = 180, c = 10, d = 12.
+    /// The analysis of the simulated servo a = 2, b = 180, c = 10, d = 12.
     fn seen() -> Seen {
         let text = "plant = { a = 2.0, b = 180.0, coulomb = 10.0, load = 12.0 }
             identifier = { law = \"fit\" }
@@ -353,7 +353,7 @@ mod tests {
         motion.response(&errors)
     }
 
-    /// Windows of that record, which hardly overlap.
+    /// Windows of that record with little overlap.
     const WINDOWS: f64 = 17.0;
 
     /// Three standard errors of a gain at its coherence, part of it, and a hundredth for the window's width.

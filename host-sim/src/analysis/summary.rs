@@ -268,7 +268,7 @@ impl Summariser {
             let whole = whole.as_ref();
             whole.map(|whole| Assessment::of_fit(whole, &unknowns))
         } else if cfg!(feature = "experiments") && outcome.abort.is_none() {
-            // A page with the fit of a whole record has no other law.
+            // A page with the fit of a whole record has no other estimator.
             let judged = Judged {
                 scenario,
                 servo: judged,

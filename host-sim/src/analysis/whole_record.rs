@@ -120,7 +120,7 @@ impl Scale {
                 _ => None,
             };
             let own = log_fit::effects(cause).iter();
-            // Of a shaft its twist, or the second mass.
+            // For a shaft its twist, or the second mass.
             let is_there = |effect: &Effect| cause != Cause::Resonance || value(*effect) != 0.0;
             let no_terms = own.filter(|effect| term(**effect).is_none() && is_there(effect));
             let sizes = no_terms.map(|&effect| (name(effect), value(effect)));

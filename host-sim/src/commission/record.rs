@@ -42,13 +42,13 @@ pub struct Outcome {
     pub tuning: Option<Tuning>,
     /// The effects that its model lacks, by the fit of all that it recorded.
     pub effects: Vec<Cause>,
-    /// The reason why no gains were found, with the value that would do.
+    /// The reason why no gains were found, with the possible value.
     pub no_gains: Option<NoGains>,
     /// Measurements of the trial up to where it ended.
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
     pub noise: f64,
-    /// The frequency response that slides have measured; none where the axis had no room for them.
+    /// The measured frequency response; none if the axis had too little travel for it.
     pub response: Option<FrequencyResponse>,
     /// Its phases, and how far the servo went.
     pub course: Course,

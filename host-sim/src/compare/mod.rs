@@ -28,7 +28,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         scenario.identifier.arithmetic = Arithmetic::F32;
     }
-    // The stated servo stays, for the laws that need it; the tuning of a law does not.
+    // The stated servo stays for the estimators that need it; the tuning of an estimator does not.
     let stated = &mut scenario.stated.identifier;
     let unstated = IdentifierSettings {
         max_speed: stated.max_speed,

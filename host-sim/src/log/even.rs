@@ -273,7 +273,7 @@ impl<'a> Piece<'a> {
     fn of(rows: &'a [Row]) -> Self {
         let mut measured: Vec<&Row> = Vec::new();
         for row in rows.iter().filter(|row| row.position.is_finite()) {
-            // Of two positions at one time the first counts.
+            // If two positions have the same time, the first counts.
             if measured.last().is_none_or(|last| row.time > last.time) {
                 measured.push(row);
             }

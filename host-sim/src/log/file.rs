@@ -94,7 +94,7 @@ impl Log {
         let in_file = |fault: String| LogError::in_file(path, fault);
         let column = |fault: &str| LogError::in_column(path, &settings.position, fault.to_owned());
         if sample_time.is_none() && !settings.has_sample_time() {
-            let fault = "nothing says how long a sample lasts: state log.sample_time";
+            let fault = "the sample time is unknown: state log.sample_time";
             return Err(in_file(fault.to_owned()));
         }
         let (mut rows, left_out) = rows(table, settings, sample_time.unwrap_or(f64::NAN))?;
@@ -108,7 +108,7 @@ impl Log {
         if measured < Self::MIN_SAMPLES {
             let cut = match left_out {
                 0 => String::new(),
-                rows => format!(", as log.cut leaves {rows} rows out"),
+                rows => format!(", because log.cut leaves out {rows} rows"),
             };
             let least = Self::MIN_SAMPLES;
             return Err(in_file(format!(
@@ -116,7 +116,7 @@ impl Log {
             )));
         }
         if is_backwards(&rows) {
-            let fault = "time goes back from row to row, as of a log whose last row is the first: sort its rows by time";
+            let fault = "time decreases from row to row: sort the rows by time";
             return Err(in_file(fault.to_owned()));
         }
         hold(&mut rows);
@@ -126,7 +126,7 @@ impl Log {
                     "the time is the same in all rows of column {time}: state another column as log.time, or no log.time \
                      and log.sample_time"
                 ),
-                None => "nothing says how long a sample lasts: state log.sample_time".to_owned(),
+                None => "the sample time is unknown: state log.sample_time".to_owned(),
             };
             return Err(in_file(fault));
         };
@@ -160,8 +160,8 @@ impl Log {
         let (low, high) = extremes(log.rows.iter().map(|row| row.position));
         if low >= high {
             return Err(column(&format!(
-                "the position is the same in all {measured} samples: a servo that does not move shows nothing; state the \
-                 column of the measured position as log.position, or let it move"
+                "the position is the same in all {measured} samples: state another column as log.position, or record \
+                 a servo that moves"
             )));
         }
         Ok(log)
@@ -344,15 +344,15 @@ fn unwrap(rows: &mut [Row], settings: &LogSettings) -> Result<Option<f64>, Strin
                 _ => "",
             };
             return Err(format!(
-                "the position begins again as one in {name} does, and log.position_unit is \"{own}\": state \
-                 log.position_unit = \"{name}\"{counts}, or log.wrap, after how many {own} it begins again (0: it \
-                 does not)"
+                "the position wraps as one in {name} does, but log.position_unit is \"{own}\": state \
+                 log.position_unit = \"{name}\"{counts}, or log.wrap, the period of the wrap in {own} (0: it does \
+                 not wrap)"
             ));
         }
         Some(Period::Unknown(period)) => {
             return Err(format!(
-                "the position jumps by about {period:.4} again and again, as one that begins again: state log.wrap, \
-                 the exact period in log.position_unit (0: it does not begin again)"
+                "the position jumps by about {period:.4} again and again, as if it wrapped: state log.wrap, the \
+                 exact period in log.position_unit (0: it does not wrap)"
             ));
         }
     };
@@ -384,10 +384,10 @@ fn check_rate(
     let is_stated = |step: f64| (step / stated - 1.0).abs() < TOLERANCE;
     let advice = match settings.other_time_unit(usual, is_stated) {
         Some(unit) => format!("; state log.time_unit = \"{}\"", unit.name()),
-        None => "; look at log.time_unit, too".to_owned(),
+        None => "; check log.time_unit, too".to_owned(),
     };
     let fault = format!(
-        "its samples are {usual:.6e} s apart, where controller.sample_time or log.sample_time is {stated} s: they must \
+        "its samples are {usual:.6e} s apart, but controller.sample_time or log.sample_time is {stated} s: they must \
          agree to {} %{advice}",
         100.0 * TOLERANCE
     );
@@ -404,11 +404,11 @@ impl AsRef<[Self]> for Log {
 impl Stretch {
     /// True if the servo is at standstill at the first sample, to a resolution of the position.
     ///
-    /// It does if the first step shows no motion, or the beginning of one. Under a held command, steps from rest are as
-    /// 1 to 3, and steps at a velocity v are v + 1 to v + 3. So 3Δ₁ − Δ₂ is twice the velocity at the first sample. It
-    /// counts as none if rounding explains it (at most half a resolution for each of three positions), or a command
-    /// that changed meanwhile. Behind a break a servo is assumed to be in motion, because it mostly is and a slow
-    /// motion cannot be detected.
+    /// It does if the first step shows no motion, or the beginning of one. Under a held command, steps from standstill
+    /// are 1 and 3 units, and steps at a velocity v are v + 1 and v + 3. So 3Δ₁ − Δ₂ is twice the velocity at the first
+    /// sample. It counts as zero if quantisation (at most half a resolution for each of three positions) or a changed
+    /// command explains it. Behind a break a servo is assumed to be in motion, because it mostly is and a slow motion
+    /// cannot be detected.
     pub(crate) fn begins_at_rest(&self, resolution: f64) -> bool {
         const ROUNDING: f64 = 4.0;
         const COMMAND_CHANGE: f64 = 0.5;

@@ -360,7 +360,7 @@ mod tests {
             });
             let log = Log::new(&columns, &settings, settings.sample_time);
             let refused = log.expect_err("it is refused").to_string();
-            assert!(refused.contains("whole number of them"), "{refused}");
+            assert!(refused.contains("inner.sample_time"), "{refused}");
         }
     }
 }

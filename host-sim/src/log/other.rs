@@ -18,7 +18,7 @@ const KINDS: [Kind; 8] = [
     }),
     ("a MAT-file", "[mat]", |bytes| bytes.starts_with(b"MATLAB ")),
     // Its first file is an array: the name stands behind a header of 30 bytes, in which its length is.
-    ("arrays of numpy", "", |bytes| {
+    ("an archive of NumPy arrays", "", |bytes| {
         let length = bytes.get(26..28).map_or(0, |of| usize::from(of[0]));
         let name = bytes.get(30..).and_then(|rest| rest.get(..length));
         bytes.starts_with(b"PK\x03\x04") && name.is_some_and(|name| name.ends_with(b".npy"))
@@ -39,13 +39,13 @@ pub(super) fn fault(path: &Path, beginning: &[u8]) -> Option<String> {
 pub(super) fn of_folder(path: &Path) -> String {
     match path.join("metadata.yaml").is_file() {
         true => in_python(path, BAG, ROS),
-        false => "this is a folder, where a log belongs".to_owned(),
+        false => "this is a folder: a log must be a file".to_owned(),
     }
 }
 
 fn in_python(path: &Path, what: &str, extra: &str) -> String {
     format!(
-        "this is {what}, which the Python package reads (pip install 'servo-id{extra}'): python -m servo_id identify \"{}\"",
+        "this is {what}: use the Python package (pip install 'servo-id{extra}'): python -m servo_id identify \"{}\"",
         path.display()
     )
 }

@@ -72,7 +72,7 @@ pub(super) fn rows(
             let of = &table.columns[place];
             let is_stamp = quantity == LogQuantity::Time && settings.units.time == TimeUnit::Stamp;
             if is_stamp && of.stamps == 0 {
-                let fault = "it has no times such as 2026-11-22T06:25:00.125".to_owned();
+                let fault = "it must be a time such as 2026-11-22T06:25:00.125".to_owned();
                 return Err(LogError::in_column(&table.path, column, fault));
             }
             Ok((
@@ -113,7 +113,7 @@ pub(super) fn rows(
                 Err(why) => Some(format!("{number} is not allowed: {why}")),
             };
             if let Some(fault) = fault {
-                let fault = format!("{fault}; correct it, or leave its time out with log.cut");
+                let fault = format!("{fault}; correct it, or leave out its time with log.cut");
                 let column = column.to_string();
                 return Err(LogError::at_line(
                     &table.path,

@@ -26,8 +26,7 @@ pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, LogError> {
     if !found.is_file() {
         return Err(LogError::in_file(
             path,
-            "a log is read more than once, so it must be a file: save what comes through a pipe \
-             first"
+            "a log is read more than once, so it must be a file: save the piped data to a file first"
                 .to_owned(),
         ));
     }

@@ -197,7 +197,7 @@ mod tests {
         let hanging = FrozenServo::new(&mass, 1e-3)
             .expect("valid")
             .with_terms(&TermSettings::NONE, [(Unknown::GravitySine, -25.0)]);
-        // A pendulum: 5 rad/s for small swings about any whole turn.
+        // A pendulum: 5 rad/s for small oscillations about any whole turn.
         let mut state = hanging.start(3.0 * TAU + 0.01, 0.0, 0.0);
         let period = TAU / 5.0;
         for _ in 0..(period / 1e-3) as u32 {

@@ -18,10 +18,9 @@ pub struct OpenLoop {
 
 /// Drives a servo by the recorded command alone.
 ///
-/// **The start is fitted.** Position and velocity at the first sample of each segment minimize the error of the
-/// simulation over all of it, as is usual for published results. The first samples alone do not determine the velocity
-/// below the rounding of an encoder. Its error would accumulate to more than the model's own error. Nothing else is
-/// fitted.
+/// **The start is fitted.** Position and velocity at the first sample of each segment minimise the error of the
+/// simulation over the segment, as in published results. The first samples alone do not determine the velocity below
+/// the rounding of an encoder. Its error would accumulate to more than the model's own error. Nothing else is fitted.
 ///
 /// None where samples have no command, or the simulation leaves every bound.
 pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
@@ -162,7 +161,7 @@ mod tests {
         let found = predicted(&SERVO, &recorded(1e9)).expect("a prediction");
         assert_eq!(found.samples, 4800);
         assert!(found.rms < 1e-6 && found.largest < 1e-5, "{found:?}");
-        // Of an encoder, what it rounds away is left.
+        // For an encoder, its quantisation is left.
         let step = std::f64::consts::TAU / 4096.0;
         let found = predicted(&SERVO, &recorded(4096.0)).expect("a prediction");
         assert!(

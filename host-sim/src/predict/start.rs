@@ -10,9 +10,9 @@ pub(super) struct Motion {
     pub(super) velocity: f64,
 }
 
-/// The fit of a start: position and velocity at the first sample of a segment, so that the simulated positions are
-/// nearest to the recorded ones. It is Levenberg–Marquardt with a step for each pass over the samples. The derivatives
-/// come from simulations with slightly different starts.
+/// The fit of a start: position and velocity at the first sample of a segment. They minimise the distance between
+/// simulated and recorded positions. It is Levenberg–Marquardt with a step for each pass over the samples. The
+/// derivatives come from simulations with slightly different starts.
 #[derive(Debug, Clone)]
 pub(super) struct StartFit {
     /// The best so far, with what it left and the equations for the next step.

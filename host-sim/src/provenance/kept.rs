@@ -33,25 +33,25 @@ pub enum KeptError {
     Gone(&'static str),
     /// It is no JSON.
     #[error(
-        "this is no result: give what run, identify or commission wrote with --json, or the -metadata.json \
-         beside a CSV trace"
+        "this is not a result: give a file that run, identify or commission wrote with --json, or the -metadata.json \
+         of a CSV trace"
     )]
     NoResult,
     /// It has no origin.
     #[error(
-        "the file has no origin: only what run, identify and commission write can be reproduced, from version 0.1.0 \
-         on"
+        "the file has no provenance: only results of run, identify and commission can be reproduced, from version \
+         0.1.0 on"
     )]
     NoOrigin,
     /// A log is missing.
     #[error(
-        "the result is that of a log, {}, which is missing: restore it there, or beside the result",
+        "the log of this result, {}, is missing: restore it there, or next to the result",
         .0.display()
     )]
     NoLog(PathBuf),
     /// A log has changed.
     #[error(
-        "{} is not the log of the result: its SHA-256 differs; replay it by itself, or restore the first one",
+        "{} is not the log of the result: its SHA-256 differs; restore the original log",
         .0.display()
     )]
     OtherLog(PathBuf),

@@ -128,8 +128,8 @@ impl<'a> Candidates<'a> {
         let of = |index: usize, is_stated: bool| {
             let evidence = match self.named[index].quantity {
                 _ if is_stated => "as stated",
-                Quantity::Unknown | Quantity::Other => "by its content",
-                _ => "by its name",
+                Quantity::Unknown | Quantity::Other => "by content",
+                _ => "by name",
             };
             self.chosen(index, evidence)
         };
@@ -204,7 +204,7 @@ impl<'a> Candidates<'a> {
         all.filter(|(index, named)| {
             named.quantity == quantity && self.table.columns[*index].has_values()
         })
-        .map(|(index, _)| self.chosen(index, "by its name"))
+        .map(|(index, _)| self.chosen(index, "by name"))
         .collect()
     }
 
@@ -234,13 +234,16 @@ impl<'a> Candidates<'a> {
         };
         let (unit, evidence) = match (stated.time_unit, named) {
             (Some(unit), _) => (unit, "as stated"),
-            _ if 2 * column.stamps > column.values.len() => (TimeUnit::Stamp, "by its stamps"),
-            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by its name"),
+            _ if 2 * column.stamps > column.values.len() => (TimeUnit::Stamp, "by time stamps"),
+            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by name"),
             (_, Some(_)) => (
                 self.likeliest(time),
-                "as its steps make likely, which its name does not",
+                "assumed: the unit in the name gives no plausible sample time",
             ),
-            (_, None) => (self.likeliest(time), "as its steps make likely"),
+            (_, None) => (
+                self.likeliest(time),
+                "assumed: the sample time is then plausible",
+            ),
         };
         Ok(Clock {
             chosen,
@@ -316,7 +319,7 @@ impl<'a> Candidates<'a> {
             let all = self.named.iter().enumerate();
             all.filter(|(_, named)| named.quantity == Quantity::Unknown)
                 .find(|(index, _)| self.table.columns[*index].is_even())
-                .map(|(index, _)| self.chosen(index, "by its even steps"))
+                .map(|(index, _)| self.chosen(index, "by even steps"))
                 .filter(|chosen| !is_known(chosen))
         };
         named(Quantity::Time)
@@ -404,7 +407,7 @@ impl<'a> Candidates<'a> {
                 if measured == command || (is_kin && !is_stated) {
                     continue;
                 }
-                // Of two columns that are one and the same the one whose name says more stands for both.
+                // If two columns are identical, the one with the clearer name is used.
                 let is_copy = |index: usize| {
                     copies[index].is_some_and(|other| !is_time(other))
                         && quantity(index) == Quantity::Unknown
@@ -453,7 +456,8 @@ impl<'a> Candidates<'a> {
             return Err(vec![Question {
                 flag: "command",
                 text: format!(
-                    "a position and what commands it must both change, and here only these do: {}; record the command that acts",
+                    "position and command must both change, but only these columns do: {}; record the command that \
+                     acts",
                     match changing.len() {
                         0 => "none".to_owned(),
                         _ => crate::nearest::shortened(&changing.join(", "), 120),
@@ -514,7 +518,7 @@ impl<'a> Candidates<'a> {
                     false => " as a position",
                 };
                 format!(
-                    "next best: {}{order} by {}, {:.0} bits for {:.0}",
+                    "alternative: {}{order} driven by {}, evidence {:.0} bits instead of {:.0}",
                     self.name(other.trial.measured),
                     self.name(other.trial.command),
                     other.score(),
@@ -575,7 +579,7 @@ impl<'a> Candidates<'a> {
         Question {
             flag,
             text: format!(
-                "which column is the {quantity} is not known, of {}",
+                "which column is the {quantity}? The columns are {}",
                 self.names()
             ),
         }
@@ -585,7 +589,7 @@ impl<'a> Candidates<'a> {
         Question {
             flag,
             text: format!(
-                "{} and {} explain the motion alike: state which is the {quantity}",
+                "{} and {} explain the motion equally well: state which is the {quantity}",
                 self.name(best),
                 self.name(rival)
             ),

@@ -71,12 +71,12 @@ impl From<Question> for Unrecognised {
 pub fn recognise(table: &Table, stated: &Stated) -> Result<Recognised, Unrecognised> {
     let of_file = |fault: &str| LogError::of_file(&table.path, fault);
     if table.rows() < 2 {
-        let fault = "the log has one row: a motion takes hundreds of samples, a row each";
+        let fault = "the log has one row: a motion needs hundreds of samples, one row each";
         return Err(of_file(fault).into());
     }
     if table.columns.len() < 2 {
         let fault = format!(
-            "the log has one column (a {} divides columns): it must have position and command",
+            "the log has one column (separator: {}): it must have position and command",
             table.separator.unwrap_or("comma")
         );
         return Err(of_file(&fault).into());
@@ -86,12 +86,12 @@ pub fn recognise(table: &Table, stated: &Stated) -> Result<Recognised, Unrecogni
     if stated.sample_time.is_none() {
         let text = match (&clock.chosen, clock.unit) {
             (None, _) => {
-                "no column is the time: state how many seconds pass from one row to the next"
+                "the log has no time column: state the time from one row to the next, in s"
                     .to_owned()
             }
             (Some(time), TimeUnit::Sample) => {
                 format!(
-                    "{} counts samples: state how many seconds one lasts",
+                    "{} counts samples: state the time of one sample, in s",
                     time.column
                 )
             }

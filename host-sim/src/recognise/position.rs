@@ -47,13 +47,11 @@ pub(super) fn read(
             unit: PositionUnit::Radian,
             scale: found.map_or(1.0, |(_, scale)| scale),
             evidence: match found {
-                Some(("rad/s", _)) => "per s by its name",
-                Some(("rpm", _)) => "from rpm by its name",
-                Some(("rev/s", _)) => "from revolutions per s by its name",
-                Some(_) => "from degrees per s by its name",
-                None => {
-                    "which is not known: rad stands for one of it, until --position-unit says what it is"
-                }
+                Some(("rad/s", _)) => "per s, by name",
+                Some(("rpm", _)) => "from rpm, by name",
+                Some(("rev/s", _)) => "from revolutions per s, by name",
+                Some(_) => "from degrees per s, by name",
+                None => "unknown, read as rad: state --position-unit",
             },
             counts_per_rev: None,
             step: None,
@@ -67,7 +65,7 @@ pub(super) fn read(
                 is_own: true,
                 scale: 1.0,
                 unit: PositionUnit::Radian,
-                evidence: "of an encoder: rad stands for one of them, until --counts-per-rev says how many a revolution has",
+                evidence: "of an encoder, read as rad: state --counts-per-rev",
                 counts_per_rev: None,
                 step,
             };
@@ -78,7 +76,7 @@ pub(super) fn read(
                 is_own: true,
                 scale: 1.0,
                 unit: PositionUnit::Radian,
-                evidence: "which is not known: rad stands for one of it, until --position-unit says what it is",
+                evidence: "unknown, read as rad: state --position-unit",
                 counts_per_rev: None,
                 step,
             };
@@ -139,8 +137,8 @@ pub(super) fn check(table: &Table, chosen: &Chosen) -> Result<(), LogError> {
         return Ok(());
     };
     let fault = format!(
-        "column {} has {} in its first {} samples, the first in sample {first}, far from the samples before and behind: \
-         they are no motion; look at the wires of the encoder, and take them out",
+        "column {} has {} in its first {} samples, the first in sample {first}, far from the samples before and \
+         after: this is no motion; check the encoder's wires and remove these samples",
         chosen.column,
         match spikes.len() {
             1 => "a spike".to_owned(),
@@ -162,10 +160,10 @@ fn unit(
         return Some((unit, "as stated"));
     }
     if let Some(Unit::Position(unit)) = chosen.named.unit {
-        return Some((unit, "by its name"));
+        return Some((unit, "by name"));
     }
     if let Some(unit) = by_period(column, stated) {
-        return Some((unit, "as it begins again after a revolution"));
+        return Some((unit, "it wraps after a revolution"));
     }
     let step = step?;
     let is_integer = step > 0.5 && (step - step.round()).abs() < 1e-3 * step;
@@ -174,21 +172,21 @@ fn unit(
         (step / count - 1.0).abs() < 1e-3
     };
     if let Some(counts) = stated.counts_per_rev.filter(|counts| *counts > 0.0) {
-        let evidence = "as its steps are the counts of the encoder";
+        let evidence = "its steps are encoder counts";
         let unit = ANGLES.iter().find(|unit| is_one_of(counts, unit)).copied();
         return unit
             .or(is_integer.then_some(PositionUnit::Count))
             .map(|unit| (unit, evidence));
     }
     if is_integer {
-        return Some((PositionUnit::Count, "as its numbers are whole"));
+        return Some((PositionUnit::Count, "all values are whole numbers"));
     }
     if Positions::is_decimal(step) {
         return None;
     }
     let counts = |unit: &PositionUnit| TAU / (step * LogUnits::SI.radians(*unit));
     let unit = ANGLES.into_iter().find(|unit| is_usual(counts(unit)))?;
-    Some((unit, "as its steps are those of an encoder"))
+    Some((unit, "its steps are those of a usual encoder"))
 }
 
 /// The unit of positions that begin again after a revolution.

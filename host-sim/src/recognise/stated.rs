@@ -23,7 +23,7 @@ pub struct Stated {
     pub position_scale: Option<f64>,
     /// Period after which the position begins again, in its unit; 0 if it does not.
     pub wrap: Option<f64>,
-    /// Counts of the encoder for a revolution, after fourfold evaluation.
+    /// Encoder counts per revolution, after ×4 quadrature.
     pub counts_per_rev: Option<f64>,
     /// Column of the command that acted.
     pub command: Option<String>,
@@ -118,7 +118,7 @@ impl Stated {
     pub fn answer(&mut self, flag: &str, answer: &str) -> Result<(), String> {
         let number = || {
             let number = answer.parse().ok().filter(|number| f64::is_finite(*number));
-            number.ok_or_else(|| "a number, as 0.05 or 5e-2".to_owned())
+            number.ok_or_else(|| "a number, such as 0.05 or 5e-2".to_owned())
         };
         match flag {
             "time" => self.time = Some(answer.to_owned()),
@@ -145,7 +145,7 @@ impl Stated {
             "sample-time" => self.sample_time = Some(number()?),
             "counts-per-rev" => self.counts_per_rev = Some(number()?),
             "wrap" => self.wrap = Some(number()?),
-            _ => return Err(format!("--{flag} is no option that takes one value")),
+            _ => return Err(format!("--{flag} is not an option with one value")),
         }
         Ok(())
     }

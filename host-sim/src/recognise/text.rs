@@ -15,12 +15,12 @@ use crate::scenario::{
 impl Clock {
     pub(super) fn text(&self, sample_time: f64) -> String {
         let Some(time) = &self.chosen else {
-            return format!("no column: the rows are {sample_time} s apart as stated");
+            return format!("no column: one row every {sample_time} s, as stated");
         };
         let column = time.text();
         match self.unit {
             TimeUnit::Sample => format!("{column}, a counter of samples"),
-            unit => format!("{column}, in {} {}", unit.name(), self.evidence),
+            unit => format!("{column}, in {} ({})", unit.name(), self.evidence),
         }
     }
 }
@@ -30,11 +30,11 @@ impl Columns {
     pub(super) fn left_aside(&self, table: &Table) -> String {
         let count = table.columns.len();
         let mut text = match table.separator {
-            Some(separator) => format!("{count}, divided by {separator}s"),
+            Some(separator) => format!("{count}, separated by {separator}s"),
             None => count.to_string(),
         };
         if !table.has_heading {
-            text += ", without a heading: they go by number";
+            text += ", without a heading: state them by number";
         }
         let used: Vec<_> = [Some(&self.position), self.command.as_ref()]
             .into_iter()
@@ -68,7 +68,7 @@ impl Columns {
         let unit = reading.name();
         text += &match reading.evidence {
             "" => format!(", in {unit}"),
-            evidence => format!(", in {unit} {evidence}"),
+            evidence => format!(", in {unit} ({evidence})"),
         };
         match (reading.step, reading.counts_per_rev) {
             (_, Some(counts)) if counts > 0.0 => {
@@ -78,7 +78,7 @@ impl Columns {
             (None, _) => {}
         }
         if matches!(reading.unit, PositionUnit::Metre | PositionUnit::Millimetre) {
-            text += "; a linear axis, for which rad is read as m";
+            text += "; a linear axis: read m for rad";
         }
         text
     }
@@ -95,26 +95,26 @@ impl Columns {
             let unknown = if is_gain_stated {
                 ""
             } else {
-                "; its gain is not stated, so that b is times that gain"
+                "; its gain is not stated, so b includes that gain"
             };
             return format!(
-                "computed by the servo's own loop from the goal, {kp} times goal less position, less {kd} times velocity, \
-                 and b in rad/s² for one of it{unknown}"
+                "computed by the servo's own loop: {kp} (goal − position) − {kd} velocity; b in rad/s² per unit of \
+                 it{unknown}"
             );
         };
         let unit = match command.named.unit {
             _ if (scale - 1.0).abs() > 0.0 => {
-                format!("times {scale}, and b in rad/s² for one of the product")
+                format!("times {scale}; b in rad/s² per unit of the product")
             }
-            Some(Unit::Command(unit)) => format!("in {unit}, and b in rad/s² per {unit}"),
-            _ => "in its own unit, and b in rad/s² for one of it".to_owned(),
+            Some(Unit::Command(unit)) => format!("in {unit}; b in rad/s² per {unit}"),
+            _ => "in its own unit; b in rad/s² per unit of it".to_owned(),
         };
         let mut text = format!(
-            "{}, {unit}; it is taken to be the whole command that acted",
+            "{}, {unit}; assumed to be the total command that acted",
             command.text()
         );
         if self.is_reversed {
-            text += "; it goes against the motion, and counts the other way round";
+            text += "; its sign is opposite to the motion and is inverted";
         }
         if let Some(next) = &self.next {
             text += &format!("; {next}");
@@ -126,7 +126,7 @@ impl Columns {
         let reference = self.reference.as_ref().map_or(String::new(), Chosen::text);
         let unit = unit.map_or("the unit of the position", PositionUnit::name);
         let purpose = match &self.command {
-            Some(_) => "it is only shown",
+            Some(_) => "for plots only",
             None => "it is the goal of the servo's own loop",
         };
         format!("{reference}, in {unit}; {purpose}")
@@ -137,18 +137,18 @@ impl Columns {
 pub(super) fn physical(settings: &PhysicalSettings) -> Option<String> {
     Some(match (settings.command_unit, settings.scale()?) {
         (CommandUnit::NewtonMetre, _) => {
-            "the command is in Nm and taken to act at the joint, so that the result has inertia and friction \
-             (--command-unit other: it does not)"
+            "the command is in Nm and assumed to act at the joint, so the result has inertia and friction \
+             (--command-unit other: ratios only)"
                 .to_owned()
         }
         (CommandUnit::Newton, _) => {
-            "the command is in N, so that the result has mass and friction".to_owned()
+            "the command is in N, so the result has mass and friction".to_owned()
         }
         (_, Scale::TorqueConstant(constant)) => {
-            format!("a unit of command is a torque of {constant} N·m at the joint as stated (N on a linear axis)")
+            format!("torque constant as stated: {constant} N·m per command unit at the joint (N on a linear axis)")
         }
         (_, Scale::Inertia(inertia)) => {
-            format!("all that moves has an inertia of {inertia} kg·m² as stated (kg on a linear axis)")
+            format!("total inertia as stated: {inertia} kg·m² (kg on a linear axis)")
         }
         (_, Scale::Payload { .. } | Scale::Ratios) => return None,
     })
@@ -156,7 +156,7 @@ pub(super) fn physical(settings: &PhysicalSettings) -> Option<String> {
 
 impl Chosen {
     fn text(&self) -> String {
-        format!("column {}, {}", self.column, self.evidence)
+        format!("column {} ({})", self.column, self.evidence)
     }
 }
 

@@ -44,8 +44,8 @@ impl fmt::Display for Agreement {
         }
         write!(
             f,
-            ": more than {} % means that another controller ran, so check gains, velocity filter, sample \
-             time, limit and the columns; it is the recorded command that drives the model",
+            ": more than {} % means that another controller ran; check gains, velocity filter, sample time, limit \
+             and the columns. The model is driven by the recorded command",
             100.0 * Self::TOLERANCE
         )
     }

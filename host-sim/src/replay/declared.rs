@@ -125,7 +125,7 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         let before = self.control;
         let mut command = self.process(scaled)?;
         if row.bridged {
-            // What the integral took in is not recorded.
+            // The input of the integral is not recorded.
             self.knows_integral = !self.pid.has_integral();
         }
         let Some(recorded) = row.command.filter(|_| comparable) else {

@@ -40,19 +40,19 @@ impl OnlineIdentifier {
         let columns = scenario.log_columns();
         if scenario.identifier.law.takes_whole_record() {
             let why =
-                "this law looks at a whole log: on line are \"gauss-newton\" and \"gradient\"";
+                "this estimator needs a whole log: online, use \"gauss-newton\" or \"gradient\"";
             return Err(Fault::new("identifier.law", why));
         }
         let Some(sample_time) = scenario.log_sample_time() else {
             return Err(Fault::new(
                 "log.sample_time",
-                "is missing: seconds from one sample to the next",
+                "is missing: state the time from one sample to the next, in s",
             ));
         };
         if scenario.counts_per_rev.is_none() {
             return Err(Fault::new(
                 "encoder.counts_per_rev",
-                "is missing: without a log there is no other way to know the smallest step",
+                "is missing: without a log it gives the smallest step of the position",
             ));
         }
         sampled_every(&mut scenario, sample_time);
@@ -93,7 +93,7 @@ impl OnlineIdentifier {
         for (name, number) in [("position", position), ("command", command)] {
             if !number.is_finite() {
                 return Err(format!(
-                    "{name} = {number}: a finite number is allowed; leave the sample out and resume"
+                    "{name} = {number}: it must be a finite number; skip the sample and resume"
                 ));
             }
         }

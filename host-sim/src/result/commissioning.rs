@@ -24,7 +24,7 @@ pub struct CommissioningEnd {
     /// The reason why there are no new gains.
     #[serde(serialize_with = "super::reason::serialize")]
     pub reason: Option<Reason>,
-    /// The reason why no gains were found, with the value that would do.
+    /// The reason why no gains were found, with the possible value.
     #[serde(serialize_with = "no_gains")]
     pub no_gains: Option<NoGains>,
     /// Sample time, s.

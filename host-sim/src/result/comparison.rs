@@ -54,7 +54,7 @@ pub struct MethodErrors {
     pub status: Option<Status>,
     /// The reason of the status.
     pub reason: String,
-    /// Of a, 1/s.
+    /// For a, 1/s.
     pub error_a: Option<f64>,
     /// Error of b, rad/s² per command unit.
     pub error_b: Option<f64>,

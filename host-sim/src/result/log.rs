@@ -41,7 +41,7 @@ pub struct LogReading {
 }
 
 impl LogReading {
-    /// Of a log.
+    /// For a log.
     #[must_use]
     pub fn new(log: &Log) -> Self {
         let found = &log.found;

@@ -97,9 +97,9 @@ pub struct StiffPromise {
 /// such an input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FeedForward {
-    /// Of the acceleration.
+    /// For the acceleration.
     pub acceleration: f64,
-    /// Of the velocity.
+    /// For the velocity.
     pub velocity: f64,
     /// Coefficient of the velocity's sign.
     pub sign: f64,

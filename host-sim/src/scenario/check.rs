@@ -38,7 +38,7 @@ pub(super) fn complete(
     if scenario.identifier.arithmetic == Arithmetic::Fixed && !law.is_gradient() {
         return Err(Fault::new(
             "identifier.arithmetic",
-            "\"gradient\" and \"pd-gradient\" alone are there in fixed point",
+            "only \"gradient\" and \"pd-gradient\" exist in fixed point",
         ));
     }
     match purpose {
@@ -82,8 +82,8 @@ fn lasting(scenario: &Scenario) -> Result<(), Fault> {
         if drift * scenario.duration <= -1.0 {
             let (ends, duration) = (-1.0 / drift, scenario.duration);
             let fault = format!(
-                "no {what} would be left after {ends} s, and the run lasts {duration} s: let it fall \
-                 more slowly or run for less"
+                "no {what} would be left after {ends} s, but the run lasts {duration} s: reduce the drift or \
+                 run.duration"
             );
             return Err(Fault::new(key, fault));
         }
@@ -100,7 +100,7 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     let log = scenario.log_columns();
     let own = scenario.is_own_log();
     let own_loop = format!(
-        "\"{}\" works in a loop of its own and cannot take a log: {} can",
+        "\"{}\" runs only in its own loop and cannot take a log: {} can",
         law.name(),
         replayable_names()
     );
@@ -111,14 +111,13 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
         (
             log.command.is_none() && log.reference.is_none(),
             "log.command",
-            "the log must have the command, or the reference that the declared controller computes it from",
+            "the log must have the command, or the reference from which the declared controller computes it",
         ),
         (
             identifier.terms.demanded.has(Term::Gravity) && !log.absolute && !own,
             "log.angle",
-            "gravity goes with the angle of the shaft, and a counter that began anywhere does not know \
-             it: if a position of zero is the same angle in every recording, state angle = \"absolute\", \
-             else leave out the term \"gravity\"",
+            "gravity depends on the absolute angle, which this counter does not give: if position zero is the same \
+             angle in every recording, state angle = \"absolute\", else remove the term \"gravity\"",
         ),
         (
             !(law.is_replayable() || own && law.closing() == Closing::Pd),
@@ -129,25 +128,24 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
             scenario.identifier.arithmetic == Arithmetic::Fixed
                 && scenario.counts_per_rev.is_none(),
             "identifier.arithmetic",
-            "\"fixed\" counts: encoder.counts_per_rev has to say what a count of the log's position is; \
-             \"f32\" and \"f64\" do without",
+            "\"fixed\" needs encoder.counts_per_rev, the resolution of the log's position; \"f32\" and \"f64\" do not",
         ),
         (
             given.controller.is_none() && log.command.is_none() && log.inner.is_none(),
             "controller",
-            "without log.command the controller that ran has to be declared, so that its command can \
-             be computed again; of a servo that takes position goals it is [inner]",
+            "without log.command declare the controller that ran, so that its command can be computed: [controller], \
+             or [inner] for a servo that takes position goals",
         ),
         (
             law.is_gradient() && !follows,
             "identifier.correction",
-            "without a [controller] this law has to be told the gains of its correction, or a plant_box \
-             that they follow from",
+            "without a [controller] this estimator needs the gains of its correction, or a plant_box to derive them \
+             from",
         ),
         (
             law.is_gradient() && log.reference.is_none() && identifier.gamma.is_none(),
             "identifier.gamma",
-            "without log.reference no gamma can be chosen: it has to be stated",
+            "without log.reference no gamma can be chosen: state it",
         ),
     ];
     let refusal = refusals.into_iter().find(|(is_refused, ..)| *is_refused);

@@ -38,15 +38,13 @@ impl CommissionOrder {
         const KEY: &str = "commission.command";
         match (self.command, self.amplifier) {
             (Some([low, high]), Some([least, most])) if low < least || high > most => {
-                let fault = format!(
-                    "[{low}, {high}] is more than the amplifier gives: amplifier.limit is [{least}, {most}]"
-                );
+                let fault = format!("[{low}, {high}] exceeds amplifier.limit, [{least}, {most}]");
                 Err(Fault::new(KEY, fault))
             }
             (Some(command), _) | (None, Some(command)) => Ok(command),
             (None, None) => Err(Fault::new(
                 KEY,
-                "without amplifier.limit this has to be stated",
+                "without amplifier.limit this key is required",
             )),
         }
     }
@@ -60,8 +58,9 @@ impl CommissionOrder {
         Err(Fault::new(
             "commission.travel",
             format!(
-                "the servo stands at an end of its travel, [{low}, {high}]: allow some to either side; of an axis that may not \
-                 reverse, identify finds a and b in a log, with identifier.parameters = [\"a\", \"b\", \"load\"]"
+                "the servo is at an end of its travel, [{low}, {high}]: allow travel to either side; for an axis \
+                 that must not reverse, identify a and b from a log, with identifier.parameters = [\"a\", \"b\", \
+                 \"load\"]"
             ),
         ))
     }
@@ -71,7 +70,7 @@ impl CommissionOrder {
         match self.response_time {
             Some(_) if self.feed_forward => Err(Fault::new(
                 "commission.feed_forward",
-                "with it a softer loop would meet commission.response_time: state bandwidth, or neither",
+                "with a reference model a softer loop would meet commission.response_time: state bandwidth, or neither",
             )),
             _ => Ok(self.feed_forward),
         }
@@ -85,15 +84,15 @@ impl CommissionOrder {
             (None, None, None | Some(true)) => Ok(Goal::Stiffest),
             (None, None, Some(false)) => Err(Fault::new(
                 "commission.stiffest",
-                "without it response_time or bandwidth has to be stated",
+                "without it response_time or bandwidth is required",
             )),
             (_, Some(_), _) => Err(Fault::new(
                 "commission.bandwidth",
-                "there is another goal beside it: state one of response_time, bandwidth and stiffest",
+                "there is a second goal: state one of response_time, bandwidth and stiffest",
             )),
             (Some(_), None, _) => Err(Fault::new(
                 "commission.response_time",
-                "there is another goal beside it: state one of response_time, bandwidth and stiffest",
+                "there is a second goal: state one of response_time, bandwidth and stiffest",
             )),
         }
     }
@@ -150,7 +149,7 @@ impl Scenario {
         if self.stated.controller.is_some() && self.velocity != Velocity::LowPass {
             return Err(Fault::new(
                 "controller.velocity_filter.kind",
-                "a commissioning goes back to gains with a \"low-pass\", and to no other",
+                "a commissioning can return only to gains with a \"low-pass\"",
             ));
         }
         Ok(self.stated.controller.map(|controller| HoldingGains {
@@ -176,8 +175,8 @@ impl Scenario {
             (CommissionError::TravelTooSmall { travel, needed }, _) => {
                 let each = needed / 2.0;
                 let fault = format!(
-                    "{travel:.4} rad from end to end are less than evidence needs with this encoder: allow \
-                     {needed:.4} rad, {each:.4} rad to either side"
+                    "a travel of {travel:.4} rad from end to end is too small to identify the servo with this \
+                     encoder: allow {needed:.4} rad, {each:.4} rad to either side"
                 );
                 Fault::new("commission.travel", fault)
             }
@@ -200,8 +199,8 @@ impl Scenario {
                 _,
             ) => {
                 let fault = format!(
-                    "commands that act {value} s late are too late for a commissioning: at most {needed:.4} s at this sample \
-                     time would do; shorten the delay, or record a log and identify it with the law fit"
+                    "a delay of {value} s is too long for a commissioning: at this sample time it must be at most \
+                     {needed:.4} s; shorten the delay, or record a log and identify it with servo-id"
                 );
                 let own = self.commission.and_then(|order| order.command_delay);
                 let table = if own.is_some() {

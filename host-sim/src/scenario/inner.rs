@@ -65,8 +65,8 @@ impl InnerLoop {
             return Ok(whole as u32);
         }
         Err(format!(
-            "a sample of the log lasts {sample_time} s, {ratio:.4} samples of inner.sample_time = {own} s: it must be a \
-             whole number of them, 1 to {}",
+            "the log's sample time of {sample_time} s is {ratio:.4} times inner.sample_time = {own} s: it must be a \
+             whole multiple, 1 to {}",
             Self::MAX_RATIO
         ))
     }
@@ -78,8 +78,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
     let Some(inner) = &log.inner else {
         let needless = Fault::new(
             "log.velocity",
-            "a velocity is read for the servo's own position loop alone, which [inner] states: leave it out, or state its \
-             gains",
+            "a velocity column is used only by [inner], the servo's own position loop: leave it out, or state the \
+             gains of [inner]",
         );
         return log.velocity.map_or(Ok(()), |_| Err(needless));
     };
@@ -87,7 +87,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
         (
             log.command.is_some(),
             "inner",
-            "[inner] computes the command of a log that has none, and log.command is the command: leave out one of them",
+            "[inner] computes the command of a log that has none, but log.command is stated: leave out one of them",
         ),
         (
             log.reference.is_none(),
@@ -97,18 +97,18 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
         (
             scenario.stated.controller.is_some(),
             "inner",
-            "[inner] is the loop that gave the command, and [controller] another: leave out one of them",
+            "[inner] and [controller] both compute the command: leave out one of them",
         ),
         (
             log.injection.is_some(),
             "log.injection",
-            "nothing is added to the command of [inner]: leave it out",
+            "[inner] takes no injection: leave it out",
         ),
         (
             log.velocity.is_some() && inner.cutoff.is_some(),
             "inner.cutoff",
-            "it filters the velocity that the loop takes from the position, and log.velocity is that velocity: leave out \
-             one of them",
+            "it filters the velocity computed from the position, but log.velocity gives the velocity: leave out one \
+             of them",
         ),
     ];
     let refusal = refusals.into_iter().find(|(is_refused, ..)| *is_refused);

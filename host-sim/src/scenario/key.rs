@@ -35,7 +35,7 @@ impl Key {
         match self.default {
             Default::Required(_) => "none, it is required".to_owned(),
             Default::Value(number) => number.to_string(),
-            Default::Initial(number) => format!("{number}; a law that fits needs none"),
+            Default::Initial(number) => format!("{number}; an estimator that fits needs none"),
             Default::FirstChoice => {
                 let first = self.kind.choices().first();
                 first.map_or(String::new(), |first| format!("\"{}\"", first.name))

@@ -72,30 +72,31 @@ macro_rules! keys {
 }
 
 keys! {
-"plant": Table(Stated), Derived("required for a run; where it is stated and [log] is not, a log to replay is that of a run of this scenario"), "",
-    "the true servo, q'' = -a q' + b u + load - coulomb sign q', with q the position in rad and u the command";
+"plant": Table(Stated), Derived("required for a run; with it and without [log], a log to replay is one of a run of \
+                                 this scenario"), "",
+    "the true servo, q'' = -a q' + b u + load - coulomb sign q', with the position q in rad and the command u";
 "plant.a": Number(Fixed(Allowed::Within(0.0, MAX_RATE)), |s, v| plant(s).a = v), Required("0.5"), "1/s",
-    "viscous friction over inertia: after a push the speed decays as exp(-a t)";
+    "viscous friction over inertia: without command the speed decays as exp(-a t)";
 "plant.b": Number(Fixed(Allowed::PositiveUpTo(MAX_RATE)), |s, v| plant(s).b = v), Required("200.0"), "rad/s² per command unit",
-    "acceleration for one unit of command";
+    "acceleration per command unit";
 "plant.load": Number(Fixed(Allowed::Within(-MAX_RATE, MAX_RATE)), |s, v| plant(s).load = v), Value(0.0), "rad/s²",
     "acceleration by a constant load";
 "plant.coulomb": Number(Fixed(Allowed::Within(0.0, MAX_RATE)), |s, v| plant(s).coulomb = v), Value(0.0), "rad/s²",
     "deceleration by Coulomb friction";
 "plant.delay": Number(Delay, |s, v| s.effects.delay = v), Value(0.0), "s",
-    "time until a command acts, any fraction of a sample";
+    "time until a command acts, also fractions of a sample";
 "plant.current_loop": Number(Fixed(Allowed::Within(0.0, Effects::SLOWEST_CURRENT_LOOP)), |s, v| s.effects.current_loop = v),
     Value(0.0), "s", "time constant of the first-order lag of the acting command; 0 or at least a thousandth of the sample time";
 "plant.asymmetry": Number(ANY, |s, v| s.effects.asymmetry = v), Value(0.0), "1/s",
-    "viscous friction is a + asymmetry forward and a - asymmetry backward; from -a to a";
+    "viscous friction is a + asymmetry forwards and a - asymmetry backwards; from -a to a";
 "plant.low_speed_friction": Number(ANY, |s, v| s.effects.low_speed_friction = v), Value(0.0), "rad/s²",
-    "what Coulomb friction has in addition at low speed, s exp(-(q'/low_speed_velocity)²); at least -coulomb";
+    "additional Coulomb friction s at low speed: s exp(-(q'/low_speed_velocity)²); at least -coulomb";
 "plant.low_speed_velocity": Number(POSITIVE, |s, v| s.effects.low_speed_velocity = v), Derived("none; required with low_speed_friction"), "rad/s",
-    "the speed at which 37 % of it are left";
+    "the speed at which 37 % of it is left";
 "plant.quadratic_friction": Number(Fixed(Allowed::Within(0.0, Effects::LARGEST_DRAG)), |s, v| s.effects.quadratic_friction = v), Value(0.0), "1/rad",
-    "drag in addition, this value times q'², against the motion";
+    "additional drag, this value times q'², against the motion";
 "plant.load_dependent_friction": Number(Fixed(Allowed::Within(0.0, Effects::LARGEST_SHARE)), |s, v| s.effects.load_dependent_friction = v), Value(0.0), "",
-    "what Coulomb friction has in addition, as a share of the motor's acceleration |b u|: that of a gear under load";
+    "additional Coulomb friction, as a share of the motor's acceleration |b u|, such as that of a gear under load";
 "plant.gravity": Two(ANGULAR, |s, v| s.effects.gravity = v), Derived("none"), "rad/s²",
     "[g_s, g_c]: acceleration by gravity, g_s sin q + g_c cos q, q being 0 where the servo starts";
 "plant.ripple": Two(ANGULAR, |s, v| s.effects.ripple = v), Derived("none"), "rad/s²",
@@ -107,47 +108,49 @@ keys! {
 "plant.torque_ripple_order": Whole([1, Effects::HIGHEST_ORDER], |s, v| s.effects.torque_ripple_order = v), Derived("none; required with torque_ripple"), "",
     "its order N, periods per revolution";
 "plant.inertia_variation": Two(SHARE, |s, v| s.effects.inertia_variation = v), Derived("none"), "",
-    "[j_s, j_c]: the inertia at an angle is 1 + j_s sin Nq + j_c cos Nq of its mean, of two masses the load's";
+    "[j_s, j_c]: the inertia at an angle is its mean times 1 + j_s sin Nq + j_c cos Nq; with two masses that of the \
+     load";
 "plant.inertia_order": Whole([1, Effects::HIGHEST_ORDER], |s, v| s.effects.inertia_order = v), Derived("none; required with inertia_variation"), "",
     "its order N, periods per revolution";
 "plant.gain_asymmetry": Number(SHARE, |s, v| s.effects.gain_asymmetry = v), Value(0.0), "",
-    "half of what b has more for positive commands than for negative, as a share of b";
+    "half the difference of b between positive and negative commands, as a share of b";
 "plant.dead_band": Number(NOT_NEGATIVE, |s, v| s.effects.dead_band = v), Value(0.0), "command units",
-    "the part of the command, to either side, that the bridge lets pass without effect";
+    "the part of a small command, of either sign, that the power stage does not pass";
 "plant.resonance": Number(Fixed(Allowed::PositiveUpTo(Effects::HIGHEST_RESONANCE)), |s, v| s.effects.resonance = v), Derived("none, one rigid body"), "rad/s",
-    "resonance of motor and load on the spring between them, both free; encoder and friction are the motor's";
+    "resonance of motor and load coupled by a spring, both free; encoder and friction are on the motor";
 "plant.resonance_damping": Number(Fixed(Allowed::Within(0.0, 1.0)), |s, v| s.effects.resonance_damping = Some(v)), Derived("0.02 with resonance"), "",
     "its damping ratio";
 "plant.inertia_ratio": Number(Fixed(Allowed::Within(Effects::INERTIA_RATIOS[0], Effects::INERTIA_RATIOS[1])), |s, v| s.effects.inertia_ratio = v), Derived("none; required with resonance"), "",
     "the load's share of the inertia";
 "plant.backlash": Number(NOT_NEGATIVE, |s, v| s.effects.backlash = v), Value(0.0), "rad",
-    "play between the motor and an encoder on the load; with a resonance, of the coupling";
+    "backlash between the motor and an encoder on the load; with a resonance, backlash of the coupling";
 "plant.gain_drift": Number(DRIFT, |s, v| s.effects.gain_drift = v), Value(0.0), "1/s",
-    "change of b in a second, of its first value";
+    "change of b per second, relative to its initial value";
 "plant.friction_drift": Number(DRIFT, |s, v| s.effects.friction_drift = v), Value(0.0), "1/s",
-    "change of all friction in a second, of its first value";
+    "change of all friction per second, relative to its initial value";
 "plant.hidden_limit": Number(POSITIVE, |s, v| s.effects.hidden_limit = v), Derived("none"), "command units",
-    "where the amplifier clips although amplifier.limit does not say so";
+    "a limit of the amplifier that amplifier.limit does not state";
 "plant.load_wander": Two(NOT_NEGATIVE, |s, v| s.effects.load_wander = v), Derived("none"), "rad/s² and s",
-    "[standard deviation, time constant] of a load that wanders in addition, seeded by run.seed";
+    "[standard deviation, time constant] of an additional random load, seeded by run.seed";
 
 "encoder": Table(Simulated), Derived("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
 "encoder.counts_per_rev": Number(COUNTS, |s, v| s.counts_per_rev = (v > 0.0).then_some(v)), Value(10_000.0), "",
-    "counts of a revolution after fourfold evaluation; 0 is an ideal sensor, in a replay the log's own resolution";
+    "counts per revolution after ×4 quadrature; 0 is an ideal sensor, in a replay the log's own resolution";
 "encoder.noise": Number(SENSOR_ERROR, |s, v| s.sensor.noise = v), Value(0.0), "rad",
-    "standard deviation of white noise before counting, in a run, seeded by run.seed";
+    "standard deviation of white noise before quantisation, in a run, seeded by run.seed";
 "encoder.eccentricity": Number(SENSOR_ERROR, |s, v| s.sensor.eccentricity = v), Value(0.0), "rad",
-    "amplitude of an error once per turn, in a run";
+    "amplitude of an error once per revolution, in a run";
 "encoder.jitter": Number(Fixed(Allowed::Within(0.0, SensorEffects::LARGEST_JITTER)), |s, v| s.sensor.jitter = v), Value(0.0), "",
     "standard deviation of the sampling instant in a run, as a share of the sample time";
 
 "amplifier": Table(Always), Derived("no limit"), "", "what drives the motor";
 "amplifier.delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| given(s).terms.delay = v), Value(0.0), "s",
-    "delay from the command to the motor that is known: computation, amplifier and bus; the laws with a model take it into account, and the term delay begins there";
+    "known delay from the command to the motor: computation, amplifier and bus; estimators with a model take it into \
+     account, and the term delay starts there";
 "amplifier.dead_band": Number(NOT_NEGATIVE, |s, v| given(s).terms.dead_band = v), Value(0.0), "command units",
-    "command to either side that the bridge swallows, as far as it is known; the term dead-band begins there";
+    "known dead band of the power stage, to either side; the term dead-band starts there";
 "amplifier.current_loop": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| given(s).terms.current_loop = v), Value(0.0), "s",
-    "time constant of the current loop, with which the motor's current follows the command, as far as it is known";
+    "known time constant of the current loop, with which the motor's current follows the command";
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Derived("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
@@ -164,7 +167,7 @@ keys! {
 "controller.notch": Number(NOT_NEGATIVE, |s, v| pid(s).notch = v), Value(0.0), "rad/s",
     "notch filter of the command, 0 for none";
 "controller.feed_forward": Table(Stated), Derived("none"), "",
-    "a reference model, y = r/(1 + s/bandwidth)³, and the command that moves the servo along it; not in fixed point";
+    "a reference model, y = r/(1 + s/bandwidth)³, with feed-forward; not in fixed point";
 "controller.feed_forward.bandwidth": Number(POSITIVE, |s, v| lead(s).bandwidth = v), Required("60.0"), "rad/s",
     "magnitude of the model's three poles, from 1e-5 to 1 per sample";
 "controller.feed_forward.acceleration": Number(GAIN, |s, v| lead(s).acceleration = v), Required("0.005"), "command units per rad/s²",
@@ -174,7 +177,7 @@ keys! {
 "controller.feed_forward.coulomb": Number(GAIN, |s, v| lead(s).coulomb = v), Value(0.0), "command units",
     "command for Coulomb friction, with the sign of its velocity";
 "controller.feed_forward.coulomb_speed": Number(POSITIVE, |s, v| lead(s).coulomb_speed = v), Value(LEAST_LEAD.coulomb_speed), "rad/s",
-    "speed below which that command goes linearly through zero";
+    "speed below which that command is linear through zero";
 "controller.sample_time": Number(SAMPLE_TIME, |s, v| s.stated.sample_time = v), Value(1e-3), "s",
     "time from one control sample to the next; in a replay without a controller, the log's own";
 "controller.velocity_filter": Table(Always), Derived("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",
@@ -202,39 +205,39 @@ keys! {
 "excitation.frequencies": Numbers(BelowNyquist, set_frequencies),
     Required("[6.0, 20.0]"), "rad/s", "frequency of each sine, as many as amplitudes";
 "excitation.from": Number(BelowNyquist, |s, v| s.excitation.from = v),
-    Required("2.0"), "rad/s", "frequency at the beginning";
+    Required("2.0"), "rad/s", "start frequency";
 "excitation.to": Number(BelowNyquist, |s, v| s.excitation.to = v),
-    Required("40.0"), "rad/s", "frequency at the end";
+    Required("40.0"), "rad/s", "end frequency";
 "excitation.duration": Number(Samples, |s, v| s.excitation.duration = v),
-    Required("5.0"), "s", "time of a sweep, after which it begins again";
+    Required("5.0"), "s", "time of a sweep, after which it repeats";
 "excitation.period": Number(EvenSamples, |s, v| s.excitation.period = v),
     Required("1.0"), "s", "period of the square wave";
 "excitation.levels": Numbers(ANY, |s, v| { s.excitation.levels = v; Ok(()) }),
     Required("[0.2, -0.2]"), "rad", "levels, one after the other";
 
-"identifier": Table(Always), Derived("the gradient law"), "", "what is identified, and how";
+"identifier": Table(Always), Derived("the gradient estimator"), "", "what is identified, and how";
 "identifier.law": OneOf(Law::CHOICES, |s, i| s.identifier.set_law(Law::ALL[i])), FirstChoice, "", "the method";
-"identifier.parameters": Parameters(choose), Derived("[\"a\", \"b\"], or what the method finds"), "",
+"identifier.parameters": Parameters(choose), Derived("[\"a\", \"b\"], or those that the method finds"), "",
     "what is estimated; the others stay at their initial values";
 "identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.identifier.arithmetic = Arithmetic::ALL[i]), FirstChoice, "",
-    "number format of the loop; \"fixed\" is there for gradient and pd-gradient";
-"identifier.gamma": Matrix(|s, v| weigh(s, &v)), Derived("automatic, from box and reference"), "",
-    "how fast each estimate moves, the matrix of (11)";
-"identifier.mu": Number(POSITIVE, |s, v| given(s).mu = Some(v)), Derived("automatic, from gains and box"), "1/s",
-    "weight of the output error beside its derivative in (11)";
-"identifier.initial": Table(Always), Derived("as below"), "", "where the estimates begin, inside bounds";
-"identifier.initial.a": Number(ANY, |s, v| given(s).initial.a = Some(v)), Initial(0.0), "1/s", "first estimate of a";
+    "number format of the loop; \"fixed\" exists for gradient and pd-gradient";
+"identifier.gamma": Matrix(|s, v| weigh(s, &v)), Derived("automatic, from parameter range and reference"), "",
+    "adaptation gain of each estimate, the matrix of (11)";
+"identifier.mu": Number(POSITIVE, |s, v| given(s).mu = Some(v)), Derived("automatic, from gains and parameter range"), "1/s",
+    "weight of the output error against its derivative in (11)";
+"identifier.initial": Table(Always), Derived("as below"), "", "initial estimates, inside the bounds";
+"identifier.initial.a": Number(ANY, |s, v| given(s).initial.a = Some(v)), Initial(0.0), "1/s", "initial estimate of a";
 "identifier.initial.b": Number(POSITIVE, |s, v| given(s).initial.b = Some(v)), Initial(50.0), "rad/s² per command unit",
-    "first estimate of b; a law that fits needs one only where b is not among parameters";
+    "initial estimate of b; an estimator that fits needs one only if b is not among parameters";
 "identifier.initial.coulomb": Number(ANY, |s, v| given(s).initial.coulomb = Some(v)), Initial(0.0), "rad/s²",
-    "first estimate of the Coulomb friction";
+    "initial estimate of the Coulomb friction";
 "identifier.initial.load": Number(ANY, |s, v| given(s).initial.load = Some(v)), Initial(0.0), "rad/s²",
-    "first estimate of the load";
-"identifier.bounds": Table(Always), Derived("as below"), "", "where the estimates are kept";
-"identifier.bounds.a": Pair(ANY, |s, v| given(s).bounds.a = Some(v)), Derived("as wide as the sample time bears"), "1/s",
+    "initial estimate of the load";
+"identifier.bounds": Table(Always), Derived("as below"), "", "bounds of the estimates";
+"identifier.bounds.a": Pair(ANY, |s, v| given(s).bounds.a = Some(v)), Derived("as wide as the sample time permits"), "1/s",
     "bounds of a, both within 0.5/sample_time of 0";
 "identifier.bounds.b": Pair(POSITIVE, |s, v| given(s).bounds.b = Some(v)),
-    Derived("as wide as the sample time and the gains bear"), "rad/s² per command unit", "bounds of b";
+    Derived("as wide as sample time and gains permit"), "rad/s² per command unit", "bounds of b";
 "identifier.bounds.coulomb": Pair(NOT_NEGATIVE, |s, v| given(s).bounds.coulomb = Some(v)),
     Derived("from 0 to far beyond any servo; fixed, what plant_box and the command allow"), "rad/s²",
     "bounds of the Coulomb friction";
@@ -242,14 +245,14 @@ keys! {
     Derived("far beyond any servo to both sides; fixed, what plant_box and the command allow"), "rad/s²",
     "bounds of the load";
 "identifier.plant_box": Table(Stated), Derived("none, and nothing is certified"), "",
-    "where the true servo may lie: the loop is certified for all of it";
+    "the parameter range of the true servo: the loop is certified for all of it";
 "identifier.plant_box.a": Pair(NOT_NEGATIVE, |s, v| within(s).a = v), Required("[0.0, 50.0]"), "1/s",
     "lowest and highest a of the servo";
 "identifier.plant_box.b": Pair(POSITIVE, |s, v| within(s).b = v), Required("[110.0, 1000.0]"), "rad/s² per command unit",
     "lowest and highest b of the servo";
 "identifier.correction": Table(Stated),
-    Derived("the controller's gains, which make the model loop the paper's; without one, from plant_box and bandwidth"), "",
-    "the gains that pull the model to the servo";
+    Derived("the controller's gains, as in the paper; without a controller, from plant_box and bandwidth"), "",
+    "the gains of the correction, which keeps the model close to the servo";
 "identifier.correction.kp": Number(POSITIVE_GAIN, |s, v| correction(s)[0] = v), Required("9.0"), "command units per rad",
     "proportional gain of the correction";
 "identifier.correction.kd": Number(GAIN, |s, v| correction(s)[1] = v), Required("0.19"), "command units per rad/s",
@@ -257,62 +260,66 @@ keys! {
 "identifier.correction.ki": Number(GAIN, |s, v| correction(s)[2] = v), Required("4.0"), "command units per rad s",
     "integral gain of the correction";
 "identifier.bandwidth": Number(HalfRadian, |s, v| given(s).bandwidth = Some(v)),
-    Derived("from what the first fit finds; gradient laws, 0.05/sample_time"), "rad/s",
-    "bandwidth of the position loop, right within a factor of four; gradient laws use it without controller and correction";
+    Derived("from the first fit; gradient estimators, 0.05/sample_time"), "rad/s",
+    "bandwidth of the position loop, to within a factor of four; gradient estimators use it without controller and \
+     correction";
 "identifier.max_speed": Number(POSITIVE, |s, v| given(s).max_speed = Some(v)),
-    Derived("what the number format counts exactly in a sample"), "rad/s",
-    "the fastest that the servo can move; a larger jump of the position ends the run";
-"identifier.uncertainty": Table(Always), Derived("nothing is known"), "", "standard deviations of the initial estimates";
-"identifier.uncertainty.a": Number(POSITIVE, |s, v| given(s).uncertainty.a = Some(v)), Derived("nothing is known"), "1/s",
+    Derived("what the number format represents exactly in a sample"), "rad/s",
+    "the highest speed of the servo; a larger jump of the position ends the run";
+"identifier.uncertainty": Table(Always), Derived("unknown"), "", "standard deviations of the initial estimates";
+"identifier.uncertainty.a": Number(POSITIVE, |s, v| given(s).uncertainty.a = Some(v)), Derived("unknown"), "1/s",
     "standard deviation of initial.a";
-"identifier.uncertainty.b": Number(POSITIVE, |s, v| given(s).uncertainty.b = Some(v)), Derived("nothing is known"),
+"identifier.uncertainty.b": Number(POSITIVE, |s, v| given(s).uncertainty.b = Some(v)), Derived("unknown"),
     "rad/s² per command unit", "standard deviation of initial.b";
-"identifier.uncertainty.coulomb": Number(POSITIVE, |s, v| given(s).uncertainty.coulomb = Some(v)), Derived("nothing is known"),
+"identifier.uncertainty.coulomb": Number(POSITIVE, |s, v| given(s).uncertainty.coulomb = Some(v)), Derived("unknown"),
     "rad/s²", "standard deviation of initial.coulomb";
-"identifier.uncertainty.load": Number(POSITIVE, |s, v| given(s).uncertainty.load = Some(v)), Derived("nothing is known"),
+"identifier.uncertainty.load": Number(POSITIVE, |s, v| given(s).uncertainty.load = Some(v)), Derived("unknown"),
     "rad/s²", "standard deviation of initial.load";
 "identifier.noise": Number(POSITIVE, |s, v| given(s).noise = Some(v)), Derived("an encoder count over the square root of 12"), "rad",
-    "least standard deviation of the position noise; a larger one is found";
+    "smallest standard deviation of the position noise; a larger one is estimated";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| given(s).start_time = Some(v)),
     Derived("1; in a replay, no more than the log has"), "s",
-    "the time over which the first fit looks";
-"identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| given(s).memory = Some(v)), Derived("all that ever was"), "s",
-    "how long a sample counts, for a servo that changes";
+    "the time span of the first fit";
+"identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| given(s).memory = Some(v)), Derived("all samples"), "s",
+    "memory of the estimates, for a servo that changes";
 "identifier.required_terms": TermList(|s, v| given(s).terms.demanded = v), Derived("none"), "",
     "optional terms of the model that are estimated as soon as the motion allows";
 "identifier.low_speed_velocity": Number(POSITIVE, |s, v| given(s).terms.low_speed_velocity = Some(v)),
-    Derived("none; required with the term low-speed"), "rad/s", "speed at which the friction of low speeds has faded to 1/e";
+    Derived("none; required with the term low-speed"), "rad/s", "speed at which the low-speed friction has fallen to \
+                                                                 1/e";
 "identifier.ripple_order": Number(POSITIVE, |s, v| given(s).terms.ripple_order = Some(v)),
-    Derived("none; required with the term ripple"), "", "periods of the ripple to a revolution";
+    Derived("none; required with the term ripple"), "", "periods of the ripple per revolution";
 "identifier.revolution": Number(POSITIVE, |s, v| given(s).terms.revolution = v), Value(std::f64::consts::TAU), "rad",
     "travel after which gravity and ripple repeat, for a linear axis a pole pitch";
-"identifier.ranges": Table(Stated), Derived("four times what the command limit lets the PID ask for"), "",
-    "what the signals stay within in fixed point";
+"identifier.ranges": Table(Stated), Derived("four times what the PID can demand within the command limit"), "",
+    "range of the signals in fixed point";
 "identifier.ranges.error": Number(POSITIVE, |s, v| ranges(s).error = v), Required("1.0"), "rad", "largest position error";
 "identifier.ranges.velocity": Number(POSITIVE, |s, v| ranges(s).velocity = v), Required("100.0"), "rad/s", "largest velocity";
 "identifier.ranges.command": Number(POSITIVE, |s, v| ranges(s).command = v), Required("10.0"), "command units",
-    "largest command, no smaller than the limit";
+    "largest command, at least the limit";
 "identifier.relay": Number(POSITIVE, |s, v| s.identifier.rival.relay = v), Value(TYPICAL.relay), "command units",
     "command of the relay to either side";
 "identifier.forgetting": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| s.identifier.rival.forgetting = v),
-    Value(TYPICAL.forgetting), "", "forgetting factor of a sample";
+    Value(TYPICAL.forgetting), "", "forgetting factor per sample";
 "identifier.filter_cutoff": Number(BelowNyquist, |s, v| s.identifier.rival.filter_cutoff = v), Value(TYPICAL.filter_cutoff), "rad/s",
-    "cut-off of the filters of position and command; of a slow loop by default half of what is allowed";
+    "cut-off of the filters of position and command; in a slow loop half of the allowed one by default";
 
 "run": Table(Always), Derived("60 s"), "", "the simulated experiment";
 "run.duration": Number(Duration, |s, v| s.duration = v), Value(60.0), "s",
     "length of the run";
 "run.seed": Whole([0, u32::MAX], |s, v| s.seed = Some(v)), Derived("that of the reference, or 1"), "",
-    "seed of what is random in servo and sensor; a sweep draws its own";
+    "seed of the random parts of servo and sensor; a sweep draws its own";
 
-"fault": Tables(FAULTS), Derived("none"), "", "what goes wrong while the simulated servo runs, each in a table of its own";
-"fault.kind": OneOf(FAULT_KINDS, |s, i| fault(s).kind = FaultKind::ALL[i]), Required("\"actuator-weak\""), "", "what goes wrong";
-"fault.time": Number(NOT_NEGATIVE, |s, v| fault(s).time = v), Required("5.0"), "s", "when, from the first sample";
+"fault": Tables(FAULTS), Derived("none"), "", "fault injection: each fault of the simulated servo in its own table";
+"fault.kind": OneOf(FAULT_KINDS, |s, i| fault(s).kind = FaultKind::ALL[i]), Required("\"actuator-weak\""), "", "kind \
+                                                                                                                of \
+                                                                                                                fault";
+"fault.time": Number(NOT_NEGATIVE, |s, v| fault(s).time = v), Required("5.0"), "s", "time from the first sample";
 "fault.duration": Number(POSITIVE, |s, v| fault(s).duration = v), Derived("for good"), "s", "how long";
 "fault.size": Number(FaultSize, |s, v| fault(s).size = v), Required("0.5"), "",
-    "how large: the counts of a jump, the share of the command that still acts, the load, the friction that is added";
+    "size: the counts of a jump, the share of the command that still acts, the load, or the added friction";
 
-"compare": Table(Always), Derived("as below"), "", "what the cases of a comparison are made of";
+"compare": Table(Always), Derived("as below"), "", "the cases of a comparison";
 "compare.load": Number(ANY, |s, v| s.compare.load = Some(v)), Derived("0.08 of plant.b"), "rad/s²", "the load";
 "compare.coulomb": Number(NOT_NEGATIVE, |s, v| s.compare.coulomb = Some(v)), Derived("0.04 of plant.b"), "rad/s²", "the friction";
 "compare.counts_per_rev": Number(POSITIVE, |s, v| s.compare.counts_per_rev = v), Value(2000.0), "", "the coarse encoder";
@@ -320,94 +327,103 @@ keys! {
     "the amplifier that saturates";
 
 "commission": Table(Stated), Derived("required for a commissioning"), "",
-    "what a commissioning may do with the axis, and what it is asked for";
+    "limits and goal of a commissioning";
 "commission.travel": Reach(|s, v| order(s).travel = v), Required("0.5"), "rad",
-    "how far the servo may go from where it stands";
+    "how far the servo may move from its present position";
 "commission.speed": Number(POSITIVE, |s, v| order(s).speed = v), Required("20.0"), "rad/s", "the largest speed";
 "commission.command": Limit(|s, v| order(s).command = Some(v)), Derived("amplifier.limit; required without it"), "command units",
     "the largest command, at most amplifier.limit";
 "commission.duration": Number(POSITIVE, |s, v| order(s).duration = v), Value(Limits::DURATION), "s",
-    "the longest time that a motion may take";
+    "the longest time of a motion";
 "commission.response_time": Number(POSITIVE, |s, v| order(s).response_time = Some(v)), Derived("none"), "s",
     "goal: the time from 10 to 90 % of a step of the reference";
 "commission.bandwidth": Number(POSITIVE, |s, v| order(s).bandwidth = Some(v)), Derived("none"), "rad/s",
     "goal: the magnitude of the loop's poles";
 "commission.stiffest": Flag(|s, v| order(s).stiffest = Some(v)), Derived("true without response_time and bandwidth"), "",
-    "goal: as stiff as this servo bears";
+    "goal: as stiff as this servo permits";
 "commission.max_sensitivity": Number(ABOVE_ONE, |s, v| order(s).max_sensitivity = v), Value(TuningSettings::MAX_SENSITIVITY), "",
-    "the largest sensitivity that the loop may have, its smallest distance from instability being 1/max_sensitivity";
-"commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel that there is"), "rad",
+    "the largest sensitivity of the loop; 1/max_sensitivity is its distance from instability";
+"commission.trial_step": Number(POSITIVE, |s, v| order(s).trial_step = Some(v)), Derived("half of the travel"), "rad",
     "the step of the reference in the trial";
 "commission.notch": Flag(|s, v| order(s).notch = Some(v)), Derived("true"), "",
     "the gains may have a notch";
 "commission.feed_forward": Flag(|s, v| order(s).feed_forward = v), Derived("false"), "",
-    "the gains may have a reference model with feed-forward, where the step then rises faster; not with response_time";
-"commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Derived("the highest b of identifier.plant_box; without it nothing is known"),
+    "the gains may have a reference model with feed-forward, if the step then rises faster; not with response_time";
+"commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Derived("the highest b of \
+                                                                                        identifier.plant_box; \
+                                                                                        without it unknown"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
 "commission.command_delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| order(s).command_delay = Some(v)), Derived("amplifier.delay"), "s",
-    "from the reading of the encoder to the change of the output, as far as it is known; the rest is identified";
+    "known delay from the encoder reading to the change of the output; the rest is identified";
 "commission.sample_time": Number(SAMPLE_TIME, |s, v| order(s).sample_time = Some(v)), Derived("controller.sample_time"), "s",
     "time from one sample to the next, for a scenario without [controller]";
 
-"inner": Table(Stated), Derived("none: log.command, or [controller] gives it"), "",
-    "the position loop of a servo that takes goals, u = kp (log.reference - q) - kd v: the log's command is computed by it";
+"inner": Table(Stated), Derived("none: log.command or [controller] gives it"), "",
+    "the position loop of a servo that takes goals: it computes the log's command, u = kp (log.reference - q) - kd v";
 "inner.kp": Number(POSITIVE_GAIN, |s, v| inner(s).kp = v), Required("40.0"), "command units per rad", "its proportional gain";
 "inner.kd": Number(GAIN, |s, v| inner(s).kd = v), Value(0.0), "command units per rad/s", "its derivative gain, on the velocity";
 "inner.limit": Limit(|s, v| inner(s).limit = v), Derived("no limit"), "command units", "limit of its command, |u| <= limit or low <= u <= high";
 "inner.sample_time": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| inner(s).sample_time = Some(v)), Derived("that of the log"), "s",
-    "its own sample time, or a simulator's step, of which the log's is a whole multiple: in between the position is interpolated";
+    "its own sample time, or a simulator's step; the log's is a whole multiple of it, and the position in between is \
+     interpolated";
 "inner.integrator": OneOf(Integrator::CHOICES, |s, i| inner(s).integrator = Integrator::ALL[i]), FirstChoice, "",
     "how its command becomes motion: held for a sample as a drive holds it (none), or by MuJoCo's integrator Euler (euler), implicit or implicitfast (implicit)";
 "inner.cutoff": Number(POSITIVE, |s, v| inner(s).cutoff = Some(v)), Derived("none: the velocity is log.velocity, or the difference of two positions"), "rad/s",
     "cut-off of the low-pass derivative that is its velocity";
 
-"physical": Table(Stated), Derived("none: a result is ratios"), "", "what turns a result into physical units";
+"physical": Table(Stated), Derived("none: a result is ratios"), "", "converts a result into physical units";
 "physical.command_unit": OneOf(CommandUnit::CHOICES, |s, i| s.physical.command_unit = CommandUnit::ALL[i]), FirstChoice, "",
     "unit of the command: with \"V\" a result has the feed-forward kS, kV, kA and kG, with \"Nm\" and \"N\" (a linear axis) inertia and friction";
 "physical.torque_constant": Number(POSITIVE, |s, v| s.physical.torque_constant = Some(v)), Derived("1 with the command unit \"Nm\" or \"N\", otherwise none"), "N·m per command unit",
     "torque of a unit of command at the joint: torque constant times gear ratio and efficiency";
 "physical.inertia": Number(POSITIVE, |s, v| s.physical.inertia = Some(v)), Derived("none"), "kg·m²",
-    "inertia of all that moves about the joint, where that is known instead";
+    "total inertia about the joint, if that is known instead";
 "physical.payload": Number(POSITIVE, |s, v| s.physical.payload = Some(v)), Derived("none"), "kg·m²",
-    "inertia about the joint of a payload that is attached, where neither is known: it needs bare_gain";
+    "inertia about the joint of an attached payload, if neither is known: it needs bare_gain";
 "physical.bare_gain": Two(NOT_NEGATIVE, |s, v| s.physical.bare_gain = Some(v)), Derived("none"), "rad/s² per command unit",
-    "b without the payload and its standard error";
+    "b without the payload, and its standard error";
 
 "log": Table(Stated), Derived("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
-"log.time": ColumnOf(|s, v| log(s).time = Some(v)), Derived("none: the rows are the samples, and log.sample_time says how long one lasts"), "in time_unit",
+"log.time": ColumnOf(|s, v| log(s).time = Some(v)), Derived("none: each row is a sample of log.sample_time"), "in time_unit",
     "time of a row";
 "log.time_unit": OneOf(TimeUnit::CHOICES, |s, i| log(s).units.time = TimeUnit::ALL[i]), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them, \"iso-8601\" a time stamp such as 2026-11-22T06:25:00.125Z, or the time of day alone";
-"log.sample_time": Number(SAMPLE_TIME, |s, v| log(s).sample_time = Some(v)), Derived("controller.sample_time; without a controller, what log.time says"), "s",
+"log.sample_time": Number(SAMPLE_TIME, |s, v| log(s).sample_time = Some(v)), Derived("controller.sample_time; \
+                                                                                      without a controller, from \
+                                                                                      log.time"), "s",
     "time from one sample of the log to the next";
 "log.reference": ColumnOf(|s, v| log(s).reference = Some(v)), Derived("none; required without log.command"), "in reference_unit",
     "reference position";
 "log.reference_unit": OneOf(REFERENCE_UNITS, |s, i| log(s).units.reference = i.checked_sub(1).map(|i| PositionUnit::ALL[i])), FirstChoice, "",
-    "unit of log.reference; \"as-position\" takes position_scale, too";
+    "unit of log.reference; \"as-position\" uses position_scale as well";
 "log.reference_scale": Number(ANY, |s, v| log(s).units.reference_scale = v), Value(1.0), "",
-    "reference_unit for one of the column's; below 0 for the other direction";
+    "reference_unit per unit of the column; below 0 for the other direction";
 "log.position": ColumnOf(|s, v| log(s).position = v), Required("\"position_rad\""), "in position_unit", "measured position";
 "log.measured": OneOf(MEASURED, |s, i| log(s).is_velocity = i == 1), FirstChoice, "",
-    "what log.position is: the position, or the velocity, whose integral is taken for the position";
+    "whether log.position is the position, or the velocity, which is then integrated";
 "log.position_unit": OneOf(PositionUnit::CHOICES, |s, i| log(s).units.position = PositionUnit::ALL[i]), FirstChoice, "",
-    "unit of log.position; of a linear axis \"m\" or \"mm\", and m is read for rad everywhere";
+    "unit of log.position; for a linear axis \"m\" or \"mm\": read m for rad everywhere";
 "log.angle": OneOf(ANGLES, |s, i| log(s).absolute = i == 1), FirstChoice, "",
-    "whether a position of zero is the same angle in every recording (absolute), or where a counter began; gravity needs an absolute angle";
+    "whether position zero is the same angle in every recording (absolute), or the start of a counter; gravity needs \
+     an absolute angle";
 "log.position_scale": Number(ANY, |s, v| log(s).units.position_scale = v), Value(1.0), "",
-    "position_unit for one of the column's, such as \"turns\" and 0.2 for the millimetres of a screw of 5 mm a turn; below 0 for the other direction";
+    "position_unit per unit of the column, such as \"turns\" and 0.2 for mm on a screw with 5 mm per revolution; \
+     below 0 for the other direction";
 "log.command": ColumnOf(|s, v| log(s).command = Some(v)), Derived("the declared controller's, computed again"), "scaled by command_scale",
-    "the whole command that acted from each row to the next";
+    "the total command that acted from each row to the next";
 "log.injection": ColumnOf(|s, v| log(s).injection = Some(v)), Derived("none"), "scaled by command_scale",
-    "what was added to the declared controller's command behind its limit";
+    "injection: added to the declared controller's command after its limit";
 "log.command_scale": Number(ANY, |s, v| log(s).units.command_scale = v), Value(1.0), "",
-    "command units for one of the column's, such as 0.24 for the per cent of a bridge of 24 V; below 0 for the other direction";
+    "command units per unit of the column, such as 0.24 for percent of a 24 V power stage; below 0 for the other \
+     direction";
 "log.velocity": ColumnOf(|s, v| log(s).velocity = Some(v)), Derived("none"), "position_unit per s, times position_scale",
     "measured velocity, on which [inner] acts";
 "log.bridge_gaps": Whole([0, u32::MAX], |s, v| log(s).bridge = v), Value(0.0), "",
-    "the most missing samples in a row that straight lines may bridge";
+    "largest number of missing samples in a row that are interpolated linearly";
 "log.cut": Pairs(ANY, |s, v| log(s).leave_out(v)), Derived("nothing is left out"), "s",
     "ranges of the log's time that are left out";
-"log.wrap": Number(NOT_NEGATIVE, |s, v| log(s).wrap = Some(v)), Derived("found: a position that begins again after a revolution is continued"), "in position_unit, before position_scale",
-    "period after which the position begins again, such as 360 of degrees; 0 if it does not";
+"log.wrap": Number(NOT_NEGATIVE, |s, v| log(s).wrap = Some(v)), Derived("detected: a position that wraps after a \
+                                                                         revolution is unwrapped"), "in position_unit, before position_scale",
+    "period after which the position wraps, such as 360 for degrees; 0 if it does not wrap";
 }
 
 const FAULTS: Entries = Entries {

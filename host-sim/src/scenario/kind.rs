@@ -303,14 +303,14 @@ fn refused(key: &Key, value: &Value<'_>, why: impl std::fmt::Display) -> Fault {
 /// A value of another kind than belongs there.
 pub(super) fn other(key: &Key, value: &Value<'_>, belongs: &str) -> Fault {
     let stands = match value.get_ref() {
-        DeValue::String(_) => "a text stands",
-        DeValue::Integer(_) | DeValue::Float(_) => "a number stands",
-        DeValue::Boolean(_) => "true or false stands",
-        DeValue::Datetime(_) => "a date stands",
-        DeValue::Array(_) => "a list stands",
-        DeValue::Table(_) => "a table stands",
+        DeValue::String(_) => "this is a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "this is a number",
+        DeValue::Boolean(_) => "this is true or false",
+        DeValue::Datetime(_) => "this is a date",
+        DeValue::Array(_) => "this is a list",
+        DeValue::Table(_) => "this is a table",
     };
-    refused(key, value, format!("{stands} where {belongs} belongs"))
+    refused(key, value, format!("{stands} instead of {belongs}"))
 }
 
 /// A name that is not among those known.
@@ -383,7 +383,7 @@ pub(super) fn list<'v, 'a>(
         return Err(other(key, value, "a list"));
     };
     if list.is_empty() || list.len() > max {
-        let fault = format!("{} entries, where 1 to {max} belong", list.len());
+        let fault = format!("{} entries: 1 to {max} are allowed", list.len());
         return Err(refused(key, value, fault));
     }
     Ok(list)
@@ -394,7 +394,7 @@ fn pair(key: &Key, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result
         return Err(other(key, value, belongs));
     };
     let [low, high] = &list[..] else {
-        let fault = format!("{} numbers where two belong", list.len());
+        let fault = format!("{} numbers instead of two", list.len());
         return Err(refused(key, value, fault));
     };
     Ok([number(key, low, allowed)?, number(key, high, allowed)?])
@@ -426,7 +426,7 @@ fn reach(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     };
     let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
     if low > 0.0 || high < 0.0 || low >= high {
-        let fault = format!("[{low}, {high}] does not reach from where the servo stands");
+        let fault = format!("[{low}, {high}] does not contain 0, the servo's position");
         return Err(refused(key, value, fault));
     }
     Ok([low, high])
@@ -439,7 +439,7 @@ fn column(key: &Key, value: &Value<'_>) -> Result<Column, Fault> {
     let name = text(key, value, "the name or the number of a column")?;
     if name.is_empty() || name.chars().nth(MAX_NAME).is_some() || name.chars().any(char::is_control)
     {
-        return Err(refused(key, value, "this cannot be the name of a column"));
+        return Err(refused(key, value, "this is not a valid column name"));
     }
     Ok(Column::named(name))
 }
@@ -464,11 +464,7 @@ fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
             return Err(refused(key, entry, fault));
         };
         if parameters.contains(&parameter) {
-            return Err(refused(
-                key,
-                entry,
-                format!("\"{name}\" stands there twice"),
-            ));
+            return Err(refused(key, entry, format!("\"{name}\" is listed twice")));
         }
         parameters.push(parameter);
     }

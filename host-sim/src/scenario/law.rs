@@ -84,7 +84,7 @@ macro_rules! laws {
 
 laws! {
     /// The Γ-gradient estimator (11).
-    Gradient: "gradient", Gradient, ALL, Pid, "box of a and b, gains of the PID", "the paper",
+    Gradient: "gradient", Gradient, ALL, Pid, "range of a and b, gains of the PID", "the paper",
         GRADIENT;
     /// Recursive Gauss–Newton.
     GaussNewton: "gauss-newton", Fit, ALL, Pid, "nothing", "this project",
@@ -98,10 +98,10 @@ laws! {
     /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ (μ ε + ε̇).
     /// Literature: Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop identification", IECON 2006.
     /// It assumes a servo without load and friction: a load leaves a constant ε that no integral takes over.
-    PdGradient: "pd-gradient", Gradient, AB, Pd, "box of a and b, gains of the PD", "[7]",
+    PdGradient: "pd-gradient", Gradient, AB, Pd, "range of a and b, gains of the PD", "[7]",
         GRADIENT;
     /// Recursive least squares on filtered signals in the loop of a relay.
-    RelayLeastSquares: "relay-least-squares", Rival, AB, Relay, "a safe relay, bandwidth", "[2], [14]",
+    RelayLeastSquares: "relay-least-squares", Rival, AB, Relay, "a safe relay amplitude, bandwidth", "[2], [14]",
         &["relay", "forgetting", "filter_cutoff"];
 }
 
@@ -178,7 +178,7 @@ impl Law {
                 .map(|own| format!("\"{}\"", own.name()))
                 .collect();
             return Err(format!(
-                "\"{}\" cannot estimate \"{}\": it estimates [{}] and nothing else",
+                "\"{}\" cannot estimate \"{}\": it estimates only [{}]",
                 self.name(),
                 foreign.name(),
                 names.join(", ")
@@ -190,7 +190,10 @@ impl Law {
             Kind::Gradient | Kind::Fit => &[],
         };
         match always.iter().find(|own| !parameters.contains(own)) {
-            Some(missing) => Err(format!("this law always estimates \"{}\"", missing.name())),
+            Some(missing) => Err(format!(
+                "this estimator always estimates \"{}\"",
+                missing.name()
+            )),
             None => Ok(()),
         }
     }

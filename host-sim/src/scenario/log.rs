@@ -206,7 +206,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
         };
         return Err(Fault::new(
             "log.sample_time",
-            format!("{why} do not say how long a sample lasts: it has to be stated"),
+            format!("{why} do not give the sample time: state it"),
         ));
     }
     if let (Some(stated), Some(needed)) = (log.sample_time, scenario.log_sample_time())
@@ -214,7 +214,9 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
     {
         return Err(Fault::new(
             "log.sample_time",
-            format!("the log has one sample time: {stated} s here, {needed} s in [controller]"),
+            format!(
+                "the log has one sample time, but it is {stated} s here and {needed} s in [controller]"
+            ),
         ));
     }
     let columns: Vec<_> = log.columns().collect();
@@ -223,7 +225,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
             return Err(Fault::new(
                 quantity.key(),
                 format!(
-                    "{column} is {} already: each quantity has a column of its own",
+                    "{column} is already {}: each quantity needs its own column",
                     other.key()
                 ),
             ));
@@ -234,10 +236,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
         ("log.reference_unit", log.units.reference),
     ] {
         if unit == Some(PositionUnit::Count) && log.units.counts_per_rev.is_none() {
-            return Err(Fault::new(
-                key,
-                "\"counts\" need encoder.counts_per_rev, which says what a count is",
-            ));
+            return Err(Fault::new(key, "\"counts\" need encoder.counts_per_rev"));
         }
     }
     for (key, scale) in [
@@ -260,8 +259,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
     if !log.cut.is_empty() && log.command.is_none() && controller.is_some_and(|pid| pid.ki > 0.0) {
         return Err(Fault::new(
             "log.cut",
-            "without log.command nothing says what the declared controller's integral holds behind a \
-             range that is left out: cut the file, or record the command",
+            "without log.command the declared controller's integral is unknown after a range that is left out: split \
+             the file, or record the command",
         ));
     }
     Ok(())

@@ -10,13 +10,13 @@ use super::names::named;
 pub struct LogUnits {
     /// Of time.
     pub time: TimeUnit,
-    /// Of the position.
+    /// For the position.
     pub position: PositionUnit,
     /// Scale of the position, log units per log unit; below 0 for the other direction.
     pub position_scale: f64,
     /// Unit of the reference; none for that of the position, its scale included.
     pub reference: Option<PositionUnit>,
-    /// Of the reference.
+    /// For the reference.
     pub reference_scale: f64,
     /// Command units for one of the log's, of command and injection.
     pub command_scale: f64,

@@ -93,14 +93,14 @@ pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> 
     if let (Some((first, _)), Some((second, _))) = (first, second) {
         return Err(Fault::new(
             *second,
-            format!("{first} states the scale of torques already: state one of them"),
+            format!("{first} already determines torques: state only one of them"),
         ));
     }
     if let (CommandUnit::NewtonMetre | CommandUnit::Newton, Some((key, _))) = (unit, first) {
         return Err(Fault::new(
             *key,
             format!(
-                "a command in {} is the torque itself: leave this out",
+                "a command in {} is already the torque: leave this out",
                 unit.name()
             ),
         ));
@@ -108,7 +108,7 @@ pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> 
     if physical.payload.is_some() != physical.bare_gain.is_some() {
         return Err(Fault::new(
             "physical.payload",
-            "payload and bare_gain belong together: the inertia that was attached, and [b, standard error] of the \
+            "payload and bare_gain must be stated together: the attached inertia, and [b, standard error] of the \
              result without it",
         ));
     }
@@ -127,7 +127,7 @@ pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> 
     if is_wrong && purpose == Purpose::Replay {
         return Err(Fault::new(
             "physical.command_unit",
-            "\"N\" moves an axis in m and \"Nm\" one in rad: state this or log.position_unit",
+            "\"N\" belongs to an axis in m, \"Nm\" to one in rad: correct this or log.position_unit",
         ));
     }
     Ok(())

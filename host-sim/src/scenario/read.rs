@@ -233,7 +233,7 @@ fn advice(table: &str, unknown: &str) -> String {
 /// without effect.
 fn key_not_applicable(key: &Key, choice: &Choice) -> Fault {
     let takes = match choice.takes {
-        [] => "and no others of its kind".to_owned(),
+        [] => "nor any other of its kind".to_owned(),
         takes => format!("but {}", takes.join(", ")),
     };
     Fault::new(

@@ -24,7 +24,7 @@ pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
     };
     let file = std::fs::File::open(path).map_err(unreadable)?;
     if file.metadata().map_err(unreadable)?.is_dir() {
-        let fault = "this is a folder, where a scenario file belongs";
+        let fault = "this is a folder: a scenario must be a file";
         return Err(refused(None, fault.to_owned()));
     }
     let mut bytes = Vec::new();
@@ -42,7 +42,7 @@ pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
 }
 
 fn too_long() -> String {
-    format!("a scenario has at most {MAX_LENGTH} bytes: this is something else")
+    format!("this file is too long for a scenario: at most {MAX_LENGTH} bytes are allowed")
 }
 
 fn line_after(bytes: &[u8]) -> usize {
@@ -128,10 +128,10 @@ impl<'a> Source<'a> {
                 "a number begins with a digit: 0.5, not .5".to_owned()
             }
             _ if piece.is_empty() && written.trim_end().ends_with('=') => {
-                "a value is missing behind =".to_owned()
+                "a value is missing after =".to_owned()
             }
             Some((_, expected)) if message.starts_with("string values must be quoted") => {
-                format!("texts belong in quotes, as in kind = \"prbs\" ({expected} expected)")
+                format!("a text needs quotes, as in kind = \"prbs\" ({expected} expected)")
             }
             Some((wrong, expected)) => format!("this is not TOML: {wrong} ({expected} expected)"),
             None => format!("this is not TOML: {message}"),
@@ -184,10 +184,7 @@ fn begins_with_a_point(text: &str) -> bool {
 fn what_to_write(key: &Key) -> String {
     match key.default {
         Default::Value(_) | Default::Initial(_) | Default::FirstChoice => {
-            format!(
-                "the file does not state it: the default is {}\n",
-                key.default()
-            )
+            format!("not in the file: the default is {}\n", key.default())
         }
         _ => examples(Key::children(key.path)).replacen('\n', &format!("\n  [{}]\n", key.path), 1),
     }

@@ -183,7 +183,7 @@ pub(super) fn identifier_in<N: Number>(
         Method::Relay(_) => Err(Fault::new(
             "identifier.law",
             format!(
-                "\"{}\" closes a loop of its own: it cannot listen beside a controller",
+                "\"{}\" closes its own loop: it cannot run in parallel with a controller",
                 law.name()
             ),
         )),

@@ -52,20 +52,18 @@ pub struct Conditions {
 pub enum ConditionError {
     /// The resolution of the encoder.
     #[error(
-        "the result does not hold the encoder's resolution: state --counts N (a revolution, 0 for an ideal \
-         sensor), --resolution R (rad a count), or --scenario S"
+        "the result lacks the encoder's resolution: state --counts N (per revolution, 0 for an ideal sensor), \
+         --resolution R (rad per count), or --scenario S"
     )]
     Resolution,
     /// The largest command.
     #[error(
-        "the result does not hold the largest command: state --limit U (command units, inf for none), or \
-         --scenario S"
+        "the result lacks the largest command: state --limit U (command units, inf for none), or --scenario S"
     )]
     Limit,
     /// The load takes all of it.
     #[error(
-        "the load is held by a command of {holding:.4}, which the limit of {} to {} does not allow: state a \
-         larger --limit",
+        "holding the load needs a command of {holding:.4}, beyond the limit of {} to {}: state a larger --limit",
         limit[0],
         limit[1]
     )]
@@ -249,12 +247,12 @@ impl Conditions {
             .filter(|_| known.is_command_of_log && self.limit.is_none());
         let step = step.map(|step| {
             format!(
-                "the encoder's resolution is taken to be the smallest step of the log, {step:.4e} rad: --counts or \
-                 --resolution states it"
+                "the encoder's resolution is assumed to be the smallest step of the log, {step:.4e} rad: state it \
+                 with --counts or --resolution"
             )
         });
         let command = command.map(|[_, largest]| {
-            format!("the limit is taken to be the largest command of the log, {largest:.4}: --limit states it")
+            format!("the limit is assumed to be the largest command of the log, {largest:.4}: state it with --limit")
         });
         step.into_iter().chain(command).collect()
     }

@@ -48,7 +48,7 @@ pub enum NoGains {
     /// They do not get the form of the drive, in a sentence.
     #[error("{0}")]
     Form(String),
-    /// Less would do.
+    /// A smaller one is possible.
     #[error("{cap} allows {most:.2} rad/s")]
     TooFast {
         /// The reason why it is not faster.
@@ -104,7 +104,7 @@ impl Tuned {
         let text = |error: &dyn std::fmt::Display| error.to_string();
         let result = IdentifiedResult::new(summary).map_err(|error| text(&error))?;
         if result.doubt.is_some() {
-            return Err("gains for a servo that is not known would be a guess".to_owned());
+            return Err("gains for an unidentified servo would be a guess".to_owned());
         }
         let known = KnownConditions::of_summary(scenario, summary, result.has_delay);
         let settings = Conditions::default().settings(Goal::Stiffest, &result, &known);

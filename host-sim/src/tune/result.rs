@@ -56,7 +56,7 @@ impl IdentifiedResult {
         let result: Value = serde_json::from_str(text).map_err(|error| ResultError {
             key: String::new(),
             fault: format!(
-                "this is no JSON (line {}): give what `run` or `identify` wrote with --json",
+                "this is not JSON (line {}): give a file that `run` or `identify` wrote with --json",
                 error.line()
             ),
         })?;
@@ -120,7 +120,7 @@ impl IdentifiedResult {
         let needed = |name: &str| {
             estimate(name)?.ok_or_else(|| ResultError {
                 key: format!("estimates.{name}"),
-                fault: "it was not identified, and there are no gains without it".to_owned(),
+                fault: "it was not identified: without it there are no gains".to_owned(),
             })
         };
         let (a, b) = (needed("a")?, needed("b")?);
@@ -153,7 +153,7 @@ impl IdentifiedResult {
                 .into_iter()
                 .find(|(_, [_, error])| !error.is_finite());
             unsure.map(|(name, _)| {
-                format!("estimates.{name}.std_error: how sure the estimate is, is not known")
+                format!("estimates.{name}.std_error: the standard error is missing")
             })
         } else {
             Some(format!("status = \"{status}\": {reason}"))
@@ -215,8 +215,9 @@ fn number(result: &Value, key: &str) -> Result<f64, ResultError> {
 fn missing(key: &str) -> ResultError {
     ResultError {
         key: key.to_owned(),
-        fault: "there is no such number or text: give what `run` or `identify` wrote with --json"
-            .to_owned(),
+        fault:
+            "this number or text is missing: give a file that `run` or `identify` wrote with --json"
+                .to_owned(),
     }
 }
 
@@ -285,7 +286,7 @@ mod tests {
     #[test]
     fn a_document_that_is_no_result_is_refused_by_key() {
         for (from, to, key) in [
-            ("{", "{,", "this is no JSON (line 1)"),
+            ("{", "{,", "this is not JSON (line 1)"),
             (r#""status": "converged","#, "", "status: "),
             ("0.001,", r#""x","#, "sample_time: "),
             ("0.001,", "0.0,", "sample_time: 0 is not allowed"),

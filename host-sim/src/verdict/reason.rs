@@ -39,7 +39,7 @@ pub enum VerdictReason {
         unknown: Unknown,
         /// Its standard error.
         std_error: f64,
-        /// The largest that would do.
+        /// The largest allowed one.
         limit: f64,
         /// True if a command of other sizes would determine it.
         needs_sizes: bool,
@@ -55,7 +55,7 @@ pub enum VerdictReason {
     NotSeparated {
         /// Increase of −2 ln L over another gain.
         increase: f64,
-        /// The least that would do.
+        /// The smallest allowed one.
         needed: f64,
     },
     /// The servo moved in one direction: friction and load are one then.
@@ -104,7 +104,7 @@ pub enum VerdictReason {
     NotPredicted {
         /// Error relative to the position's deviation.
         error: f64,
-        /// The largest that would do.
+        /// The largest allowed one.
         limit: f64,
     },
 }
@@ -194,7 +194,7 @@ impl fmt::Display for VerdictReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Explained => f.write_str(
-                "every estimate is known and keeps still, and nothing in the data would move it",
+                "all estimates are within tolerance and settled; no missing effect was found",
             ),
             Self::EndedEarly => f.write_str("the run ended early"),
             Self::NoEstimate { unknown, obstacle } => {
@@ -204,12 +204,12 @@ impl fmt::Display for VerdictReason {
             }
             Self::TooShort { samples, needed } => write!(
                 f,
-                "{samples} samples are too few: at least {needed} are needed, and seconds are better"
+                "{samples} samples are too few: at least {needed} are needed, and some seconds are better"
             ),
             Self::NoMotion { counts, needed } => write!(
                 f,
-                "the servo travelled {counts:.0} encoder counts: below {needed:.0} nothing can be \
-                 known; let it move further, with turns"
+                "the servo travelled {counts:.0} encoder counts: at least {needed:.0} are needed; let it move \
+                 further, with reversals"
             ),
             Self::NotExcited {
                 unknown,
@@ -218,45 +218,44 @@ impl fmt::Display for VerdictReason {
                 needs_sizes,
             } => write!(
                 f,
-                "{} is known to ± {} (95 %), and ± {} would be sure; {}",
+                "{} is uncertain by ± {} (95 %), at most ± {} is within tolerance; {}",
                 unknown.name(),
                 Quantity(2.0 * std_error, unknown),
                 Quantity(2.0 * limit, unknown),
                 if needs_sizes {
-                    "a dead band, friction that grows with the load or a gain that differs between the directions would look \
-                     the same: give the command several sizes"
+                    "a dead band, friction that grows with the load or a gain that differs between the directions \
+                     would look the same: use commands of several sizes"
                 } else {
                     "move further, faster or longer"
                 }
             ),
             Self::AtBound { unknown, estimate } => write!(
                 f,
-                "{} = {} stands at a bound: widen it, or look for what the model lacks",
+                "{} = {} is at a bound: widen it, or find the effect that the model lacks",
                 unknown.name(),
                 Quantity(estimate, unknown)
             ),
             Self::NotSeparated { increase, needed } => write!(
                 f,
-                "a gain that differs by a quarter explains the record nearly as well, with friction and \
-                 load to match (likelihood ratio {increase:.1}, at least {needed:.0} would do): move faster, \
-                 with the command well above friction and of several sizes, or longer"
+                "a gain that differs by a quarter explains the log nearly as well, with friction and load refitted \
+                 (likelihood ratio {increase:.1}, at least {needed:.0} is needed): move faster, with commands of \
+                 several sizes well above friction, or longer"
             ),
             Self::OneDirection => f.write_str(
-                "the servo moved in one direction, in which friction and load are one number: let it turn back",
+                "the servo moved in one direction only, which does not separate friction and load: let it reverse",
             ),
             Self::NotAServo => f.write_str(
-                "no servo with friction, load and delay explains how the position follows the command: \
-                 move further than the encoder's steps and its noise, and check that both columns are of this axis, \
-                 their signs, and their units",
+                "no servo with friction, load and delay explains how the position follows the command: move much \
+                 further than the encoder's resolution and noise, and check that both columns belong to this axis, \
+                 their signs and units",
             ),
             Self::LongestDelay => f.write_str(
-                "the delay is longer than is looked for: check that command and position are of the same \
-                 clock",
+                "the delay is beyond the longest that is tested: check that command and position have the same clock",
             ),
             Self::TermNotEntered { term } => write!(
                 f,
-                "the required term {} did not enter the model: the motion does not show it; let the servo move \
-                 further, with turns, or take it out of identifier.required_terms",
+                "the required term {} is not in the model: the motion does not show it; let the servo move further, \
+                 with reversals, or remove it from identifier.required_terms",
                 term.name()
             ),
             Self::StillMoving {
@@ -265,8 +264,8 @@ impl fmt::Display for VerdictReason {
                 limit,
             } if movement.is_infinite() => write!(
                 f,
-                "{} moved on over the last quarter of the run with steps that did not get shorter; at \
-                 rest they would, to below {}: run longer",
+                "{} changed over the last quarter of the run in steps that did not decrease; settled means below {}: \
+                 run longer",
                 unknown.name(),
                 Quantity(limit, unknown)
             ),
@@ -276,14 +275,15 @@ impl fmt::Display for VerdictReason {
                 limit,
             } => write!(
                 f,
-                "{} still moved by {} over the last quarter of the run, or had that far to go; at \
-                 rest below {}: run longer",
+                "{} still changed by {} over the last quarter of the run, or has that change left; settled means \
+                 below {}: run longer",
                 unknown.name(),
                 Quantity(movement, unknown),
                 Quantity(limit, unknown)
             ),
             Self::Stopped => f.write_str(
-                "the fit was stopped before its end: these are the estimates until then, and effects may be missing; let it end",
+                "the fit was stopped before its end: these are its estimates so far, and effects may be missing; run \
+                 it to its end",
             ),
             Self::Lacks {
                 cause,
@@ -294,16 +294,16 @@ impl fmt::Display for VerdictReason {
                 match cause {
                     Some(cause) => write!(
                         f,
-                        "the model lacks {cause}, which explains {:.0} % of what it leaves over; a model with it",
+                        "the model lacks {cause}, which explains {:.0} % of the residual; a model with it",
                         100.0 * share
                     )?,
                     None => f.write_str(
-                        "the model lacks something, nothing stands out; what is left over",
+                        "the model lacks something, but no effect stands out; a refit to the residual",
                     )?,
                 }
                 write!(
                     f,
-                    " would move {} by {}",
+                    " would change {} by {}",
                     unknown.name(),
                     Quantity(shift, unknown)
                 )?;
@@ -315,16 +315,16 @@ impl fmt::Display for VerdictReason {
                 limit,
             } => write!(
                 f,
-                "the end of the data would move {} by {}, at most {} would do: run longer, or look \
-                 for what the model lacks",
+                "a refit would change {} by {}, at most {} is within tolerance: run longer, or find the effect that \
+                 the model lacks",
                 unknown.name(),
                 Quantity(pull, unknown),
                 Quantity(limit, unknown)
             ),
             Self::NotPredicted { error, limit } => write!(
                 f,
-                "data that the estimates have not seen are predicted to {:.1} % of the motion, at \
-                 most {:.1} % would do: the estimates hold only where they come from",
+                "other data are predicted to {:.1} % of the motion, at most {:.1} % is within tolerance: the \
+                 estimates are valid only for motions like those of the fit",
                 100.0 * error,
                 100.0 * limit
             ),

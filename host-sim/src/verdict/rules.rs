@@ -10,7 +10,7 @@ use super::{Evidence, UnknownEvidence, VerdictReason};
 /// The reliability of estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Status {
-    /// Every estimate is known, keeps still, and nothing that would move it is left in the data.
+    /// Every estimate is within tolerance and settled, and no missing effect was found.
     Converged,
     /// The gain is known, and another unknown is not: the motion says too little of it.
     Partial,
@@ -49,15 +49,15 @@ pub struct Verdict {
 }
 
 /// The standard error up to which an unknown is within tolerance. It is wider than [`Tolerance::STD_ERROR`] because it
-/// contains model errors and not chance alone. An interval of two of them is 8 % of b, 20 % of friction or load or a
-/// hundredth of the acceleration by the command.
+/// contains model errors and not chance alone. An interval of two of them is 8 % of b, 20 % of friction or load, or 1 %
+/// of the acceleration by the command.
 const MAX_STD_ERROR: Tolerance = Tolerance {
     gain: 0.04,
     force: [0.1, 0.005],
     other: [0.1, 0.025],
 };
 
-/// The movement up to which an estimate keeps still.
+/// The change up to which an estimate counts as settled.
 const MAX_MOVEMENT: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.04, 0.003],
@@ -154,7 +154,7 @@ impl UnknownEvidence {
         }
     }
 
-    /// The movement up to which an estimate keeps still.
+    /// The change up to which an estimate counts as settled.
     #[must_use]
     pub fn still(&self, unknown: Unknown) -> f64 {
         MAX_MOVEMENT.limit(unknown, self.estimate, self.scale)

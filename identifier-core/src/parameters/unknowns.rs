@@ -93,7 +93,7 @@ unknowns! {
     Asymmetry: "asymmetry", Rate, "asymmetry of viscous friction",
         Size(Term::Asymmetry, 0.3, ViscousFriction);
     /// s, friction over inertia that fades with speed as exp(−(q̇/v_s)²), rad/s².
-    LowSpeed: "low-speed", Acceleration, "friction that fades with speed",
+    LowSpeed: "low-speed", Acceleration, "low-speed friction",
         Size(Term::LowSpeed, 0.3, CoulombFriction);
     /// g_s, gravity over inertia in proportion to sin q, rad/s².
     GravitySine: "gravity-sine", Acceleration, "gravity with sin q", Size(Term::Gravity, 0.3, Load);
@@ -104,7 +104,7 @@ unknowns! {
     /// r_c, ripple over inertia in proportion to cos Nq, rad/s².
     RippleCosine: "ripple-cosine", Acceleration, "ripple with cos Nq", Size(Term::Ripple, 0.1, Load);
     /// δ, the dead band of the bridge to either side, command units.
-    DeadBand: "dead-band", Command, "dead band of the bridge", Size(Term::DeadBand, 0.1, Command);
+    DeadBand: "dead-band", Command, "dead band of the power stage", Size(Term::DeadBand, 0.1, Command);
     /// d, constant load over inertia, rad/s².
     Load: "load", Acceleration, "load over inertia", Role::Parameter(Parameter::Load);
 }

@@ -21,12 +21,12 @@ impl fmt::Display for GainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::AtRest => {
-                "the reference does not move the servo, so that nothing can be learnt and no gamma \
-                 follows from it: choose a reference that moves, or state gamma"
+                "the reference does not move the servo, so no gamma follows from it: choose a reference that moves, \
+                 or state gamma"
             }
             Self::Unstable => {
-                "the loop around a servo of the box is unstable, so that no gamma follows from it: \
-                 lower the gains, sample faster, or shrink the box"
+                "the loop is unstable for a servo of the parameter range, so no gamma follows from it: lower the \
+                 gains, sample faster, or narrow the parameter range"
             }
         })
     }
@@ -84,9 +84,10 @@ impl fmt::Display for SettingsError {
             ),
             Self::NoAmplifier { setting } => write!(
                 f,
-                "{setting} is declared, and this identifier takes every command as what acts at once: leave it out, or put the amplifier in front of the identifier (there is none in fixed point)"
+                "{setting} is declared, but for this identifier every command acts at once: leave it out, or put the \
+                 amplifier in front of the identifier (not in fixed point)"
             ),
-            Self::NotGiven { setting } => write!(f, "{setting} has to be given here"),
+            Self::NotGiven { setting } => write!(f, "{setting} is required here"),
         }
     }
 }

@@ -36,8 +36,8 @@ impl fmt::Display for SampledLoopError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "the sampled loop is unstable for the servo a = {:.6}, b = {:.6}: sample faster than \
-             every {} s, raise the cut-off of the velocity filter, lower the gains, or shrink the box",
+            "the sampled loop is unstable for the servo a = {:.6}, b = {:.6}: sample faster than every {} s, raise \
+             the cut-off of the velocity filter, lower the gains, or narrow the parameter range",
             self.a, self.b, self.sample_time
         )
     }

@@ -154,13 +154,14 @@ impl fmt::Display for TuningError {
                 cap,
             } => write!(
                 f,
-                "a bandwidth of {bandwidth:.1} rad/s is more than the servo bears: {cap} allows {most:.1} rad/s"
+                "a bandwidth of {bandwidth:.1} rad/s is too high for the servo: {cap} allows {most:.1} rad/s"
             ),
             Self::NotKnown => f.write_str(
-                "the servo is not known well enough for any gains to keep the margins: identify it with more motion",
+                "the estimates are too uncertain, so no gains keep the margins: identify the servo with more motion",
             ),
             Self::DoesNotArrive => f.write_str(
-                "the step does not get to 90 %, as friction holds the servo: ask for a larger step or a faster response",
+                "the step does not reach 90 %, because friction holds the servo: ask for a larger step or a faster \
+                 response",
             ),
         }
     }

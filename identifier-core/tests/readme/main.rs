@@ -1,4 +1,4 @@
-//! The programs of the README, on simulated servos, and that they are the README's.
+//! The programs of the README and of `docs/core.md`, on simulated servos, and that the pages show them.
 
 mod board;
 mod declared_amplifier;
@@ -107,20 +107,21 @@ fn declared_amplifier() {
 }
 
 #[test]
-fn the_programs_are_those_of_the_readme() {
+fn the_programs_are_those_of_the_pages() {
     let readme = include_str!("../../README.md");
-    for program in [
-        include_str!("pid_and_gradient.rs"),
-        include_str!("own_controller.rs"),
-        include_str!("without_fpu.rs"),
-        include_str!("log.rs"),
-        include_str!("own_set.rs"),
-        include_str!("declared_amplifier.rs"),
+    let page = include_str!("../../../docs/core.md");
+    for (page, program) in [
+        (readme, include_str!("pid_and_gradient.rs")),
+        (readme, include_str!("own_controller.rs")),
+        (readme, include_str!("without_fpu.rs")),
+        (page, include_str!("log.rs")),
+        (page, include_str!("own_set.rs")),
+        (page, include_str!("declared_amplifier.rs")),
     ] {
         let shown = program
             .replace("use super::board::Board;\n", "")
             .replace("pub(super) ", "");
         let block = format!("```rust,ignore\n{shown}```\n");
-        assert!(readme.contains(&block), "not in the README:\n{shown}");
+        assert!(page.contains(&block), "not on its page:\n{shown}");
     }
 }

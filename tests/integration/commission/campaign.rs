@@ -1,6 +1,6 @@
-//! Unknown servos, commissioned: `CAMPAIGN=20` for a thousand of them, `CAMPAIGN_SEED=7` for others than
-//! usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a feed-forward, `CAMPAIGN_DETAIL=1` for a line each of those that were not
-//! applied or did not keep their promise.
+//! Unknown servos, commissioned: `CAMPAIGN=20` for a thousand of them, `CAMPAIGN_SEED=7` for others than usual,
+//! `CAMPAIGN_FEED_FORWARD=1` for gains with a feed-forward, `CAMPAIGN_DETAIL=1` for a line each of those that were not
+//! applied or missed the predicted response.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ use super::tally::{Tally, table};
 /// Servos of a campaign with a factor of one.
 const SERVOS: f64 = 50.0;
 
-/// Smallest share of the servos that is applied, and of these that keep their promise: of a thousand
-/// 96.7 % were and 98.1 % of them did (99.4 and 100 % with 4096 counts and more).
+/// Smallest share of the servos that is applied, and of these the share that matches the predicted response: of a
+/// thousand 96.7 % were and 98.1 % of them did (99.4 and 100 % with 4096 counts and more).
 const APPLIED: f64 = 0.93;
 const KEPT: f64 = 0.96;
 

@@ -1,5 +1,5 @@
-//! Servos that are not the model: applied only where the predicted response is measured, else refused. The table counts
-//! the refusals of which the fit of the whole record names the effect.
+//! Servos that are not the model: applied only if the predicted response is met, else refused. The table counts the
+//! refusals of which the fit of the whole record names the effect.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -21,9 +21,9 @@ const NAMED: f64 = 0.7;
 /// The part of the servos without an effect that is applied, at least.
 const APPLIED: f64 = 0.75;
 
-/// Known failures, not mended yet: an overshoot of 4 to 5 points above the promise where a dead band
-/// comes with play, a motion beyond the largest speed where there is much play, and an overshoot of 3.2 to 3.7 points above
-/// the promise where friction at rest is four times that in motion: the integral hunts, more slowly than the trial lasts.
+/// Known failures, not corrected yet: an overshoot of 4 to 5 points above the prediction with a dead band and backlash,
+/// a motion beyond the largest speed with much backlash, and an overshoot of 3.2 to 3.7 points above the promise where
+/// friction at rest is four times that in motion: the integral hunts, more slowly than the trial lasts.
 const KNOWN_FAULTS: [&str; 3] = [
     "paper, backlash, dead band",
     "geared, backlash 50 counts",

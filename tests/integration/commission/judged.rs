@@ -5,7 +5,7 @@ use host_sim::commission::{Commissioning, Outcome, StepResponse};
 use host_sim::scenario::Scenario;
 use integration_tests::Random;
 
-/// Rise time against the promise, and overshoot beyond it.
+/// Rise time against the prediction, and overshoot beyond it.
 pub(super) const RISE: f64 = 0.15;
 pub(super) const OVERSHOOT: f64 = 0.03;
 
@@ -22,12 +22,12 @@ pub(super) struct Judged {
     pub(super) broken: Vec<String>,
 }
 
-/// True performance of the applied gains against their promise.
+/// True performance of the applied gains against the prediction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kept {
-    /// Excess of the rise time beyond the promised range, relative to the nearer end; infinite if it never rose.
+    /// Excess of the rise time beyond the predicted range, relative to the nearer end; infinite if it never rose.
     pub(super) rise: f64,
-    /// Overshoot, and overshoot beyond the promised, a part of the step.
+    /// Overshoot, and overshoot beyond the predicted, as a part of the step.
     pub(super) whole_overshoot: f64,
     pub(super) overshoot: f64,
     /// Final error of the step, relative to it.
@@ -35,7 +35,7 @@ pub(super) struct Kept {
 }
 
 impl Kept {
-    /// True if the promise is kept.
+    /// True if the predicted response is met.
     pub(super) fn is_kept(&self) -> bool {
         self.rise.abs() <= RISE && self.overshoot <= OVERSHOOT
     }
@@ -122,7 +122,7 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
 fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
     let promise = outcome.tuning?.promise;
     let response = StepResponse::in_truth(scenario, outcome)?;
-    // A servo with friction is promised a rise between two.
+    // A servo with friction is predicted a range of rise times.
     let [quickest, slowest] = [promise.quickest_rise_time, promise.rise_time];
     let off = |rise: f64| (rise / slowest - 1.0).max(0.0) + (rise / quickest - 1.0).min(0.0);
     Some(Kept {

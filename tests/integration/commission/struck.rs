@@ -1,5 +1,5 @@
-//! Faults and loads that strike at any time of a commissioning: `STRUCK=2000` for as many, `CAMPAIGN_SEED=7` for others than
-//! usual, `CAMPAIGN_DETAIL=1` for a line each of those that end wrongly.
+//! Fault injection at any time of a commissioning: `STRUCK=2000` for as many, `CAMPAIGN_SEED=7` for others than usual,
+//! `CAMPAIGN_DETAIL=1` for a line each of those that end wrongly.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -50,7 +50,7 @@ const KINDS: [Kind; 14] = [
     Kind::fault(FaultKind::EncoderLost, &[Reason::EncoderLost]),
     Kind {
         sizes: [500.0, 5000.0],
-        // Of a servo that is not known it may be a motion.
+        // For an unknown servo it may be a motion.
         since: Phase::ProbeAgain,
         ..Kind::fault(FaultKind::EncoderJump, &[Reason::EncoderJumped])
     },
@@ -105,7 +105,7 @@ impl Kind {
         !self.names.is_empty()
     }
 
-    /// It strikes a servo at any time of the commissioning that it would have had.
+    /// It is injected at any time of the commissioning that the servo would have had.
     fn strike(&self, servo: &Scenario, sound: &Judged, random: &mut Random) -> InjectedFault {
         let phases = &sound.outcome.course.phases;
         let from = phases
@@ -144,7 +144,7 @@ impl Kind {
     }
 }
 
-/// Outcomes of the strikes of a kind.
+/// Outcomes of one kind of fault injection.
 #[derive(Debug, Clone, Default)]
 struct Tally {
     struck: usize,
@@ -183,7 +183,7 @@ fn is_of_hardware(reason: Reason) -> bool {
             ))
 }
 
-/// A servo with its strike, judged; none of one that is not commissioned without.
+/// A servo with its injected fault, judged; none if it is not commissioned without the fault.
 fn struck(drawn: &(Drawn, Kind, u32)) -> Option<(Scenario, Judged)> {
     let (drawn, kind, seed) = drawn;
     let mut servo = drawn.scenario().ok()?;

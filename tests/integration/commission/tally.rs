@@ -13,12 +13,12 @@ pub(super) struct Tally {
     pub(super) servos: usize,
     pub(super) refused: usize,
     pub(super) applied: usize,
-    /// Those whose gains have a feed-forward, and that keep their promise besides.
+    /// Those whose gains have a feed-forward, and of these those that match the prediction.
     led: [usize; 2],
     pub(super) kept: usize,
     pub(super) rise: usize,
     pub(super) overshoot: usize,
-    /// Those whose step overshoots by little, whatever was promised.
+    /// Those whose step overshoots by little, whatever was predicted.
     pub(super) hardly_over: usize,
     pub(super) broken: usize,
     /// By reason, those that were not applied.

@@ -18,15 +18,15 @@ const LAWS: [&str; 3] = ["gauss-newton", "gradient", "gradient-friction"];
 pub(super) struct Durations {
     /// While the servo is disabled.
     pub(super) at_rest: Vec<Share>,
-    /// Of a run that shows every sample.
+    /// For a run that shows every sample.
     pub(super) run: Vec<Share>,
     /// Of a commissioning.
     pub(super) commissioning: Vec<Share>,
 }
 
 impl Durations {
-    /// Those at a rate, Hz: of the dearest law, and of the commissioning at the next rate that is counted, of which the slower
-    /// takes longer.
+    /// Those at a rate, Hz: of the most expensive estimator, and of the commissioning at the next rate that is counted,
+    /// of which the slower takes longer.
     pub(super) fn at(rate: u32) -> Self {
         let budget = std::fs::read_to_string(BUDGET).expect("the budget is committed");
         let time = |name: &str| time(&budget, name);

@@ -31,7 +31,7 @@ enum Activity {
     Run,
     /// A commissioning from rest, which writes a record first, and every sixteenth time erases a sector.
     Commissioning,
-    /// A commissioning in place of a run, which resumes.
+    /// A commissioning instead of a run, which resumes.
     Beside,
     /// A save at rest, and a start right after it.
     Save,

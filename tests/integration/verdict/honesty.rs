@@ -8,7 +8,7 @@ use integration_tests::{Random, in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
 
-/// The laws under test; the gradient has a box about the servo.
+/// The estimators under test; the gradient has a parameter range about the servo.
 const LAWS: [&str; 3] = [
     ALL_FOUR,
     "law = \"gauss-newton\"\nparameters = [\"a\", \"b\"]",
@@ -45,8 +45,8 @@ fn wrongness(summary: &Summary, kind: &Kind) -> f64 {
     b.max(force(Parameter::Coulomb)).max(force(Parameter::Load))
 }
 
-/// A scenario in which something is amiss: hardly any excitation, too short, a delay, a dead band, a
-/// coarse encoder with noise.
+/// A scenario in which something is amiss: little excitation, too short, a delay, a dead band, a coarse encoder with
+/// noise.
 fn amiss(random: &mut Random) -> (Kind, Scenario) {
     let mut kind = drawn(random);
     let count = std::f64::consts::TAU / kind.counts;

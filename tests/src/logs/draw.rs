@@ -106,8 +106,8 @@ fn exact_setup(random: &mut Random, rates: [f64; 2]) -> LoopSetup {
         },
     };
 
-    // The share of the limit that the reference asks for, and its size: of a stiff loop that has little of it
-    // to move with, the encoder would see nothing.
+    // The share of the limit that the reference needs, and its size. A stiff loop with little of it would move less
+    // than the encoder resolves.
     const FEWEST_COUNTS: f64 = 100.0;
     let demand = random.log_uniform(0.05, 1.5);
     let stiffest = (demand * authority / (FEWEST_COUNTS * count)).sqrt();

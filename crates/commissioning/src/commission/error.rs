@@ -85,14 +85,16 @@ impl fmt::Display for CommissionError {
                 setting,
                 value,
                 needed,
-            } => write!(f, "{setting} is {value}: {needed} would do"),
+            } => write!(f, "{setting} is {value}, but {needed} is needed"),
             Self::TravelTooSmall { travel, needed } => write!(
                 f,
-                "a travel of {travel} rad is less than evidence needs with this encoder: allow {needed:.4} rad"
+                "a travel of {travel:.4} rad is too small to identify the servo with this encoder: allow {needed:.4} \
+                 rad"
             ),
             Self::SpeedTooSmall { speed, needed } => write!(
                 f,
-                "a speed of {speed} rad/s is less than evidence needs with this encoder: allow {needed:.4} rad/s"
+                "a speed of {speed:.4} rad/s is too low to identify the servo with this encoder: allow {needed:.4} \
+                 rad/s"
             ),
             Self::TooStrong {
                 sample_time,
@@ -100,8 +102,8 @@ impl fmt::Display for CommissionError {
                 command,
             } => write!(
                 f,
-                "in a sample time of {sample_time} s a servo of the largest b changes its speed by too much of the limit: \
-                 sample every {most:.6} s or less, or allow a command of {command:.4} or less"
+                "at a sample time of {sample_time} s a servo with the largest b changes its speed too much per \
+                 sample: sample every {most:.6} s or less, or allow a command of {command:.4} or less"
             ),
             Self::TooFast { bandwidth, most } => write!(
                 f,

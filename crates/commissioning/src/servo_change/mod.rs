@@ -59,7 +59,8 @@ impl fmt::Display for ServoChange {
         };
         write!(
             f,
-            "{reason} ({found:.3e} {unit}, promised for {promised:.3e}, {standard_errors:.0} standard errors apart)"
+            "{reason} ({found:.3e} {unit}, commissioned with {promised:.3e}, {standard_errors:.0} standard errors \
+             apart)"
         )
     }
 }

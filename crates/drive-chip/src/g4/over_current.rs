@@ -21,8 +21,8 @@ pub struct OverCurrent {
 }
 
 impl OverCurrent {
-    /// A pin with a voltage that rises with the magnitude of the current, and the voltage above which the output is
-    /// disabled, mV of 3300. The pin is the positive input of COMP3 (PA0).
+    /// A pin whose voltage rises with the magnitude of the current. Above the threshold, mV of 3300, the output is
+    /// disabled. The pin is the positive input of COMP3 (PA0).
     ///
     /// # Panics
     /// Zero, or 3300 and more; in a constant it does not compile.

@@ -180,7 +180,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.channel.set_disabled_patience(samples);
     }
 
-    /// The sample time that holds, s: the firmware's timer follows it while the servo is released.
+    /// The sample time that holds, s: the firmware's timer follows it while the stage is disabled.
     #[must_use]
     pub fn sample_time(&self) -> f64 {
         self.settings.closed_loop.core.sample_time

@@ -65,7 +65,7 @@ pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
     panic!("the commissioning has no end: {:?}", drive.status());
 }
 
-/// Sends nothing more: the servo is released, and both state and outcome give the reason.
+/// Sends nothing more: the stage is disabled, and state and outcome give the reason.
 pub(crate) fn link_falls_silent(drive: &mut Drive<'_>, bench: &Bench, phase: Phase) {
     over(drive);
     assert_eq!(bench.held.get(), None, "{phase:?}");

@@ -10,13 +10,13 @@ from ._experiments import page
 
 def main() -> int:
     parser = ArgumentParser("python -m servo_id", usage="%(prog)s identify FILE [--joint JOINT] [--KEYWORD VALUE ...]")
-    parser.add_argument("verb", choices=["identify"], help="print what is found of the servo behind a log")
+    parser.add_argument("verb", choices=["identify"], help="identify the servo of a log and print the result")
     parser.add_argument("file", help=".csv, .csv.gz, .db3, .mcap, .bag, .wpilog, .ulg, .parquet, .mat, .npz, .json, or a folder")
-    parser.add_argument("--joint", help="of a log of several: its name or number")
+    parser.add_argument("--joint", help="name or number of the joint, if the log has several")
     known, rest = parser.parse_known_args()
     names = [word.removeprefix("--").replace("-", "_") for word in rest[::2] if word.startswith("--")]
     if 2 * len(names) != len(rest):
-        parser.error("the keywords of identify have a value each, as --position angle --command-scale 0.1")
+        parser.error("each keyword of identify needs a value, such as --position angle --command-scale 0.1")
     try:
         width = shutil.get_terminal_size((100, 24)).columns
         text = page(known.file, joint=known.joint, width=width, **dict(zip(names, rest[1::2])))

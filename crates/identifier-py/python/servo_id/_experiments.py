@@ -56,7 +56,7 @@ def identify(
     """
     if scenario is not None:
         if stated:
-            raise ValueError(f"{', '.join(stated)}: with a scenario, its tables state it")
+            raise ValueError(f"{', '.join(stated)}: not allowed together with a scenario: state it there")
         file, text, findings = *_scenario.read(scenario), ()
         source = _source(log, joint, {})
     elif not isinstance(log, (str, PathLike)) and joint is None and set(log) <= set(_ROLES):
@@ -92,11 +92,11 @@ def identify_joints(
     wide = {name: np.asarray(column, dtype=np.float64) for name, column in log.items()}
     counts = {name: column.shape[1] for name, column in wide.items() if column.ndim == 2}
     if len(set(counts.values())) != 1:
-        raise ValueError(f"position and command have a column for each joint (samples × joints), and these have {counts}")
+        raise ValueError(f"position and command must have one column per joint (samples × joints), but these have {counts}")
     count = next(iter(counts.values()))
     names = [f"joint_{number}" for number in range(count)] if names is None else list(names)
     if len(set(names)) != count or len(names) != count:
-        raise ValueError(f"names has {len(names)} entries for {count} joints: each has a name of its own")
+        raise ValueError(f"names has {len(names)} entries for {count} joints: state one name per joint")
 
     def one(number: int) -> Result:
         own = {name: column[:, number] if column.ndim == 2 else column for name, column in wide.items()}
@@ -138,7 +138,7 @@ def _source(log: Log, joint: str | int | None, stated: Mapping[str, Any]) -> Any
     if not _read.is_text(File(path)):
         return _in_memory(_read.columns_of(File(path), joint, named), path)
     if joint is not None:
-        raise ValueError(f"{path}: joint: a text has a column for each quantity: state position and command")
+        raise ValueError(f"{path}: joint: a text log has no joints: state the columns position and command")
     return path
 
 
@@ -173,7 +173,7 @@ def sweep(
     worker is lost is repeated by dask. The result is the same for any number of workers.
     """
     if runs < 1:
-        raise ValueError(f"runs = {runs}: a sweep has one servo or more")
+        raise ValueError(f"runs = {runs}: it must be at least 1")
     file, text = _scenario.read(scenario)
     end = first + runs
     starts = range(first, end, _BATCH)
@@ -195,7 +195,7 @@ def _batch(file: str, text: str, seed: int, start: int, count: int) -> tuple[dic
 def tune(
     result: Result, *, form: str | None = None, accept_unconverged: bool = False, **conditions: float
 ) -> Gains:
-    """PID gains for a servo, with the response that they promise.
+    """PID gains for a servo, with their predicted response.
 
     The goal is ``response_time`` (s, from 10 to 90 % of a step) or ``bandwidth`` (rad/s), by default as stiff as the servo
     allows. Further conditions: sample_time, counts or resolution, limit, command_delay, cutoff, max_sensitivity, max_noise,
@@ -206,7 +206,7 @@ def tune(
     max_current (A) where that form needs it.
     """
     if {"response_time", "bandwidth"} <= conditions.keys():
-        raise ValueError("response_time and bandwidth are two goals: state one")
+        raise ValueError("response_time and bandwidth are two goals: state only one")
     stated = {name: float(value) for name, value in conditions.items()}
     text, assumptions = _native.tune(result.text, stated, form, accept_unconverged)
     return Gains(text, tuple(assumptions))
@@ -222,12 +222,12 @@ def scenario_of_columns(log: Collection[str], stated: dict[str, Any]) -> dict[st
             hint = "; a goal needs inner=, the gains of the servo's own loop" if has_goal and role == "command" else ""
             raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}{hint}")
     if has_goal and ("command" in log or "reference" in log):
-        raise ValueError("goal: a log has a goal in place of a command and a reference; leave out what the loop is not given")
+        raise ValueError("goal: a log has either a goal, or a command and a reference; leave out the others")
     unknown = set(log) - set(_ROLES)
     if unknown:
-        raise ValueError(f"{', '.join(sorted(unknown))}: a column is one of {', '.join(_ROLES)}")
+        raise ValueError(f"{', '.join(sorted(unknown))}: not a column: it must be one of {', '.join(_ROLES)}")
     if "time" not in log and "sample_time" not in stated:
-        raise ValueError("sample_time is missing: state how many seconds pass from one sample to the next, or a column time")
+        raise ValueError("sample_time is missing: state the time from one sample to the next, s, or a column time")
     identifier = {"law": stated.pop("law"), **stated.pop("identifier", {})}
     # Zero is an encoder that nothing is known of: the log's own steps count then.
     encoder = {"counts_per_rev": float(stated.pop("counts_per_rev", 0.0))}
@@ -254,7 +254,7 @@ def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, A
         if isinstance(value, str) or np.ndim(value) == 0:
             return value
         if len(value) != count:
-            raise ValueError(f"{name} has {len(value)} entries for {count} joints: state one for each, or one for all")
+            raise ValueError(f"{name} has {len(value)} entries for {count} joints: state one for each or one for all")
         return value[number]
 
     own = {name: one(name, stated[name]) for name in ("torque_constant", "inertia") if name in stated}
@@ -270,9 +270,9 @@ def float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:
         array = np.asarray(column)
         if array.ndim != 1:
             raise ValueError(
-                f"{name} has the shape {array.shape}: a column has one number per sample; identify_joints takes several joints"
+                f"{name} has the shape {array.shape}: a column has one number per sample; use identify_joints for several joints"
             )
         if array.dtype.kind not in "fiu":
-            raise ValueError(f"{name} has the type {array.dtype}: a column is of numbers")
+            raise ValueError(f"{name} has the type {array.dtype}: a column must have numbers")
         arrays[name] = np.ascontiguousarray(array, dtype=np.float64)
     return arrays

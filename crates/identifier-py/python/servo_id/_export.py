@@ -28,7 +28,7 @@ def export(
     """
     if (torque_constant is not None) + (inertia is not None) + ratios > 1:
         raise ValueError(
-            "the scale of torques is stated twice: torque_constant or inertia, or ratios=True, and one of them only"
+            "the scale of torques is stated twice: state one of torque_constant, inertia and ratios=True"
         )
     if isinstance(joints, Result):
         joints = {"joint": joints}
@@ -37,7 +37,7 @@ def export(
         if not isinstance(value, Mapping):
             return value
         if name not in value:
-            raise ValueError(f"{name} is not among {', '.join(value)}: state a value for each joint")
+            raise ValueError(f"{name} is not one of {', '.join(value)}: state a value for each joint")
         return value[name]
 
     stated = [

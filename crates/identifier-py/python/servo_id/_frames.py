@@ -29,7 +29,7 @@ def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[f
     position, goal = _wide(frames[POSITION]), _wide(frames[GOAL])
     if position.shape != goal.shape:
         raise ValueError(
-            f"{POSITION} has the shape {position.shape} and {GOAL} {goal.shape}: pass those columns of both that are joints"
+            f"{POSITION} has the shape {position.shape} but {GOAL} has {goal.shape}: pass the columns of the joints only"
         )
     time = np.array(frames[TIME], dtype=np.float64)
     episode = np.array(frames[_EPISODE]) if _EPISODE in _names(frames) else np.zeros(len(time))
@@ -39,7 +39,7 @@ def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[f
         time[begin:] += last + _PAUSE - time[begin]
         cut.append([last + 0.25 * _PAUSE, last + 0.75 * _PAUSE])
     if len(cut) > _MAX_BREAKS:
-        raise ValueError(f"the frames have {len(cut) + 1} episodes: pass {_MAX_BREAKS + 1} of them or fewer")
+        raise ValueError(f"the frames have {len(cut) + 1} episodes: pass at most {_MAX_BREAKS + 1}")
     return {"time": time, "position": position, "goal": goal}, cut
 
 

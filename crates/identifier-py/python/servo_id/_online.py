@@ -34,7 +34,7 @@ class Identifier:
         arrays = float_columns({"position": position, "command": command})
         if len(arrays["position"]) != len(arrays["command"]):
             lengths = {name: len(array) for name, array in arrays.items()}
-            raise ValueError(f"position and command have a number each per sample, and these have {lengths}")
+            raise ValueError(f"position and command must have the same number of samples, but these have {lengths}")
         self._native.learn_columns(arrays["position"], arrays["command"])
 
     def resume(self) -> None:
@@ -48,12 +48,12 @@ class Identifier:
 
     @property
     def estimates(self) -> dict[str, float]:
-        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the law estimates them."""
+        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the estimator estimates them."""
         return self._native.found()[1]
 
     @property
     def std_errors(self) -> dict[str, float] | None:
-        """Their standard errors; none where the law does not know them."""
+        """Their standard errors; none if the estimator has none."""
         return self._native.found()[2]
 
     @property

@@ -77,17 +77,17 @@ def _of_file(path: Path) -> list[Series]:
         raise
     except Exception as error:
         known = f"{library} {version(library)} cannot read it" if library else "it cannot be read"
-        newer = f", or take a newer one if its format is newer: pip install --upgrade {library}" if library else ""
-        raise Fault(f"{known} ({' '.join(str(error).split()) or type(error).__name__}): write the file anew{newer}") from error
+        newer = f", or update the library if the format is newer: pip install --upgrade {library}" if library else ""
+        raise Fault(f"{known} ({' '.join(str(error).split()) or type(error).__name__}): write the file again{newer}") from error
 
 
 def _joined(series: list[Series], joint: str | int | None, stated: Collection[str]) -> Columns:
     having = Counter(field for _, field in {(one.topic, one.field) for one in series})
     joints = list(dict.fromkeys(one.joint for one in series if one.joint is not None))
     if joint is None and len(joints) > 1:
-        raise Fault(f"it has the joints {', '.join(joints)}: state which is meant, as joint={joints[0]}")
+        raise Fault(f"it has the joints {', '.join(joints)}: state one, such as joint={joints[0]}")
     if joint is not None and str(joint) not in joints:
-        raise Fault(f"there is no joint {joint}, but {', '.join(joints) or 'columns of one alone: leave joint out'}")
+        raise Fault(f"there is no joint {joint}, but {', '.join(joints) or 'only one: leave joint out'}")
     chosen = {
         one.field if having[one.field] == 1 or not one.topic else f"{one.topic}.{one.field}": one
         for one in series
@@ -99,9 +99,9 @@ def _joined(series: list[Series], joint: str | int | None, stated: Collection[st
     moving = named if len(named) > 1 else {name: one for name, one in chosen.items() if _moves(one.values)}
     names = ", ".join(moving)
     if len(moving) > _MAX_SERIES:
-        raise Fault(f"it has {len(moving)} series that change: state position and command, two of {names}")
+        raise Fault(f"it has {len(moving)} series that change: state position and command from {names}")
     if len(moving) < 2:
-        raise Fault(f"it has {names or 'no series of numbers that change'}: a log has a position and the command that acts")
+        raise Fault(f"it has {names or 'no series of numbers that change'}: a log needs the position and the command that acts")
     stamps = np.unique(np.concatenate([one.stamps for one in moving.values()]))
     columns = {TIME: (stamps - stamps[0]) * 1e-9}
     for name, one in moving.items():
@@ -125,7 +125,7 @@ def _table(columns: Any) -> list[Series]:
     lengths = Counter(len(array) for array in arrays.values() for _ in range(array.shape[1]))
     rows = max((length for length, count in lengths.items() if count > 1), default=0)
     if rows < 2:
-        raise Fault("no two columns of numbers are of one length: a log has a row a sample, with position and command")
+        raise Fault("no two columns of numbers have the same length: a log has one row per sample, with position and command")
     arrays = {name: array for name, array in arrays.items() if len(array) == rows}
     widths = Counter(array.shape[1] for array in arrays.values() if array.shape[1] > 1)
     series = []
@@ -197,7 +197,7 @@ def _ros(path: Path) -> Iterator[Series]:
                     found[topic, one, joint].append((len(stamps[topic]), number))
             stamps[topic].append((stamp.sec * 10**9 + stamp.nanosec if stamp else 0, received))
     if not found:
-        raise Fault(f"no topic of the bag has numbers, of {_listed(topics)}: record one with positions, as /joint_states")
+        raise Fault(f"no topic of the bag has numbers: {_listed(topics)}; record one with positions, such as /joint_states")
     clocks = {topic: np.array(stamps[topic]) for topic, _, _ in found}
     # The messages' own clock counts where all have one or it is the recorder's.
     all_own = all(np.all(clock[:, 0] > 0) for clock in clocks.values())
@@ -235,7 +235,7 @@ def _wpilog(path: Path) -> Iterator[Series]:
     getters |= {f"{kind}[]": f"{getter}Array" for kind, getter in getters.items()}
     reader = DataLogReader(str(path))
     if not reader.isValid() or reader.getVersion() >> 8 != 1:
-        raise ValueError(f"its version is {reader.getVersion() / 256}, and 1.0 is known")
+        raise ValueError(f"its version is {reader.getVersion() / 256}: only 1.0 is supported")
 
     def samples() -> Iterator[tuple[str, int, Any]]:
         entries = {}
@@ -257,7 +257,7 @@ def _ulog(path: Path) -> Iterator[Series]:
     with path.open("rb") as file:
         beginning = file.read(8)
         if beginning[:4] == b"ULog" and beginning[-1] > 1:
-            raise ValueError(f"its version is {beginning[-1]}, and 1 is known")
+            raise ValueError(f"its version is {beginning[-1]}: only 1 is supported")
         file.seek(0)
         messages = ULog(file).data_list
     for message in messages:
@@ -281,7 +281,7 @@ def _mat(path: Path) -> list[Series]:
     try:
         found = loadmat(path, squeeze_me=True)
     except NotImplementedError as error:
-        raise Fault("it is a MAT-file of version 7.3: save it in MATLAB with save(file, '-v7')") from error
+        raise Fault("this is a MAT-file of version 7.3: save it in MATLAB with save(file, '-v7')") from error
     try:
         return _table({name: value for name, value in found.items() if not name.startswith("__")})
     except Fault:
@@ -289,7 +289,7 @@ def _mat(path: Path) -> list[Series]:
         if not structures:
             raise
         raise Fault(
-            f"{', '.join(structures)}: a structure, where arrays of numbers belong: save its fields in MATLAB with "
+            f"{', '.join(structures)}: a structure instead of arrays of numbers: save its fields in MATLAB with "
             f"save(file, '-struct', '{structures[0]}', '-v7')"
         ) from None
 
@@ -305,7 +305,7 @@ def _json(path: Path) -> list[Series]:
         names = dict.fromkeys(name for row in read for name in row)
         read = {name: [row.get(name) for row in read] for name in names}
     if not isinstance(read, dict):
-        raise Fault("it is neither a list of records nor an object of lists: write one of them, a record a sample")
+        raise Fault("it is neither a list of records nor an object of lists: write one of these, with one record per sample")
     return _table(read)
 
 

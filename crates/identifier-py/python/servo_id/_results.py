@@ -46,7 +46,7 @@ class Result:
     """The result as ``servo-id`` writes it with ``--json``."""
     trace: Columns = field(default_factory=dict)
     """The samples: time, reference, position, command, output_error; a, b, coulomb, load as they were estimated then, and
-    std_error_a … where the law knows them. Empty where no trace was asked for."""
+    std_error_a … if the estimator has them. Empty where no trace was asked for."""
     findings: tuple[tuple[str, str], ...] = ()
     """How a log without a scenario was taken: columns, time, position, each with its evidence."""
     picture: str = ""
@@ -63,7 +63,7 @@ class Result:
 
     @property
     def estimates(self) -> dict[str, float]:
-        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the law estimates them, and the
+        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the estimator estimates them, and the
         optional terms that entered."""
         return {name: _number(one["value"]) for name, one in self._known.items()}
 
@@ -135,7 +135,7 @@ class Result:
         leaves, friction by velocity, the response with its coherence, the estimates with their intervals of 95 %, and the step
         and the margins of gains for it. Of other laws: the estimates over time."""
         if not self.picture:
-            raise ValueError("there is no trace to draw: identify or simulate with trace=True")
+            raise ValueError("there is no trace to plot: identify or simulate with trace=True")
         return Picture(self.picture)
 
 

@@ -21,7 +21,7 @@ def read(scenario: Scenario) -> tuple[str, str]:
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"{fspath(scenario)}: the scenario cannot be read: {error}") from error
     raise TypeError(
-        f"a scenario is the path of a TOML file or a mapping of its tables, and no {type(scenario).__name__}"
+        f"a scenario is the path of a TOML file or a mapping of its tables, not a {type(scenario).__name__}"
     )
 
 
@@ -58,4 +58,4 @@ def _value(value: Any) -> str:
     if isinstance(value, float):
         # TOML knows inf and nan, and the shortest digits of a float.
         return repr(value)
-    raise TypeError(f"{value!r} is no value of a scenario: a number, a text, true or false, or a list of them is")
+    raise TypeError(f"{value!r} is not a value for a scenario: it must be a number, a text, true or false, or a list of these")

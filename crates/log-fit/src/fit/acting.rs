@@ -91,7 +91,7 @@ impl Acting<'_> {
             let known = self.waves.get(order);
             known.unwrap_or_else(|| self.record.wave(self.sample, order))
         };
-        // Of a push by the command friction that grows with the load takes a part.
+        // Friction that grows with the load takes a part of the command's force.
         let slowing = self.values.get(Effect::LoadFriction) * self.drift * shape.direction;
         let kept = 1.0 - slowing * self.drive.signum();
         let driven = self.drive - slowing * self.effort;

@@ -5,7 +5,7 @@ use std::fmt;
 use super::gain::Diffuse;
 use super::{Effect, Horizon, ModelPass, Record, Survey, Values};
 
-/// Whether work goes on: asked before every step of a search, and from any thread. Once it is false it stays so.
+/// Whether to continue: asked before every step of a search, from any thread. Once it is false it stays so.
 pub type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// A record and the range in which its servo may lie.

@@ -28,7 +28,7 @@ impl Fitter<'_> {
             }
             let family = usize::from(fitted.horizon.walk.is_some());
             let likelihood = |fitted: &Fitted| fitted.sums.minus_two_log_likelihood();
-            // Of those as good as the least so far the likeliest stands.
+            // Among those as good as the smallest so far, the likeliest is kept.
             let stands = match &best[family] {
                 None => true,
                 Some(_) if score < least[family] - AS_GOOD => true,

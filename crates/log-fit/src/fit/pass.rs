@@ -206,7 +206,7 @@ impl ModelPass<'_> {
         let ease = per_inertia * per_motor;
         let drift = f64::max(drifted(FrictionDrift), 0.0);
         let before = state.velocity;
-        // Of a stiff shaft the accelerations' derivatives do not show.
+        // With a stiff shaft the derivatives of the accelerations are not visible.
         let twists = extra(Effect::Compliance) != 0.0;
         if twists {
             state.tangents.acceleration = state.tangents.velocity;

@@ -51,7 +51,7 @@ pub(super) fn windows(
     observe: &mut impl FnMut(&Window),
 ) {
     let width = half_width as f64;
-    // A direction is told from the noise by the means over a quarter of the half width to either side.
+    // A direction is distinguished from noise by the means over a quarter of the half width to either side.
     let beside = (half_width / 4).max(1);
     let threshold = beside as f64 * (2.8 * noise / libm::sqrt(beside as f64) + 0.35);
     let positions = record.positions;

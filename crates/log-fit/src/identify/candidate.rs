@@ -65,7 +65,7 @@ impl Range {
     pub(super) fn new(recording: &Recording<'_>, survey: &Survey) -> Self {
         let [small, half, most, nearly, all, peak] =
             recording.levels([0.1, 0.5, 0.75, 0.9, 0.97, 0.99]);
-        // Of a command of few sizes none is between them, but a share of the largest is; of one size there is none.
+        // A command of few sizes has none in between, but a share of the largest is; of one size there is none.
         let levels = [(half, 0.6), (most, 0.75), (nearly, 0.85), (all, 0.95)]
             .map(|(level, share)| level.min(share * peak));
         let [slowest, fastest] = Fitter::RESONANCES;

@@ -98,7 +98,7 @@ pub fn examine(
         }
     }
     let load = fitter.load(&model.fitted, &model.free);
-    // How well a servo is its model no law's model says.
+    // No estimator's own model shows how well the model describes the servo.
     let beyond = Beyond {
         accuracy: 0.0,
         has_spread: law.is_thorough,

@@ -1,5 +1,5 @@
-//! Uneven sampling instants. A position that was read too early or too late is off by the distance moved until then, so
-//! its noise grows with the speed.
+//! Uneven sampling instants. A position read too early or too late is wrong by the distance moved meanwhile, so its
+//! noise grows with speed.
 
 use crate::fit::{Fitted, Fitter};
 

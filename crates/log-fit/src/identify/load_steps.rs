@@ -42,8 +42,8 @@ pub(super) struct LoadSteps {
 }
 
 impl LoadSteps {
-    /// The load steps of a fitted record. None if the load is constant, because the best fit is at a horizon of a
-    /// constant load, or if no steps explain it.
+    /// The load steps of a fitted record. None if the load is constant or if no steps explain it. The best fit of a
+    /// constant load has no drift.
     pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
         let length = fitter.record.len();
         if length < MIN_PART * PARTS || fitted.horizon.walk.is_none() {

@@ -181,7 +181,8 @@ pub fn identify(
     let values = &model.fitted.values;
     let [_, longest] = fitter.bounds(values, Effect::Delay);
     let delay_at_bound = values.get(Effect::Delay) >= longest;
-    // Of a quick motion third differences see more than noise, and so do the innovations of a model that lacks much.
+    // In a quick motion third differences contain more than noise, and so do the innovations of a model that lacks
+    // much.
     let innovations = model.fitted.sums.noise().sqrt();
     let noise = fitter.survey.noise.min(innovations.max(ROUNDING_DEVIATION));
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();

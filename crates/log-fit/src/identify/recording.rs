@@ -376,7 +376,7 @@ mod tests {
                 assert!(off.abs() < 1e-12, "{order} {angle}: {off}");
             }
         }
-        // Of an odd part alone both parts are known as well as it.
+        // With an odd part only, both parts are as certain as it.
         let error = |effect| {
             errors
                 .iter()

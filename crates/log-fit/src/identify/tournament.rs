@@ -1,4 +1,4 @@
-//! Effects enter the model one at a time by forward selection. The most promising are fitted. The best stays if it
+//! Effects enter the model one at a time by forward selection. The best candidates are fitted. The best stays if it
 //! explains enough that the model did not.
 
 use crate::fit::{Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments};
@@ -186,7 +186,7 @@ impl Tournament<'_> {
                 promising.push(answer);
             }
         }
-        // What friction has taken the place of no linear algebra shows: a dead band is fitted once in any case.
+        // Linear algebra does not show what friction has absorbed: a dead band is fitted once in any case.
         let band = answers
             .iter()
             .find(|answer| answer.candidate.cause == Cause::DeadBand);

@@ -28,10 +28,10 @@ impl Beyond {
     };
 }
 
-/// The share of an encoder's rounding that is proportional to a motion with a deviation of one count, as if the motion
-/// were larger or smaller. No length of a record averages it out. It falls with the square root of the deviation, as
-/// the first harmonic of a rounded sine does (the asymptote of Bessel's function, 0.3). Over the amplitudes of a motion
-/// its sign changes. For drawn servos that move by one to four counts, b is off by a third of it.
+/// The share of quantisation that is proportional to a motion with a deviation of one count. It makes the motion appear
+/// larger or smaller. No length of a record averages it out. It falls with the square root of the deviation, as the
+/// first harmonic of a rounded sine does (the asymptote of Bessel's function, 0.3). Over the amplitudes of a motion its
+/// sign changes. For drawn servos that move by one to four counts, b is off by a third of it.
 const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
 /// Standard errors of the free effects, in their order. The second list holds those whose error is mostly from effects
@@ -39,10 +39,10 @@ const SYSTEMATIC_ROUNDING: f64 = 0.1;
 /// autocorrelation.
 ///
 /// σ² = sandwich + ideal² + ∑ w shift² + spread². The term ideal: no servo matches its model to better than a
-/// thousandth. Jitter of the samples, an encoder off its centre and the command's shape within a sample remain, and no
-/// length of a record shows them. A missing effect counts by its probability w (Hoeting, Madigan, Raftery and Volinsky,
-/// "Bayesian model averaging", Statistical Science 14(4), 1999). The spread is the shift of the estimates beyond chance
-/// if the horizon of the filter is a quarter or four times as long. Its literature is Hausman, "Specification tests in
+/// thousandth. Sampling jitter, an eccentric encoder and the command's shape within a sample remain; no length of
+/// record reveals them. A missing effect counts by its probability w (Hoeting, Madigan, Raftery and Volinsky, "Bayesian
+/// model averaging", Statistical Science 14(4), 1999). The spread is the shift of the estimates beyond chance if the
+/// horizon of the filter is a quarter or four times as long. Its literature is Hausman, "Specification tests in
 /// econometrics", Econometrica 46(6), 1978.
 pub(super) fn std_errors(
     fitter: &Fitter<'_>,
@@ -137,7 +137,7 @@ fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<[f64; 2]> {
         let kept = before / (before + own);
         let (log_factor, found) = if answer.is_possible() {
             let narrowed = sizes * (own / (before + own)).max(f64::MIN_POSITIVE).ln();
-            // Of an effect of z standard errors the gain in segments to which it was not fitted scatters by 2z.
+            // For an effect of z standard errors, the gain in segments to which it was not fitted scatters by 2z.
             let agreed = (2.0 * answer.consistency.max(0.0)).powi(2);
             (0.5 * (ratio.min(agreed) * kept + narrowed), kept * kept)
         } else {

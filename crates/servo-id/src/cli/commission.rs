@@ -28,8 +28,7 @@ pub(super) struct Arguments {
 /// Choices that a scenario may state too.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub(super) struct Choices {
-    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster; as
-    /// `feed_forward = true`.
+    /// Add a reference model with feed-forward if the step then rises faster; as `feed_forward = true`.
     #[arg(long)]
     feed_forward: bool,
 }

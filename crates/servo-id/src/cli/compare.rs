@@ -11,7 +11,7 @@ use crate::present;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file; its law does not matter.
+    /// The scenario, a TOML file; its estimator does not matter.
     scenario: PathBuf,
     #[command(flatten)]
     documents: Documents,

@@ -11,7 +11,7 @@ use crate::export::{Format, Identified, Joint, Language};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The results that `run` or `identify` wrote with --json, a joint each.
+    /// The results that `run` or `identify` wrote with --json, one joint each.
     #[arg(required = true, value_name = "RESULT.json")]
     results: Vec<PathBuf>,
     /// Format of the joints.
@@ -24,14 +24,14 @@ pub(super) struct Arguments {
     joint: Vec<String>,
     #[command(flatten)]
     scale: Scaling,
-    /// Inertia about the joint that the links of the robot's model have already, kg·m² (kg on a linear axis); once for
-    /// all, or for each result.
+    /// Inertia about the joint of the links in the robot's model, kg·m² (kg on a linear axis); once for all, or for
+    /// each result.
     #[arg(long, value_name = "J", allow_negative_numbers = true, num_args = 1)]
     link_inertia: Vec<f64>,
     /// The result without the payload.
     #[arg(long, value_name = "RESULT.json", requires = "payload")]
     bare: Option<PathBuf>,
-    /// Winding resistance of the motor, Ω, where the command is its voltage: for `bam`.
+    /// Winding resistance of the motor, Ω, if the command is its voltage: for `bam`.
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     resistance: Option<f64>,
     /// The largest command, command units; that of the result by default.
@@ -52,16 +52,15 @@ pub(super) struct Arguments {
 #[derive(Debug, clap::Args)]
 #[group(multiple = false, conflicts_with = "firmware")]
 struct Scaling {
-    /// Torque of a unit of command at the joint, N·m (N on a linear axis): torque constant times gear ratio; once for
-    /// all, or for each result.
+    /// Torque per command unit at the joint, N·m (N on a linear axis): torque constant times gear ratio; once for all,
+    /// or for each result.
     #[arg(long, value_name = "K", allow_negative_numbers = true, num_args = 1)]
     torque_constant: Vec<f64>,
-    /// Inertia of all that moves about the joint, kg·m² (kg on a linear axis), where that is known instead; once for all,
-    /// or for each result.
+    /// Total inertia about the joint, kg·m² (kg on a linear axis), if that is known instead; once for all, or for each
+    /// result.
     #[arg(long, value_name = "J", allow_negative_numbers = true, num_args = 1)]
     inertia: Vec<f64>,
-    /// Inertia about the joint of a payload with which the result was identified, kg·m² (kg), where neither is known; it
-    /// needs --bare.
+    /// Inertia about the joint of a payload that was attached, kg·m² (kg), if neither is known; it needs --bare.
     #[arg(
         long,
         value_name = "J",
@@ -69,7 +68,7 @@ struct Scaling {
         requires = "bare"
     )]
     payload: Option<f64>,
-    /// Export ratios: neither is known, and an inertia of 1 stands for it.
+    /// Export ratios, for an inertia of 1, if neither is known.
     #[arg(long)]
     ratios: bool,
 }
@@ -84,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         (Some(language), _) => arguments.loop_of_firmware(language)?,
         (None, _) if scenario.is_some() => {
             return Err(Fault::Input(
-                "--scenario is that of a firmware, --firmware rust or --firmware c: a joint needs none"
+                "--scenario belongs to --firmware rust and --firmware c: a joint needs none"
                     .to_owned(),
             ));
         }
@@ -108,7 +107,8 @@ impl Arguments {
             ([result], [name]) => (result, name.as_str()),
             _ => {
                 return Err(Fault::Input(format!(
-                    "a firmware's loop is of one result, with one --joint at most, and {} are given: export each by itself",
+                    "a firmware's loop takes one result and at most one --joint, but {} are given: export each by \
+                     itself",
                     self.results.len()
                 )));
             }
@@ -125,7 +125,7 @@ impl Arguments {
             let name = joint.name();
             if joints[..place].iter().any(|earlier| earlier.name() == name) {
                 return Err(Fault::Input(format!(
-                    "two joints are named {name}: --joint states a name for each result, in their order"
+                    "two joints are named {name}: state --joint for each result, in their order"
                 )));
             }
         }
@@ -139,7 +139,7 @@ impl Arguments {
         let identified = read(path, self.limit)?;
         if let Some(doubt) = identified.doubt().filter(|_| !self.accept_unconverged) {
             return Err(of_result(&format!(
-                "{doubt}: a model of it would be a guess; see to that first, or --accept-unconverged"
+                "{doubt}: its model would be a guess; correct that first, or state --accept-unconverged"
             )));
         }
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -157,9 +157,9 @@ impl Arguments {
             _ if self.scale.ratios => Scale::Ratios,
             _ => identified.scale().ok_or_else(|| {
                 of_result(
-                    &"motion and command leave the scale of torques open: state --torque-constant K (N·m per command \
-                      unit), --inertia J (kg·m²), or --payload J with --bare RESULT.json; --ratios exports ratios, for an \
-                      inertia of 1",
+                    &"position and command do not determine torques: state --torque-constant K (N·m per command \
+                      unit), --inertia J (kg·m²), or --payload J with --bare RESULT.json; --ratios exports ratios, \
+                      for an inertia of 1",
                 )
             })?,
         };
@@ -191,7 +191,7 @@ impl Arguments {
             [one] if option != "joint" => Ok(Some(one)),
             several if several.len() == results => Ok(Some(&several[place])),
             several => Err(Fault::Input(format!(
-                "--{option} is stated {} times for {results} results: state it for each of them, in their order",
+                "--{option} is stated {} times for {results} results: state it once for each, in their order",
                 several.len()
             ))),
         }

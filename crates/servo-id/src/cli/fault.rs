@@ -54,10 +54,10 @@ fn cannot_be_written(name: impl fmt::Display, error: &io::Error) -> String {
     let text = error.to_string();
     let why = match error.kind() {
         ErrorKind::NotFound => "there is no such folder",
-        ErrorKind::NotADirectory => "what should be its folder is a file",
-        ErrorKind::PermissionDenied => "it is not permitted",
-        ErrorKind::AlreadyExists => "a file of that name is there",
-        ErrorKind::StorageFull => "there is no room left",
+        ErrorKind::NotADirectory => "its folder is a file",
+        ErrorKind::PermissionDenied => "permission denied",
+        ErrorKind::AlreadyExists => "the file exists",
+        ErrorKind::StorageFull => "no space left",
         // Without the number that the system has for it.
         _ => text.split(" (os error").next().unwrap_or(&text),
     };

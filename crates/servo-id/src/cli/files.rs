@@ -136,7 +136,7 @@ impl Files {
             Place::File { path, existing } => {
                 let identity = Identity::new(path, existing.as_ref());
                 if self.inputs.contains(&identity) {
-                    return Err("this file is read: write to another one".to_owned());
+                    return Err("this file is an input: write to another one".to_owned());
                 }
                 if let Some((_, other)) = self.outputs.iter().find(|(known, _)| *known == identity)
                 {
@@ -146,7 +146,7 @@ impl Files {
                     ));
                 }
                 if existing.is_some() && !self.force {
-                    return Err("the file is there already: --force replaces it".to_owned());
+                    return Err("the file exists: --force replaces it".to_owned());
                 }
                 self.outputs.push((identity, name.to_owned()));
                 Ok(())
@@ -193,7 +193,7 @@ impl Picture {
 }
 
 impl Identity {
-    /// Of a file under its name without links; where it is there, every other name of it is the same.
+    /// For a file under its name without links; if it exists, all its other names count as the same.
     #[cfg(unix)]
     fn new(path: &Path, existing: Option<&Metadata>) -> Self {
         use std::os::unix::fs::MetadataExt;

@@ -12,7 +12,7 @@ use crate::program;
 /// Options of an export for a firmware.
 #[derive(Debug, clap::Args)]
 pub(super) struct FirmwareOptions {
-    /// In place of a joint, the loop of the scenario as constants for a firmware in this language.
+    /// Export the loop of the scenario instead of a joint, as constants for a firmware in this language.
     #[arg(long, value_enum, value_name = "LANGUAGE", conflicts_with_all = ["format", "link_inertia", "limit", "bare", "resistance"])]
     pub(super) firmware: Option<Language>,
     /// The scenario of the firmware: controller, identifier, encoder; that of the result by default.
@@ -34,7 +34,7 @@ impl FirmwareOptions {
         let identified = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
         if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
             return Err(of_result(&format!(
-                "{doubt}: a loop that begins there would begin at a guess; see to that first, or --accept-unconverged"
+                "{doubt}: a loop would start at a guess; correct that first, or state --accept-unconverged"
             )));
         }
         let is_name = |name: &str| {
@@ -46,8 +46,8 @@ impl FirmwareOptions {
         };
         if !is_name(name) {
             return Err(Fault::Input(format!(
-                "--joint {name} is not allowed: the arrays of a firmware are named after it, with letters of ASCII, digits \
-                 and _, a letter first"
+                "--joint {name} is not allowed: the firmware's arrays get this name, so it must have ASCII letters, \
+                 digits and _ only, and begin with a letter"
             )));
         }
         let (scenario, place) = self.scenario(result, &of_result)?;

@@ -19,7 +19,7 @@ pub(super) fn run(file: &Path) -> Result<(), Fault> {
     let input = |fault: String| Fault::of_file(file, fault);
     let law = scenario.identifier.law;
     if !law.is_gradient() {
-        let fault = "is not there in fixed point: \"gradient\" and \"pd-gradient\" are";
+        let fault = "does not exist in fixed point: \"gradient\" and \"pd-gradient\" do";
         return Err(input(format!("identifier.law: \"{}\" {fault}", law.name())));
     }
     scenario.identifier.arithmetic = Arithmetic::Fixed;
@@ -48,6 +48,6 @@ pub(super) fn run(file: &Path) -> Result<(), Fault> {
     if result.all_finite {
         Ok(())
     } else {
-        Err(Fault::Other("a value was infinite or no number".to_owned()))
+        Err(Fault::Other("a value was not finite".to_owned()))
     }
 }

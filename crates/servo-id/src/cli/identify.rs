@@ -15,19 +15,20 @@ use crate::present::introduction;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The log, a file, .csv or .csv.gz, with the measured position and the command that acted. Several logs, all
-    /// of one servo and with the same columns, under any controller each, are identified together; by a law that goes from
-    /// sample to sample each starts from the estimates of the one before.
+    /// The log, .csv or .csv.gz, with the measured position and the command that acted. Several logs of one servo with
+    /// the same columns are identified together, each under any controller. An online estimator starts each from the
+    /// estimates of the previous one.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// A further log of the servo that the estimates must predict; it does not enter them. May be repeated.
+    /// A further log of the servo that is only predicted and not used for the fit. May be repeated.
     #[arg(long, value_name = "LOG", help_heading = None)]
     predict: Vec<PathBuf>,
-    /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the log's columns, and the
-    /// controller that ran where the log has no command. Without it the log shows all that it can, and options state the rest.
+    /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the log's columns, and
+    /// the controller that ran where the log has no command. Without it columns and units are recognised from the log,
+    /// and options state the rest.
     #[arg(long, value_name = "SCENARIO.toml", help_heading = None, conflicts_with_all = ["StatedOptions", "save_scenario"])]
     scenario: Option<PathBuf>,
-    /// Passes over the logs, each from the estimates of the one before.
+    /// Passes over the logs, each from the estimates of the previous one.
     #[arg(
         long,
         value_name = "N",

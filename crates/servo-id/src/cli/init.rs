@@ -23,19 +23,19 @@ pub(super) struct Arguments {
     /// Inertia of the load behind the gear, kg m²; 0 by default.
     #[arg(long, value_name = "J")]
     load_inertia: Option<f64>,
-    /// Turns of the motor per turn of the load; 1 by default.
+    /// Motor revolutions per load revolution; 1 by default.
     #[arg(long, value_name = "N")]
     gear: Option<f64>,
-    /// Counts of the encoder per turn of the motor, after quadrature.
+    /// Encoder counts per motor revolution, after ×4 quadrature.
     #[arg(long, value_name = "N")]
     counts: Option<f64>,
     /// Largest current, A (driven by current).
     #[arg(long, value_name = "A")]
     peak_current: Option<f64>,
-    /// The supply's voltage, V (driven by voltage).
+    /// Supply voltage, V (driven by voltage).
     #[arg(long, value_name = "V")]
     voltage: Option<f64>,
-    /// Resistance of the winding, ohm (driven by voltage).
+    /// Winding resistance, ohm (driven by voltage).
     #[arg(long, value_name = "OHM")]
     resistance: Option<f64>,
     /// Viscous friction, N m s/rad; 0 by default.
@@ -100,8 +100,8 @@ impl Arguments {
                 peak: number(self.peak_current, "peak-current", "largest current, A", None)?,
             },
             Command::Voltage => Drive::Voltage {
-                supply: number(self.voltage, "voltage", "supply's voltage, V", None)?,
-                resistance: number(self.resistance, "resistance", "resistance of the winding, ohm", None)?,
+                supply: number(self.voltage, "voltage", "supply voltage, V", None)?,
+                resistance: number(self.resistance, "resistance", "winding resistance, ohm", None)?,
             },
         };
         Ok(DataSheet {
@@ -111,12 +111,12 @@ impl Arguments {
                 self.rotor_inertia, "rotor-inertia", "inertia of the rotor, kg m² (1 g cm² = 1e-7)", None,
             )?,
             counts: number(
-                self.counts, "counts", "counts of the encoder for a turn of the motor, after quadrature", None,
+                self.counts, "counts", "encoder counts per motor revolution, after ×4 quadrature", None,
             )?,
             load_inertia: number(
-                self.load_inertia, "load-inertia", "inertia of the load behind the gear, kg m²", Some(0.0),
+                self.load_inertia, "load-inertia", "inertia of the load at the gear's output, kg m²", Some(0.0),
             )?,
-            gear: number(self.gear, "gear", "turns of the motor for one of the load", Some(1.0))?,
+            gear: number(self.gear, "gear", "motor revolutions per load revolution", Some(1.0))?,
             viscous: number(self.viscous, "viscous", "viscous friction, N m s/rad", Some(0.0))?,
             coulomb: number(self.coulomb, "coulomb", "Coulomb friction, N m", Some(0.0))?,
             sample_time: number(self.sample_time, "sample-time", "sample time of the loop, s", Some(1e-3))?,
@@ -124,7 +124,7 @@ impl Arguments {
     }
 }
 
-/// A number as it is stated, or the usual one.
+/// The stated number, or the default.
 fn number(
     stated: Option<f64>,
     name: &'static str,

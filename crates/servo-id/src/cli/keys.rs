@@ -10,7 +10,7 @@ use crate::program;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// A table, as `controller`, or a key, as `controller.kp`; all keys by default.
+    /// A table, such as `controller`, or a key, such as `controller.kp`; all keys by default.
     #[arg(value_name = "TABLE|KEY")]
     of: Option<String>,
     /// Print a JSON schema (draft 2020-12) of a scenario instead, for editors.

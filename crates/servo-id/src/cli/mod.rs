@@ -46,13 +46,13 @@ use crate::render::terminal::style::FAULT;
 
 /// Simulates the on-line identification of a servo under PID control.
 ///
-/// Exit status: 0 done; 2 bad input; 3 not converged, where --require asks for it; 130 interrupted; 1 anything else.
+/// Exit status: 0 done; 2 bad input; 3 not converged, if --require was stated; 130 interrupted; 1 anything else.
 #[derive(Debug, Parser)]
 #[command(name = program::NAME, version = program::VERSION, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
-    /// Print only errors and what was requested on `-`.
+    /// Print only errors and the output requested on `-`.
     #[arg(long, short, global = true)]
     quiet: bool,
 }
@@ -69,11 +69,11 @@ enum Verb {
     Identify(Box<identify::Arguments>),
     /// Reproduce a result from its provenance and compare the two, to the last bit.
     Reproduce(reproduce::Arguments),
-    /// Commission the simulated drive: probe, identify, verify, tune, try, then apply or roll back.
+    /// Commission the simulated drive: probe, identify, verify, tune, test, then apply or roll back.
     Commission(commission::Arguments),
     /// Run every method on the same servo, in cases that each violate one assumption.
     Compare(compare::Arguments),
-    /// Talk to a drive over its serial line.
+    /// Operate a drive over its serial line.
     Drive(drive::Arguments),
     /// Compute gains for an identified servo, with margins and the predicted response.
     Tune(tune::Arguments),
@@ -136,7 +136,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What replaces a verb or an option that is gone.
+/// The replacement of a verb or an option that is gone.
 fn instead(wrong: &clap::Error) -> Option<String> {
     let (place, context) = match wrong.kind() {
         ErrorKind::InvalidSubcommand => (Place::Verb, ContextKind::InvalidSubcommand),

@@ -1,4 +1,4 @@
-//! What the library takes from its caller, as options of their names.
+//! The library's inputs as options of the same names.
 
 use host_sim::recognise::Stated;
 use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
@@ -39,41 +39,41 @@ options! {
         /// Unit of the position: rad, deg, turns, counts, m or mm.
         #[arg(long, value_name = "UNIT")]
         position_unit: Option<PositionUnit>,
-        /// Position units for one of the column's; below 0 for the other direction.
+        /// Position units per unit of the column; below 0 for the other direction.
         #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
         position_scale: Option<f64>,
-        /// Period after which the position begins again, in its unit; 0 if it does not.
+        /// Period after which the position wraps, in its unit; 0 if it does not wrap.
         #[arg(long, value_name = "PERIOD", allow_negative_numbers = true)]
         wrap: Option<f64>,
-        /// Counts of the encoder for a revolution, after fourfold evaluation.
+        /// Encoder counts per revolution, after ×4 quadrature.
         #[arg(long, value_name = "N", allow_negative_numbers = true)]
         counts_per_rev: Option<f64>,
         /// Column of the command that acted.
         #[arg(long, value_name = "COLUMN")]
         command: Option<String>,
-        /// Command units for one of the column's; below 0 for the other direction.
+        /// Command units per unit of the column; below 0 for the other direction.
         #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
         command_scale: Option<f64>,
-        /// Unit of the command: V for the feed-forward kS, kV, kA and kG, Nm, or N on a linear axis, for inertia and friction;
-        /// A or other.
+        /// Unit of the command: V gives the feed-forward kS, kV, kA and kG; Nm, or N on a linear axis, gives inertia
+        /// and friction; A or other.
         #[arg(long, value_name = "UNIT")]
         command_unit: Option<CommandUnit>,
-        /// Torque of a unit of command at the joint, N·m (N on a linear axis): the result has inertia and friction.
+        /// Torque per command unit at the joint, N·m (N on a linear axis); gives inertia and friction.
         #[arg(long, value_name = "K", allow_negative_numbers = true)]
         torque_constant: Option<f64>,
-        /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
+        /// Total inertia about the joint, kg·m² (kg), if that is known instead.
         #[arg(long, value_name = "J", allow_negative_numbers = true)]
         inertia: Option<f64>,
-        /// Column of the position goal of a servo that closes its own loop, in place of a command.
+        /// Column of the position goal of a servo that closes its own loop, instead of a command.
         #[arg(long, value_name = "COLUMN", conflicts_with_all = ["command", "reference"])]
         goal: Option<String>,
-        /// Proportional gain of the servo's own loop, command units per rad; without it b is times that gain.
+        /// Proportional gain of the servo's own loop, command units per rad; without it b includes that gain.
         #[arg(long, value_name = "K", requires = "goal")]
         kp: Option<f64>,
         /// Its derivative gain, command units per rad/s.
         #[arg(long, value_name = "K", requires = "goal")]
         kd: Option<f64>,
-        /// The largest command that it gives, command units.
+        /// Limit of its command, command units.
         #[arg(long, value_name = "U", requires = "goal")]
         limit: Option<f64>,
         /// Its own sample time, or a simulator's step, s; that of the log by default.
@@ -88,16 +88,16 @@ options! {
         /// Column of the measured velocity that it acts on.
         #[arg(long, value_name = "COLUMN", requires = "goal")]
         velocity: Option<String>,
-        /// Column of the reference; `none` to leave it aside.
+        /// Column of the reference; `none` to ignore it.
         #[arg(long, value_name = "COLUMN")]
         reference: Option<String>,
         /// Unit of the reference; that of the position by default.
         #[arg(long, value_name = "UNIT")]
         reference_unit: Option<PositionUnit>,
-        /// Reference units for one of the column's.
+        /// Reference units per unit of the column.
         #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
         reference_scale: Option<f64>,
-        /// The most missing samples in a row that straight lines bridge.
+        /// Largest number of missing samples in a row that are interpolated linearly.
         #[arg(long, value_name = "N")]
         bridge_gaps: Option<u32>,
         /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
@@ -130,7 +130,7 @@ options! {
         /// Largest sensitivity Ms; 1.6 by default.
         #[arg(long, value_name = "M", allow_negative_numbers = true)]
         max_sensitivity: Option<f64>,
-        /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit; 0.03 by default.
+        /// Largest noise of the command due to encoder noise, as a fraction of the limit; 0.03 by default.
         #[arg(long, value_name = "PART", allow_negative_numbers = true)]
         max_noise: Option<f64>,
         /// Lowest known resonance, rad/s.
@@ -139,20 +139,20 @@ options! {
         /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
         #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
         step: Option<f64>,
-        /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
+        /// Add a reference model with feed-forward if the step then rises faster.
         #[arg(long, conflicts_with = "response_time")]
         feed_forward: bool,
-        /// State the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
+        /// Print the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
         /// wpilib, sparkmax, linuxcnc or cia402.
         #[arg(long = "for", value_name = "FORM", conflicts_with = "feed_forward")]
         form: Option<Form>,
-        /// Torque of a unit of command, N·m, where the form takes a torque; the result's by default.
+        /// Torque per command unit, N·m, for a form that takes a torque; the result's by default.
         #[arg(long, value_name = "K", requires = "form", allow_negative_numbers = true)]
         torque_constant: Option<f64>,
-        /// Supply voltage, V, where the form puts out a share of it.
+        /// Supply voltage, V, for a form whose command is a share of it.
         #[arg(long, value_name = "V", requires = "form", allow_negative_numbers = true)]
         bus_voltage: Option<f64>,
-        /// The largest current, A, where the form puts out a share of it.
+        /// The largest current, A, for a form whose command is a share of it.
         #[arg(long, value_name = "A", requires = "form", allow_negative_numbers = true)]
         max_current: Option<f64>,
     }
@@ -163,5 +163,5 @@ fn range(words: &str) -> Result<[f64; 2], String> {
         let ends = [from.parse::<f64>().ok()?, to.parse::<f64>().ok()?];
         (ends[0].is_finite() && ends[0] < ends[1] && ends[1].is_finite()).then_some(ends)
     });
-    range.ok_or_else(|| "two times in s, the earlier first, as 1.5:2".to_owned())
+    range.ok_or_else(|| "it must be two times in s, the earlier first, such as 1.5:2".to_owned())
 }

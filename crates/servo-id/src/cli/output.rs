@@ -22,7 +22,7 @@ pub(super) struct Documents {
     json: Option<PathBuf>,
     #[command(flatten)]
     drawing: Drawing,
-    /// Write a report, one HTML page with everything in it, to this file; `-` is standard output.
+    /// Write a report, one self-contained HTML page, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Replace existing files.

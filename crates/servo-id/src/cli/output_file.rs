@@ -17,10 +17,9 @@ use crate::render::html;
 /// A file that is written beside its place and renamed when it is whole. One that is dropped leaves
 /// nothing, and so does a program that is interrupted.
 ///
-/// A link is followed: the file it leads to is replaced, and keeps its owner and permissions; another
-/// hard link to it keeps the old text. Standard output (`-`), pipes and devices have nothing to rename
-/// and are written as they are; a reader that goes away, as the head of a pipe does, wants no more, and
-/// that is no error.
+/// A link is followed: its target is replaced and keeps owner and permissions. Another hard link to it keeps the old
+/// text. Standard output (`-`), pipes and devices have nothing to rename and are written directly. A reader that closes
+/// a pipe early is no error.
 #[derive(Debug)]
 pub(super) struct Output {
     /// Its requested name.

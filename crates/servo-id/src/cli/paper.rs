@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     /// Width of the picture, in a paper of two columns.
     #[arg(long, value_enum, default_value_t)]
     size: Size,
-    /// Replace existing files, in a folder of your own too.
+    /// Replace existing files, also in your own folder.
     #[arg(long)]
     force: bool,
 }
@@ -37,7 +37,7 @@ pub(super) fn show() -> Result<(), Fault> {
     let page = present::paper(TITLE, &call::command(), &runs);
     show!("{}", render::terminal::brief(&page, terminal::width()))?;
     show!(
-        "\n`{0} paper` draws Fig. 03 and writes the traces; `{0} identify LOG` identifies a servo of your own",
+        "\n`{0} paper` draws Fig. 03 and writes the traces; `{0} identify LOG` identifies your own servo",
         program::NAME
     )
 }

@@ -76,7 +76,7 @@ fn missing(name: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(place),
         }
     }
-    Err(unusable("it leads through too many links"))
+    Err(unusable("it has too many symbolic links"))
 }
 
 fn unusable(why: &str) -> io::Error {

@@ -37,9 +37,9 @@ impl Progress {
         Self::new(None, "samples", 64)
     }
 
-    /// Of a fit, whose steps nothing counts beforehand.
+    /// For a fit, whose number of steps is unknown beforehand.
     pub(super) fn of_a_search() -> Self {
-        let what = "steps of the fit (Ctrl-C ends with what is known)";
+        let what = "steps of the fit (Ctrl-C ends it with the estimates so far)";
         Self::new(None, what, 1)
     }
 

@@ -33,7 +33,7 @@ pub(super) struct Recording<'a> {
     progress: Progress,
 }
 
-/// What is shown of a sample beside its model.
+/// The values shown for a sample and its model.
 #[derive(Debug, Clone, Copy)]
 struct Held {
     time: f64,
@@ -104,7 +104,7 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// What the model leaves of the samples, of a law that fits all of them; those that were held are shown with it.
+    /// The residual of each sample, for an estimator that fits all of them. Held samples are shown with it.
     fn seen(&mut self) -> Option<Seen> {
         let _ = self.fit_record();
         let seen = self.summariser.seen(self.scenario);
@@ -123,7 +123,7 @@ impl<'a> Recording<'a> {
         seen
     }
 
-    /// The servo that the fit of the whole record finds, or had found when an end was requested, of a law that makes one.
+    /// The servo found by the fit of the whole record, also of a fit that was ended early. None for other estimators.
     pub(super) fn fit_record(&mut self) -> Option<FoundServo> {
         if !self.scenario.identifier.law.takes_whole_record() {
             return None;
@@ -168,7 +168,7 @@ impl<'a> Recording<'a> {
         })?;
         match summary.status() {
             _ if summary.verdict.reason == VerdictReason::Stopped => {
-                let text = "interrupted: the result is what was known until then";
+                let text = "interrupted: the result has the data until then";
                 Err(Fault::Interrupted(text.to_owned()))
             }
             Status::Aborted => Err(Fault::Other(summary.reason)),

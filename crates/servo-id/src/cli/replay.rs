@@ -159,8 +159,8 @@ fn read_all(tables: impl Iterator<Item = Table>, scenario: &Scenario) -> Result<
             && (log.sample_time / first.sample_time - 1.0).abs() > TOLERANCE
         {
             return Err(Fault::Input(format!(
-                "{}: its samples are {} s apart, those of {} {} s: logs that are replayed together \
-                 must have one sample time; replay them one by one",
+                "{}: its sample time is {} s, that of {} is {} s: logs that are replayed together must have the same \
+                 sample time; replay them one by one",
                 log.path().display(),
                 log.sample_time,
                 first.path().display(),

@@ -8,8 +8,7 @@ use super::{commission, replay, run, terminal};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// A result that `run`, `identify` or `commission` wrote with --json, or the -metadata.json beside a
-    /// CSV trace.
+    /// A result that `run`, `identify` or `commission` wrote with --json, or the -metadata.json of a CSV trace.
     result: PathBuf,
     #[command(flatten)]
     outputs: Outputs,

@@ -15,7 +15,7 @@ pub(super) struct Required {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Verdict {
-    /// Every estimate is known and keeps still.
+    /// All estimates are within tolerance and settled.
     Converged,
 }
 
@@ -30,7 +30,7 @@ impl Required {
         }
         let name = status.name();
         Err(Fault::Unmet(format!(
-            "the result is {name}, and --require converged asks for more"
+            "the result is {name}, but --require converged was stated"
         )))
     }
 }

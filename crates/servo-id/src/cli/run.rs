@@ -18,7 +18,7 @@ use crate::VERSION;
 pub(super) struct Arguments {
     /// The scenario, a TOML file; `--help` ends with its keys.
     scenario: PathBuf,
-    /// Print one table instead: the same measurements in every number format, of a gradient law.
+    /// Print one table instead: the same measurements in every number format, for a gradient estimator.
     #[arg(long, conflicts_with_all = ["json", "csv", "plot", "report", "require"])]
     formats: bool,
     #[command(flatten)]

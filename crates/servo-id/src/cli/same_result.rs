@@ -19,7 +19,7 @@ pub(super) fn compare(kept: &Kept, result: &impl Serialize, silent: bool) -> Res
         None => show!("{file} holds no result to compare with"),
         Some(differences) if differences.is_empty() => match silent {
             true => Ok(()),
-            false => show!("the same result as in {file}, to the last bit"),
+            false => show!("the same result as in {file}, bit by bit"),
         },
         Some(differences) => {
             let mut lines: Vec<String> = differences.iter().take(SHOWN).cloned().collect();
@@ -31,7 +31,7 @@ pub(super) fn compare(kept: &Kept, result: &impl Serialize, silent: bool) -> Res
                 lines.push(format!("and {more} more"));
             }
             Err(Fault::Other(format!(
-                "the result is not that in {file}:\n  {}",
+                "the result differs from that in {file}:\n  {}",
                 lines.join("\n  ")
             )))
         }

@@ -58,8 +58,7 @@ pub(super) fn written(result: io::Result<()>) -> Result<(), Fault> {
     }
 }
 
-/// A writer whose reader may go away, as the head of a pipe does: it then wants no more, and that is no
-/// error.
+/// A writer whose reader may close the pipe early, which is no error.
 #[derive(Debug)]
 pub(super) struct UntilClosed<W>(pub(super) W);
 

@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             .map_err(|error| Fault::Other(format!("no {threads} threads: {error}")))?;
     }
     let stop = interruption::end_requested();
-    let what = "servos (Ctrl-C ends with what is done)";
+    let what = "servos (Ctrl-C ends it with those that are done)";
     let progress = Progress::of_items(u64::from(arguments.runs), what);
     let runs = sweep::sweep(&scenario, 0..arguments.runs, arguments.seed, stop, &|| {
         progress.advance()
@@ -53,7 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     .map_err(|fault| Fault::of_file(&arguments.scenario, fault))?;
     drop(progress);
     if runs.is_empty() {
-        return Err(Fault::Other("stopped before a servo was done".to_owned()));
+        return Err(Fault::Other(
+            "stopped before the first servo was done".to_owned(),
+        ));
     }
 
     let result = SweepResult {
@@ -75,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     })?;
     if stop.load(Ordering::Relaxed) && runs.len() < arguments.runs as usize {
         return Err(Fault::Other(format!(
-            "stopped after {} of {} servos; what is shown is of these",
+            "stopped after {} of {} servos; the figures are for these",
             runs.len(),
             arguments.runs
         )));

@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let warning = result.doubt.as_ref();
     if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
         return Err(of_result(&format!(
-            "{doubt}: gains for it would be a guess; see to that first, or --accept-unconverged"
+            "{doubt}: its gains would be a guess; correct that first, or state --accept-unconverged"
         )));
     }
     let conditions = Conditions::from(arguments.conditions.clone());
@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
     if conditions.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
-        let assumed = "no delay was identified or declared, so it is assumed to be zero: --command-delay states it";
+        let assumed = "no delay was identified or declared, so it is assumed to be zero: state it with --command-delay";
         warnings.push(assumed.to_owned());
     }
     warnings.extend(conditions.assumptions(&known));
@@ -93,7 +93,7 @@ fn refusal_of(option: &str, error: &OutOfRange) -> String {
     format!("--{}{told}", option.replace('_', "-"))
 }
 
-/// Checks the conditions that the tuner does not know as they are stated.
+/// Checks the stated conditions that the tuner does not check itself.
 fn check(conditions: &Conditions) -> Result<(), Fault> {
     let Conditions { counts, limit, .. } = *conditions;
     let finite = limit.filter(|limit| *limit != f64::INFINITY);
@@ -119,7 +119,7 @@ impl Arguments {
         }
     }
 
-    /// Why there are no gains, with what would do.
+    /// Why there are no gains, with a possible goal.
     fn refusal(&self, error: &NoGains, step: f64) -> String {
         let result = self.result.display();
         match *error {

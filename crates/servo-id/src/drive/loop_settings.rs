@@ -23,7 +23,7 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     if identifier.arithmetic != Arithmetic::F32 {
         return refused(
             "identifier.arithmetic",
-            "the firmware has \"f32\"; fixed point is for chips without an FPU, in a firmware of your own",
+            "the firmware has \"f32\"; for fixed point (chips without an FPU) write your own firmware",
         );
     }
     let law = match scenario.model_set() {
@@ -45,7 +45,7 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         );
     }
     if scenario.counts_per_rev.is_none() {
-        let fault = "a chip counts, so it must not be 0";
+        let fault = "a chip needs an encoder with counts, so it must not be 0";
         return refused("encoder.counts_per_rev", fault);
     }
     let core = scenario

@@ -42,11 +42,11 @@ pub enum DriveError {
     #[error("the drive refuses: {0}")]
     Refused(Refusal),
     /// The drive does not report.
-    #[error("the drive is silent: is it switched on, and its line connected?")]
+    #[error("the drive is silent: is it switched on and connected?")]
     Silent,
     /// It reports that it still drives its servo after it has taken a stop.
     #[error(
-        "the drive has taken the stop and still drives its servo: switch the motor's supply off"
+        "the drive accepted the stop but still drives its servo: switch the motor's supply off"
     )]
     NotStopped,
 }

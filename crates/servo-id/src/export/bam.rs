@@ -1,6 +1,6 @@
 //! BAM, the "better actuator models" of Rhoban (M. Duclusaud, G. Passault and others, "Extended Friction Models for the
-//! Physics Simulation of Servo Actuators", 2024, github.com/Rhoban/bam). It is the file of parameters of its model m1,
-//! friction by Coulomb and viscous. `load_model` takes the keys that it knows, by name, and ignores the others.
+//! Physics Simulation of Servo Actuators", 2024, github.com/Rhoban/bam). It is the parameter file of its model m1:
+//! Coulomb and viscous friction. `load_model` reads its keys by name and ignores others.
 //!
 //! An actuator of BAM driven by a voltage has the torque kt V/R − kt²/R q̇. kt and R need the motor's resistance.
 //! Without it the command is taken as a current, kt is the torque of a unit of it and R is omitted.
@@ -12,8 +12,9 @@ use super::joint::Joint;
 use super::number;
 
 /// The values of a result for which BAM has no parameter.
-const WITHOUT_PLACE: &str = "The constant load and the largest command have no parameter in BAM: its test bench and its \
-     class of the actuator hold them. m1 has no friction of low speeds and none that grows with the load (m2 to m6).";
+const WITHOUT_PLACE: &str = "The constant load and the largest command have no parameter in BAM: its test bench and \
+                             its actuator class hold them. m1 has neither low-speed friction nor friction that grows \
+                             with the load (m2 to m6 do).";
 
 pub(super) fn written(joint: &Joint) -> String {
     let motor = joint.motor.as_ref();
@@ -38,9 +39,9 @@ pub(super) fn written(joint: &Joint) -> String {
     let mut remarks = joint.remarks();
     remarks.push(WITHOUT_PLACE.to_owned());
     remarks.push(match motor {
-        Some(_) => "The command is the motor's voltage: friction_viscous is without the part kt²/R that R and kt make of it."
+        Some(_) => "The command is the motor's voltage: friction_viscous excludes the part kt²/R."
             .to_owned(),
-        None => "The command is taken for a current, with kt the torque of a unit of it; R is not known and is left out."
+        None => "The command is taken as a current, with kt its torque per unit; R is unknown and left out."
             .to_owned(),
     });
     let mut file = json!({ "model": "m1", "actuator": joint.name() });

@@ -108,7 +108,7 @@ impl Firmware {
         let mut lines = vec![origin.to_owned()];
         lines.extend(self.remarks.iter().cloned());
         lines.push(
-            "A word that is changed here is refused: change the scenario, and export again."
+            "Do not change a word here, it is refused: change the scenario and export again."
                 .to_owned(),
         );
         match self.language {
@@ -196,26 +196,26 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
     let is_gradient = law == Law::Gradient;
     if !is_gradient && law != Law::GaussNewton {
         let fault = format!(
-            "\"{}\" is not for a firmware: state \"gradient\" or \"gauss-newton\", here or in a scenario of the firmware, \
-             --scenario FIRMWARE.toml",
+            "\"{}\" does not run in a firmware: state \"gradient\" or \"gauss-newton\", here or in the firmware's \
+             scenario, --scenario FIRMWARE.toml",
             law.name()
         );
         return Err(Fault::new("identifier.law", fault));
     }
     match scenario.identifier.arithmetic {
         Arithmetic::F64 => {
-            let fault = "\"f64\" is not for a firmware: state \"f32\", or \"fixed\" for a chip without an FPU";
+            let fault = "\"f64\" does not run in a firmware: state \"f32\", or \"fixed\" for a chip without an FPU";
             return Err(Fault::new("identifier.arithmetic", fault));
         }
         Arithmetic::Fixed if !is_gradient => {
-            let fault = "\"fixed\" is for the law \"gradient\" alone: state \"f32\"";
+            let fault = "\"fixed\" works only with law = \"gradient\": state \"f32\"";
             return Err(Fault::new("identifier.arithmetic", fault));
         }
         _ => {}
     }
     if is_gradient && scenario.stated.identifier.plant_box.is_none() {
-        let fault = "without a box of servos nothing is certified: state the lowest and highest a and b that the \
-                     servo may have, as plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
+        let fault = "without a parameter range nothing is certified: state the lowest and highest a and b of the \
+                     servo, such as plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
         return Err(Fault::new("identifier.plant_box", fault));
     }
     if scenario.has_terms() {
@@ -223,12 +223,12 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
         return Err(Fault::new("identifier.required_terms", fault));
     }
     if scenario.stated.identifier.terms.declares_amplifier() {
-        let fault = "an exported loop has no declared amplifier: build it in the firmware, as BehindAmplifier";
+        let fault = "an exported loop has no declared amplifier: build the loop in the firmware, with BehindAmplifier";
         return Err(Fault::new("amplifier", fault));
     }
     if language == Language::C {
         if scenario.velocity != Velocity::LowPass {
-            let fault = "the library for C has the velocity estimate \"low-pass\" alone: state it, or export for Rust";
+            let fault = "the library for C has only the velocity estimate \"low-pass\": state it, or export for Rust";
             return Err(Fault::new("controller.velocity_filter.kind", fault));
         }
         let allowed: &[ModelSet] = if is_gradient {
@@ -243,7 +243,7 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
                 "[\"a\", \"b\", \"coulomb\", \"load\"]"
             };
             let fault = format!(
-                "the library for C has {has} for this law: state one of them, or export for Rust"
+                "the library for C has {has} for this estimator: state one of them, or export for Rust"
             );
             return Err(Fault::new("identifier.parameters", fault));
         }
@@ -291,8 +291,8 @@ fn expected_motion(
     let bandwidth = scenario.stated.identifier.bandwidth;
     let bandwidth = bandwidth.or(pid.map(|pid| (b * pid.kp).sqrt()));
     let Some(bandwidth) = bandwidth.filter(|bandwidth| bandwidth.is_finite()) else {
-        let fault = "it is not known without a controller: state the bandwidth of the position loop, rad/s, right \
-                     within a factor of four";
+        let fault = "without a controller it is unknown: state the bandwidth of the position loop, rad/s, to within \
+                     a factor of four";
         return Err(Fault::new("identifier.bandwidth", fault));
     };
     let asked = bandwidth * bandwidth * STEP / b;
@@ -461,7 +461,7 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
         })
         .collect();
     let mut lines = vec![format!(
-        "Law {}, {}, a sample every {} s; it begins at {} (SI).",
+        "Estimator {}, {}, a sample every {} s; it starts at {} (SI).",
         scenario.identifier.law.name(),
         scenario.identifier.arithmetic.name(),
         settings.sample_time,
@@ -490,7 +490,7 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
     {
         let ([a_low, a_high], [b_low, b_high]) = (plant_box.a, plant_box.b);
         lines.push(format!(
-            "Certified stable for every servo with a of {a_low} to {a_high} 1/s and b of {b_low} to {b_high}."
+            "Certified stable for every servo with a from {a_low} to {a_high} 1/s and b from {b_low} to {b_high}."
         ));
     }
     lines

@@ -79,7 +79,7 @@ pub(super) struct Motor {
 pub enum ExportError {
     /// A name that not every format can hold.
     #[error(
-        "joint = {0:?} is not allowed: a name has letters, digits, and the signs - _ . / only; --joint states it"
+        "joint = {0:?} is not allowed: a name has only letters, digits and - _ . / ; state it with --joint"
     )]
     Name(String),
     /// A scale is not allowed.
@@ -90,7 +90,9 @@ pub enum ExportError {
     LinkInertia(f64),
     /// The motor brakes more than all that does.
     #[error(
-        "resistance = {resistance} is not allowed: with it the motor alone brakes with {braking:.4e} N·m·s/rad, and all that brakes is {damping:.4e}; state the resistance between the motor's terminals, at most {}, or for a command in A none",
+        "resistance = {resistance} is not allowed: it gives the motor a damping of {braking:.4e} N·m·s/rad, more \
+         than the total of {damping:.4e}; state the resistance between the motor's terminals, at most {}, or none \
+         for a command in A",
         damping * resistance / braking
     )]
     Resistance {
@@ -103,12 +105,13 @@ pub enum ExportError {
     },
     /// A format of one joint.
     #[error(
-        "a file of BAM holds one actuator, and there are {0} joints: export each result to a file of its own"
+        "a BAM file holds one actuator, but there are {0} joints: export each result to its own file"
     )]
     Several(usize),
     /// The links have more inertia than all that moves.
     #[error(
-        "link-inertia = {links} is not allowed: all that moves has {inertia:.4e}, the model's links included; state the links' inertia about this joint, or a larger torque constant"
+        "link-inertia = {links} is not allowed: the total inertia, with the model's links, is {inertia:.4e}; state \
+         the links' inertia about this joint, or a larger torque constant"
     )]
     Links {
         /// Inertia of the links.
@@ -301,7 +304,7 @@ impl Joint {
             logs,
         } = &self.origin;
         let mut lines = vec![format!(
-            "{}: identified by {} {version}, law {law}, {status}; ± is the interval of 95 %.",
+            "{}: identified by {} {version}, estimator {law}, {status}; ± is the 95 % interval.",
             self.name,
             crate::program::NAME
         )];
@@ -311,26 +314,22 @@ impl Joint {
         );
         if self.has_unit_inertia {
             lines.push(
-                "The inertia is not known: 1 stands for it, and every torque is for that inertia."
-                    .to_owned(),
+                "The inertia is unknown and set to 1; every torque is for that inertia.".to_owned(),
             );
         }
-        let inertia = shown("inertia of all that moves", self.inertia);
+        let inertia = shown("total inertia", self.inertia);
         if self.armature == self.inertia {
             lines.push(format!(
-                "{inertia}; the links of the model are taken to have none"
+                "{inertia}; the model's links are assumed to have none"
             ));
         } else {
             lines.push(inertia);
             lines.push(shown("without the links of the model", self.armature));
         }
-        lines.push(shown("torque of a unit of command", self.torque_constant));
+        lines.push(shown("torque per command unit", self.torque_constant));
         lines.push(shown("viscous friction", self.damping));
         lines.push(shown("Coulomb friction", self.friction));
-        lines.push(shown(
-            "load, which this format has no place for:",
-            self.load,
-        ));
+        lines.push(shown("load, which this format cannot hold:", self.load));
         lines.push(shown(
             "delay from the encoder's reading to the torque",
             self.delay,
@@ -379,11 +378,6 @@ mod tests {
         let joint = joint(Scale::Ratios, 0.0).expect("allowed");
         assert_close(joint.torque_constant, 200.0, 2.0);
         assert_close(joint.damping, 0.5, 0.05);
-        assert!(
-            joint
-                .remarks()
-                .iter()
-                .any(|line| line.contains("is not known"))
-        );
+        assert!(joint.remarks().iter().any(|line| line.contains("set to 1")));
     }
 }

@@ -21,7 +21,7 @@ fn elements(joint: &Joint) -> String {
     );
     if let Some(effort) = joint.effort_limit {
         text += &format!(
-            "<!-- <limit> takes effort=\"{}\" beside the velocity and the ends of travel of your joint. -->\n",
+            "<!-- <limit> takes effort=\"{}\" besides the velocity and the ends of travel of your joint. -->\n",
             number(effort)
         );
     }

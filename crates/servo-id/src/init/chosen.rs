@@ -54,14 +54,14 @@ impl Chosen {
         let ServoSheet { a, b, limit, .. } = *servo;
         let resolution = TAU / sheet.counts;
         let omegas = [
-            (OF_A_SAMPLE / sheet.sample_time, "0.05 of a sample"),
+            (OF_A_SAMPLE / sheet.sample_time, "0.05 per sample"),
             (
                 (b * limit / (3.0 * STEP)).sqrt(),
-                "a step of 0.5 rad takes the whole limit",
+                "a step of 0.5 rad uses the whole limit",
             ),
             (
                 (NOISE * b * limit / (3.0 * CUTOFF * resolution)).sqrt(),
-                "a count of the encoder moves the command by 2 % of the limit",
+                "one count moves the command by 2 % of the limit",
             ),
         ];
         let least = |one: (f64, &'static str), other: (f64, &'static str)| match one.0 <= other.0 {
@@ -73,7 +73,7 @@ impl Chosen {
         let kd = (3.0 * omega - a).max(omega) / b;
         let a_box = [0.0, 2.0 * a + 0.1 * omega];
         let b_box = [b / UNSURE, UNSURE * b];
-        // (14) holds for the box if kp > √(2 ki (kd + a_max/b_min)): half of that.
+        // (14) holds for the parameter range if kp > √(2 ki (kd + a_max/b_min)): half of that.
         let most = 0.5 * kp * kp / (2.0 * (kd + a_box[1] / b_box[0]));
         let amplitude = 0.5 * SHARE * limit / kp;
         Self {

@@ -130,7 +130,7 @@ pub(crate) fn check(name: &'static str, value: f64) -> Result<(), SheetError> {
     const MAX: f64 = 1e9;
     const MIN_POSITIVE: f64 = 1e-12;
     let (least, allowed) = match name {
-        "load-inertia" | "viscous" | "coulomb" => (0.0, "a number from 0 on, in SI units"),
+        "load-inertia" | "viscous" | "coulomb" => (0.0, "a number of at least 0, in SI units"),
         _ => (MIN_POSITIVE, "a number above 0, in SI units"),
     };
     match (least..=MAX).contains(&value) {

@@ -8,12 +8,7 @@ use super::{Chosen, DataSheet, Drive, ServoSheet};
 pub fn scenario(sheet: &DataSheet, servo: &ServoSheet, chosen: &Chosen) -> String {
     let (unit, of_a, of_b, of_limit) = match sheet.drive {
         Drive::Current { .. } => ("A", "B/J", "k_t/J", "the peak current"),
-        Drive::Voltage { .. } => (
-            "V",
-            "(B + k_t k_e/R)/J",
-            "k_t/(R J)",
-            "the supply's voltage",
-        ),
+        Drive::Voltage { .. } => ("V", "(B + k_t k_e/R)/J", "k_t/(R J)", "the supply voltage"),
     };
     let n = short;
     let resistance = match sheet.drive {
@@ -24,7 +19,7 @@ pub fn scenario(sheet: &DataSheet, servo: &ServoSheet, chosen: &Chosen) -> Strin
         "# A servo from its data sheet: the command is in {unit}, the position is the motor's, in rad.
 #   k_t = k_e = {k_t} N m/A{resistance}, B = {viscous} N m s/rad, Coulomb friction {torque} N m
 #   J = J_rotor + J_load/n^2 = {rotor} + {load}/{gear}^2 = {inertia} kg m^2
-# What is simulated is a guess until the servo has told: replace [plant] by what was identified.
+# The simulated servo is a guess: replace [plant] by the identified one.
 
 [plant]                         # q'' = -a q' + b u + load - coulomb sign q'
 a = {a}    # 1/s: {of_a}
@@ -33,7 +28,7 @@ coulomb = {coulomb}    # rad/s^2: Coulomb friction/J
 load = 0.0                      # rad/s^2: torque of a hanging or spring load/J
 
 [encoder]
-counts_per_rev = {counts}    # after quadrature, a turn of the motor
+counts_per_rev = {counts}    # per motor revolution, after x4 quadrature
 
 [amplifier]
 limit = {limit}    # {unit}: {of_limit}
@@ -59,7 +54,7 @@ parameters = [\"a\", \"b\", \"coulomb\", \"load\"]
 bounds = {{ a = [{a_low}, {a_high}], b = [{b_low}, {b_high}] }}
 
 [commission]                    # what `commission` may do
-travel = {travel}    # rad to either side: a turn of the motor
+travel = {travel}    # rad to either side: one motor revolution
 speed = {speed}    # rad/s: {of_speed}
 
 [run]
@@ -94,7 +89,7 @@ duration = 20.0                 # s
         b_high = n(chosen.b_box[1]),
         travel = n(chosen.travel),
         speed = n(chosen.speed),
-        of_speed = "0.3 of what the largest command reaches over that travel, and the top speed at most",
+        of_speed = "0.3 of the speed that the largest command reaches over that travel, at most the top speed",
     )
 }
 

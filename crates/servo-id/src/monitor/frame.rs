@@ -5,7 +5,7 @@ use drive_link::{Progress, Report, Snapshot};
 pub enum Frame {
     /// The snapshot of a closed loop.
     Running(Snapshot),
-    /// Of a commissioning.
+    /// For a commissioning.
     Commissioning(Progress),
 }
 
@@ -65,7 +65,7 @@ impl Frame {
         }
     }
 
-    /// Command that acts, command units; none while the servo is released.
+    /// Command that acts, command units; none while the stage is disabled.
     #[must_use]
     pub fn command(&self) -> Option<f64> {
         match self {

@@ -218,19 +218,19 @@ impl State {
             Does::Running => "the loop is closed, and the drive identifies".to_owned(),
             Does::Commissioning => match self.phase() {
                 Some(phase) => format!("commissioning: {}", phase.name()),
-                None => "it moves on its own".to_owned(),
+                None => "the servo moves by itself".to_owned(),
             },
             Does::Released if !status.configured => {
-                "the servo is released; the drive is not configured: `drive configure`".to_owned()
+                "the servo is disabled; the drive is not configured: `drive configure`".to_owned()
             }
             Does::Released => {
                 let commissioned = status.commissioning.filter(|_| {
                     matches!(self.newest(), Some((_, frame)) if frame.kind() == Kind::Commissioning)
                 });
                 match (commissioned, status.ended) {
-                    (Some(stands), _) => format!("the servo is released; commissioning: {stands}"),
-                    (None, Some(ended)) => format!("the servo is released; {ended}"),
-                    (None, None) => "the servo is released, and the drive is ready".to_owned(),
+                    (Some(stands), _) => format!("the servo is disabled; commissioning: {stands}"),
+                    (None, Some(ended)) => format!("the servo is disabled; {ended}"),
+                    (None, None) => "the servo is disabled, and the drive is ready".to_owned(),
                 }
             }
         }

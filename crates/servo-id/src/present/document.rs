@@ -65,7 +65,7 @@ pub struct Verdict {
 pub enum Tone {
     /// It can be relied on.
     Good,
-    /// There is a reason for doubt.
+    /// The result is uncertain.
     Doubtful,
     /// There is no result.
     Failed,

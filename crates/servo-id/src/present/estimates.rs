@@ -79,7 +79,7 @@ pub(super) fn table(rows: &[Estimated]) -> Table {
             row.unknown.unit().to_owned()
         }),
         (
-            Column::figures("known to, 95 %").dispensable(1),
+            Column::figures("95 % interval").dispensable(1),
             true,
             Estimated::known_to,
         ),

@@ -17,11 +17,9 @@ pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
     let [fall, rise] = of.margins.gain_margins.map(figure);
     let (period, sensitivity) = (ms(of.sample_time), figure(of.margins.sensitivity));
     let mut list = vec![
-        format!("For {}, whose loop runs every {period} ms.", of.firmware),
+        format!("For {}, with a loop every {period} ms.", of.firmware),
         format!("The conversion: {}.", of.exactness),
-        format!(
-            "Largest sensitivity Ms: {sensitivity}. The gain may fall to {fall} and rise to {rise} times."
-        ),
+        format!("Largest sensitivity Ms: {sensitivity}. Gain margins: {fall} and {rise}."),
     ];
     for step in &of.steps {
         let through = match step.smoothing {
@@ -31,7 +29,7 @@ pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
         let rise = ms(step.rise_time.unwrap_or(f64::INFINITY));
         let overshoot = figure(100.0 * step.overshoot);
         list.push(format!(
-            "A step {through} rises in {rise} ms and overshoots by {overshoot} %."
+            "A step {through} has a rise time of {rise} ms and an overshoot of {overshoot} %."
         ));
     }
     list.extend(remarks.iter().map(|remark| sentence(remark)));

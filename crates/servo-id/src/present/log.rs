@@ -13,7 +13,7 @@ pub fn introduction(log: &Path, findings: &[Finding]) -> String {
     let lines: Vec<_> = lines
         .map(|finding| format!("  {:9}  {}", finding.about, finding.text))
         .collect();
-    format!("{} is taken as\n{}", log.display(), lines.join("\n"))
+    format!("{} is read as\n{}", log.display(), lines.join("\n"))
 }
 
 /// A sentence on one of them.
@@ -34,7 +34,7 @@ impl fmt::Display for Sentence<'_, LogReading> {
         if self.0.jitter_max > ROUNDED {
             write!(
                 f,
-                "; their time stamps jitter by {:.1} % of a sample rms, {:.0} % at most, and count as even",
+                "; time stamps jitter by {:.1} % of a sample rms, {:.0} % at most, and are treated as even",
                 100.0 * self.0.jitter_rms,
                 100.0 * self.0.jitter_max
             )?;
@@ -42,7 +42,7 @@ impl fmt::Display for Sentence<'_, LogReading> {
         if self.0.bridged_samples > 0 {
             write!(
                 f,
-                "; {} missing samples in {} gaps were bridged by straight lines",
+                "; {} missing samples in {} gaps were interpolated linearly",
                 self.0.bridged_samples, self.0.gaps
             )?;
         }
@@ -62,15 +62,12 @@ impl fmt::Display for Sentence<'_, LogReading> {
         if let Some(period) = self.0.wrapped {
             write!(
                 f,
-                "; its position begins again every {} rad and was continued",
+                "; its position wraps every {} rad and was unwrapped",
                 short(period)
             )?;
         }
         if let Some(units) = &self.0.units_row {
-            write!(
-                f,
-                "; the row below the heading is no sample but units ({units})"
-            )?;
+            write!(f, "; the row below the heading holds units ({units})")?;
         }
         Ok(())
     }
@@ -86,7 +83,7 @@ impl fmt::Display for Sentence<'_, Prediction> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "prediction of {}", self.0.file)?;
         if self.0.learnt_from {
-            write!(f, " (which the estimates were learnt from)")?;
+            write!(f, " (a log of the fit)")?;
         }
         match &self.0.closed_loop {
             Some(found) => {
@@ -103,15 +100,13 @@ impl fmt::Display for Sentence<'_, Prediction> {
             }
             None => write!(
                 f,
-                ": no closed loop (it takes a declared controller and log.reference, and must stay in \
-                 bounds)"
+                ": no closed loop (it needs a declared controller and log.reference, and must stay within bounds)"
             )?,
         }
         match &self.0.open_loop {
             Some(found) => write!(
                 f,
-                "; open loop from a fitted start, position {:.4} {unit} rms, {:.4} {unit} at most \
-                 ({:.2} %)",
+                "; open-loop simulation from a fitted start, position {:.4} {unit} rms, {:.4} {unit} at most ({:.2} %)",
                 found.rms,
                 found.max,
                 100.0 * found.relative,
@@ -119,7 +114,7 @@ impl fmt::Display for Sentence<'_, Prediction> {
             ),
             None => write!(
                 f,
-                "; no open loop (it takes log.command, and must stay in bounds)"
+                "; no open-loop simulation (it needs log.command, and must stay within bounds)"
             ),
         }
     }

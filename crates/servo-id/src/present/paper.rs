@@ -14,9 +14,9 @@ use crate::paper::{self, Case, Method, Run};
 pub fn paper(title: &str, command: &str, runs: &[Run; 4]) -> Page {
     let duration = paper::scenario(Method::Proposed, Case::Balanced).duration;
     let nominal = format!(
-        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. ±: it contains the true value in 95 % of\n\
-         cases. Wander: standard deviation over the last quarter of {duration} s. Settled: from when\n\
-         on â stays within ±0.1 1/s and b̂ within 2 % of nominal.\n",
+        "Nominal: a = {} 1/s, b = {} rad/s² per command unit. ±: the 95 % interval.\nWander: standard deviation over \
+         the last quarter of {duration} s. Settled: time from which\non â stays within ±0.1 1/s and b̂ within 2 % of \
+         nominal.\n",
         paper::NOMINAL_A,
         paper::NOMINAL_B,
     );
@@ -32,7 +32,7 @@ pub fn paper(title: &str, command: &str, runs: &[Run; 4]) -> Page {
         detail: "four runs".to_owned(),
     };
     let sections = [
-        Section::brief("What was found", blocks),
+        Section::brief("Result", blocks),
         Section::full("Over time", vec![Block::Figures(figures(runs))]),
     ];
     Page::new(title, command, verdict, sections)

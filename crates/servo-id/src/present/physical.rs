@@ -23,7 +23,7 @@ pub(super) fn tables(summary: &Summary) -> impl Iterator<Item = Block> {
                 ("viscous friction", Some(viscous)),
                 ("Coulomb friction", coulomb),
                 ("load", load),
-                ("torque of a unit of command", Some(torque_constant)),
+                ("torque per command unit", Some(torque_constant)),
             ],
         )
     });
@@ -58,7 +58,7 @@ fn table(caption: &str, quantities: &[(&str, Option<Quantity>)]) -> Table {
         Column::words("quantity"),
         Column::figures("value"),
         Column::words("unit"),
-        Column::figures("known to, 95 %").dispensable(1),
+        Column::figures("95 % interval").dispensable(1),
     ];
     Table::new(
         caption,

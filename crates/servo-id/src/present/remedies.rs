@@ -15,7 +15,7 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
         && matches!(reason, VerdictReason::NotExcited { .. })
     {
         steps.push(format!(
-            "Where it does not matter, leave {} out of identifier.parameters.",
+            "If {} does not matter, leave it out of identifier.parameters.",
             unknown.name()
         ));
     }
@@ -32,8 +32,7 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
     );
     if is_other_model && summary.fit.is_none() {
         steps.push(
-            "One fit to the whole record bears noise of the position, and looks for every effect that is known: \
-             identifier.law = \"fit\"."
+            "A fit to the whole log tolerates encoder noise and tests for every known effect: identifier.law = \"fit\"."
                 .to_owned(),
         );
     }
@@ -45,17 +44,17 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
     match *reason {
         VerdictReason::Explained => Vec::new(),
         VerdictReason::EndedEarly => vec![
-            "See to the cause that is named above: nothing later can be relied on.".to_owned(),
+            "Correct the cause named above: results after it are not reliable.".to_owned(),
         ],
         VerdictReason::NoEstimate {
             obstacle: Some(obstacle),
             ..
         } => vec![sentence(obstacle.remedy())],
         VerdictReason::NoEstimate { unknown, .. } => vec![
-            "Let the servo move with turns for some seconds, so that the method gets going.".to_owned(),
+            "Let the servo move for some seconds, with reversals, so that the method can start.".to_owned(),
             format!(
-                "If it still finds no {}, take another method: identifier.law = \"gauss-newton\" needs no \
-                 first guess.",
+                "If it still finds no {}, choose another method: identifier.law = \"gauss-newton\" needs no initial \
+                 estimate.",
                 unknown.name()
             ),
         ],
@@ -63,39 +62,39 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             vec!["Run longer: run.duration, or a longer log.".to_owned()]
         }
         VerdictReason::NoMotion { .. } => vec![
-            "Move the servo further, with turns: a larger reference, or one that changes more often."
+            "Move the servo further, with reversals: a larger reference, or one that changes more often."
                 .to_owned(),
-            "Check that the encoder counts: a cable, or a wrong log.position_unit, looks the same.".to_owned(),
+            "Check that the encoder counts: a broken cable or a wrong position unit looks the same.".to_owned(),
         ],
         VerdictReason::NotExcited {
             needs_sizes: true, ..
         } => vec![
-            "Give the command several sizes, in both directions: of a relay or a binary sequence another level from \
+            "Use commands of several sizes in both directions; change the level of a relay or binary sequence from \
              time to time."
                 .to_owned(),
         ],
         VerdictReason::NotExcited { unknown, .. } => vec![
             format!(
-                "Excite what shows {}: move further, faster, with more turns, or longer.",
+                "Excite {} more: move further, faster, longer, or with more reversals.",
                 unknown.name()
             ),
         ],
         VerdictReason::AtBound { unknown, .. } => vec![
-            format!("Widen identifier.bounds or the plant_box of {}.", unknown.name()),
-            "If it then goes where no servo can be, the model lacks something: see the residual.".to_owned(),
+            format!("Widen the bounds of {}: identifier.bounds or plant_box.", unknown.name()),
+            "If the estimate then becomes implausible, the model lacks something: see the residual.".to_owned(),
         ],
         VerdictReason::NotSeparated { .. } => vec![
-            "Move faster, with turns, and with commands of several sizes well above friction.".to_owned(),
-            "A longer record of such motion parts gain and friction too, and so does less noise of the position; a \
-             finer encoder helps where the noise is its rounding."
+            "Move faster, with reversals and with commands of several sizes well above friction.".to_owned(),
+            "A longer log of such motion or less encoder noise also separates gain and friction. A finer encoder \
+             helps if quantisation is the noise."
                 .to_owned(),
         ],
         VerdictReason::OneDirection => {
-            vec!["Record a motion that turns back: forth and back in equal parts is best.".to_owned()]
+            vec!["Record a motion with reversals: equal parts in both directions are best.".to_owned()]
         }
         VerdictReason::NotAServo => vec![
-            "Move further, with turns: the motion must be many of the encoder's steps, and of its noise.".to_owned(),
-            "Check that log.position and log.command are columns of the same axis.".to_owned(),
+            "Move further, with reversals: the motion must be many times the encoder's resolution and noise.".to_owned(),
+            "Check that the position and command columns belong to the same axis.".to_owned(),
             "Check the sign of the command and the units of the position.".to_owned(),
         ],
         VerdictReason::LongestDelay => {
@@ -103,35 +102,35 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
         }
         VerdictReason::TermNotEntered { term } => vec![
             format!(
-                "Excite what shows {}: move further, with turns, or longer.",
+                "Excite {} more: move further, longer, or with more reversals.",
                 term.name()
             ),
-            "Where the servo has no such effect, take the term out of identifier.required_terms.".to_owned(),
+            "If the servo has no such effect, remove the term from identifier.required_terms.".to_owned(),
         ],
         VerdictReason::StillMoving { .. } => vec![
             "Run longer: run.duration, or more --passes over a log.".to_owned(),
-            "If it never comes to rest, the servo itself changes: identifier.memory lets the estimates follow."
+            "If it never settles, the servo itself changes: identifier.memory lets the estimates follow."
                 .to_owned(),
         ],
-        VerdictReason::Stopped => vec!["Let the same command end.".to_owned()],
+        VerdictReason::Stopped => vec!["Run the same command to its end.".to_owned()],
         VerdictReason::Lacks {
             cause: Some(cause), ..
         } => vec![
             format!("The model lacks {}: {}.", cause.meaning(), cause.remedy()),
-            "Then run again: what is hidden behind the largest effect shows up next.".to_owned(),
+            "Then run again: the largest effect may hide others.".to_owned(),
         ],
         VerdictReason::Lacks { cause: None, .. } => vec![
-            "Nothing stands out, so several effects act at once: declare what you know of the amplifier \
-             (amplifier.delay, amplifier.current_loop, amplifier.dead_band), and let other effects that your servo has \
-             be estimated, with identifier.required_terms."
+            "No effect stands out, so several act at once. Declare what you know of the amplifier (amplifier.delay, \
+             amplifier.current_loop, amplifier.dead_band). Have other effects of your servo estimated: \
+             identifier.required_terms."
                 .to_owned(),
         ],
         VerdictReason::Elsewhere { unknown, .. } => vec![
-            format!("Run longer, until {} has arrived.", unknown.name()),
+            format!("Run longer, until {} has settled.", unknown.name()),
             "If it does not, the model lacks something: see the residual.".to_owned(),
         ],
         VerdictReason::NotPredicted { .. } => vec![
-            "Learn from motions like those that are to be predicted: speeds, loads, angles.".to_owned(),
+            "Identify from motions like those to be predicted: speeds, loads, angles.".to_owned(),
         ],
     }
 }
@@ -153,7 +152,7 @@ mod tests {
         };
         let steps = own_remedies(&lacks);
         assert!(
-            steps[0].contains("a dead band of the bridge: set amplifier.dead_band"),
+            steps[0].contains("a dead band of the power stage: set amplifier.dead_band"),
             "{steps:?}"
         );
     }

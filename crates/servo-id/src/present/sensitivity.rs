@@ -17,7 +17,7 @@ pub(super) fn sensitivity(
     let [identified, worst] = of_servos(tuner, tuning, settings.sample_time);
     let mut traces = vec![
         Trace::new("identified", identified),
-        Trace::new("worst that it may be", worst),
+        Trace::new("worst case within the intervals", worst),
     ];
     if !lines.is_empty() {
         traces.insert(0, measured(tuning, settings.sample_time, lines));

@@ -13,10 +13,10 @@ pub fn sweep(title: &str, command: &str, scenario: &Scenario, result: &SweepResu
     let distribution = &result.distribution;
     let figures = distribution.spreads.iter().map(shares).collect();
     let sections = [
-        Section::brief("What was found", found(distribution)),
+        Section::brief("Result", found(distribution)),
         Section::full("How it is distributed", vec![Block::Figures(figures)]),
-        Section::full("How sure it is", how_sure(distribution)),
-        Section::full("What it rests on", rests_on(scenario, result)),
+        Section::full("Uncertainty", how_sure(distribution)),
+        Section::full("Data and method", rests_on(scenario, result)),
         Section::full("What to do next", next(distribution)),
     ];
     Page::new(title, command, verdict(distribution), sections)
@@ -46,7 +46,7 @@ fn verdict(distribution: &Distribution) -> Verdict {
             distribution.converged, distribution.runs
         ),
         headline: format!(
-            "Of {} random servos {} converged.",
+            "{1} of {0} random servos converged.",
             distribution.runs, distribution.converged
         ),
         detail: if within.is_empty() {
@@ -110,8 +110,8 @@ fn how_sure(distribution: &Distribution) -> Vec<Block> {
     let runs = distribution.runs as f64;
     let chance = |share: f64| 100.0 * SIDES * (share * (1.0 - share) / runs).sqrt();
     vec![Block::Text(format!(
-        "Errors are against the truth, which a simulation knows. With {} servos chance leaves a share of 50 % unsure \
-         by ± {} points and one of 95 % by ± {} (two standard errors).",
+        "Errors are against the true values of the simulation. With {} servos a share of 50 % is uncertain by ± {} \
+         points, and one of 95 % by ± {} (two standard errors).",
         distribution.runs,
         fixed(chance(0.5), 1),
         fixed(chance(0.95), 1)
@@ -152,17 +152,17 @@ fn next(distribution: &Distribution) -> Vec<Block> {
     let mut steps = Vec::new();
     if distribution.converged < distribution.runs {
         steps.push(
-            "Look at those that did not converge: --csv writes every servo with its status, and one servo is run alone \
-             with its a, b, load and coulomb as [plant]."
+            "Look at those that did not converge: --csv writes every servo with its status. To run one servo, state \
+             its a, b, load and coulomb in [plant]."
                 .to_owned(),
         );
     }
     if distribution.moving > 0 {
-        steps.push("Where estimates still moved, a longer run.duration helps.".to_owned());
+        steps.push("If estimates had not settled, a longer run.duration helps.".to_owned());
     }
     if distribution.no_information > 0 {
         steps.push(
-            "Where the motion contained too little information, a larger or livelier reference helps.".to_owned(),
+            "If the motion contained too little information, use a larger reference or one that changes more often.".to_owned(),
         );
     }
     steps.push("More --runs show rarer cases; another --seed draws other servos.".to_owned());
@@ -192,7 +192,10 @@ fn shares(spread: &Spread) -> Figure {
     let mut figure = Figure::new(
         spread.name,
         &format!("{} [{}]", spread.name, spread.unit),
-        &format!("share of {} servos that are no worse [%]", spread.count),
+        &format!(
+            "share of {} servos with at most this error [%]",
+            spread.count
+        ),
         vec![trace],
     );
     figure.horizontal.is_logarithmic = true;

@@ -38,13 +38,13 @@ pub fn tuning(
         },
         status: "tuned".to_owned(),
         headline: format!(
-            "A step will rise in {} ms and overshoot by {} % at most.",
+            "Predicted: rise time {} ms, overshoot at most {} %.",
             figure(1e3 * rise_time),
             figure(100.0 * overshoot)
         ),
         detail: match warnings {
-            [] => "It is the response of the identified servo in simulation.".to_owned(),
-            _ => "The promise is not certain: see the warning.".to_owned(),
+            [] => "This is the simulated response of the identified servo.".to_owned(),
+            _ => "The predicted response is uncertain: see the warning.".to_owned(),
         },
     };
     let warnings = warnings.iter().cloned().map(Block::Warning);
@@ -55,9 +55,9 @@ pub fn tuning(
         None => warnings.chain(gains(tuned)).collect(),
     };
     let sections = [
-        Section::brief("What was found", found),
-        Section::full("What it looks like", vec![Block::Figures(figures)]),
-        Section::full("What it rests on", vec![conditions(tuned)]),
+        Section::brief("Result", found),
+        Section::full("Plots", vec![Block::Figures(figures)]),
+        Section::full("Data and method", vec![conditions(tuned)]),
     ];
     Ok(Page::new(title, command, verdict, sections))
 }
@@ -93,13 +93,13 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     let mut figures = vec![
         step,
         Figure::new(
-            "Command beyond what holds the load",
+            "Command minus holding command",
             SINCE,
             "u [command units]",
             command,
         ),
     ];
-    // What is known of the design and not of its form.
+    // The design as known, without its form.
     if let (None, Some(last)) = (&tuned.form, samples.last()) {
         figures[0].stretches.push(Stretch {
             name: "settled within 2 %".to_owned(),
@@ -121,7 +121,7 @@ fn conditions(tuned: &Tuned) -> Block {
         ("d", parameters.load, "rad/s²"),
         ("Delay", tuned.servo.delay + settings.command_delay, "s"),
         ("Encoder", settings.resolution, "rad per count"),
-        ("Command", settings.command, "command units beyond the load"),
+        ("Command", settings.command, "command units beyond holding"),
         ("Sample time", settings.sample_time, "s"),
         ("Sensitivity", settings.max_sensitivity, "at most"),
     ];
@@ -131,8 +131,8 @@ fn conditions(tuned: &Tuned) -> Block {
 
 /// The stiffest gains for a result, with what they assume.
 pub(super) fn advice(tuned: &Tuned, known: &KnownConditions) -> Vec<Block> {
-    let text = "Take these gains. Their promise is simulated on the identified servo, and at worst on those that it may be \
-                as well.";
+    let text = "Use these gains. The predicted response is simulated on the identified servo, and its worst case on \
+                servos within the intervals.";
     let assumed = Conditions::default().assumptions(known).into_iter();
     let assumed = assumed.map(Block::Warning);
     let blocks = std::iter::once(Block::Text(text.to_owned())).chain(assumed);
@@ -143,7 +143,7 @@ pub(super) fn advice(tuned: &Tuned, known: &KnownConditions) -> Vec<Block> {
 fn gains(tuned: &Tuned) -> Vec<Block> {
     let mut blocks = vec![
         Block::Code {
-            caption: "Controller, as a scenario has it".to_owned(),
+            caption: "Controller for a scenario".to_owned(),
             text: tuned_controller(tuned),
         },
         Block::Table(promise(&tuned.tuning)),
@@ -235,11 +235,11 @@ fn promise(tuning: &Tuning) -> Table {
             "ms",
         ),
         ("by friction", format!("{quickest} to {slowest}"), "ms"),
-        ("overshoot, at most", percent(promise.overshoot), "%"),
+        ("largest overshoot", percent(promise.overshoot), "%"),
         ("settling time, 2 %", settling, "ms"),
         ("largest sensitivity Ms", figure(promise.sensitivity), ""),
-        ("gain may fall to", figure(least), "times"),
-        ("gain may rise to", figure(most), "times"),
+        ("lower gain margin", figure(least), "times"),
+        ("upper gain margin", figure(most), "times"),
         (
             "command of the step",
             percent(promise.command_share),
@@ -258,7 +258,7 @@ fn promise(tuning: &Tuning) -> Table {
     ];
     let columns = vec![
         Column::words("response"),
-        Column::figures("promised"),
+        Column::figures("predicted"),
         Column::words("unit"),
     ];
     let rows = rows.map(|(name, promised, unit)| vec![name.to_owned(), promised, unit.to_owned()]);
@@ -275,8 +275,8 @@ fn remarks(tuned: &Tuned) -> Vec<String> {
     }];
     if depends_on_friction(&tuned.tuning, TOLERANCE) {
         remarks.push(
-            "friction makes the rise time depend on the motion before, within the range that is shown: a larger step or \
-             a faster response depends less on it"
+            "with friction the rise time depends on the previous motion, within the range shown: a larger step or a \
+             faster response depends less on it"
                 .to_owned(),
         );
     }
@@ -323,7 +323,7 @@ pub(super) fn feed_forward(of: &FeedForward) -> String {
     let held = if constant == 0.0 {
         ""
     } else {
-        "; leave the constant to the integral where it holds the load already"
+        "; leave the constant out if the integral already holds the load"
     };
     let swallowed = if dead_band == 0.0 {
         String::new()

@@ -33,7 +33,7 @@ const INDEX: f64 = -1.0;
 /// The count at the beginning of the sample; `None` for an invalid reading.
 pub(super) struct Reading(Option<i32>);
 
-/// The command that acts; `None` while the servo is released.
+/// The command that acts; `None` while the stage is disabled.
 pub(super) struct Held(Option<f32>);
 
 impl SimulatedChip {

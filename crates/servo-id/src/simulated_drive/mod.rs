@@ -59,7 +59,7 @@ pub enum SimulatedDriveError {
     )]
     PortInUse(SocketAddr),
     /// The port cannot be opened.
-    #[error("{0} cannot be listened at: {1}")]
+    #[error("cannot listen at {0}: {1}")]
     Port(SocketAddr, io::Error),
 }
 

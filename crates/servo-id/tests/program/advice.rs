@@ -29,8 +29,8 @@ const AXIS: &str =
     "plant: a = 0.2174; b = 257.7 & encoder: counts_per_rev = 10000 & amplifier: limit = 10.0
     & commission: travel = 0.5; speed = 30.0; sample_time = 0.001 & [fault]:";
 
-// Each row is a name, the case and its remedies; `back` is the table of the servo or axis itself, and `logged` a log
-// that is recorded of it and identified.
+// Each row is a name, the case and its remedies. `back` is the table of the servo or axis. `logged` is a log recorded
+// from it and identified.
 
 /// Causes of a verdict of code 40.
 const CAUSES: &str = r#"
@@ -244,7 +244,7 @@ fn assert_followed(test: &str, table: &str, check: impl Fn(&str, &Value)) {
 #[test]
 fn a_servo_whose_effect_is_named_is_identified_once_the_remedy_is_followed() {
     assert_followed("advice-causes", CAUSES, |name, before| {
-        // Of a model without a delay a current loop is one.
+        // In a model without a delay, a current loop appears as one.
         if name != "current-loop" {
             assert_eq!(before["cause"]["name"], name, "{before}");
             assert_eq!(before["code"], 40, "{before}");

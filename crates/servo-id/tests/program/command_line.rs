@@ -194,7 +194,7 @@ arithmetic = "f32" | arithmetic = "fixed"; ranges = { error = 1.0, velocity = 10
 arithmetic = "f32" | arithmetic = "f32"; ranges = { error = 1.0, velocity = 100.0, command = 2.0 } | identifier.ranges
 "#;
 
-/// A law that fits instead of the paper's, with a line, and the key that the answer names.
+/// An estimator that fits instead of the paper's, with a line, and the key that the answer names.
 const FITS: &str = r#"
 gauss-newton | start_time = 1e-5 | identifier.start_time
 gauss-newton | start_time = 2e4 | identifier.start_time
@@ -259,7 +259,7 @@ fn a_run_ends_where_the_largest_speed_is_exceeded() {
     assert_eq!(result["status"], "aborted");
 }
 
-/// The paper's scenario with a law that fits, and lines of it.
+/// The paper's scenario with an estimator that fits, and lines of it.
 fn with_fit(law: &str, lines: &str) -> String {
     let gradient = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
     let mut left_out = vec!["plant_box", "initial", "bounds"];

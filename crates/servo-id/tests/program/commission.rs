@@ -22,8 +22,8 @@ fn commission(test: &str, text: &str) -> (Option<i32>, String, Option<Value>) {
     (output.status.code(), answer, result)
 }
 
-/// The paper's servo with one line changed is refused before anything moves: at the key's line, and with
-/// the figure that would do.
+/// The paper's servo with one line changed is refused before anything moves: at the key's line, and with a possible
+/// figure.
 fn assert_refused((from, to): (&str, &str), key: &str, figure: &str) {
     let test = "refused";
     let key = if key.contains('.') {

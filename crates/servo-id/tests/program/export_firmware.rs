@@ -117,7 +117,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
         "::identifier_core::parameters::Unknowns<3>, 3>>;",
         "pub const LOOP: ::identifier_core::constants::Constants<Loop>",
         "kp = 9, kd = 0.19, ki = 4",
-        "a of 0 to 50 1/s and b of 110 to 1000",
+        "a from 0 to 50 1/s and b from 110 to 1000",
     ] {
         assert!(rust.contains(part), "{part}: {rust}");
     }
@@ -270,7 +270,7 @@ fn what_has_no_such_form_is_refused_with_the_remedy() {
             "limit = 10.0\ndelay = 0.002",
             "amplifier",
         ),
-        // No certificate: the PID is too weak for the box.
+        // No certificate: the PID is too weak for the parameter range.
         ("rust", "kp = 9.0".to_owned(), "kp = 0.5", "controller"),
     ]
     .into_iter()

@@ -94,7 +94,8 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
 }
 
-/// Of a model that is the servo the rounding of the encoder is left, sample by sample; of one with another gain more.
+/// With the servo as the model, only the quantisation of the encoder is left, sample by sample; of one with another
+/// gain more.
 #[test]
 fn what_a_model_leaves_of_every_sample_is_beside_it() {
     let (log, scenario) = trace("left");

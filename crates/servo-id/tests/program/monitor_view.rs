@@ -160,7 +160,7 @@ fn the_hosts_own_estimates_are_those_of_the_servo_in_spite_of_lost_frames() {
         assert_eq!(text.contains("7 LOST"), is_lost(1500), "{text}");
         let row = text
             .lines()
-            .skip_while(|row| !row.contains("estimates from the frames"))
+            .skip_while(|row| !row.contains("estimates on the host"))
             .find(|row| row.contains(" b "))
             .expect("a row of b");
         let numbers: Vec<f64> = row

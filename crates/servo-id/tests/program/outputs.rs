@@ -60,7 +60,7 @@ fn names(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-/// Of a call that takes a minute at least, were it not refused.
+/// For a call that would take at least a minute if it were not refused.
 fn long(test: &str) -> PathBuf {
     with_scenario(test, "10000.0")
 }
@@ -112,13 +112,13 @@ fn an_output_is_no_input_under_any_name() {
     for name in ["scenario.toml", "./sub/../scenario.toml", "link", "twin"] {
         for option in ["--json", "--csv"] {
             let words = format!("run scenario.toml --force {option} {name}");
-            assert_refused(&folder, &words, "this file is read");
+            assert_refused(&folder, &words, "this file is an input");
         }
     }
     assert_refused(
         &folder,
         "run link --force --json scenario.toml",
-        "this file is read",
+        "this file is an input",
     );
     for name in ["logs/simulated-servo.csv.gz", "scenarios/replay.toml"] {
         let source = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -130,7 +130,7 @@ fn an_output_is_no_input_under_any_name() {
     for name in ["simulated-servo.csv.gz", "replay.toml"] {
         let words =
             format!("identify simulated-servo.csv.gz --scenario replay.toml --force --json {name}");
-        assert_refused(&folder, &words, "this file is read");
+        assert_refused(&folder, &words, "this file is an input");
     }
 }
 
@@ -401,7 +401,7 @@ fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
     assert_eq!(names(&folder.join("results/paper")).len(), 9);
     fs::write(folder.join("figure-03.png"), "precious").expect("written");
     assert_refused(&folder, "paper --out .", "--force");
-    assert_refused(&folder, "paper --out figure-03.png", "is there");
+    assert_refused(&folder, "paper --out figure-03.png", "exists");
     assert_done(&call(&folder, "paper --out . --force"));
     assert_eq!(names(&folder).len(), 10);
 }
@@ -415,10 +415,7 @@ fn a_file_created_meanwhile_is_not_replaced() {
     let output = child.wait_with_output().expect("it ends");
     let message = standard_error(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(
-        message.contains("a file of that name is there"),
-        "{message}"
-    );
+    assert!(message.contains("the file exists"), "{message}");
     assert_eq!(fs::read(folder.join("new")).expect("there"), b"precious");
     assert_eq!(names(&folder), ["new", "scenario.toml"]);
 }

@@ -135,7 +135,7 @@ fn wait_for_verdict(browser: &Browser) {
 }
 
 fn choose(browser: &Browser, preset: &str) {
-    // The verdict on the preset before would do for one on this.
+    // The verdict on the previous preset could be mistaken for this one's.
     browser.ask(&format!("verdict = null; choose('{preset}');"));
     wait_for_verdict(browser);
 }
@@ -423,7 +423,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         number(&left[0]) > 7000.0 && (1e-5..6e-4).contains(&number(&left[1])),
         "{left}"
     );
-    // Its gains, with the step that they promise.
+    // Its gains, with the predicted step.
     let result = argument(&folder.join("result.json"));
     let saved = servo_id(&["identify", &argument(&path), "--json", &result]);
     assert!(saved.status.success());
@@ -440,7 +440,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
     let arrives = "return recording.response.at(-1) / recording.step[0]";
     assert!((number(&browser.ask(arrives)) - 1.0).abs() < 0.05);
     assert!(said().contains("Tuned: kp "), "{}", said());
-    // Of a log that does not determine the servo there are none, and why.
+    // A log that does not determine the servo has none, and the reason.
     let short: String = log
         .lines()
         .take(102)
@@ -480,7 +480,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         take(&format!("await take({what});"));
         let answer = said();
         assert!(
-            answer.contains("not taken") && answer.contains(sentence),
+            answer.contains("cannot be used") && answer.contains(sentence),
             "{what}: {answer}"
         );
     }
@@ -497,7 +497,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         "await take(new File([{}], 'bare.csv'));",
         json!(bare)
     ));
-    assert!(said().contains("does not say everything"), "{}", said());
+    assert!(said().contains("does not show everything"), "{}", said());
     // Nothing was lost by any of it.
     assert_eq!(browser.ask("return verdict.status"), "converged");
     choose(&browser, "linear");

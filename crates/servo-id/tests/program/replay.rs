@@ -35,7 +35,7 @@ fn scenario() -> String {
     std::fs::read_to_string(SCENARIO).expect("the scenario is committed")
 }
 
-/// The committed scenario with the gradient law, which needs a box.
+/// The committed scenario with the gradient estimator, which needs a parameter range.
 fn gradient() -> String {
     scenario().replace(
         "law = \"gauss-newton\"",

@@ -69,7 +69,7 @@ fn tables_fit_the_width_and_list_omitted_columns() {
                 .all(|line| line.chars().count() <= room + marks(line)),
             "{text}"
         );
-        assert_eq!(text.contains("(no room for: "), left_out, "{text}");
+        assert_eq!(text.contains("(narrow terminal: "), left_out, "{text}");
         assert!(
             table
                 .iter()
@@ -244,7 +244,7 @@ fn a_terminal_shows_colours_unless_they_are_disabled() {
         ];
         let mut terminal = Terminal::start(&words, &folder, 100, 40);
         // The status, which has a colour, is the last line.
-        terminal.shows("nothing in the data would move it");
+        terminal.shows("converged: all estimates");
         assert_eq!(terminal.is_coloured(), is_coloured, "{setting}");
         terminal.ends();
     }

@@ -40,7 +40,8 @@ fn with(further: &[&'static str]) -> Vec<&'static str> {
     KNOWN.iter().chain(further).copied().collect()
 }
 
-/// The stiffest gains for 3 counts of noise, which is beside the rounding, are slower, and their promise has it.
+/// The stiffest gains for 3 counts of noise, in addition to quantisation, are slower, and the predicted response
+/// includes it.
 #[test]
 fn noise_of_counts_in_a_result_makes_the_gains_slower_and_that_of_rounding_does_not() {
     let folder = folder("tune-noise");
@@ -331,7 +332,7 @@ fn gains_are_stated_in_the_form_of_a_drive() {
     assert_eq!(form["exactness"], json!("needs ki cut"));
     assert!(form["margins"]["sensitivity"].as_f64().expect("a number") < 1.61);
     assert!(page.contains("The conversion: needs ki cut."), "{page}");
-    assert!(page.contains("taken to be in Nm"), "{page}");
+    assert!(page.contains("assumed to be in Nm"), "{page}");
 }
 
 #[test]
@@ -384,7 +385,7 @@ fn a_report_tune_and_the_playground_have_the_same_gains() {
     };
     assert_eq!(gains(&of_tune).len(), 3, "{of_tune}");
     assert_eq!(gains(&report), gains(&of_tune));
-    let limit = "the limit is taken to be the largest command of the log";
+    let limit = "the largest command of the log";
     assert!(report.contains(limit), "said beside the gains");
     let text = committed_log().into_bytes();
     let found = playground::log::identify(text, &Stated::default()).expect("identified");

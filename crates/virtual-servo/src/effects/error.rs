@@ -41,7 +41,7 @@ impl fmt::Display for EffectError {
             Self::Needs { effect, needs } => {
                 write!(
                     f,
-                    "{effect} does nothing without {needs}: state both or none"
+                    "{effect} has no effect without {needs}: state both or neither"
                 )
             }
         }

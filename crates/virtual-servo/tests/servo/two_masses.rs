@@ -1,4 +1,4 @@
-//! Motor and load on a spring, and a load behind play.
+//! Motor and load on a spring, and a load behind backlash.
 
 use core::f64::consts::PI;
 
@@ -23,7 +23,7 @@ fn the_motor_swings_at_the_resonance_and_decays_with_its_damping() {
     let mut rigid = Plant::at_rest(&FREE, SAMPLE_TIME);
     elastic.advance(1.0);
     rigid.advance(1.0);
-    // The centre of both moves as the rigid servo; the motor swings around it.
+    // The centre of both moves as the rigid servo; the motor oscillates around it.
     let mut swing = Vec::new();
     for _ in 0..3000 {
         elastic.advance(0.0);
@@ -93,7 +93,7 @@ fn behind_a_stiff_spring_the_inertia_of_the_load_is_its_share_of_the_whole() {
     assert!((even.position - rigid.position()).abs() > 0.01, "it varies");
 }
 
-/// Motor alone within the play, b/(1 − ρ); beyond it the centre of both moves with b, whatever the flanks do.
+/// Only the motor within the backlash, b/(1 − ρ); beyond it the centre of both moves with b, whatever the flanks do.
 #[test]
 fn within_the_play_of_a_coupling_the_motor_moves_alone() {
     let loose = Effects {

@@ -1,4 +1,4 @@
-//! The same firmware with a loop that its build script has certified and built on the PC: it links the samples alone,
+//! The same firmware with a loop that its build script has certified and built on the PC. It links only the samples,
 //! without certificate and settings.
 #![no_std]
 #![no_main]

@@ -175,7 +175,7 @@ impl Chip for Servo {
 /// A flash that does nothing.
 struct NoFlash;
 
-/// What it answers.
+/// Its answer.
 const REFUSED: NorFlashErrorKind = NorFlashErrorKind::Other;
 
 impl ErrorType for NoFlash {

@@ -23,7 +23,7 @@ impl Decimals {
     /// # Errors
     /// Why there is none.
     pub(super) fn number(&mut self, cell: &[u8], line: u64) -> Result<f64, String> {
-        let no_number = || "it must be any finite number".to_owned();
+        let no_number = || "it must be a finite number".to_owned();
         let cell = name_and_value(cell).map_or(cell, |(_, value)| value);
         let text = std::str::from_utf8(cell.trim_ascii()).map_err(|_| no_number())?;
         let (number, mark) = match text.parse() {
@@ -106,7 +106,7 @@ mod tests {
             "", "fast", "nan", "inf", "1e999", "1,2,3", "1,234.5", "0x10",
         ] {
             let answer = read(&[wrong]).expect_err(wrong);
-            assert_eq!(answer, "it must be any finite number", "{wrong}");
+            assert_eq!(answer, "it must be a finite number", "{wrong}");
         }
         let answer = read(&["1,5", "1.5"]).expect_err("mixed");
         assert!(

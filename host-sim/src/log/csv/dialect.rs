@@ -17,7 +17,7 @@ pub(in super::super) struct Dialect {
 }
 
 impl Dialect {
-    /// The bytes that may stand between two columns, the likeliest first where two would do.
+    /// The bytes that may separate two columns, the likelier one first.
     const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
     /// Bytes that are examined.
@@ -37,7 +37,7 @@ impl Dialect {
             let fault = other::fault(path, beginning).or_else(gone);
             let fault = fault.unwrap_or_else(|| {
                 format!(
-                    "this is no text (byte {} is zero): save the log as comma-separated text in UTF-8",
+                    "this is not text (byte {} is zero): save the log as comma-separated text in UTF-8",
                     place + 1
                 )
             });

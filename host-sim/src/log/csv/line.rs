@@ -9,8 +9,8 @@ pub(super) fn uncommented(line: &[u8]) -> &[u8] {
     mark.unwrap_or(line).trim_ascii()
 }
 
-/// A row without quotation marks around all of it, and without the brackets of a matrix. `[` counts at the beginning,
-/// perhaps behind a name, and before a number. `]` and `;` count at the end.
+/// A row without surrounding quotation marks and without the brackets of a matrix. `[` counts at the beginning, perhaps
+/// behind a name, and before a number. `]` and `;` count at the end.
 pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     let quoted = line
         .strip_prefix(b"\"")

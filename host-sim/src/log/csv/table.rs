@@ -85,7 +85,7 @@ impl Table {
                 (others.iter()).find(|(_, other)| other.len() != samples.len())
         {
             return Err(format!(
-                "{name} has {} samples and {first} {}: the columns of a log are equally long",
+                "{name} has {} samples but {first} has {}: all columns of a log must have the same length",
                 other.len(),
                 samples.len()
             ));
@@ -126,7 +126,7 @@ impl Table {
             };
             if names(table) != names(&all) {
                 let fault = format!(
-                    "its columns are not those of {}: logs that are identified together have the same",
+                    "its columns differ from those of {}: logs that are identified together must have the same columns",
                     all.path.display()
                 );
                 return Err(LogError::in_file(&table.path, fault));
@@ -160,7 +160,7 @@ impl Table {
                     return Ok(place);
                 }
                 format!(
-                    "the log has {} columns: [log] in the scenario says which column is what",
+                    "the log has {} columns: state the column's number in [log] of the scenario",
                     self.columns.len()
                 )
             }
@@ -170,12 +170,12 @@ impl Table {
                 match (named.next(), named.next()) {
                     (Some(place), None) => return Ok(place),
                     (Some(first), Some(second)) => format!(
-                        "columns {} and {} have this name: state the number of the one that is meant",
+                        "columns {} and {} have this name: state the column's number instead",
                         first + 1,
                         second + 1
                     ),
                     (None, _) => format!(
-                        "the log has no such column, but {}: [log] in the scenario says which column is what",
+                        "the log has no such column, but {}: state the column in [log] of the scenario",
                         shortened(&names().collect::<Vec<_>>().join(", "))
                     ),
                 }
@@ -245,10 +245,10 @@ impl<'a> Reader<'a> {
         }
         if self.table.lines.is_empty() {
             let fault = match heading.len() {
-                0 => "the file is empty: a log has a row of column names, and a row a sample",
+                0 => "the file is empty: a log has a row of column names and one row per sample",
                 1 => "the log has a heading and no samples: record the motion of the servo",
                 _ => {
-                    "no row has numbers in two columns or more, as a log has: a row a sample, with position and command"
+                    "no row has numbers in two or more columns: a log has one row per sample, with position and command"
                 }
             };
             return Err(LogError::in_file(self.name, fault.to_owned()));
@@ -322,7 +322,7 @@ impl<'a> Reader<'a> {
         }
         let place = self.table.lines.len();
         if place == Table::MAX_ROWS {
-            let fault = format!("the log has more than {place} rows: divide it");
+            let fault = format!("the log has more than {place} rows: split it");
             return Err(self.fault(line, fault));
         }
         self.table
@@ -366,7 +366,7 @@ impl<'a> Reader<'a> {
         if let Some(other) = self.dialect.others(row.as_slice()) {
             let own = self.dialect.separator_name();
             fault += &format!(
-                "; the first row is separated by a {own}, and this row has a {other}: separate all alike"
+                "; the first row is separated by a {own}, this row by a {other}: use the same separator in all rows"
             );
         } else if self.dialect.separator == b',' {
             fault += "; numbers with decimal commas need semicolons, tabs or quotation marks";
@@ -460,7 +460,7 @@ mod tests {
         let refused =
             Table::of_columns("log", vec![of("u", 49), of("q", 50)]).expect_err("two lengths");
         assert!(
-            refused.starts_with("q has 50 samples and u 49"),
+            refused.starts_with("q has 50 samples but u has 49"),
             "{refused}"
         );
     }

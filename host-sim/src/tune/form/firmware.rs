@@ -66,7 +66,7 @@ pub(super) enum Share {
 /// The quantity that a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub(super) enum Of {
-    /// The gains of the law: kd, kp and ki, or Kx, Kv and Kvi.
+    /// The gains of the control law: kd, kp and ki, or Kx, Kv and Kvi.
     First,
     Second,
     Third,

@@ -55,7 +55,8 @@ impl Form {
         // A phase-locked loop corrects by more than its error there.
         if self.0.filter.of(frequency.unwrap_or(0.0), time).0[0] > 1.0 {
             return Err(NoGains::Form(format!(
-                "the filter of {name} is stable up to a --cutoff of {most:.1} rad/s at a --sample-time of {time} s: state less of either"
+                "the filter of {name} is stable up to --cutoff {most:.1} (rad/s) at --sample-time {time} (s): reduce \
+                 either"
             )));
         }
         let (mut settings, goal, mut is_slower) = (*settings, settings.goal, false);
@@ -93,7 +94,7 @@ impl Form {
             settings.goal = Goal::Bandwidth(next * most);
         }
         Err(NoGains::Form(format!(
-            "{name} has no gains that keep the margins around this servo, which has too little friction for it: take another form"
+            "{name} has no gains within the margins: this servo has too little friction for it; choose another form"
         )))
     }
 
@@ -108,7 +109,7 @@ impl Form {
         let name = &self.0.name;
         if known.is_linear && self.0.angle.is_some() {
             return Err(format!(
-                "{name} is for an axis that turns, and the result is of one in m: take pid, cascade or linuxcnc"
+                "{name} is for a rotary axis, but the result is in m: choose pid, cascade or linuxcnc"
             ));
         }
         let needed = |option: &str, value: Option<f64>, example: &str| {
@@ -126,7 +127,8 @@ impl Form {
             (Some("Nm"), Some("A") | None) => needed("--torque-constant", torque, "0.1")?,
             (Some(own), Some(unit)) if own != unit => {
                 return Err(format!(
-                    "{name} takes a command in {own}, and the log has one in {unit}: identify with the drive's own command"
+                    "{name} takes a command in {own}, but the log has one in {unit}: identify with the drive's own \
+                     command"
                 ));
             }
             _ => 1.0,
@@ -139,7 +141,7 @@ impl Form {
         };
         let is_assumed = unit.is_none() && torque.is_none();
         let assumption = self.0.command.as_ref().filter(|_| is_assumed).map(|own| {
-            format!("The command of the log is taken to be in {own}: `identify --command-unit` states it.")
+            format!("The command of the log is assumed to be in {own}: state it with `identify --command-unit`.")
         });
         Ok((of_unit / whole, assumption))
     }
@@ -183,7 +185,11 @@ impl Form {
             remarks.push(format!("The loop is linear only while |e| is below velocity limit/Kx: {within:.3} rad with the default limit of {limit:.4} rad/s."));
         }
         if share > 1.0 {
-            remarks.push(format!("A step of {} rad at once asks for {share:.1} times the largest command, and is then slower: send smoothed targets.", settings.step));
+            remarks.push(format!(
+                "A step of {} rad needs {share:.1} times the largest command, so it is slower than \
+                                  predicted: send smoothed targets.",
+                settings.step
+            ));
         }
         if firmware.law == Law::Proportional {
             let left = (servo.coulomb + servo.load.abs()) / (servo.b * second);

@@ -28,7 +28,7 @@ pub(super) const FIT: Settings = Settings {
     identifier: |_| "law = \"fit\"".to_owned(),
 };
 
-/// A drawn log as a file, which goes with the value.
+/// A drawn log as a file, deleted with the value.
 pub(super) struct LogFile(PathBuf);
 
 impl LogFile {

@@ -35,7 +35,7 @@ pub(super) struct Judgement {
     /// The effects that the result names, the first of them first, and whether the log has them: the cause that the
     /// model lacks, the terms that entered, the effects that a fit found, and a noise above that of rounding.
     pub(super) names: Vec<(&'static str, bool)>,
-    /// Of a log that is shifted: estimated less true shift, samples.
+    /// For a shifted log: estimated minus true shift, samples.
     pub(super) off_shift: Option<f64>,
     /// Estimated over true noise of the position, less one.
     pub(super) off_noise: Option<f64>,
@@ -153,12 +153,12 @@ impl Error {
     /// Relative tolerances: of b, and of the others.
     const OF_B: f64 = 0.02;
     const OF_OTHERS: f64 = 0.05;
-    /// An acceleration that hardly matters, of that by the largest commands: load and friction may be as far off.
+    /// A negligible acceleration, relative to that by the largest commands: load and friction may be as far off.
     const OF_AUTHORITY: f64 = 0.01;
     /// Three standard errors widen a tolerance, by no more than this factor.
     const WIDEST: f64 = 4.0;
 
-    /// Of a parameter; none if the estimate is no number.
+    /// For a parameter; none if the estimate is no number.
     fn of(parameter: Parameter, summary: &Summary, log: &RecordedLog) -> Option<Self> {
         let truth = truth(parameter, log);
         let estimate = summary.estimates.get(parameter);

@@ -7,10 +7,10 @@ use integration_tests::logs::RecordedLog;
 ///
 /// It is one value, the servo's own, except where the log has several, each of which is right:
 /// - what drifts and steps has those from the beginning to the end of the record;
-/// - of an inertia, a gain and a load that vary with the angle, or a gain with the sign of the command, the record shows
-///   the mean over the angles and commands that are in it, which on small travel no identification can tell from the
-///   servo's own; where the size of the command hardly changes, as a relay's, a gain that differs with its sign is a
-///   load to any of them.
+/// - of an inertia, a gain and a load that vary with the angle, or a gain with the sign of the command, the record
+///   shows the mean over the angles and commands that are in it, which on small travel no identification can tell from
+///   the servo's own; where the size of the command changes little, as a relay's, a gain that differs with its sign is
+///   a load to any of them.
 pub(super) fn truth(parameter: Parameter, log: &RecordedLog) -> [f64; 2] {
     let setup = &log.setup;
     let own = parameter.value_in(&setup.servo);

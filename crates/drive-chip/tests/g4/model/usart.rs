@@ -174,7 +174,7 @@ impl Usart {
         assert!(self.dma.isr().read().teif1().bit());
     }
 
-    /// Sets a flag of channel 1 and the one that stands for all of them.
+    /// Sets a flag of channel 1 and the flag for all of them.
     fn flag(&self, bit: u32) {
         let flags = self.dma.get(self.dma.isr());
         self.dma.set(self.dma.isr(), flags | 1 << bit | 1);

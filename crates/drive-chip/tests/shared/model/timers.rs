@@ -294,7 +294,7 @@ impl Timers {
             && tim3.smcr().read().sms().bits() == 0b011
             && lines.cc1s().is_ti1()
             && lines.cc2s().is_ti2()
-            // Of the encoder's channels.
+            // For the encoder's channels.
             && tim3.get(tim3.ccer()) & 0xff == 0;
         if counts {
             let top = i64::from(tim3.get(tim3.arr()));

@@ -2,8 +2,8 @@
 
 /// The archive of an object that defines some symbols.
 ///
-/// The format is that of GNU and System V: a magic, then members, each behind a header of 60 characters and at an even
-/// place; the first member is the index of symbols, with numbers of four bytes, the highest first.
+/// The format is that of GNU and System V: a magic, then members. Each member follows a header of 60 characters at an
+/// even offset. The first member is the index of symbols, with big-endian numbers of four bytes.
 pub(crate) fn of(name: &str, object: &[u8], symbols: &[&str]) -> Vec<u8> {
     const MAGIC: &[u8] = b"!<arch>\n";
     const HEADER: usize = 60;

@@ -35,7 +35,7 @@ pub(crate) fn this_machine() -> Result<String, String> {
 pub(crate) fn object(target: &str) -> Result<PathBuf, String> {
     if target.contains("-apple-") || target.contains("-windows-") {
         return Err(format!(
-            "{target}: of PCs the library is for Linux alone; for a chip name its target, such as --target {CHIP}"
+            "{target}: on PCs the library is for Linux only; for a chip name its target, such as --target {CHIP}"
         ));
     }
     let installed = output(Command::new("rustup").args(["target", "list", "--installed"]));

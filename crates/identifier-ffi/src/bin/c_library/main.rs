@@ -1,5 +1,5 @@
-//! Builds the library for C: one object with the functions of the header and nothing else, in an archive beside the
-//! header; or the folder of an Arduino library.
+//! Builds the library for C: an archive with one object that has only the functions of the header. Or builds the folder
+//! of an Arduino library.
 
 mod archive;
 mod build;

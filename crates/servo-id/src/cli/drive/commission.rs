@@ -23,8 +23,8 @@ use crate::render::terminal;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario: encoder, amplifier and [commission]. A configured drive keeps its own controller, any other
-    /// takes the scenario's, if it has one.
+    /// The scenario: encoder, amplifier and [commission]. A configured drive keeps its own controller; any other gets
+    /// the scenario's, if it has one.
     scenario: PathBuf,
     #[command(flatten)]
     choices: Choices,
@@ -133,12 +133,12 @@ fn line(progress: &Progress, sample_time: f64) -> String {
         gain,
     } = progress;
     let time = f64::from(*sample) * sample_time;
-    let acts = command.map_or("released".to_owned(), |command| {
+    let acts = command.map_or("disabled".to_owned(), |command| {
         format!("command {command:+.3}")
     });
     let known = match gain {
         Some([b, error]) => format!(", b {b:.2} ± {:.2}", crate::SIDES * f64::from(*error)),
-        None if *recorded > 0 => format!(", {recorded} pieces recorded"),
+        None if *recorded > 0 => format!(", {recorded} blocks recorded"),
         None => String::new(),
     };
     format!(
@@ -167,16 +167,14 @@ struct End {
 }
 
 impl End {
-    /// What holds the servo now.
+    /// The gains that hold the servo now.
     fn stands(&self) -> String {
         if self.state != State::Running {
             return "the servo is disabled".to_owned();
         }
         let silence = self.link_timeout;
         if silence > 0.0 {
-            format!(
-                "the loop keeps running, and comes to rest when the line is silent for {silence} s"
-            )
+            format!("the loop keeps running, and stops when the line is silent for {silence} s")
         } else {
             "the loop keeps running".to_owned()
         }
@@ -185,7 +183,7 @@ impl End {
     /// The gains in force where there are no new ones.
     fn falls_back_to(&self) -> &'static str {
         match self.gains_before {
-            true => "the gains before are in force",
+            true => "the previous gains are in force",
             false => "there are no gains",
         }
     }
@@ -196,12 +194,12 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
     let stands = end.stands();
     if reason.is_none() && phase == Phase::Applied {
         let kept = match (outcome.kept, end.state) {
-            (true, _) => "kept through a loss of power",
-            (false, State::Running) => "kept as soon as the servo is released",
+            (true, _) => "stored in flash",
+            (false, State::Running) => "stored in flash as soon as the servo is disabled",
             (false, _) => {
                 return Err(Fault::Other(
-                    "applied, but the flash did not take them: the new gains are in force until the power is \
-                     lost; try `save`"
+                    "applied, but the flash did not store them: the new gains are in force until the power is lost; \
+                     try `save`"
                         .to_owned(),
                 ));
             }
@@ -213,7 +211,7 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
     }
     let why = match reason {
         Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise),
-        None => "it did not end by itself".to_owned(),
+        None => "it did not end".to_owned(),
     };
     Err(Fault::Other(format!(
         "{}: {why} ({}; {stands})",
@@ -262,8 +260,8 @@ mod tests {
 
     #[test]
     fn what_holds_the_servo_is_told_by_the_state_of_the_drive() {
-        let held = "the gains before are in force; the loop keeps running)";
-        let disabled = "the gains before are in force; the servo is disabled)";
+        let held = "the previous gains are in force; the loop keeps running)";
+        let disabled = "the previous gains are in force; the servo is disabled)";
         for (state, told) in [
             (State::Running, held),
             (State::Released, disabled),

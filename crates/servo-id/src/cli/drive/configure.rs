@@ -36,31 +36,31 @@ pub(super) struct Arguments {
     /// Longest silence of the line in a run, s; 0 for no limit.
     #[arg(long, value_name = "S")]
     link_timeout: Option<f64>,
-    /// Longest time to come to rest at the end of a run, s.
+    /// Longest time to reach standstill at the end of a run, s.
     #[arg(long, value_name = "S")]
     stop_time: Option<f64>,
-    /// Velocity at which the home switch is sought, rad/s, negative for one at the lower end; 0 for an axis without a
+    /// Velocity of the search for the home switch, rad/s, negative for one at the lower end; 0 for an axis without a
     /// home position.
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     home_seek: Option<f64>,
-    /// Speed at which the home switch is left and approached, rad/s; a tenth of the velocity of seeking if it was never
-    /// given.
+    /// Speed at which the home switch is left and approached, rad/s; a tenth of --home-seek if it was never given.
     #[arg(long, value_name = "RAD/S")]
     home_approach: Option<f64>,
-    /// Largest distance in which the home switch must open when the axis drives off it, rad; half a radian if it was
-    /// never given.
+    /// Distance within which the home switch must open when the axis moves off it, rad; half a radian if it was never
+    /// given.
     #[arg(long, value_name = "RAD")]
     home_clearance: Option<f64>,
-    /// The home position: where the switch closes, or the first index pulse of the encoder behind it.
+    /// The home position: where the switch closes, or the first index pulse of the encoder after it.
     #[arg(long, value_name = "PLACE")]
     home_at: Option<HomeAt>,
     /// The origin of targets and travel, rad from the home position.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     home_offset: Option<f64>,
-    /// Where targets come from: line, or steps:RAD (a step moves the target by that).
+    /// Source of targets: line, or steps:RAD (each step moves the target by RAD).
     #[arg(long, value_name = "SOURCE", value_parser = source)]
     source: Option<TargetSource>,
-    /// Changes of a servo after its commissioning, as Gauss-Newton finds them in a run: ignore, or report (the status has them).
+    /// Changes of the servo after its commissioning, found by the Gauss-Newton estimator in a run: ignore, or report in
+    /// the status.
     #[arg(long, value_name = "WHAT", value_parser = servo_changes)]
     servo_changes: Option<ServoChanges>,
 }
@@ -127,7 +127,7 @@ impl Arguments {
                     || self.home_offset.is_some();
                 if is_given {
                     return Err(Fault::Input(
-                        "the drive has no way home yet: --home-seek begins one".to_owned(),
+                        "homing is not configured: state --home-seek".to_owned(),
                     ));
                 }
                 return Ok(None);
@@ -198,23 +198,24 @@ fn servo_changes(text: &str) -> Result<ServoChanges, String> {
     match text {
         "ignore" => Ok(ServoChanges::Ignored),
         "report" => Ok(ServoChanges::Reported),
-        "follow" => Err("no gains follow any more: report, and commission the servo again".into()),
-        _ => Err("it is ignore or report".into()),
+        "follow" => {
+            Err("gains are no longer adapted: state report, and commission the servo again".into())
+        }
+        _ => Err("it must be ignore or report".into()),
     }
 }
 
 fn source(text: &str) -> Result<TargetSource, String> {
-    let wrong = || "it is line or steps:RAD, as steps:0.001".to_owned();
+    let wrong = || "it must be line or steps:RAD, such as steps:0.001".to_owned();
     let number = |text: &str| text.parse::<f64>().map_err(|_| wrong());
     match text.split_once(':') {
         None if text == "line" => Ok(TargetSource::Line),
         Some(("steps", step)) => Ok(TargetSource::Steps {
             step: number(step)?,
         }),
-        Some(("voltage", _)) => Err(
-            "the drive has no analogue input any more: its step input has its place, steps:RAD"
-                .into(),
-        ),
+        Some(("voltage", _)) => {
+            Err("the drive has no analogue input any more: use its step input, steps:RAD".into())
+        }
         _ => Err(wrong()),
     }
 }

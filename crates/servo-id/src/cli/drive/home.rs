@@ -21,7 +21,7 @@ pub(super) fn run(client: &mut Client) -> Result<(), Fault> {
             (State::Faulted(fault), _) => return Err(Fault::Other(fault.to_string())),
             _ => {
                 return Err(Fault::Other(
-                    "the run ended before the axis was at home".to_owned(),
+                    "the run ended before homing was done".to_owned(),
                 ));
             }
         }

@@ -31,7 +31,7 @@ pub(super) struct Arguments {
 enum Verb {
     /// Print the drive's state, estimates and settings.
     Status(status::Arguments),
-    /// Give the drive the loop of a scenario; the servo must be released.
+    /// Configure the drive with the loop of a scenario; the servo must be disabled.
     Configure(configure::Arguments),
     /// Close the loop at the present position, identify, and print reports until the run ends.
     Start(start::Arguments),
@@ -41,18 +41,18 @@ enum Verb {
         /// Position, rad from where the servo started.
         radians: f64,
     },
-    /// Drive the axis home: targets and travel count from its origin afterwards. The loop must be closed.
+    /// Home the axis: targets and travel then count from its origin. The loop must be closed.
     Home,
-    /// Release the servo: the output stage is disabled, the servo coasts.
+    /// Disable the output stage: the servo coasts.
     Stop,
-    /// Clear a fault whose cause is gone.
+    /// Clear a fault after its cause is removed.
     Clear,
-    /// Keep settings and estimates through a loss of power; the servo must be released.
+    /// Store settings and estimates in flash; the servo must be disabled.
     Save,
     /// Print or record reports of a run.
     Watch(watch::Arguments),
-    /// Commission the drive within the limits of a scenario: it identifies its servo, tunes itself, validates the
-    /// gains and keeps them. A loop that was running keeps running.
+    /// Commission the drive within the limits of a scenario: it identifies its servo, tunes itself, tests the gains and
+    /// stores them. A loop that was running continues.
     Commission(commission::Arguments),
     /// Show and operate the drive in the terminal: signals, estimates and state; start, stop, target,
     /// commission, record.
@@ -67,8 +67,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let Some(port) = &arguments.port else {
         return Err(Fault::Input(
-            "the drive's port is missing: drive --port PORT …, a serial device as /dev/ttyUSB0, or \
-             tcp:HOST:PORT; `drive simulate` is a drive without hardware"
+            "the drive's port is missing: drive --port PORT …, a serial device such as /dev/ttyUSB0, or \
+             tcp:HOST:PORT; `drive simulate` simulates a drive"
                 .to_owned(),
         ));
     };

@@ -28,7 +28,7 @@ pub(super) struct DrivePlan {
     /// The gains that the drive returns to if the commissioning fails.
     pub(super) gains_before: Option<HoldingGains>,
     pub(super) largest_motion: LargestMotion,
-    /// Of the settings in force then, s; 0 for none.
+    /// From the settings then in force, s; 0 for none.
     pub(super) link_timeout: f64,
 }
 
@@ -112,8 +112,8 @@ fn gains(settings: &Settings) -> Option<HoldingGains> {
     })
 }
 
-/// Settings for a drive that is not configured: encoder and sample time of the commissioning, the known gains, if
-/// any, and protections with as much room as the commissioning has; the rest is the drive's example.
+/// Settings for a drive that is not configured: encoder and sample time of the commissioning, and its gains, if any.
+/// The protections allow as much as the commissioning. The rest is the drive's example.
 fn unconfigured(
     example: &Settings,
     order: &CommissionSettings,

@@ -52,7 +52,7 @@ impl Arguments {
 
     fn hint(&self, fault: Fault) -> Fault {
         Fault::Input(format!(
-            "{fault}; with --new the drive is not configured, and any loop will do"
+            "{fault}; with --new the drive is not configured, and any scenario with a loop is accepted"
         ))
     }
 

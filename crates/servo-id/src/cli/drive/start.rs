@@ -15,11 +15,11 @@ const LINE_INTERVAL: f64 = 0.5;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Stop after this time, s. Without it the run lasts until it ends by itself or this program is
-    /// interrupted: the drive then comes to rest when its link timeout has passed.
+    /// Stop after this time, s. Without it the run lasts until it ends by itself or this program is interrupted: the
+    /// drive then stops after its link timeout.
     #[arg(long = "for", value_name = "S", value_parser = positive, conflicts_with = "leave")]
     time: Option<f64>,
-    /// Drive the axis home first.
+    /// Home the axis first.
     #[arg(long)]
     home: bool,
     /// Leave the drive running unattended; only with a link timeout of 0.
@@ -49,9 +49,9 @@ impl Arguments {
         }
         // An output that cannot be written is no reason to leave a running drive alone.
         let mut printed = if link_timeout > 0.0 {
-            show!("running; it comes to rest when this program has ended for {link_timeout} s")
+            show!("running; it stops {link_timeout} s after this program has ended")
         } else {
-            show!("running, also when this program has ended: the link timeout is 0")
+            show!("running; it continues after this program has ended: the link timeout is 0")
         };
         let begin = Instant::now();
         let is_over = |time: f64| begin.elapsed().as_secs_f64() >= time;
@@ -84,13 +84,13 @@ impl Arguments {
         client.ask(Command::Watch(0)).map_err(fault)?;
         let status = client.status().map_err(fault)?;
         if let Some(estimates) = &status.estimates {
-            printed = printed.and(show!("knows: {}", estimates_line(estimates)));
+            printed = printed.and(show!("estimates: {}", estimates_line(estimates)));
         }
         match &status.ended {
             Some(Ended::Faulted(fault)) => Err(Fault::Other(fault.to_string())),
             Some(ended) => printed.and(show!("{ended}")),
             None => Err(Fault::Other(
-                "the drive reports no run: it was switched off or reset meanwhile".to_owned(),
+                "the drive reports no run: it was switched off or reset in between".to_owned(),
             )),
         }
     }

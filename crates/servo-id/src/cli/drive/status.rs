@@ -103,21 +103,21 @@ pub(super) fn change_line(status: &Status) -> Option<String> {
 fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     show!("{}", status.state)?;
     match &status.estimates {
-        Some(estimates) => show!("knows: {}", estimates_line(estimates))?,
+        Some(estimates) => show!("estimates: {}", estimates_line(estimates))?,
         None => show!("the servo is not identified yet")?,
     }
     if let Some(obstacle) = &status.obstacle {
         show!("{}", no_first_fit(*obstacle))?;
     }
     if let Some(noise) = status.noise {
-        show!("encoder noise {noise:.2} counts in motion (0.29: rounding alone)")?;
+        show!("encoder noise {noise:.2} counts in motion (0.29: quantisation only)")?;
     }
     if let Some(line) = change_line(status) {
         show!("{line}")?;
     }
     show!("{}", status.home)?;
     if !status.configured {
-        show!("not configured: it does not start; what follows is an example")?;
+        show!("not configured: it does not start; the settings below are an example")?;
     }
     if let Some(ended) = &status.ended {
         show!("{ended}")?;
@@ -130,7 +130,7 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     }
     let noticed = &status.noticed;
     show!(
-        "first fits {}, steps of the load {}, samples not followed {}, friction lowered {}, model restarted {}",
+        "first fits {}, load steps {}, samples not followed {}, friction lowered {}, model restarted {}",
         noticed.started,
         noticed.load_steps,
         noticed.not_following,
@@ -139,7 +139,7 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     )?;
     show!("{}", status.kept)?;
     show!(
-        "late samples {}, samples not shown {}, frames not understood {}, disturbances of the line {}",
+        "late samples {}, samples not reported {}, frames not understood {}, line errors {}",
         status.overruns,
         status.dropped,
         status.garbled,
@@ -147,13 +147,13 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     )?;
     if !status.boot.resets_in_time {
         show!(
-            "the chip does not reset itself before its supply is too low for it: set its brown-out reset in the option \
-             bytes, level 3 of an STM32F4 (BOR_LEV = 0), level 1 or more of an STM32G4 (BOR_LEV = 1 to 4)"
+            "the chip's brown-out reset is too low: set it in the option bytes, level 3 of an STM32F4 (BOR_LEV = 0), \
+             level 1 or more of an STM32G4 (BOR_LEV = 1 to 4)"
         )?;
     }
     if !status.boot.image_checked {
         show!(
-            "the program in its flash has no seal and was not checked: flash one of `cargo xtask image`"
+            "the program in its flash has no checksum and was not checked: flash an image made by `cargo xtask image`"
         )?;
     }
     show!(

@@ -23,8 +23,8 @@ pub(super) struct Arguments {
     /// Number of reports.
     #[arg(long, value_name = "N", default_value_t = 100)]
     reports: u32,
-    /// Write the reports to this file, one row each; `-` is standard output. The rows are kept however the
-    /// recording ends.
+    /// Write the reports to this file, one row each; `-` is standard output. The rows are kept even if the recording
+    /// ends with an error.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Replace an existing file.
@@ -57,7 +57,7 @@ impl Arguments {
                 Some(Event::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
                 Some(Event::Status(status)) if status.state == State::Released => {
                     return Err(Fault::Other(
-                        "the servo is released: there is nothing to report".to_owned(),
+                        "the servo is disabled: there is nothing to report".to_owned(),
                     ));
                 }
                 _ => {}

@@ -5,7 +5,7 @@ use crate::drive::{DriveError, Silence};
 /// The end of a session whose servo is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AtEnd {
-    /// The servo is released.
+    /// The stage is disabled.
     Stop,
     /// The servo stays driven.
     Leave,
@@ -46,11 +46,11 @@ pub enum LinkError {
     Drive(#[from] DriveError),
     /// The line works, and the drive is silent.
     #[error(
-        "the drive has been silent for {} s: is it switched on, and its line connected?",
+        "the drive has been silent for {} s: is it switched on and connected?",
         Silence::MAX.as_secs()
     )]
     Silent,
     /// The thread of the line has ended by a defect of this program.
-    #[error("the thread of the line has ended")]
+    #[error("the thread of the serial line has ended")]
     Ended,
 }

@@ -82,7 +82,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
     let acting = state.history.signal(Signal::Command);
     let is_released = matches!(state.status().state, Does::Released | Does::Faulted(_));
     let title = match (state.command_limit(), is_released) {
-        (_, true) => "command [u], now released".to_owned(),
+        (_, true) => "command [u], now disabled".to_owned(),
         (Some([low, high]), false) => {
             format!("command [u], limits {} to {}", plain(low), plain(high))
         }

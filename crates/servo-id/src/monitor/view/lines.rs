@@ -16,7 +16,7 @@ const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 
 pub(super) fn head(frame: &mut Frame<'_>, area: Rect, state: &State) {
     let (name, style) = match state.status().state {
-        Does::Released => ("RELEASED", Style::new()),
+        Does::Released => ("DISABLED", Style::new()),
         Does::Running => ("RUNNING", Style::new().fg(Color::Green)),
         Does::Commissioning => ("COMMISSIONING", Style::new().fg(Color::Yellow)),
         Does::Faulted(_) => ("FAULT", Style::new().fg(Color::Red)),
@@ -54,7 +54,7 @@ pub(super) fn telemetry(shown: &Shown<'_>) -> Line<'static> {
         lost => Span::styled(
             match shown.state.dropped() {
                 0 => format!("{lost} LOST"),
-                dropped => format!("{lost} LOST, {dropped} for want of room on the line"),
+                dropped => format!("{lost} LOST, {dropped} dropped by a full line"),
             },
             BAD,
         ),
@@ -70,16 +70,14 @@ pub(super) fn telemetry(shown: &Shown<'_>) -> Line<'static> {
 pub(super) fn prompt(shown: &Shown<'_>) -> Paragraph<'static> {
     let line = match shown.dialogue {
         Dialogue::Confirm(Motion::Start) => Line::styled(
-            "Close the loop where the servo stands, and let the drive learn: y starts, any other key does \
-             not.",
+            "Close the loop at the present position and identify: y starts, any other key cancels.",
             BOLD,
         ),
         Dialogue::Confirm(Motion::Commission) => Line::styled(
             match shown.commission {
-                Some(most) => format!("{most} y commissions, any other key does not."),
+                Some(most) => format!("{most} y commissions, any other key cancels."),
                 None => {
-                    "There are no limits to commission within: start the monitor with --scenario."
-                        .to_owned()
+                    "No limits for a commissioning: start the monitor with --scenario.".to_owned()
                 }
             },
             BOLD,
@@ -88,7 +86,7 @@ pub(super) fn prompt(shown: &Shown<'_>) -> Paragraph<'static> {
             let wrong = !typed.is_empty() && number(typed).is_none();
             Line::styled(
                 format!(
-                    "Where to, rad from where it started: {typed}_{} Enter sends it, Esc does not.",
+                    "Target, rad from the start: {typed}_{} Enter sends it, Esc cancels.",
                     if wrong { " (not a number)" } else { "" }
                 ),
                 BOLD,
@@ -99,7 +97,7 @@ pub(super) fn prompt(shown: &Shown<'_>) -> Paragraph<'static> {
             BOLD,
         ),
         Dialogue::Quit => Line::styled(
-            "The servo is driven. Leaving releases it: y leaves, any other key stays.",
+            "The servo is driven. Leaving disables it: y leaves, any other key stays.",
             BOLD,
         ),
         Dialogue::Idle => match shown.state.note() {

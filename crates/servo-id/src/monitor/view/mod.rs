@@ -80,7 +80,7 @@ fn too_small(frame: &mut Frame<'_>, area: Rect, shown: &Shown<'_>) {
         Line::from(if shown.state.is_driven() {
             "The servo is driven: Space stops it, q leaves."
         } else {
-            "The servo is released; q leaves."
+            "The servo is disabled; q leaves."
         }),
     ];
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);

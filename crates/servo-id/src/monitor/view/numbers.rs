@@ -37,7 +37,7 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
             vec![
                 heading("the drive's commissioning"),
                 Line::from(format!("  {}", progress.phase.name())),
-                Line::from(format!("  pieces recorded {}", progress.recorded)),
+                Line::from(format!("  blocks recorded {}", progress.recorded)),
                 Line::from(format!(
                     "b {}",
                     gain.unwrap_or_else(|| "not known yet".to_owned())
@@ -58,11 +58,11 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
     lines.push(Line::default());
     if state.receives_every_sample() {
         lines.extend(known(
-            "estimates from the frames",
+            "estimates on the host",
             state.estimates_here().as_ref(),
         ));
     } else {
-        lines.push(heading("estimates from the frames"));
+        lines.push(heading("estimates on the host"));
         lines.push(Line::from("  need every sample (--every 1)"));
     }
     lines
@@ -91,7 +91,7 @@ fn command(newest: Option<&Frame>, limit: Option<[f64; 2]>) -> [Line<'static>; 2
     let acting = newest.and_then(Frame::command);
     let number = value("command", acting, "u");
     let Some([low, high]) = limit.filter(|[low, high]| low < high) else {
-        return [number, Line::from("  no limit is known")];
+        return [number, Line::from("  limits unknown")];
     };
     let width = usize::from(NUMBERS) - 2;
     let place = |command: f64| {

@@ -45,14 +45,14 @@ pub struct Commissioned<'a> {
 pub fn commissioning(of: &Commissioned<'_>) -> Page {
     let mut sections = vec![
         Section::brief("Phases", vec![Block::Table(phases(of.outcome))]),
-        Section::brief("What was found", found(of)),
+        Section::brief("Result", found(of)),
     ];
     if let Some(traces) = of.traces {
         let figures = traces::figures(of, traces);
         sections.extend([
             Section::full("Over time", vec![Block::Figures(figures)]),
-            Section::full("How sure it is", how_sure(of)),
-            Section::full("What it rests on", rests_on(of)),
+            Section::full("Uncertainty", how_sure(of)),
+            Section::full("Data and method", rests_on(of)),
             Section::full("What to do next", next(of)),
         ]);
     }
@@ -64,8 +64,8 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
 pub fn largest_motion(motion: &LargestMotion) -> String {
     let [low, high] = motion.travel;
     format!(
-        "Until the servo is known it moves at most from {low:.4} to {high:+.4} rad of where it stands, at \
-         {:.4} rad/s at most.",
+        "Until the servo is identified it moves at most from {low:.4} to {high:+.4} rad from the start, at {:.4} \
+         rad/s at most.",
         motion.speed
     )
 }
@@ -74,12 +74,14 @@ pub fn largest_motion(motion: &LargestMotion) -> String {
 #[must_use]
 pub fn unseen_motion(motion: &LargestMotion) -> String {
     let found = format!(
-        "The encoder is trusted: if it sticks, that is found within {} s of ordered motion",
+        "The encoder is trusted: if it sticks, that is detected within {} s of commanded motion",
         LargestMotion::STUCK_ENCODER_TIME
     );
     match motion.unseen {
-        Some(unseen) => format!("{found}, in which the axis can go {unseen:.4} rad."),
-        None => format!("{found}. State commission.most_gain to see how far the axis can go."),
+        Some(unseen) => format!("{found}, in which the axis can move {unseen:.4} rad."),
+        None => format!(
+            "{found}. State commission.most_gain to see how far the axis can move until then."
+        ),
     }
 }
 
@@ -95,21 +97,24 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
                 .trial
                 .and_then(|trial| trial.rise_time)
                 .map_or_else(String::new, |time| {
-                    format!(" and in {} ms as measured", figure(1e3 * time))
+                    format!(" (measured: {} ms)", figure(1e3 * time))
                 });
             (
                 Tone::Good,
                 format!(
-                    "The servo is known and tuned: a step rises in {} ms by promise{measured}.",
+                    "The servo is identified and tuned: predicted rise time {} ms{measured}.",
                     figure(rise)
                 ),
             )
         }
         (Some(Phase::RolledBack), _) if is_held => (
             Tone::Doubtful,
-            "No new gains: what held before holds again.".to_owned(),
+            "No new gains: the previous ones are in force again.".to_owned(),
         ),
-        _ => (Tone::Failed, "No new gains: it was aborted.".to_owned()),
+        _ => (
+            Tone::Failed,
+            "No new gains: the commissioning was aborted.".to_owned(),
+        ),
     };
     Verdict {
         tone,
@@ -122,13 +127,13 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
 /// The end, and its reason.
 fn detail(outcome: &Outcome) -> String {
     let Some(end) = &outcome.end else {
-        return "it did not end by itself".to_owned();
+        return "it did not end".to_owned();
     };
     match end.reason {
-        None => format!("the new gains hold since {:.4} s", end.time),
+        None => format!("the new gains are in force since {:.4} s", end.time),
         Some(reason) => {
             let (state, since) = match end.released {
-                None => ("the gains before hold again", end.time),
+                None => ("the previous gains are in force", end.time),
                 Some(time) => ("the servo is disabled", time),
             };
             let found = outcome.effects.iter().map(|cause| cause.meaning());
@@ -145,12 +150,12 @@ fn detail(outcome: &Outcome) -> String {
     }
 }
 
-/// A reason, with the figure that would do where there is one.
+/// A reason, with the possible figure if there is one.
 pub(crate) fn why(reason: Reason, no_gains: Option<&NoGains>, noise: f64) -> String {
     match no_gains {
         Some(no_gains) => format!("{reason}: {no_gains}"),
         None if reason == Reason::EncoderNoise => {
-            format!("{reason}: identifier.noise = {noise:.3e}, rad, is the noise at rest")
+            format!("{reason}: the noise at standstill is identifier.noise = {noise:.3e} rad")
         }
         None => reason.to_string(),
     }
@@ -160,7 +165,7 @@ fn phases(outcome: &Outcome) -> Table {
     let columns = vec![
         Column::words("phase"),
         Column::figures("from [s]"),
-        Column::figures("lasting [s]"),
+        Column::figures("duration [s]"),
         Column::figures("lowest [rad]"),
         Column::figures("highest [rad]"),
         Column::figures("fastest [rad/s]"),
@@ -194,7 +199,9 @@ fn phases(outcome: &Outcome) -> Table {
 fn found(of: &Commissioned<'_>) -> Vec<Block> {
     let outcome = of.outcome;
     let Some(servo) = outcome.servo() else {
-        return vec![Block::text("Nothing: it ended before the servo was known.")];
+        return vec![Block::text(
+            "None: the commissioning ended before the servo was identified.",
+        )];
     };
     let truth = commissioned_truth(of.scenario);
     let mut blocks = found_servo(
@@ -211,8 +218,8 @@ fn found(of: &Commissioned<'_>) -> Vec<Block> {
 /// The masses by the frequency response.
 fn masses(outcome: &Outcome) -> String {
     let Some(response) = &outcome.response else {
-        return "No frequency response was measured, as the axis had no room for slides or the commissioning ended before: \
-                a resonance that friction hides from a motor at rest would not have been found."
+        return "No frequency response was measured: the travel was too short for it, or the commissioning ended \
+                earlier. A resonance that friction hides at standstill would not have been found."
             .to_owned();
     };
     let hertz = |omega: f64| figure(omega / TAU);
@@ -224,8 +231,9 @@ fn masses(outcome: &Outcome) -> String {
     };
     let [error, _] = errors;
     format!(
-        "Two masses: {lines} lines of the frequency response, up to {highest} Hz, show a resonance at {} Hz, known to {} % (standard error), an \
-         antiresonance at {} Hz and a load of {} times the motor's inertia; the damping is {} at most.",
+        "Two masses: {lines} lines of the frequency response, up to {highest} Hz, show a resonance at {} Hz \
+         (standard error {} %), an antiresonance at {} Hz and an inertia ratio of {}; the damping ratio is at most \
+         {}.",
         hertz(mode.frequency),
         figure(100.0 * error),
         hertz(mode.antiresonance()),
@@ -259,10 +267,10 @@ pub fn found_servo(
     if let Some(tuning) = tuning {
         blocks.push(Block::Table(gains(before, tuning)));
         blocks.push(Block::Table(Table::new(
-            "Promise of the new gains, and measurements of the trial",
+            "Predicted response of the new gains, and the trial",
             vec![
                 Column::words("response"),
-                Column::figures("promised"),
+                Column::figures("predicted"),
                 Column::figures("measured"),
                 Column::words("unit"),
             ],
@@ -360,20 +368,21 @@ fn how_sure(of: &Commissioned<'_>) -> Vec<Block> {
     if let Some(known) = outcome.servo() {
         let encoder = of.scenario.stated.resolution / 12_f64.sqrt();
         blocks.push(Block::Text(format!(
-            "± is the interval of 95 %. The model leaves {} \
-             rad rms of the position unexplained; the encoder's rounding alone leaves {}.",
+            "± is the 95 % interval. The residual of the position is {} rad rms; quantisation alone gives {}.",
             figure(known.unexplained),
             figure(encoder)
         )));
     }
     if outcome.tuning.is_some() {
-        blocks.push(Block::text("The promise holds for the identified servo and, in margins and overshoot, for every servo that it may \
-             be as well by these intervals."));
+        blocks.push(Block::text(
+            "The predicted response is that of the identified servo; margins and overshoot hold \
+                                 for every servo within these intervals.",
+        ));
     }
     if outcome.trial.is_some() {
-        blocks.push(Block::text("The trial is the proof: a step out and back under the new gains, measured on the servo itself. It is \
-             passed if the step is no faster than predicted, at most three times as slow, and overshoots by at most three \
-             points more."));
+        blocks.push(Block::text("The trial tests the new gains on the servo with a step out and back. It passes if the \
+                                 step is no faster than predicted, at most three times as slow, and overshoots by at \
+                                 most three points more."));
     }
     blocks
 }
@@ -412,7 +421,7 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
         vec![name.to_owned(), allowed, reached, unit.to_owned()]
     };
     let kept = Table::new(
-        "Limits, and the motion that there was",
+        "Limits, and the largest motion",
         vec![
             Column::words("limit"),
             Column::figures("allowed"),
@@ -442,7 +451,7 @@ fn encoder(resolution: f64, noise: f64) -> String {
     let counts = noise / resolution;
     let rounding = format!("{} rad per count", figure(resolution));
     if counts > 0.5 {
-        format!("{rounding}, with noise of {counts:.1} counts, in units of which motion is judged")
+        format!("{rounding}, with noise of {counts:.1} counts, the unit for detecting motion")
     } else {
         rounding
     }
@@ -472,14 +481,14 @@ fn keep(known: &IdentifiedServo, tuning: &Tuning, scenario: &Scenario) -> Vec<Bl
     };
     let coefficients = FeedForward::of_servo(parameters, &forces, tuning.kd, sample_time / 2.0);
     vec![
-        Block::text("The new gains hold, and nothing must be done. To keep them, write them down."),
+        Block::text("The new gains are in force. To keep them, write them down."),
         Block::Code {
-            caption: "Controller, as a scenario has it".to_owned(),
+            caption: "Controller for a scenario".to_owned(),
             text: controller(tuning, sample_time).trim_end().to_owned(),
         },
         Block::Text(sentence(&feed_forward(&coefficients))),
         Block::text(
-            "Commission again when load, supply or friction have changed: the drive starts from these gains then.",
+            "Commission again when load, supply or friction have changed; the drive then starts from these gains.",
         ),
     ]
 }

@@ -212,7 +212,7 @@ fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Figure {
         servo,
         Trace::new("reference", reference),
         Trace {
-            name: "promised ± 3 % of the step".to_owned(),
+            name: "predicted ± 3 % of the step".to_owned(),
             band: vec![TOLERANCE * promised.step().abs(); points.len()],
             points,
         },

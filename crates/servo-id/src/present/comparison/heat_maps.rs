@@ -99,7 +99,12 @@ fn cell(text: &str, tint: Tint) -> HeatCell {
 /// Letter, colour and meaning of each status. The last is for a case that a method rejected.
 const STATUSES: [(Option<Status>, &str, Tint, &str); 7] = [
     (Some(Status::Converged), "C", Tint::Good, "converged"),
-    (Some(Status::Partial), "P", Tint::Doubtful, "b known"),
+    (
+        Some(Status::Partial),
+        "P",
+        Tint::Doubtful,
+        "b within tolerance",
+    ),
     (
         Some(Status::Unexplained),
         "U",

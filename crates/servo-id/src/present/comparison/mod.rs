@@ -23,14 +23,11 @@ pub fn comparison(title: &str, command: &str, result: &ComparisonResult, duratio
         .collect();
     let cases = result.cases.len();
     let sections = [
-        Section::full(
-            "What was found",
-            vec![Block::Table(standings(&ranked, cases))],
-        ),
+        Section::full("Result", vec![Block::Table(standings(&ranked, cases))]),
         Section::full("Every method in every case", every(result)),
         Section::brief("The methods", vec![Block::Table(methods(result))]),
         Section::brief("The cases", each_case(result, duration)),
-        Section::full("How sure it is", vec![how_sure()]),
+        Section::full("Uncertainty", vec![how_sure()]),
         Section::full("What to do next", next()),
     ];
     let verdict = Verdict {
@@ -44,8 +41,7 @@ pub fn comparison(title: &str, command: &str, result: &ComparisonResult, duratio
                 best.join(", ")
             )
         },
-        detail: "All listen to, or control, the same servo, and are judged by the same verdict."
-            .to_owned(),
+        detail: "All methods have the same servo and the same verdict.".to_owned(),
     };
     Page::new(title, command, verdict, sections)
 }
@@ -123,7 +119,7 @@ fn standings(ranked: &[Standing<'_>], cases: usize) -> Table {
             Column::figures("largest error of b"),
             Column::figures("of a [1/s]"),
             Column::figures("cases without estimate"),
-            Column::figures("operations a sample"),
+            Column::figures("operations per sample"),
         ],
         rows.collect(),
     )
@@ -140,8 +136,8 @@ fn every(result: &ComparisonResult) -> Vec<Block> {
     };
     vec![
         Block::text(
-            "Errors against the truth, over the last quarter of the run. The redder a cell, the larger the error, a \
-             shade for each power of ten; a status stands where it is not “converged”.",
+            "Errors against the true values, over the last quarter of the run. The redder a cell, the larger the \
+             error, one shade per power of ten. A status is shown where it is not “converged”.",
         ),
         Block::Table(grid("Relative error of b", result, &of_b)),
         Block::Table(grid("Error of a [1/s]", result, &of_a)),
@@ -185,8 +181,8 @@ fn grid(caption: &str, result: &ComparisonResult, told: &Told<'_>) -> Table {
 
 fn how_sure() -> Block {
     Block::text(
-        "Each cell is one run of one servo with one seed, so a factor of two between methods may be chance; a sweep tells \
-         how a method does on many servos. No method was set by hand for any case.",
+        "Each cell is one run of one servo with one seed, so a factor of two between methods may be chance. A sweep \
+         shows a method on many servos. No method was adjusted by hand for a case.",
     )
 }
 
@@ -205,7 +201,7 @@ fn methods(result: &ComparisonResult) -> Table {
         Column::words("from").dispensable(0),
         Column::words("loop").dispensable(1),
         Column::words("known beforehand").dispensable(2),
-        Column::figures("operations a sample"),
+        Column::figures("operations per sample"),
     ];
     Table::new("", columns, rows.collect())
 }
@@ -215,8 +211,8 @@ fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
     blocks.extend(result.assumed_box.map(|within| {
         let [[a_min, a_max], [b_min, b_max]] = [within.a, within.b].map(|ends| ends.map(figure));
         Block::Text(format!(
-            "The scenario states no plant_box: methods that have to know one know a from {a_min} to {a_max} 1/s and b from \
-             {b_min}, where they begin, to {b_max} rad/s² per command unit."
+            "The scenario states no plant_box. Methods that need a parameter range get a from {a_min} to {a_max} 1/s \
+             and b from {b_min}, their initial value, to {b_max} rad/s² per command unit."
         ))
     }));
     for case in &result.cases {
@@ -225,9 +221,9 @@ fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
         blocks.extend(refused.map(|of| Block::Text(format!("{}: {}", of.law, of.reason))));
     }
     blocks.push(Block::Text(format!(
-        "Errors: mean over the last quarter of {duration} s less the truth. Settled: from when on â stays within \
-         ±0.1 1/s and b̂ within 2 %.\nOperations: additions, multiplications and comparisons of the law alone, in \
-         single precision with compensated sums."
+        "Errors: mean over the last quarter of {duration} s minus the true value. Settled: time from which on â \
+         stays within ±0.1 1/s and b̂ within 2 %.\nOperations: additions, multiplications and comparisons of the \
+         estimator only, in single precision with compensated sums."
     )));
     blocks
 }
@@ -275,7 +271,7 @@ fn errors(case: &CaseResult) -> Table {
 
 fn next() -> Vec<Block> {
     vec![Block::List(vec![
-        "Look for the case that is most like your servo, and take a method that converged there: identifier.law.".to_owned(),
-        "Mind what must be known beforehand, and the operations a sample where it runs on a chip.".to_owned(),
+        "Find the case closest to your servo, and choose a method that converged there: identifier.law.".to_owned(),
+        "Note what must be known beforehand, and on a chip the operations per sample.".to_owned(),
     ])]
 }

@@ -43,12 +43,12 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
     let rows = rows(of);
     let mut sections = vec![
         Section::brief("The logs", logs(of.summary)),
-        Section::brief("What was found", found(of, &rows)),
+        Section::brief("Result", found(of, &rows)),
     ];
     let steps = remedies(of.summary);
     if let Some(traces) = of.traces {
         let heading = match of.summary.fit {
-            Some(_) => "What it looks like",
+            Some(_) => "Plots",
             None => "Over time",
         };
         let mut figures = traces::figures(of.summary, traces, of.seen);
@@ -59,17 +59,17 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
         }
         sections.extend([
             Section::full(heading, vec![Block::Figures(figures)]),
-            Section::full("How sure it is", how_sure(of.summary, &rows)),
-            Section::full("What it rests on", rests_on(of)),
+            Section::full("Uncertainty", how_sure(of.summary, &rows)),
+            Section::full("Data and method", rests_on(of)),
         ]);
         sections.extend(gains.map(|(blocks, _)| Section::full("What to do next", blocks)));
     }
     if !steps.is_empty() {
         let why = match of.summary.status() {
             Status::Partial => {
-                "Gains follow by tune where two standard errors of b are within 8 %."
+                "The verb tune computes gains if two standard errors of b are within 8 %."
             }
-            _ => "Gains for this result would be a guess, so none are given.",
+            _ => "No gains: for this result they would be a guess.",
         };
         let steps = vec![Block::List(steps), Block::Text(why.to_owned())];
         sections.push(Section::brief("What to do next", steps));
@@ -86,20 +86,20 @@ fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
         .map(|(name, part)| format!("{name} to {part}"))
         .collect();
     let headline = match summary.status() {
-        Status::Converged if known.is_empty() => "The servo is known.".to_owned(),
-        Status::Converged => format!("The servo is known: {}.", known.join(", ")),
+        Status::Converged if known.is_empty() => "The servo is identified.".to_owned(),
+        Status::Converged => format!("The servo is identified: {}.", known.join(", ")),
         Status::Partial => format!(
-            "Known: {}. Not known from this motion: the rest.",
+            "Within tolerance: {}. This motion does not determine the rest.",
             known.join(", ")
         ),
         Status::Unexplained => {
-            "The estimates keep still, but the model lacks something that moves them.".to_owned()
+            "The estimates have settled, but the model lacks an effect that shifts them.".to_owned()
         }
         Status::NoInformation => {
-            "The motion contains too little information on the servo.".to_owned()
+            "The motion contains too little information about the servo.".to_owned()
         }
-        Status::Moving => "The estimates still move.".to_owned(),
-        Status::Aborted => "It ended early: there is no result.".to_owned(),
+        Status::Moving => "The estimates have not settled yet.".to_owned(),
+        Status::Aborted => "The run ended early: there is no result.".to_owned(),
     };
     Verdict {
         tone: Tone::from(summary.status()),
@@ -177,12 +177,11 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
             term.name()
         ))
     }));
-    blocks.extend(sensor_noise(&summary.noise).map(|noise| {
-        Block::Text(format!(
-            "Noise of the position, standard deviation: {noise}."
-        ))
-    }));
-    // What a fit without a result has in its model is nothing that a log shows.
+    blocks.extend(
+        sensor_noise(&summary.noise)
+            .map(|noise| Block::Text(format!("Encoder noise, standard deviation: {noise}."))),
+    );
+    // The model of a fit without a result shows nothing about the log.
     if let Some(fit) = summary
         .fit
         .as_ref()
@@ -222,8 +221,8 @@ fn closed_loop(scenario: &Scenario) -> Option<String> {
         ..
     } = figures;
     Some(format!(
-        "The loop around it: bandwidth {} rad/s, crossover {} rad/s; phase margin {}°, gain may fall to {} and rise to {} \
-         times, modulus margin {}.",
+        "Closed loop: bandwidth {} rad/s, crossover {} rad/s; phase margin {}°, gain margins {} and {}, modulus \
+         margin {}.",
         or_dash(bandwidth, 1),
         or_dash(crossover, 1),
         or_dash(phase_margin, 0),
@@ -242,12 +241,12 @@ fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
             rough(crate::SIDES * error),
             unknown.unit()
         ),
-        false => format!("nothing of {}", unknown.name()),
+        false => format!("{} undetermined", unknown.name()),
     };
     let errors: Vec<_> = errors.iter().map(of).collect();
     let all = (!errors.is_empty()).then(|| errors.join(", "))?;
     Some(format!(
-        "The motion allows these intervals of 95 % at best, with rounding as noise (Cramér and Rao): {all}."
+        "Smallest 95 % intervals that this motion allows (Cramér–Rao bound, quantisation only): {all}."
     ))
 }
 
@@ -256,13 +255,13 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
     let mut lines = Vec::new();
     if let Some(late) = fit.command_recorded_late {
         lines.push(format!(
-            "The command was recorded {} samples late; the estimates are those with the command where it acted.",
+            "The command was recorded {} samples late; the estimates take this into account.",
             fixed(late, 2)
         ));
     }
     if let Some(BrakingForce { value, std_error }) = fit.braking {
         lines.push(format!(
-            "Friction and load together brake the motion by {} rad/s².",
+            "Friction and load together brake the motion with {} rad/s².",
             with_error(value, Some(std_error))
         ));
     }
@@ -275,9 +274,9 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
             sizes => format!(" ({})", sizes.join(", ")),
         };
         lines.push(match effect.or {
-            None => format!("The record shows {}{sizes}.", effect.meaning),
+            None => format!("The log shows {}{sizes}.", effect.meaning),
             Some(other) => format!(
-                "The record shows {}{sizes}, or {other}, which explains it nearly as well.",
+                "The log shows {}{sizes}, or {other}, which explains it nearly as well.",
                 effect.meaning
             ),
         });
@@ -287,17 +286,19 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
 
 fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     let mut blocks = vec![Block::text(
-        "The servo is q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms that entered the model.",
+        "Model: q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms shown.",
     )];
     if rows.iter().any(Estimated::is_sure) {
-        blocks.push(Block::text("± is the interval of 95 %, two standard errors to either side. It includes the \
-             encoder's rounding, chance, the colour of the remaining output error, and the distance that an estimate \
-             still had to go; it does not include effects that the model lacks. The wander is the standard deviation \
-             of an estimate over the last quarter of the run."));
+        blocks.push(Block::text("± is the 95 % interval, two standard errors to either side. It includes \
+                                 quantisation, noise, the autocorrelation of the residual, and the remaining change \
+                                 of an estimate. It does not include effects that the model lacks. The wander is the \
+                                 standard deviation of an estimate over the last quarter of the run."));
     }
     if summary.truth.is_some() {
-        blocks.push(Block::text("This servo is simulated, so its true values are known and shown beside the estimates. Neither estimates \
-             nor verdict use them."));
+        blocks.push(Block::text(
+            "This servo is simulated: its true values are shown beside the estimates. Neither \
+                                 estimates nor verdict use them.",
+        ));
     }
     blocks
 }
@@ -306,8 +307,8 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
 fn left_by_fit(seen: &Seen) -> String {
     let counts = |error: f64| rough(error / seen.count);
     format!(
-        "The model predicts the next sample to {} counts, with a correlation from sample to sample of {}; free for {} s it \
-         leaves {} counts.",
+        "The innovation is {} counts rms, with an autocorrelation of {}. In open-loop simulation over {} s the error \
+         is {} counts rms.",
         counts(seen.innovation),
         fixed(seen.correlation, 2),
         rough(seen.window),
@@ -319,8 +320,7 @@ fn left_by_fit(seen: &Seen) -> String {
 fn left_over(residual: &Residual, summary: &Summary) -> String {
     let times = residual.rms / residual.resolution_rms;
     let begin = format!(
-        "Remaining output error: {} rad rms, {} times that of the encoder's resolution, correlation from sample to \
-         sample {}: ",
+        "Residual: {} rad rms, {} times quantisation, autocorrelation {}: ",
         figure(residual.rms),
         fixed(times, 1),
         fixed(residual.correlation, 2)
@@ -329,18 +329,18 @@ fn left_over(residual: &Residual, summary: &Summary) -> String {
         "the model explains all that the encoder shows.".to_owned()
     } else if let Some(finding) = &summary.cause {
         format!(
-            "{} of {} {} explains {} of the rest.",
+            "{} of {} {} explains {} of it.",
             finding.cause.meaning(),
             figure(finding.size),
             finding.unit,
             per_cent(finding.share)
         )
     } else if !residual.is_large() {
-        "that is no larger than the encoder's, and nothing stands out.".to_owned()
+        "no larger than the encoder's noise, and no effect stands out.".to_owned()
     } else if residual.is_coloured() {
-        "the model lacks something, and nothing stands out.".to_owned()
+        "the model lacks something, and no effect stands out.".to_owned()
     } else {
-        "that is white, as noise of the sensor is, and nothing stands out.".to_owned()
+        "white like sensor noise, and no effect stands out.".to_owned()
     };
     begin + &end
 }
@@ -364,8 +364,8 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     fact(
         "Encoder",
         match scenario.counts_per_rev {
-            Some(counts) => format!("{counts} counts a revolution"),
-            None => "ideal, without counts".to_owned(),
+            Some(counts) => format!("{counts} counts per revolution"),
+            None => "ideal, without quantisation".to_owned(),
         },
     );
     fact(
@@ -382,29 +382,21 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
         "Stability",
         match (outcome.certified, outcome.gain_margin) {
             (true, Some(margin)) => format!(
-                "certified for the whole box of servos; the sampled loop keeps a gain margin of {}",
+                "certified for the whole parameter range; the sampled loop has a gain margin of {}",
                 figure(margin)
             ),
-            (true, None) => "certified for the whole box of servos".to_owned(),
-            (false, _) => "no box of servos was stated, so none is certified".to_owned(),
+            (true, None) => "certified for the whole parameter range".to_owned(),
+            (false, _) => "not certified: no parameter range was stated".to_owned(),
         },
     );
     let events = &outcome.events;
     for (count, name, meaning) in [
-        (
-            events.standing,
-            "Standstill",
-            "samples in which nothing was learnt",
-        ),
-        (
-            events.load_steps,
-            "Load steps",
-            "taken over by the observer",
-        ),
+        (events.standing, "Standstill", "samples without adaptation"),
+        (events.load_steps, "Load steps", "found, and estimated anew"),
         (
             events.slowed,
             "Guard",
-            "samples in which it shortened the law's step",
+            "samples in which it limited the estimator's step",
         ),
         (
             events.restarted,
@@ -429,7 +421,10 @@ fn gains(of: &Experiment<'_>) -> (Vec<Block>, Vec<Figure>) {
     match Tuned::stiffest(of.scenario, of.summary) {
         Ok((tuned, known)) => {
             let mut blocks = advice(&tuned, &known);
-            blocks.push(Block::text("Another response time, or less noise: the verb tune, with what --json wrote of this result."));
+            blocks.push(Block::text(
+                "For another response time or less noise, write this result with --json and run \
+                                     the verb tune on it.",
+            ));
             (blocks, tuning::figures(&tuned).unwrap_or_default())
         }
         Err(why) => {

@@ -94,12 +94,11 @@ pub(super) fn figures(
 fn fitted(traces: &ExperimentTraces, seen: &Seen) -> Vec<Figure> {
     const FREQUENCY: &str = "ω [rad/s]";
     let mut position = traces.positions();
-    position.title = format!("Position; the model runs free for {} s", rough(seen.window));
-    let mut residual = signal(
-        "What the model leaves",
-        "counts",
-        &[("residual", &traces.output_error)],
+    position.title = format!(
+        "Position; open-loop simulation over {} s",
+        rough(seen.window)
     );
+    let mut residual = signal("Residual", "counts", &[("residual", &traces.output_error)]);
     for point in residual
         .traces
         .iter_mut()
@@ -146,7 +145,7 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen) -> Vec<Figure> {
     if !seen.response.is_empty() {
         figures.push(over_frequency("Velocity by command", "dB", gains));
         let coherence = over_frequency(
-            "Part of the velocity that goes with the command",
+            "Part of the velocity that follows the command",
             "coherence",
             coherence,
         );
@@ -178,7 +177,7 @@ pub(super) fn how_well_known(rows: &[Estimated]) -> Option<Figure> {
     let last = bars.len() as f64 + 0.5;
     (!bars.is_empty()).then(|| {
         bars.push(Trace::new("its value", vec![(0.5, 0.0), (last, 0.0)]));
-        let figure = Figure::new("Known to, 95 %", "estimate", "% of its value", bars);
+        let figure = Figure::new("95 % interval", "estimate", "% of its value", bars);
         figure.within(Some([-1.2 * most, 1.2 * most]))
     })
 }

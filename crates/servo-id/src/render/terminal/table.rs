@@ -58,9 +58,14 @@ fn finished(table: &Table, lines: &[String], left_out: &mut [usize], width: usiz
     left_out.sort_unstable();
     if let Some((last, others)) = left_out.split_last() {
         let name = |&place: &usize| table.columns[place].name.as_str();
-        let others = others.iter().map(|place| format!("{};", name(place)));
-        let mut line = " (no room for:".to_owned();
-        for name in others.chain([format!("{})", name(last))]) {
+        let columns = if others.is_empty() {
+            "column"
+        } else {
+            "columns"
+        };
+        let others = others.iter().map(|place| format!("\"{}\",", name(place)));
+        let mut line = format!(" (narrow terminal: {columns}");
+        for name in others.chain([format!("\"{}\" hidden)", name(last))]) {
             if measured(&line) + 1 + measured(&name) > width {
                 text.push(std::mem::replace(&mut line, " ".to_owned()));
             }

@@ -35,7 +35,7 @@ pub(crate) const SERVO: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
-/// The settings of a drive that was never configured, for a law.
+/// The settings of a drive that was never configured, for an estimator.
 pub(crate) fn built_in(law: Law) -> Settings {
     let mut core = identifier_core::Settings {
         cutoff: 500.0,

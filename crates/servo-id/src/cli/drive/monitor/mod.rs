@@ -25,16 +25,16 @@ const FRAME_TIME: f64 = 1e-3;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// A scenario whose [commission] limits a commissioning; without it the monitor does not commission.
+    /// A scenario whose [commission] limits a commissioning; without it the monitor cannot commission.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
-    /// File of a recording, with a scenario for `identify` beside it; further recordings are numbered.
+    /// File of a recording, next to it a scenario for `identify`; further recordings are numbered.
     #[arg(long, value_name = "FILE.csv", default_value = "recording.csv")]
     record: PathBuf,
     /// Samples from one frame to the next; by default the fewest that give at most 1000 frames per second.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     every: Option<u16>,
-    /// Leave the drive running at the end; only with a link timeout of 0. By default the servo is released.
+    /// Leave the drive running at the end; only with a link timeout of 0. By default the servo is disabled.
     #[arg(long)]
     leave: bool,
 }
@@ -101,7 +101,7 @@ fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
     };
     let files = recordings.end();
     match servo {
-        Ok(Ending::Stopped) => show!("the servo was released")?,
+        Ok(Ending::Stopped) => show!("the servo was disabled")?,
         Ok(Ending::Left) => show!("the drive keeps running")?,
         Ok(Ending::WasReleased) | Err(_) => {}
     }
@@ -122,7 +122,7 @@ fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
 /// The behaviour of a drive without a host.
 fn afterwards(link_timeout: f64) -> String {
     if link_timeout > 0.0 {
-        format!("if it still runs, it comes to rest by itself after {link_timeout} s")
+        format!("if it still runs, it stops by itself after {link_timeout} s")
     } else {
         "if it still runs, it keeps running: its link timeout is 0".to_owned()
     }

@@ -137,6 +137,6 @@ fn kept(mut log: Output, mut scenario: Output, text: &str) -> Result<(), Fault> 
 
 fn ended_without(fault: &Fault) -> Fault {
     Fault::Other(format!(
-        "{fault}: the recording has ended and nothing is kept of it; the servo is as it was"
+        "{fault}: the recording has ended and is discarded; the servo is unaffected"
     ))
 }

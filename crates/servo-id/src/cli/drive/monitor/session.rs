@@ -108,7 +108,7 @@ impl Session {
                 LinkEvent::Done(command) => self.was_done(&command),
                 LinkEvent::Refused(refusal) => self.state.was_refused(&refusal),
                 LinkEvent::Unanswered(command) => self.state.set_note(Note::Failed(format!(
-                    "the drive does not answer; unknown whether this was done: {}",
+                    "the drive does not answer; it may or may not have done this: {}",
                     name(&command)
                 ))),
                 LinkEvent::Lost(error) => return Err(End::Lost(error)),
@@ -189,16 +189,16 @@ impl Session {
             Command::Start => match self.state.settings().protection.link_timeout {
                 0.0 => "started; it keeps running without the monitor".to_owned(),
                 timeout => {
-                    format!("started; it comes to rest when the line is silent for {timeout} s")
+                    format!("started; it stops when the line is silent for {timeout} s")
                 }
             },
             // The report came first, and said so; a recording that it has ended is named.
             Command::Stop if !self.state.is_driven() => return,
-            Command::Stop => "stopped: the servo is released".to_owned(),
-            Command::Target(radians) => format!("on its way to {radians} rad"),
-            Command::Home => "on its way home".to_owned(),
+            Command::Stop => "stopped: the servo is disabled".to_owned(),
+            Command::Target(radians) => format!("moving to {radians} rad"),
+            Command::Home => "homing".to_owned(),
             Command::Clear => "the fault is cleared, if its cause is gone".to_owned(),
-            Command::Save => "settings and estimates are kept through a loss of power".to_owned(),
+            Command::Save => "settings and estimates are stored in flash".to_owned(),
             Command::Commission(_) => "commissioning; Space or a stops it".to_owned(),
             Command::Configure(_) => {
                 self.link.order(Command::Show);

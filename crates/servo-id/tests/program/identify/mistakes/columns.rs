@@ -89,23 +89,23 @@ impl Cases {
         self.add(
             "no command",
             named(&position, &none),
-            Named("only these do"),
+            Named("only these columns"),
         );
         self.add(
             "constant position",
             named(&none, &command),
-            Named("only these do"),
+            Named("only these columns"),
         );
         self.add(
             "no column of a command",
             text(",", &[("t_s", &time), ("q_rad", &position)]),
-            Named("only these do"),
+            Named("only these columns"),
         );
         let other: Vec<f64> = (0..of.time.len()).map(|k| 4.0 * noise(k / 40)).collect();
         self.add(
             "another command",
             named(&position, &cells(&other, 5)),
-            Named("the delay is longer"),
+            Named("the delay is beyond"),
         );
         let hiss: Vec<f64> = (0..of.time.len()).map(|k| 1e-2 * noise(k)).collect();
         self.add(

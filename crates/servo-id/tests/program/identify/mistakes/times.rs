@@ -111,7 +111,7 @@ impl Cases {
         self.add("a row twice", twice, Gain(GAIN));
         let mut rows: Vec<_> = of.text().lines().map(str::to_owned).collect();
         rows[1..].reverse();
-        self.add("last row first", rows.join("\n"), Named("sort its rows"));
+        self.add("last row first", rows.join("\n"), Named("sort the rows"));
         rows[1..].reverse();
         rows.swap(1500, 1501);
         self.add("two rows exchanged", rows.join("\n"), Gain(GAIN));
