@@ -400,6 +400,8 @@ keys! {
     "the whole command that acted from each row to the next";
 "log.injection": ColumnOf(|s, v| log(s).injection = Some(v)), Derived("none"), "scaled by command_scale",
     "what was added to the declared controller's command behind its limit";
+"log.known_torque": ColumnOf(|s, v| log(s).known_torque = Some(v)), Derived("none"), "N·m, of a linear axis N",
+    "known torque that acts on the joint beside the command, positive where it moves the position up, such as gravity by a model; needs the torque of a unit of command";
 "log.command_scale": Number(ANY, |s, v| log(s).units.command_scale = v), Value(1.0), "",
     "command units for one of the column's, such as 0.24 for the per cent of a bridge of 24 V; below 0 for the other direction";
 "log.velocity": ColumnOf(|s, v| log(s).velocity = Some(v)), Derived("none"), "position_unit per s, times position_scale",
