@@ -48,6 +48,8 @@ class Log:
 def drawn(program, folder, seed, number, effects=None, rows=None):
     """A servo with drawn values under a drawn controller, by `servo-id run`; one that hardly moves is drawn again."""
     random = np.random.default_rng([seed, number])
+    folder = Path(folder) / f"{seed}-{number}"
+    folder.mkdir()
     for _ in range(100):
         setup = Setup(random, rows)
         count = random.integers(0, 6) if effects is None else effects
@@ -109,7 +111,7 @@ class Setup:
 
     def log(self, program, folder):
         """Runs it; none if the loop does not work."""
-        scenario, table = Path(folder) / "drawn.toml", Path(folder) / "drawn.csv"
+        scenario, table = folder / "drawn.toml", folder / "drawn.csv"
         scenario.write_text("".join(f"[{name}]\n{lines}" for name, lines in self.lines.items()))
         run = [program, "run", str(scenario), "--csv", str(table), "--force", "--quiet"]
         done = subprocess.run(run, capture_output=True, text=True, check=False)

@@ -10,6 +10,7 @@ import platform
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -25,12 +26,13 @@ import rivals  # noqa: E402
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1, help="of the drawn logs")
-    parser.add_argument("--count", type=int, default=24, help="number of drawn logs")
+    parser.add_argument("--count", type=int, default=20, help="number of drawn logs")
     parser.add_argument("--logs", type=Path, help="a folder with CSV files of yours: time, position and command in SI")
     parser.add_argument("--go2", type=Path, help="the file of the Go2's log, where it is at hand")
     parser.add_argument("--only", nargs="*", default=rivals.NAMES, choices=rivals.NAMES, help="methods")
     parser.add_argument("--longest", type=int, default=20, help="longest processor time of a fit, s")
-    parser.add_argument("--budget", type=int, default=120, help="processor time of a method, s: then it takes no further log")
+    parser.add_argument("--budget", type=int, default=60, help="processor time of a method, s: then it takes no further log")
+    parser.add_argument("--jobs", type=int, default=1, help="methods at the same time; times are exact with one")
     parser.add_argument("--program", default=str(HERE.parent / "target/release/servo-id"), help="servo-id")
     parser.add_argument("--out", type=Path, default=HERE.parent / "results", help="folder of results.json")
     parser.add_argument("--page", type=Path, help="folder of RESULTS.md and its pictures; by default that of --out")
@@ -41,7 +43,8 @@ def arguments():
 def collected(options, folder):
     """All logs, and what is missing with the reason."""
     number = 1 if options.quick else options.count
-    drawn = [sources.drawn(options.program, folder, options.seed, k) for k in range(number)]
+    with ThreadPoolExecutor(options.jobs) as pool:
+        drawn = list(pool.map(lambda k: sources.drawn(options.program, folder, options.seed, k), range(number)))
     found, missing = [], {}
 
     def take(name, make):
@@ -74,6 +77,12 @@ def speed(options, folder, rows, number):
 
 def of_method(name, logs, options):
     """The rows of a method and what it takes, in a process of its own."""
+    method = ran(name, logs, options)
+    print(method["name"], method.get("not_run", f"{len(method['rows'])} logs"), flush=True)
+    return method
+
+
+def ran(name, logs, options):
     spec = importlib.util.find_spec(f"rivals.{name}")
     text = Path(spec.origin).read_text()
     constants = {}
@@ -119,16 +128,14 @@ def main():
         all_logs, missing = collected(options, folder)
         pickled = Path(folder) / "logs.pickle"
         pickled.write_bytes(pickle.dumps(all_logs))
-        methods = {}
-        for name in options.only:
-            methods[name] = of_method(name, pickled, options)
-            rows = methods[name]["rows"]
-            print(methods[name]["name"], methods[name].get("not_run", f"{len(rows)} of {len(all_logs)} logs"), flush=True)
+        with ThreadPoolExecutor(options.jobs) as pool:
+            found = pool.map(lambda name: of_method(name, pickled, options), options.only)
+            methods = dict(zip(options.only, found))
     results = {
         "date": datetime.date.today().isoformat(),
         "machine": f"{os.cpu_count()} cores, {processor_name()}",
         "seed": options.seed,
-        "command": f"python bench/run.py --seed {options.seed} --count {options.count}",
+        "command": f"python bench/run.py --seed {options.seed} --count {options.count} --jobs {options.jobs}",
         "longest": options.longest,
         "budget": options.budget,
         "logs": [{"log": x.name, "group": x.group, "rows": len(x.position), "effects": x.effects} for x in all_logs],
