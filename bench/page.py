@@ -86,6 +86,22 @@ def goals(results, own):
     return rows
 
 
+def advantages(other, own):
+    """In what another method is better."""
+    better = []
+    if other.known and other.right / other.of_known > own.right / max(own.of_known, 1):
+        better.append(f"right in {share(other.right, other.of_known)} of its logs, we in {share(own.right, own.of_known)}")
+    if other.best > own.best:
+        better.append(f"held-out error lowest or within 5 % in {number(other.best)} % of its logs, we in {number(own.best)} %")
+    if other.ratio < own.ratio:
+        better.append(f"held-out error {number(other.ratio)} times the lowest at the median, ours {number(own.ratio)} times")
+    if other.seconds < own.seconds:
+        better.append(f"{number(other.seconds, 2)} s at the median, we {number(own.seconds, 2)} s")
+    if other.method.get("megabytes", np.inf) < own.method.get("megabytes", 0):
+        better.append("less memory")
+    return better
+
+
 def pictures(results, shown, folder):
     """Three pictures: right by the number of effects, held-out error against the lowest, time by rows."""
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(13, 4.2), layout="constrained")
@@ -153,17 +169,9 @@ def write(results, folder):
         parts.append("## Where we lose\n")
         lost = [f"- **Not reached**: {text}. Measured: {measured}." for text, measured, met in goals(results, own) if not met]
         for other in shown:
-            if other.method is own.method:
-                continue
-            name = other.method["name"]
-            if other.best > own.best:
-                lost.append(f"- {name} has the lowest held-out error in {number(other.best)} % of its logs, we in {number(own.best)} %.")
-            if other.seconds < own.seconds:
-                lost.append(f"- {name} takes {number(other.seconds, 2)} s at the median, we {number(own.seconds, 2)} s.")
-            if other.method.get("megabytes", np.inf) < own.method.get("megabytes", 0):
-                lost.append(f"- {name} takes less memory.")
-            if other.known and other.right / len(other.known) > own.right / max(len(own.known), 1):
-                lost.append(f"- {name} is right in a larger share of its logs.")
+            better = advantages(other, own) if other.method is not own.method else []
+            if better:
+                lost.append(f"- **{other.method['name']}**: " + "; ".join(better) + ".")
         parts.append("\n".join(lost or ["- Nowhere in this run."]) + "\n")
         reached = [(text, measured, "yes" if met else "**no**") for text, measured, met in goals(results, own)]
         parts.append("## Goals\n\n" + table(["goal", "measured", "reached"], reached))

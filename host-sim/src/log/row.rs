@@ -18,8 +18,8 @@ pub struct Row {
     pub command: Option<f64>,
     /// Known signal behind the controller; zero where the log has none.
     pub injection: f64,
-    /// Known torque beside the command, where the log has one. The rows of a [`Log`](super::Log) have it in the command.
-    pub(super) known_torque: Option<f64>,
+    /// Known torque beside the command, where the log has one. A log has added it to its commands.
+    pub known_torque: Option<f64>,
     /// Measured velocity, where the log has one.
     pub velocity: Option<f64>,
     /// True if a straight line replaces samples that were not recorded.
