@@ -22,7 +22,7 @@ def fit(log):
     start = filtered_derivatives.fit(log).values
     drive = np.abs(log.command).max()
     speed = np.std(np.diff(log.position)) / log.step
-    spec = mujoco.MjSpec.from_string(XML.format(step=log.step, armature=1 / start["b"]))
+    spec = mujoco.MjSpec.from_string(XML.format(step=log.step, armature=1 / abs(start["b"])))
     model = spec.compile()
     params = sysid.ParameterDict()
 
@@ -30,7 +30,7 @@ def fit(log):
         value = float(np.clip(nominal, low, high))
         params.add(sysid.Parameter(name, nominal=value, min_value=low, max_value=high, modifier=modifier))
 
-    inertia = 1 / start["b"]
+    inertia = 1 / abs(start["b"])  # a start below zero is no start
     joint = lambda spec: spec.joint("j")
     add("armature", inertia, inertia / 4, 4 * inertia, lambda s, p: setattr(joint(s), "armature", p.value[0]))
     add("damping", start["a"] * inertia, 0.0, 10 * drive / speed, lambda s, p: joint(s).damping.__setitem__(0, p.value[0]))
