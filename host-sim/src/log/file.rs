@@ -167,7 +167,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Finds its segments, and computes the commands of an inner loop in each.
+    /// Finds its segments, computes the commands of an inner loop in each, and adds known torques.
     fn divide(&mut self) -> Result<(), String> {
         const BEGINNING: usize = 3;
         let mut firsts: Vec<usize> = (0..self.rows.len())
@@ -191,6 +191,10 @@ impl Log {
                     row.command = Some(command);
                 }
             }
+        }
+        for row in &mut self.rows {
+            let torque = row.known_torque.unwrap_or(0.0);
+            row.command = row.command.map(|command| command + torque);
         }
         let mut was_bridged = false;
         for row in &self.rows {
@@ -277,14 +281,15 @@ fn is_backwards(rows: &[Row]) -> bool {
     2 * back > rows.len()
 }
 
-/// Holds commands and references over rows without one. Before the first number the command is zero.
+/// Holds commands, references and known torques over rows without one. Before the first number the command is zero.
 fn hold(rows: &mut [Row]) {
     let commanded = rows.iter().any(|row| row.command.is_some());
-    let (mut command, mut reference) = (commanded.then_some(0.0), None);
+    let (mut command, mut reference, mut torque) = (commanded.then_some(0.0), None, None);
     for row in rows {
         command = row.command.or(command);
         reference = row.reference.or(reference);
-        (row.command, row.reference) = (command, reference);
+        torque = row.known_torque.or(torque);
+        (row.command, row.reference, row.known_torque) = (command, reference, torque);
     }
 }
 

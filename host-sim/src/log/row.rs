@@ -18,6 +18,8 @@ pub struct Row {
     pub command: Option<f64>,
     /// Known signal behind the controller; zero where the log has none.
     pub injection: f64,
+    /// Known torque beside the command, where the log has one. A log has added it to its commands.
+    pub known_torque: Option<f64>,
     /// Measured velocity, where the log has one.
     pub velocity: Option<f64>,
     /// True if a straight line replaces samples that were not recorded.
@@ -37,6 +39,7 @@ impl Row {
             position: 0.0,
             command: None,
             injection: 0.0,
+            known_torque: None,
             velocity: None,
             bridged: false,
             begins: false,
@@ -51,6 +54,7 @@ impl Row {
             LogQuantity::Position => self.position = value,
             LogQuantity::Command => self.command = Some(value),
             LogQuantity::Injection => self.injection = value,
+            LogQuantity::KnownTorque => self.known_torque = Some(value),
             LogQuantity::Velocity => self.velocity = Some(value),
         }
     }

@@ -31,6 +31,7 @@ pub(super) struct Columns {
     pub(super) reference: Option<Chosen>,
     /// That of a servo that takes goals, where its loop acts on it.
     pub(super) velocity: Option<Chosen>,
+    pub(super) known_torque: Option<Chosen>,
     /// The reading that explains nearly as much.
     pub(super) next: Option<String>,
 }
@@ -123,8 +124,10 @@ impl<'a> Candidates<'a> {
         let command = find("command", &stated.command)?;
         let velocity = find("velocity", &stated.velocity)?;
         let reference = find("reference", &stated.reference)?;
+        let known_torque = find("known-torque", &stated.known_torque)?;
         let pushes = goal.as_ref().or(command.as_ref());
-        let found = self.contest(clock, position.as_ref(), pushes, stated)?;
+        let aside = known_torque.as_ref();
+        let found = self.contest(clock, position.as_ref(), pushes, aside, stated)?;
         let of = |index: usize, is_stated: bool| {
             let evidence = match self.named[index].quantity {
                 _ if is_stated => "as stated",
@@ -145,6 +148,7 @@ impl<'a> Candidates<'a> {
             command: (!is_goal).then(|| pusher.clone()),
             reference: if is_goal { Some(pusher) } else { reference },
             velocity,
+            known_torque,
             next: found.next,
         })
     }
@@ -367,12 +371,14 @@ impl<'a> Candidates<'a> {
         Signals::new(steps, begins, columns, cells)
     }
 
-    /// Lets the readings of the columns compete, with a stated `position` and a stated command that `pushes`.
+    /// Lets the readings of the columns but one `aside` compete, with a stated `position` and a stated command that
+    /// `pushes`.
     fn contest(
         &self,
         clock: &Clock,
         position: Option<&Chosen>,
         pushes: Option<&Chosen>,
+        aside: Option<&Chosen>,
         stated: &Stated,
     ) -> Result<Found, Vec<Question>> {
         let signals = self.signals(clock, stated.sample_time);
@@ -389,6 +395,7 @@ impl<'a> Candidates<'a> {
                 )
         };
         let moving: Vec<usize> = (0..self.table.columns.len())
+            .filter(|index| aside.is_none_or(|aside| aside.index != *index))
             .filter(|index| !is_time(*index) && self.table.columns[*index].is_moving())
             .collect();
         let quantity = |index: usize| self.named[index].quantity;

@@ -112,6 +112,7 @@ pub fn recognise(table: &Table, stated: &Stated) -> Result<Recognised, Unrecogni
     settings.units.time = clock.unit;
     settings.command = column(&columns.command);
     settings.velocity = column(&columns.velocity);
+    settings.known_torque = column(&columns.known_torque);
     settings.is_velocity = columns.is_velocity;
     if columns.is_reversed && stated.command_scale.is_none() {
         settings.units.command_scale = -1.0;
@@ -149,6 +150,15 @@ pub fn recognise(table: &Table, stated: &Stated) -> Result<Recognised, Unrecogni
         say(
             "reference",
             columns.reference_text(settings.units.reference),
+        );
+    }
+    if let Some(torque) = &columns.known_torque {
+        say(
+            "torque",
+            format!(
+                "column {}, as stated; it is added to the command",
+                torque.column
+            ),
         );
     }
     let unit = columns.command_unit(&settings.units, stated);

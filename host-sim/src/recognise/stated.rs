@@ -34,6 +34,8 @@ pub struct Stated {
     pub command_unit: Option<CommandUnit>,
     /// Torque of a unit of command at the joint, N·m (N on a linear axis). With it the result has inertia and friction.
     pub torque_constant: Option<f64>,
+    /// Column of a known torque that acts on the joint beside the command, N·m (N on a linear axis).
+    pub known_torque: Option<String>,
     /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
     pub inertia: Option<f64>,
     /// Column of the position goal, not the command, of a servo that closes its own loop.
@@ -138,6 +140,7 @@ impl Stated {
             "reference-unit" => self.reference_unit = Some(answer.parse()?),
             "command-unit" => self.command_unit = Some(answer.parse()?),
             "torque-constant" => self.torque_constant = Some(number()?),
+            "known-torque" => self.known_torque = Some(answer.to_owned()),
             "inertia" => self.inertia = Some(number()?),
             "position-scale" => self.position_scale = Some(number()?),
             "command-scale" => self.command_scale = Some(number()?),

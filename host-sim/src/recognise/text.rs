@@ -42,6 +42,7 @@ impl Columns {
                 self.time.as_ref(),
                 self.reference.as_ref(),
                 self.velocity.as_ref(),
+                self.known_torque.as_ref(),
             ])
             .flatten()
             .map(|chosen| chosen.index)
@@ -183,6 +184,7 @@ impl Recognised {
             ("position", Some(&settings.position)),
             ("command", settings.command.as_ref()),
             ("velocity", settings.velocity.as_ref()),
+            ("known_torque", settings.known_torque.as_ref()),
         ] {
             if let Some(column) = column {
                 let _ = writeln!(text, "{name} = {}", value(column));

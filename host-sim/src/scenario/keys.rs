@@ -412,6 +412,8 @@ keys! {
     "the total command that acted from each row to the next";
 "log.injection": ColumnOf(|s, v| log(s).injection = Some(v)), Derived("none"), "scaled by command_scale",
     "injection: added to the declared controller's command after its limit";
+"log.known_torque": ColumnOf(|s, v| log(s).known_torque = Some(v)), Derived("none"), "N·m, of a linear axis N",
+    "known torque that acts on the joint beside the command, positive if it moves the position up, such as gravity by a model; needs the torque of a unit of command";
 "log.command_scale": Number(ANY, |s, v| log(s).units.command_scale = v), Value(1.0), "",
     "command units per unit of the column, such as 0.24 for percent of a 24 V power stage; below 0 for the other \
      direction";

@@ -22,6 +22,8 @@ pub struct LogSettings {
     pub command: Option<Column>,
     /// A known signal that was added to the declared controller's command behind its limit.
     pub injection: Option<Column>,
+    /// A known torque that acts on the joint beside the command, N·m (N on a linear axis).
+    pub known_torque: Option<Column>,
     /// Measured velocity, which the servo's own position loop acts on.
     pub velocity: Option<Column>,
     /// The servo's own position loop, whose command follows from the reference as its goal.
@@ -99,6 +101,7 @@ impl LogSettings {
             position,
             command: None,
             injection: None,
+            known_torque: None,
             velocity: None,
             inner: None,
             absolute: false,
@@ -119,6 +122,7 @@ impl LogSettings {
             (LogQuantity::Position, Some(&self.position)),
             (LogQuantity::Command, self.command.as_ref()),
             (LogQuantity::Injection, self.injection.as_ref()),
+            (LogQuantity::KnownTorque, self.known_torque.as_ref()),
             (LogQuantity::Velocity, self.velocity.as_ref()),
         ];
         (columns.into_iter()).filter_map(|(quantity, column)| Some((quantity, column?)))
@@ -183,6 +187,7 @@ impl Scenario {
     pub fn log_columns(&self) -> LogSettings {
         let mut log = self.log.clone().unwrap_or_else(LogSettings::own);
         log.units.counts_per_rev = self.counts_per_rev;
+        log.units.torque_constant = self.physical.known_torque_constant();
         log.inner = self.inner;
         log
     }
@@ -255,6 +260,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
             ));
         }
     }
+    check_known_torque(scenario, &log)?;
     let controller = scenario.stated.controller.as_ref();
     if !log.cut.is_empty() && log.command.is_none() && controller.is_some_and(|pid| pid.ki > 0.0) {
         return Err(Fault::new(
@@ -264,4 +270,20 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
         ));
     }
     Ok(())
+}
+
+/// Checks that a known torque can be added to a command.
+fn check_known_torque(scenario: &Scenario, log: &LogSettings) -> Result<(), Fault> {
+    let fault = if log.known_torque.is_none() {
+        return Ok(());
+    } else if log.units.torque_constant.is_none() {
+        "the column is in N·m, and nothing says what torque a unit of command is: state physical.torque_constant, or \
+         physical.command_unit = \"Nm\""
+    } else if scenario.stated.controller.is_some() || (log.command.is_none() && log.inner.is_none())
+    {
+        "it is added to a recorded command: state log.command, or the goal with [inner], and no [controller]"
+    } else {
+        return Ok(());
+    };
+    Err(Fault::new("log.known_torque", fault))
 }

@@ -10,6 +10,7 @@ pub enum LogQuantity {
     Position,
     Command,
     Injection,
+    KnownTorque,
     Velocity,
 }
 
@@ -22,6 +23,7 @@ impl LogQuantity {
             Self::Position => "log.position",
             Self::Command => "log.command",
             Self::Injection => "log.injection",
+            Self::KnownTorque => "log.known_torque",
             Self::Velocity => "log.velocity",
         }
     }

@@ -20,6 +20,8 @@ pub struct LogUnits {
     pub reference_scale: f64,
     /// Command units for one of the log's, of command and injection.
     pub command_scale: f64,
+    /// Torque of a unit of command, N·m (N on a linear axis), where it is declared.
+    pub torque_constant: Option<f64>,
     /// Counts of a revolution, where an encoder is declared.
     pub counts_per_rev: Option<f64>,
 }
@@ -111,10 +113,11 @@ impl LogUnits {
         reference: None,
         reference_scale: 1.0,
         command_scale: 1.0,
+        torque_constant: None,
         counts_per_rev: None,
     };
 
-    /// SI units for one of a column's; a sample lasts `sample_time`, s.
+    /// SI units for one of a column's, and command units for a torque. A sample lasts `sample_time`, s.
     #[must_use]
     pub fn scale(&self, quantity: LogQuantity, sample_time: f64) -> f64 {
         match quantity {
@@ -122,6 +125,7 @@ impl LogUnits {
             LogQuantity::Reference => self.reference(),
             LogQuantity::Position | LogQuantity::Velocity => self.position(),
             LogQuantity::Command | LogQuantity::Injection => self.command_scale,
+            LogQuantity::KnownTorque => self.torque_constant.map_or(f64::NAN, f64::recip),
         }
     }
 

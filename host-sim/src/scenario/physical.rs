@@ -47,6 +47,14 @@ impl PhysicalSettings {
         bare_gain: None,
     };
 
+    /// The torque of a unit of command, N·m (N on a linear axis), where it is declared.
+    pub(super) fn known_torque_constant(&self) -> Option<f64> {
+        match self.scale() {
+            Some(Scale::TorqueConstant(constant)) => Some(constant),
+            _ => None,
+        }
+    }
+
     /// The scale of torques; none where nothing fixes it.
     #[must_use]
     pub fn scale(&self) -> Option<Scale> {

@@ -94,10 +94,6 @@ impl<N: Number> Trial<N> {
     /// The longest time in which a transient decays, 1/ω. It is that of the filter of the reference, to a fiftieth.
     const DIES_DOWN: f64 = 12.0;
 
-    /// The same of the loop alone, 1/ω: its slowest poles decay with ω/2. A step along a reference model settles sooner than the
-    /// loop does after a disturbance.
-    const LOOP_DIES_DOWN: f64 = 8.0;
-
     /// Additional time to wait for the slowest predictions, and the longest that all may take, s.
     const BESIDES: f64 = 0.5;
     const PATIENCE: f64 = 30.0;
@@ -162,11 +158,7 @@ impl<N: Number> Trial<N> {
     pub(super) fn settling(tuning: &Tuning) -> f64 {
         // Friction may hold a servo outside of the band for long.
         let dies_down = Self::DIES_DOWN / tuning.bandwidth;
-        let settling = tuning.promise.settling_time.min(dies_down);
-        match tuning.feed_forward {
-            Some(_) => settling.max(Self::LOOP_DIES_DOWN / tuning.bandwidth),
-            None => settling,
-        }
+        tuning.promise.settling_time.min(dies_down)
     }
 
     /// Takes in the position of a sample (counts) and the command that acts from then on. It starts the next part when

@@ -63,7 +63,7 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
             (&[Reversed], time, 0)
         }
         // In slides resonances explain much: it shows in the trial.
-        FaultKind::ActuatorWeak if phase == Phase::FrequencyResponse => {
+        FaultKind::ActuatorWeak if matches!(phase, Phase::Fit | Phase::FrequencyResponse) => {
             (&[ActuatorWeak, PredictionMissed], 5.0, 0)
         }
         FaultKind::ActuatorWeak => (&[ActuatorWeak, PredictionMissed], 1.6, 0),
@@ -90,7 +90,7 @@ const FAULTS: [(FaultKind, f64); 10] = [
 ];
 
 /// The phases of a servo that a probing motion and its frequency response determine.
-const PHASES: [Phase; 6] = [
+pub(crate) const PHASES: [Phase; 6] = [
     Phase::Rest,
     Phase::Probe,
     Phase::Fit,

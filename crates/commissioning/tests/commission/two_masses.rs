@@ -356,22 +356,6 @@ fn a_servo_that_swings_while_it_is_studied_is_held_more_slowly() {
     assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
 }
 
-/// Axes that are refused have a second mass and nothing else: ripple and gravity leave much of their motions that one mass does
-/// not explain, and lines of smaller motions that it does not explain show no play.
-#[test]
-fn a_refused_axis_of_two_masses_is_told_of_no_other_effect() {
-    for (seed, reason) in [
-        (270_520_010, "lacks-resonance"),
-        (270_520_092, "lacks-resonance"),
-        (982_690_088, "no-gains"),
-        (982_690_144, "too-little-evidence"),
-        (982_690_209, "too-little-evidence"),
-    ] {
-        let judged = judge(&two_masses(seed));
-        assert_eq!(judged.reason, reason, "{seed}");
-    }
-}
-
 /// Gravity bends the slow lines of an axis of little travel, as a second mass would whose antiresonance is below them.
 #[test]
 fn gravity_within_little_travel_is_shown_as_no_resonance() {

@@ -141,7 +141,7 @@ fn prompt(text: &str) -> Result<(), Fault> {
 /// A refusal with the options of this verb for the keys of a scenario.
 fn in_options(fault: Fault) -> Fault {
     /// The keys of `[log]` that are options, the longest of a beginning first, and those of other tables.
-    const KEYS: [&str; 14] = [
+    const KEYS: [&str; 15] = [
         "position_scale",
         "position_unit",
         "position",
@@ -150,6 +150,7 @@ fn in_options(fault: Fault) -> Fault {
         "reference",
         "command_scale",
         "command",
+        "known_torque",
         "sample_time",
         "time_unit",
         "time",

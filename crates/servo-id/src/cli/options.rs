@@ -61,6 +61,10 @@ options! {
         /// Torque per command unit at the joint, N·m (N on a linear axis); gives inertia and friction.
         #[arg(long, value_name = "K", allow_negative_numbers = true)]
         torque_constant: Option<f64>,
+        /// Column of a known torque that acts on the joint beside the command, N·m (N on a linear axis), positive if it moves
+        /// the position up, such as gravity by a model.
+        #[arg(long, value_name = "COLUMN")]
+        known_torque: Option<String>,
         /// Total inertia about the joint, kg·m² (kg), if that is known instead.
         #[arg(long, value_name = "J", allow_negative_numbers = true)]
         inertia: Option<f64>,

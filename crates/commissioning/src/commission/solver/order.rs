@@ -146,18 +146,18 @@ impl Evidence {
     }
 
     fn asks_for_lines(&self) -> bool {
-        let shows_too_little = self.masses.is_none_or(|masses| {
+        let is_doubted = self.doubt.is_some();
+        let shows_too_little = self.masses.map_or(is_doubted, |masses| {
             let is_apart = self.apart().is_some_and(|[ratio, error]| {
                 let ratio = libm::fabs(ratio);
                 ratio > libm::log(Self::APART) && ratio > Self::ERRORS_APART * error
             });
-            let is_doubtful = self.doubt.is_some() && !masses.is_explained();
             is_apart
-                || is_doubtful
+                || (is_doubted && !masses.is_explained())
                 || masses.may_hide_a_resonance()
                 || self.gain_error() > Self::WELL_KNOWN
         });
-        self.rounds < Self::MAX_ROUNDS && shows_too_little
+        self.rounds < Self::MAX_ROUNDS && self.agrees() && shows_too_little
     }
 
     fn is_within_tolerance(&self) -> bool {

@@ -189,6 +189,73 @@ fn a_log_of_goals_gives_what_the_command_would_have() {
     assert!((b / GAIN - 1.0).abs() < 0.02, "{b}");
 }
 
+/// A torque that moves the servo beside the recorded command: gravity, and a coupling that goes with the drive.
+#[test]
+fn a_known_torque_is_added_to_the_command() {
+    const CONSTANT: f64 = 0.5;
+    let motion = Motion::new();
+    let torques: Vec<_> = (motion.position.iter().zip(&motion.command))
+        .map(|(q, u)| CONSTANT * (0.2 * u + 0.05 * q.sin()))
+        .collect();
+    let commands: Vec<_> = (motion.command.iter().zip(&torques))
+        .map(|(whole, torque)| whole - torque / CONSTANT)
+        .collect();
+    let columns = [
+        ("t_s", &cells(&motion.time, 4)),
+        ("q_rad", &cells(&motion.position, 9)),
+        ("u", &cells(&commands, 9)),
+        ("tau_model", &cells(&torques, 9)),
+    ];
+    let of_torque = log(
+        "units-known-torque",
+        &text(",", &columns.map(|(name, cells)| (name, &cells[..]))),
+    );
+    let b = |options: &[&str]| {
+        let call = ["identify", &of_torque, "--command", "u", "--json", "-"];
+        value(&printed_json(&servo_id(&[&call[..], options].concat()))["estimates"]["b"])
+    };
+    let without = b(&["--torque-constant", "0.5"]);
+    assert!(without > 1.1 * GAIN, "{without}");
+    let with = ["--torque-constant", "0.5", "--known-torque", "tau_model"];
+    let found = b(&with);
+    assert!((found / GAIN - 1.0).abs() < 0.01, "{found}");
+    // The scenario that is saved declares it.
+    let scenario = argument(&Path::new(&of_torque).with_extension("toml"));
+    let save = [
+        "identify",
+        &of_torque,
+        "--command",
+        "u",
+        "--save-scenario",
+        &scenario,
+    ];
+    assert_done(&servo_id(&[&save[..], &with].concat()));
+    let again = printed_json(&servo_id(&[
+        "identify",
+        &of_torque,
+        "--scenario",
+        &scenario,
+        "--json",
+        "-",
+    ]));
+    assert!((value(&again["estimates"]["b"]) / found - 1.0).abs() < 1e-12);
+    for (options, named) in [
+        ("--known-torque tau_model", "--torque-constant"),
+        ("--known-torque tau_model --inertia 1", "--torque-constant"),
+        ("--known-torque gravity --torque-constant 1", "gravity"),
+        (
+            "--known-torque u --torque-constant 1",
+            "u is --command already",
+        ),
+    ] {
+        let call = ["identify", &of_torque, "--command", "u"]
+            .into_iter()
+            .chain(options.split(' '));
+        let message = refusal_message(&servo_id(&call.collect::<Vec<_>>()));
+        assert!(message.contains(named), "{options:?}: {message}");
+    }
+}
+
 #[test]
 fn a_log_of_goals_is_refused_with_what_is_missing() {
     let motion = with_goals();
