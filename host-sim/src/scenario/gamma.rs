@@ -3,7 +3,8 @@
 use identifier_core::Settings;
 use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
+use identifier_core::fixed_point::Word;
+use identifier_core::identifier::GradientIdentifier;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{ParameterSet, ServoParameters};
 use identifier_core::settings::{BoxSettings, SettingsError};
@@ -49,7 +50,7 @@ where
 {
     // Each parameter has a bound, and all of them have one together.
     for _ in 0..=P {
-        let built = settings.build::<FixedGradientIdentifier<V, S, P>>();
+        let built = settings.build::<GradientIdentifier<Word, V, S, P>>();
         let (Err(SettingsError::Range(refused)), Some(gamma)) =
             (built, &mut settings.identifier.gamma)
         else {

@@ -1,6 +1,6 @@
 use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::number::Number;
+use crate::number::Arithmetic;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
 
@@ -200,7 +200,7 @@ pub enum Event {
 
 /// Refuses an impossible sample.
 #[inline]
-pub(super) fn check<N: Number>(increment: N, command: N, longest: N) -> Result<(), StepError> {
+pub(super) fn check<N: Arithmetic>(increment: N, command: N, longest: N) -> Result<(), StepError> {
     // NaN fails both comparisons.
     let moved_within = increment.magnitude() <= longest;
     if !moved_within {

@@ -3,7 +3,7 @@
 
 use fixed::types::I16F16;
 use identifier_core::constants::{Configuration, Constants, ConstantsError, words};
-use identifier_core::fixed_point::{FixedServoLoop, Word};
+use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
     BehindAmplifier, ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion,
     GradientIdentifier, Identify, MachineEstimates, PreparedServo, ServoLoop,
@@ -114,7 +114,7 @@ where
 
 fn run_fixed<S, const P: usize>(
     settings: &Settings,
-    servo_loop: &FixedServoLoop<LowPass<Word>, S, P>,
+    servo_loop: &ServoLoop<Word, LowPass<Word>, GradientIdentifier<Word, LowPass<Word>, S, P>>,
 ) -> Vec<u64>
 where
     S: identifier_core::parameters::ParameterSet<P>,
@@ -157,12 +157,7 @@ fn a_loop_of_constants_has_the_bits_of_the_one_that_was_built() {
             GradientLoop<f32, 4>,
             GaussNewtonLoop<GaussNewtonIdentifier<f32, Unknowns<4>, 4>>
         );
-        same!(
-            run_fixed,
-            FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>,
-            FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>,
-            FixedServoLoop<LowPass<Word>, Unknowns<4>, 4>
-        );
+        same!(run_fixed, FixedLoop<2>, FixedLoop<3>, FixedLoop<4>);
     }
 }
 

@@ -9,7 +9,7 @@ use host_sim::tune::IdentifiedResult;
 use host_sim::{with_types, with_words};
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
-use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
+use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier,
     IdentifiableSet, MachineEstimates, ServoLoop,
@@ -342,7 +342,7 @@ where
     V: VelocityEstimate<Word> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: FixedServoLoop<V, S, P> = settings.build()?;
+    let own: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = settings.build()?;
     Ok(written(&own, own.identifier(), language))
 }
 
@@ -351,7 +351,7 @@ where
     V: VelocityEstimate<Word> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: FixedGradientIdentifier<V, S, P> = settings.build()?;
+    let own: GradientIdentifier<Word, V, S, P> = settings.build()?;
     Ok(written(&own, &own, language))
 }
 
@@ -416,20 +416,12 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
     };
     let set = format!("::identifier_core::parameters::{set}, {parameters}");
     let of = "::identifier_core::identifier";
-    if is_fixed_point {
-        let own = if has_loop {
-            "FixedServoLoop"
-        } else {
-            "FixedGradientIdentifier"
-        };
-        return format!("::identifier_core::fixed_point::{own}<{velocity}, {set}>");
-    }
     let identifier = match scenario.identifier.law {
-        Law::GaussNewton => format!("{of}::GaussNewtonRecursion<f32, {set}>"),
-        _ => format!("{of}::GradientIdentifier<f32, {velocity}, {set}>"),
+        Law::GaussNewton => format!("{of}::GaussNewtonRecursion<{number}, {set}>"),
+        _ => format!("{of}::GradientIdentifier<{number}, {velocity}, {set}>"),
     };
     match has_loop {
-        true => format!("{of}::ServoLoop<f32, {velocity}, {identifier}>"),
+        true => format!("{of}::ServoLoop<{number}, {velocity}, {identifier}>"),
         false => identifier,
     }
 }
