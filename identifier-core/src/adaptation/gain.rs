@@ -30,6 +30,7 @@ impl<N: Arithmetic, const P: usize> Gain<N, P> {
     }
 
     /// True if a full-scale entry of the regressor moves its own entry of Γφ by 2^bits last bits.
+    #[inline(always)]
     pub(crate) fn is_felt(&self, place: usize, bits: i32) -> bool {
         N::is_felt(self.0[place][place], bits)
     }
@@ -39,17 +40,24 @@ impl<N: Arithmetic, const P: usize> Gain<N, P> {
     pub(crate) fn times(&self, regressor: &[N; P]) -> [N; P] {
         from_fn(N::ZERO, |i| {
             if N::IS_FIXED {
-                return regressor[i].by(self.0[i][i]);
+                regressor[i].by(self.0[i][i])
+            } else {
+                dot(&self.0[i], regressor)
             }
-            let mut sum = regressor[0].by(self.0[i][0]);
-            each::<P>(|j| {
-                if j > 0 {
-                    sum = sum + regressor[j].by(self.0[i][j]);
-                }
-            });
-            sum
         })
     }
+}
+
+/// A row times the regressor: a function of its own, for its loop to be written out.
+#[inline]
+fn dot<N: Arithmetic, const P: usize>(row: &[N::Factor; P], regressor: &[N; P]) -> N {
+    let mut sum = regressor[0].by(row[0]);
+    each::<P>(|j| {
+        if j > 0 {
+            sum = sum + regressor[j].by(row[j]);
+        }
+    });
+    sum
 }
 
 #[cfg(test)]

@@ -168,11 +168,14 @@ impl<const P: usize> LawScales<P> {
             }
         }
         let excess = self.strength - Self::GUARD_BITS - (exponent_above(bound) - 1);
-        let largest = (0..P).max_by_key(|&i| self.directed[i] + self.regressor[i]);
-        if let (1.., Some(i)) = (excess, largest) {
+        let strengths = (0..P).map(|i| {
+            let strength = self.directed[i] + self.regressor[i];
+            (strength, config.given[i], config.gamma.entries()[i][i])
+        });
+        let largest = strengths.max_by_key(|&(strength, ..)| strength);
+        if let (1.., Some((_, given, machine))) = (excess, largest) {
             /// Just below a power of two.
             const BELOW: f64 = 1.0 - 1e-9;
-            let (given, machine) = (config.given[i], config.gamma.entries()[i][i]);
             let most = BELOW * power(exponent_above(machine) - excess);
             Allowed::PositiveUpTo(given * (most / machine)).check("gamma", given)?;
         }
@@ -205,19 +208,19 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
         let LawScales {
             output, strength, ..
         } = of;
-        // In fixed point rounded inwards.
-        let bound = |i: usize, [value, other]: [f64; 2]| {
-            let parameter = config.parameters[i];
+        let (mut low, mut high) = ([N::ZERO; P], [N::ZERO; P]);
+        let own = config.parameters.into_iter().zip(config.bounds);
+        for ((parameter, bounds), (low, high)) in own.zip(low.iter_mut().zip(&mut high)) {
             let last_bit = power(scales.estimate(parameter) - 30);
-            let apart = other - value;
-            let inwards = if N::IS_FIXED && libm::fabs(apart) > last_bit {
-                libm::copysign(0.5 * last_bit, apart)
+            // In fixed point rounded inwards.
+            let inwards = if N::IS_FIXED && bounds.max() - bounds.min() > last_bit {
+                0.5 * last_bit
             } else {
                 0.0
             };
-            scales.estimate_of(parameter, value + inwards)
-        };
-        let ends = |i: usize| &config.bounds[i];
+            *low = scales.estimate_of(parameter, bounds.min() + inwards);
+            *high = scales.estimate_of(parameter, bounds.max() - inwards);
+        }
         let furthest = of.up.into_iter().fold(0, i32::max);
         // However small b̂ becomes, in fixed point something is left to leave it with.
         let strongest = if N::IS_FIXED {
@@ -236,11 +239,7 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
             strongest_per_gain: N::factor(per_gain, scales.estimate(Parameter::B), strength),
             raise: of.up.map(N::raise),
             small: N::most_raised(furthest.min(LawScales::<P>::FURTHEST)),
-            projection: Projection::new(
-                core::array::from_fn(|i| bound(i, [ends(i).min(), ends(i).max()])),
-                core::array::from_fn(|i| bound(i, [ends(i).max(), ends(i).min()])),
-                &config.gamma,
-            ),
+            projection: Projection::new(low, high, &config.gamma),
         };
         if N::IS_FIXED {
             let at_start = known + per_gain * config.initial_gain;
@@ -267,15 +266,14 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
         gain: N,
     ) -> GradientStep<N, P> {
         let direction = self.gamma.times(regressor);
-        let share = |i: usize| {
-            regressor[i]
-                .times(direction[i])
-                .lowered(self.to_strength[i])
-        };
-        let mut strength = share(0);
+        // Written out: a closure would be called.
+        let mut strength = regressor[0]
+            .times(direction[0])
+            .lowered(self.to_strength[0]);
         each::<P>(|i| {
             if i > 0 {
-                strength = strength + share(i);
+                let share = regressor[i].times(direction[i]);
+                strength = strength + share.lowered(self.to_strength[i]);
             }
         });
         GradientStep {

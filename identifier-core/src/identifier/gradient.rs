@@ -291,18 +291,16 @@ where
 
     /// The load is the parameter d̂ plus b̂ k_i ∫ε.
     fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
-        let of = |wanted: Parameter| {
-            let mut own = S::PARAMETERS.iter().zip(&shown.parameters);
-            own.find(|(parameter, _)| **parameter == wanted)
-                .map_or(0.0, |(_, estimate)| {
-                    estimate.value(self.scales.estimate(wanted)) / wanted.scale(&self.units)
-                })
+        let machine = PerParameter::of_set::<S, P>(&shown.parameters, N::ZERO);
+        let si = |wanted: Parameter| {
+            let value = machine.get(wanted).value(self.scales.estimate(wanted));
+            value / wanted.scale(&self.units)
         };
         ServoParameters {
-            a: of(Parameter::A),
-            b: of(Parameter::B),
-            coulomb: of(Parameter::Coulomb),
-            load: of(Parameter::Load),
+            a: si(Parameter::A),
+            b: si(Parameter::B),
+            coulomb: si(Parameter::Coulomb),
+            load: si(Parameter::Load),
         }
         .with_load_of(self.command(shown.load_command))
     }
@@ -329,17 +327,10 @@ where
     #[inline]
     fn machine_estimates(&self, state: &Self::State) -> PerParameter<N> {
         let shown = self.snapshot(state);
-        let of = |wanted: Parameter| {
-            let mut own = S::PARAMETERS.iter().zip(shown.parameters);
-            own.find(|(parameter, _)| **parameter == wanted)
-                .map_or(N::ZERO, |(_, estimate)| estimate)
-        };
-        let b = of(Parameter::B);
+        let machine = PerParameter::of_set::<S, P>(&shown.parameters, N::ZERO);
         PerParameter {
-            a: of(Parameter::A),
-            b,
-            coulomb: of(Parameter::Coulomb),
-            load: of(Parameter::Load) + b.part(shown.load_command),
+            load: machine.load + machine.b.part(shown.load_command),
+            ..machine
         }
     }
 

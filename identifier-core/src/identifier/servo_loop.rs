@@ -156,7 +156,7 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         sample: &ControlSample<N>,
     ) -> Update<N> {
         self.identifier
-            .update_with_velocity(&mut state.identification, sample)
+            .update(&mut state.identification, sample.increment, sample.command)
     }
 
     /// The same if the command that acts differs from the controller's. Something was added to it, or a later stage

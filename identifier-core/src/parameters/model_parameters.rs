@@ -1,7 +1,6 @@
-use super::{Parameter, ParameterSet, PerParameter, PerQuantity, ServoParameters};
+use super::{ParameterSet, PerParameter, PerQuantity, ServoParameters};
 use crate::number::{Arithmetic, Number};
 use crate::units::Units;
-use crate::unrolled::each;
 
 /// The parameters of the model in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,19 +20,18 @@ impl<N: Arithmetic> ModelParameters<N> {
     #[inline]
     #[must_use]
     pub(crate) fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
-        let mut model = Self {
-            x: N::ZERO.as_factor(),
-            gain: N::ZERO,
-            coulomb: N::ZERO,
-            load: N::ZERO,
-        };
-        each::<P>(|i| match S::PARAMETERS[i] {
-            Parameter::A => model.x = values[i].as_factor(),
-            Parameter::B => model.gain = values[i],
-            Parameter::Coulomb => model.coulomb = values[i],
-            Parameter::Load => model.load = values[i],
-        });
-        model
+        let PerParameter {
+            a,
+            b: gain,
+            coulomb,
+            load,
+        } = PerParameter::of_set::<S, P>(values, N::ZERO);
+        Self {
+            x: a.as_factor(),
+            gain,
+            coulomb,
+            load,
+        }
     }
 }
 

@@ -153,6 +153,20 @@ impl<const P: usize> GradientPlan<P> {
         })
     }
 
+    /// The same for an arithmetic, with the full scales of the signals.
+    fn in_arithmetic<N: Arithmetic, S: ParameterSet<P>>(
+        settings: &Settings,
+        velocity: &Transfer,
+    ) -> Result<(Self, FullScales), SettingsError> {
+        if !N::IS_FIXED {
+            return Ok((Self::new::<S>(settings, velocity)?, FullScales::NONE));
+        }
+        let mut plan = Self::new::<S>(&bounded::<S, P>(settings)?, velocity)?;
+        plan.gamma.check_diagonal()?;
+        plan.keep_within_bounds::<S>(settings)?;
+        Ok((plan, full_scales::<N>(settings)?))
+    }
+
     /// Keeps b̂ below the bound that gives its full scale.
     fn keep_within_bounds<S: ParameterSet<P>>(
         &mut self,
@@ -166,6 +180,25 @@ impl<const P: usize> GradientPlan<P> {
             }
         }
         Ok(())
+    }
+
+    /// The estimator with a Γ that was chosen, which takes the room that there is: each parameter has a bound, and all
+    /// of them have one together.
+    fn lowered_law<N: Arithmetic, S: ParameterSet<P>>(
+        &mut self,
+        scales: &FullScales,
+    ) -> Result<Gradient<N, P>, SettingsError> {
+        for _ in 0..=P {
+            match self.law::<N, S>(scales) {
+                Err(SettingsError::Range(OutOfRange {
+                    parameter: "gamma",
+                    value,
+                    allowed: Allowed::PositiveUpTo(most),
+                })) => self.gamma = self.gamma.scaled([libm::sqrt(most / value); P])?,
+                other => return other,
+            }
+        }
+        self.law::<N, S>(scales)
     }
 
     /// The estimator.
@@ -203,6 +236,29 @@ impl<const P: usize> GradientPlan<P> {
     }
 }
 
+impl Settings {
+    /// Lowers a chosen Γ to the range of a number format, by one factor: it adapts more slowly.
+    ///
+    /// # Errors
+    /// What else the identifier would reject; Γ is then as it was.
+    pub fn lower_gamma<N, V, S, const P: usize>(&mut self) -> Result<(), SettingsError>
+    where
+        N: Arithmetic,
+        V: VelocityEstimate<N>,
+        S: ParameterSet<P>,
+    {
+        let velocity = self.velocity::<N, V>()?.transfer();
+        let (mut plan, scales) = GradientPlan::<P>::in_arithmetic::<N, S>(self, &velocity)?;
+        let before = plan.gamma.entries()[0][0];
+        plan.lowered_law::<N, S>(&scales)?;
+        let factor = plan.gamma.entries()[0][0] / before;
+        for entry in self.identifier.gamma.iter_mut().flatten().flatten() {
+            *entry *= factor;
+        }
+        Ok(())
+    }
+}
+
 impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
 where
     N: Arithmetic,
@@ -218,33 +274,12 @@ where
     /// that does not fit, with the value that would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = settings.velocity::<N, V>()?;
-        let filled = if N::IS_FIXED {
-            bounded::<S, P>(settings)?
-        } else {
-            *settings
+        let (mut plan, scales) =
+            GradientPlan::<P>::in_arithmetic::<N, S>(settings, &velocity.transfer())?;
+        let law = match settings.identifier.gamma {
+            Some(_) => plan.law::<N, S>(&scales),
+            None => plan.lowered_law::<N, S>(&scales),
         };
-        let mut plan = GradientPlan::<P>::new::<S>(&filled, &velocity.transfer())?;
-        if N::IS_FIXED {
-            plan.gamma.check_diagonal()?;
-            plan.keep_within_bounds::<S>(settings)?;
-        }
-        let scales = full_scales::<N>(settings)?;
-        let mut law = plan.law::<N, S>(&scales);
-        if settings.identifier.gamma.is_none() {
-            // A chosen Γ takes the room that there is: each parameter has a bound, and all of them have one together.
-            for _ in 0..=P {
-                let Err(SettingsError::Range(OutOfRange {
-                    parameter: "gamma",
-                    value,
-                    allowed: Allowed::PositiveUpTo(most),
-                })) = law
-                else {
-                    break;
-                };
-                plan.gamma = plan.gamma.scaled([libm::sqrt(most / value); P])?;
-                law = plan.law::<N, S>(&scales);
-            }
-        }
         let GradientPlan { units, gains, .. } = plan;
         let reach = N::REACH.value(scales.velocity);
         Ok(Self {

@@ -5,8 +5,8 @@ use fixed::types::I16F16;
 use identifier_core::constants::{Configuration, Constants, ConstantsError, words};
 use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
-    BehindAmplifier, ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion,
-    GradientIdentifier, Identify, MachineEstimates, PreparedServo, ServoLoop,
+    ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier, Identify,
+    MachineEstimates, PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
 use identifier_core::parameters::{AbLoad, IdentifiedServo, Parameter, ServoParameters, Unknowns};
@@ -171,7 +171,10 @@ fn every_other_configuration_is_the_same_after_it_was_written() {
     delayed.identifier.terms.delay = 1.6e-3;
     delayed.identifier.memory = Some(3.0);
     delayed.identifier.bandwidth = Some(40.0);
-    both::<BehindAmplifier<f32, GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 8>>(&delayed);
+    let (amplifier, behind) = delayed.amplifier::<f32, 8>().expect("valid");
+    let written = words_of(&amplifier);
+    assert!(Constants::read(&written) == Ok(amplifier));
+    both::<GaussNewtonIdentifier<f32, Unknowns<4>, 4>>(&behind);
 }
 
 /// A recursion that starts from a servo that is known needs no first fit: the servo is prepared where the configuration

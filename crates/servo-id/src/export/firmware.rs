@@ -223,7 +223,8 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
         return Err(Fault::new("identifier.required_terms", fault));
     }
     if scenario.stated.identifier.terms.declares_amplifier() {
-        let fault = "an exported loop has no declared amplifier: build it in the firmware, as BehindAmplifier";
+        let fault =
+            "an exported loop has no declared amplifier: build it in the firmware, as Amplifier";
         return Err(Fault::new("amplifier", fault));
     }
     if language == Language::C {
