@@ -100,12 +100,14 @@ impl<N: Arithmetic, V> Controller<N, V> {
     }
 
     /// The same with a filter of the reference.
+    #[inline]
     #[must_use]
     pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
         Self { reference, ..self }.shaped()
     }
 
     /// The same with a feed-forward, for these gains and this velocity estimate.
+    #[inline]
     #[must_use]
     pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
         Self {
@@ -116,15 +118,17 @@ impl<N: Arithmetic, V> Controller<N, V> {
     }
 
     /// The same with a notch filter of the command.
+    #[inline]
     #[must_use]
     pub fn with_notch(self, notch: Notch<N>) -> Self {
         Self { notch, ..self }.shaped()
     }
 
-    fn shaped(self) -> Self {
-        let is_shaped =
+    #[inline]
+    fn shaped(mut self) -> Self {
+        self.is_shaped =
             self.reference.is_there() || self.feed_forward.is_there() || self.notch.is_there();
-        Self { is_shaped, ..self }
+        self
     }
 
     /// The position error of a setpoint, whole counts and an offset on top, at a count. Counts may wrap at 32 bits:
@@ -318,22 +322,13 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
         if !within {
             return Err(self.refusal(error, increment));
         }
-        let mut error = error.saturated();
-        let mut feed_forward = N::ZERO;
-        if self.is_shaped {
-            let moved = increment.lowered(self.to_error);
-            error = self.reference.process(&mut state.reference, error, moved);
-            if !N::IS_FIXED {
-                let motion = &mut state.motion;
-                (error, feed_forward) = self.feed_forward.process(motion, error, moved);
-            }
-        }
+        let error = error.saturated();
         let velocity = self.velocity.process(&mut state.filter, increment);
-        let mut wanted = self.pid.wanted(error, velocity, state.integral);
-        if self.is_shaped && !N::IS_FIXED {
-            let notch = &mut state.notch;
-            wanted = self.notch.process(notch, wanted + feed_forward);
-        }
+        let (error, wanted) = if self.is_shaped {
+            self.shaped_command(state, error, increment, velocity)
+        } else {
+            (error, self.pid.wanted(error, velocity, state.integral))
+        };
         let command = self.pid.limited(wanted, error);
         if command.integrates {
             self.pid.gather(&mut state.integral, error);
@@ -344,6 +339,25 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
             velocity,
             command: command.value,
         })
+    }
+
+    /// The error and the command, not limited, with filter, feed-forward and notch. Fixed point has the filter alone.
+    #[inline]
+    fn shaped_command(
+        &self,
+        state: &mut ControlState<N, V::State>,
+        error: N,
+        increment: N,
+        velocity: N,
+    ) -> (N, N) {
+        let moved = increment.lowered(self.to_error);
+        let error = self.reference.process(&mut state.reference, error, moved);
+        if N::IS_FIXED {
+            return (error, self.pid.wanted(error, velocity, state.integral));
+        }
+        let (error, feed_forward) = self.feed_forward.process(&mut state.motion, error, moved);
+        let wanted = self.pid.wanted(error, velocity, state.integral) + feed_forward;
+        (error, self.notch.process(&mut state.notch, wanted))
     }
 
     #[cold]

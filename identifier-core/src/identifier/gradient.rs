@@ -11,7 +11,8 @@ use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{FrictionPhase, ModelLoop, ModelState, Observed};
 use crate::number::{Arithmetic, Encoded};
 use crate::parameters::{
-    ModelParameters, Parameter, ParameterSet, PerParameter, ServoParameters, set_fingerprint,
+    ModelParameters, Parameter, ParameterSet, PerParameter, PerQuantity, ServoParameters,
+    set_fingerprint,
 };
 use crate::scales::{FullScales, power};
 use crate::stability::{Certificate, StabilityCheck};
@@ -292,9 +293,10 @@ where
     /// The load is the parameter d̂ plus b̂ k_i ∫ε.
     fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
         let machine = PerParameter::of_set::<S, P>(&shown.parameters, N::ZERO);
+        let unit = PerQuantity::machine(&self.units);
         let si = |wanted: Parameter| {
             let value = machine.get(wanted).value(self.scales.estimate(wanted));
-            value / wanted.scale(&self.units)
+            value / unit.get(wanted.into())
         };
         ServoParameters {
             a: si(Parameter::A),

@@ -29,10 +29,12 @@ impl<N: Arithmetic> CommandCorrection<N> {
     #[must_use]
     pub(crate) fn new(units: &Units, gains: &Gains, scales: &FullScales) -> Self {
         let (terms, wanted) = PidTerms::new(units, gains, scales, scales.rate(), true);
-        Self {
-            terms,
-            most: N::signal(scales.most_command(), wanted),
-        }
+        let most = if N::IS_FIXED {
+            N::signal(scales.most_command(), wanted)
+        } else {
+            N::ZERO
+        };
+        Self { terms, most }
     }
 
     /// The command that acts on the model, u + u_ε, from that which acted, the sum ω of the samples before this one as

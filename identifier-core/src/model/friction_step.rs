@@ -55,10 +55,10 @@ impl<N: Arithmetic> FrictionPhase<N> {
         match *self {
             Self::Slid { direction } => direction,
             Self::Stuck => N::ZERO,
-            Self::Stopped { direction, part } => part.directed(direction > N::ZERO),
+            Self::Stopped { direction, part } => direction.part(part),
             Self::Turned {
                 direction, part, ..
-            } => (part + part - N::ONE).directed(direction > N::ZERO),
+            } => direction.part(part + part - N::ONE),
         }
     }
 

@@ -135,9 +135,13 @@ impl<N: Arithmetic, F: Default> ModelState<N, F> {
     #[inline]
     #[must_use]
     pub(crate) fn restart_if_lost(&mut self) -> bool {
-        let in_range = N::of_fine(self.output_error).is_within()
-            && N::of_fine(self.motion.velocity).is_within()
-            && self.motion.increment.is_within();
+        let [error, velocity] = [self.output_error, self.motion.velocity].map(N::of_fine);
+        let in_range = if N::IS_FIXED {
+            error.is_within() && velocity.is_within() && self.motion.increment.is_within()
+        } else {
+            // One comparison for both; it fails for NaN.
+            error.magnitude() + velocity.magnitude() <= N::REACH
+        };
         if !in_range {
             *self = Self::at_rest();
         }

@@ -126,8 +126,11 @@ pub trait Arithmetic:
     fn saturated_to_half(self) -> Self {
         self
     }
-    /// True within the range of the format; false for NaN.
-    fn is_within(self) -> bool;
+    /// True within the full scale.
+    #[inline]
+    fn is_within(self) -> bool {
+        true
+    }
     /// False for NaN and the infinities.
     fn is_finite(self) -> bool;
     /// |x|.
@@ -257,11 +260,6 @@ impl<N: Number> Arithmetic for N {
     #[inline]
     fn quotient(self, divisor: N) -> N {
         self * divisor.reciprocal()
-    }
-
-    #[inline]
-    fn is_within(self) -> bool {
-        Number::magnitude(self) <= <N as Number>::REACH
     }
 
     #[inline]

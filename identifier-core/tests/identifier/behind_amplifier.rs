@@ -194,7 +194,7 @@ fn declarations_without_effect_are_refused_by_name() {
         (with(|terms| terms.dead_band = f64::NAN), "dead_band"),
     ] {
         let refused = settings(&declared).amplifier::<f64, 8>();
-        let answer = refused.err().expect("refused").to_string();
+        let answer = refused.expect_err("refused").to_string();
         assert!(answer.starts_with(name), "{answer}");
     }
 }

@@ -60,8 +60,10 @@ pub(crate) type Settled = SettledEstimates<f32, 4>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
     servo_loop: ServoLoop<f32, Velocity, I>,
-    amplifier: Amplifier<f32, MAX_DELAYED>,
-    amplified: AmplifierState<f32, MAX_DELAYED>,
+    amplifier: (
+        Amplifier<f32, MAX_DELAYED>,
+        AmplifierState<f32, MAX_DELAYED>,
+    ),
     state: ServoLoopState<f32, <Velocity as VelocityEstimate<f32>>::State, I::State>,
 }
 
@@ -78,8 +80,7 @@ impl<I: Identify<f32> + FromSettings> With<I> {
         Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,
-            amplified: amplifier.start(),
-            amplifier,
+            amplifier: (amplifier, amplifier.start()),
         })))
     }
 }
@@ -126,8 +127,8 @@ where
 
     #[inline(never)]
     fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
-        *self.state.identification_mut() =
-            self.servo_loop.identifier().start_from_known(servo, motion);
+        let identifier = self.servo_loop.identifier();
+        *self.state.identification_mut() = identifier.start_from_known(servo, motion);
     }
 
     #[inline]
@@ -135,10 +136,8 @@ where
         &mut self,
         hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
     ) -> bool {
-        let (identifier, state) = (
-            self.servo_loop.identifier(),
-            self.state.identification_mut(),
-        );
+        let identifier = self.servo_loop.identifier();
+        let state = self.state.identification_mut();
         let Some(block) = identifier.take_block(state) else {
             return false;
         };
@@ -212,7 +211,8 @@ impl ClosedLoop {
         for_each_law!(&mut self.0, own => {
             let step = own.servo_loop.control_step(&mut own.state, setpoint, sensor, actuator);
             let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
-            let command = own.amplifier.process(&mut own.amplified, sample.command);
+            let (amplifier, state) = &mut own.amplifier;
+            let command = amplifier.process(state, sample.command);
             let acted = ControlSample { command, ..sample };
             Ok((sample, own.servo_loop.learn(&mut own.state, &acted)))
         })
