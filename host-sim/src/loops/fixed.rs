@@ -17,14 +17,12 @@ use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
 use crate::scenario::gamma_over;
 
+type LawState<V, S, const P: usize> = <GradientIdentifier<Word, V, S, P> as Identify<Word>>::State;
+
 /// Controller and identifier in fixed point.
 pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
     servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>>,
-    state: ServoLoopState<
-        Word,
-        V::State,
-        <GradientIdentifier<Word, V, S, P> as Identify<Word>>::State,
-    >,
+    state: ServoLoopState<Word, V::State, LawState<V, S, P>>,
     start: i32,
     known: Outcome,
 }
@@ -73,7 +71,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
 /// The identifier alone, which counts.
 pub(crate) struct FixedIdentifier<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
     identifier: GradientIdentifier<Word, V, S, P>,
-    state: <GradientIdentifier<Word, V, S, P> as Identify<Word>>::State,
+    state: LawState<V, S, P>,
     known: Outcome,
     /// The position from the first sample, counts, and the count nearest to it.
     position: f64,
