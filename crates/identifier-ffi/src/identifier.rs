@@ -329,7 +329,7 @@ pub mod fixed_coulomb {
     use identifier_core::parameters::Unknowns;
 
     listening_to_words! {
-        FixedCoulomb: GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>, 0x5e1d_0006, 72 words;
+        FixedCoulomb: GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>, 0x5e1d_0006, 80 words;
         servo_id_fixed_coulomb_init servo_id_fixed_coulomb_sample servo_id_fixed_coulomb_resume
         servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale
         servo_id_fixed_coulomb_init_from_constants servo_id_fixed_coulomb_machine_estimates;

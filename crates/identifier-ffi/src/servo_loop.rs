@@ -255,7 +255,7 @@ pub mod gradient {
     use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0012, 72 words;
+        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0012, 76 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
         servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
         servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
@@ -268,7 +268,7 @@ pub mod gradient_coulomb {
     use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0013, 84 words;
+        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0013, 90 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
         servo_id_gradient_coulomb_loop_estimates
@@ -302,7 +302,7 @@ pub mod gauss_newton {
 /// With the paper's law in fixed point for a and b.
 pub mod fixed_point {
     closed_on_words! {
-        FixedLoop: 2, 0x5e1d_0015, 84 words;
+        FixedLoop: 2, 0x5e1d_0015, 92 words;
         servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
         servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale
         servo_id_fixed_loop_init_from_constants servo_id_fixed_loop_machine_estimates;
@@ -312,7 +312,7 @@ pub mod fixed_point {
 /// The same with Coulomb friction.
 pub mod fixed_point_coulomb {
     closed_on_words! {
-        FixedCoulombLoop: 3, 0x5e1d_0016, 92 words;
+        FixedCoulombLoop: 3, 0x5e1d_0016, 108 words;
         servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
         servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
         servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale

@@ -324,9 +324,14 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
         }
         let error = error.saturated();
         let velocity = self.velocity.process(&mut state.filter, increment);
-        let (error, wanted) = if self.is_shaped {
+        let (error, wanted) = if self.is_shaped && !N::IS_FIXED {
             self.shaped_command(state, error, increment, velocity)
         } else {
+            let mut error = error;
+            if self.is_shaped {
+                let moved = increment.lowered(self.to_error);
+                error = self.reference.process(&mut state.reference, error, moved);
+            }
             (error, self.pid.wanted(error, velocity, state.integral))
         };
         let command = self.pid.limited(wanted, error);
@@ -341,7 +346,8 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
         })
     }
 
-    /// The error and the command, not limited, with filter, feed-forward and notch. Fixed point has the filter alone.
+    /// The error and the command, not limited, with filter, feed-forward and notch. Fixed point has the filter alone,
+    /// and does not come here.
     #[inline]
     fn shaped_command(
         &self,
@@ -350,12 +356,10 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
         increment: N,
         velocity: N,
     ) -> (N, N) {
-        let moved = increment.lowered(self.to_error);
-        let error = self.reference.process(&mut state.reference, error, moved);
-        if N::IS_FIXED {
-            return (error, self.pid.wanted(error, velocity, state.integral));
-        }
-        let (error, feed_forward) = self.feed_forward.process(&mut state.motion, error, moved);
+        let filtered = &mut state.reference;
+        let error = self.reference.process(filtered, error, increment);
+        let motion = &mut state.motion;
+        let (error, feed_forward) = self.feed_forward.process(motion, error, increment);
         let wanted = self.pid.wanted(error, velocity, state.integral) + feed_forward;
         (error, self.notch.process(&mut state.notch, wanted))
     }
