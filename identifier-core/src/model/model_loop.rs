@@ -135,7 +135,9 @@ impl<N: Arithmetic, F: Default> ModelState<N, F> {
     #[inline]
     #[must_use]
     pub(crate) fn restart_if_lost(&mut self) -> bool {
-        let [error, velocity] = [self.output_error, self.motion.velocity].map(N::of_fine);
+        // Not mapped: at "s" that is a call.
+        let error = N::of_fine(self.output_error);
+        let velocity = N::of_fine(self.motion.velocity);
         let in_range = if N::IS_FIXED {
             error.is_within() && velocity.is_within() && self.motion.increment.is_within()
         } else {
