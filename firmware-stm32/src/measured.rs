@@ -6,7 +6,7 @@ use fixed::types::I16F16;
 use identifier_core::Settings;
 use identifier_core::control::Setpoint;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedServoLoop, FixedServoLoopState, Word};
+use identifier_core::fixed_point::{FixedLoop, FixedLoopState, Word};
 use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
     FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, GradientIdentifier, Identify,
@@ -28,7 +28,7 @@ pub type Loop<I> = ServoLoop<f32, Filter, I>;
 /// The paper's estimator.
 pub type Gradient = GradientIdentifier<f32, Filter, Unknowns<2>, 2>;
 /// The loop with it in fixed point.
-pub type Fixed = FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>;
+pub type Fixed = FixedLoop;
 /// Gauss–Newton's half in the interrupt.
 pub type GaussNewton<S, const P: usize> = GaussNewtonRecursion<f32, S, P, 64>;
 /// Its half in the background.
@@ -187,7 +187,7 @@ pub struct Words {
     /// The loop.
     pub servo_loop: Fixed,
     /// Its state.
-    pub state: FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, 2>,
+    pub state: FixedLoopState,
 }
 
 impl Words {

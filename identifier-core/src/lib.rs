@@ -14,6 +14,7 @@ pub mod interval;
 pub mod number;
 pub mod parameters;
 pub mod reason;
+mod scales;
 pub mod settings;
 pub mod units;
 

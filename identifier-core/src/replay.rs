@@ -30,7 +30,7 @@ pub struct ReplayModel {
     response: Response<f64>,
     /// The declared dead band and current loop, in the order of the identifiers. A delay, declared or identified, and
     /// an identified dead band are terms of the model.
-    amplifier: Amplifier<f64>,
+    amplifier: Amplifier<f64, 4>,
     innovation: Innovation<f64>,
 }
 
@@ -166,7 +166,7 @@ impl ReplayModel {
             error: 0.0,
             velocity,
             inputs,
-            amplifier: AmplifierState::START,
+            amplifier: self.amplifier.start(),
         }
     }
 

@@ -270,17 +270,17 @@ typedef struct servo_id_fixed {
 
 /* The same with Coulomb friction */
 typedef struct servo_id_fixed_coulomb {
-    SERVO_ID_ALIGNED uint64_t words[72];
+    SERVO_ID_ALIGNED uint64_t words[80];
 } servo_id_fixed_coulomb;
 
 /* PID with the law of servo_id_gradient */
 typedef struct servo_id_gradient_loop {
-    SERVO_ID_ALIGNED uint64_t words[72];
+    SERVO_ID_ALIGNED uint64_t words[76];
 } servo_id_gradient_loop;
 
 /* PID with the law of servo_id_gradient_coulomb */
 typedef struct servo_id_gradient_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[84];
+    SERVO_ID_ALIGNED uint64_t words[90];
 } servo_id_gradient_coulomb_loop;
 
 /* PID with Gauss-Newton */
@@ -290,17 +290,17 @@ typedef struct servo_id_gauss_newton_loop {
 
 /* PID and law in fixed point */
 typedef struct servo_id_fixed_loop {
-    SERVO_ID_ALIGNED uint64_t words[84];
+    SERVO_ID_ALIGNED uint64_t words[92];
 } servo_id_fixed_loop;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_fixed_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[92];
+    SERVO_ID_ALIGNED uint64_t words[108];
 } servo_id_fixed_coulomb_loop;
 
 /* A search for gains */
 typedef struct servo_id_tuner {
-    SERVO_ID_ALIGNED uint64_t words[300];
+    SERVO_ID_ALIGNED uint64_t words[312];
 } servo_id_tuner;
 
 /* The interrupt's half of a commissioning. */
@@ -350,13 +350,13 @@ SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 416, "size of servo_id_gradient");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 528, "size of servo_id_gradient_coulomb");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5440, "size of servo_id_gauss_newton");
 SERVO_ID_ASSERT(sizeof(servo_id_fixed) == 512, "size of servo_id_fixed");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb) == 576, "size of servo_id_fixed_coulomb");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_loop) == 576, "size of servo_id_gradient_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb_loop) == 672, "size of servo_id_gradient_coulomb_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb) == 640, "size of servo_id_fixed_coulomb");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_loop) == 608, "size of servo_id_gradient_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb_loop) == 720, "size of servo_id_gradient_coulomb_loop");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton_loop) == 5520, "size of servo_id_gauss_newton_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed_loop) == 672, "size of servo_id_fixed_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb_loop) == 736, "size of servo_id_fixed_coulomb_loop");
-SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 2400, "size of servo_id_tuner");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed_loop) == 736, "size of servo_id_fixed_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb_loop) == 864, "size of servo_id_fixed_coulomb_loop");
+SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 2496, "size of servo_id_tuner");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_settings) == 8, "alignment of servo_id_settings");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient) == 8, "alignment of servo_id_gradient");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient_coulomb) == 8, "alignment of servo_id_gradient_coulomb");

@@ -306,12 +306,12 @@ pub mod gauss_newton {
 
 /// The paper's estimator of a and b in fixed point.
 pub mod fixed {
-    use identifier_core::fixed_point::FixedGradientIdentifier;
+    use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
     use identifier_core::parameters::Unknowns;
 
     listening_to_words! {
-        Fixed: FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2>, 0x5e1d_0005, 64 words;
+        Fixed: GradientIdentifier<Word, LowPass<Word>, Unknowns<2>, 2>, 0x5e1d_0005, 64 words;
         servo_id_fixed_init servo_id_fixed_sample servo_id_fixed_resume servo_id_fixed_estimates
         servo_id_fixed_scale
         servo_id_fixed_init_from_constants servo_id_fixed_machine_estimates;
@@ -324,12 +324,12 @@ pub mod fixed {
 
 /// The same with Coulomb friction.
 pub mod fixed_coulomb {
-    use identifier_core::fixed_point::FixedGradientIdentifier;
+    use identifier_core::identifier::GradientIdentifier;
     use identifier_core::measurement::LowPass;
     use identifier_core::parameters::Unknowns;
 
     listening_to_words! {
-        FixedCoulomb: FixedGradientIdentifier<LowPass<Word>, Unknowns<3>, 3>, 0x5e1d_0006, 72 words;
+        FixedCoulomb: GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>, 0x5e1d_0006, 80 words;
         servo_id_fixed_coulomb_init servo_id_fixed_coulomb_sample servo_id_fixed_coulomb_resume
         servo_id_fixed_coulomb_estimates servo_id_fixed_coulomb_scale
         servo_id_fixed_coulomb_init_from_constants servo_id_fixed_coulomb_machine_estimates;

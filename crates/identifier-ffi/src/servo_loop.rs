@@ -221,22 +221,19 @@ macro_rules! closed_on_numbers {
 /// The same for fixed point, where a command is a word.
 macro_rules! closed_on_words {
     (
-        $object:ident: $set:ty, $parameters:literal, $mark:literal, $words:literal words;
+        $object:ident: $parameters:literal, $mark:literal, $words:literal words;
         $init:ident $process:ident $control:ident $learn:ident $estimates:ident $scale:ident
         $init_from_constants:ident $machine_estimates:ident;
     ) => {
         use fixed::types::I16F16;
-        use identifier_core::fixed_point::{
-            FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,
-        };
-        use identifier_core::measurement::{LowPass, VelocityEstimate};
+        use identifier_core::fixed_point::{self, FixedLoopState, Word};
+        use identifier_core::Gradient;
 
         closed! {
-            $object: FixedServoLoop<LowPass<Word>, $set, $parameters>,
-            FixedServoLoopState<<LowPass<Word> as VelocityEstimate<Word>>::State, $parameters>,
+            $object: fixed_point::FixedLoop<$parameters>, FixedLoopState<$parameters>,
             $mark, $words words;
             $init $process $control $learn $estimates $init_from_constants $machine_estimates;
-            FixedGradientIdentifier<LowPass<Word>, $set, $parameters>, Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);
+            Gradient<Word, $parameters>, Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);
             |word| word.to_bits();
 
             /// Command units of a word's last bit.
@@ -258,7 +255,7 @@ pub mod gradient {
     use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0012, 72 words;
+        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0012, 76 words;
         servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
         servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
         servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
@@ -271,7 +268,7 @@ pub mod gradient_coulomb {
     use identifier_core::parameters::Unknowns;
 
     closed_on_numbers! {
-        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0013, 84 words;
+        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0013, 90 words;
         servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
         servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
         servo_id_gradient_coulomb_loop_estimates
@@ -304,10 +301,8 @@ pub mod gauss_newton {
 
 /// With the paper's estimator of a and b in fixed point.
 pub mod fixed_point {
-    use identifier_core::parameters::Unknowns;
-
     closed_on_words! {
-        FixedLoop: Unknowns<2>, 2, 0x5e1d_0015, 84 words;
+        FixedLoop: 2, 0x5e1d_0015, 92 words;
         servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
         servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale
         servo_id_fixed_loop_init_from_constants servo_id_fixed_loop_machine_estimates;
@@ -316,10 +311,8 @@ pub mod fixed_point {
 
 /// The same with Coulomb friction.
 pub mod fixed_point_coulomb {
-    use identifier_core::parameters::Unknowns;
-
     closed_on_words! {
-        FixedCoulombLoop: Unknowns<3>, 3, 0x5e1d_0016, 92 words;
+        FixedCoulombLoop: 3, 0x5e1d_0016, 108 words;
         servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
         servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
         servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale

@@ -89,7 +89,7 @@ pub type Tuner = Object<Working>;
 
 impl Content for Working {
     const MARK: u32 = 0x5e1d_0021;
-    const WORDS: usize = 300;
+    const WORDS: usize = 312;
 }
 
 impl Given {

@@ -3,10 +3,10 @@
 use identifier_core::Settings;
 use identifier_core::control::Setpoint;
 use identifier_core::error::StepError;
-use identifier_core::fixed_point::{
-    FixedGradientIdentifier, FixedServoLoop, FixedServoLoopState, Word,
+use identifier_core::fixed_point::Word;
+use identifier_core::identifier::{
+    GradientIdentifier, Identify, ServoLoop, ServoLoopState, Update,
 };
-use identifier_core::identifier::{Identify, Update};
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ParameterSet;
 use identifier_core::parameters::PerParameter;
@@ -17,10 +17,12 @@ use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
 use crate::experiment::Outcome;
 use crate::scenario::gamma_over;
 
+type LawState<V, S, const P: usize> = <GradientIdentifier<Word, V, S, P> as Identify<Word>>::State;
+
 /// Controller and identifier in fixed point.
-pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S, const P: usize> {
-    servo_loop: FixedServoLoop<V, S, P>,
-    state: FixedServoLoopState<V::State, P>,
+pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
+    servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>>,
+    state: ServoLoopState<Word, V::State, LawState<V, S, P>>,
     start: i32,
     known: Outcome,
 }
@@ -31,7 +33,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedLoop<V,
     /// # Errors
     /// The setting that does not fit the number format, and its range.
     pub(crate) fn new(settings: &Settings, start: i32) -> Result<Self, SettingsError> {
-        let servo_loop: FixedServoLoop<V, S, P> = settings.build()?;
+        let servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(start),
             start,
@@ -68,8 +70,8 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
 
 /// The identifier alone, which counts.
 pub(crate) struct FixedIdentifier<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
-    identifier: FixedGradientIdentifier<V, S, P>,
-    state: <FixedGradientIdentifier<V, S, P> as Identify<Word>>::State,
+    identifier: GradientIdentifier<Word, V, S, P>,
+    state: LawState<V, S, P>,
     known: Outcome,
     /// The position from the first sample, counts, and the count nearest to it.
     position: f64,
@@ -82,7 +84,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedIdentif
     /// # Errors
     /// The setting that does not fit the number format, and its range.
     pub(crate) fn new(settings: &Settings) -> Result<Self, SettingsError> {
-        let identifier: FixedGradientIdentifier<V, S, P> = settings.build()?;
+        let identifier: GradientIdentifier<Word, V, S, P> = settings.build()?;
         Ok(Self {
             state: identifier.start(),
             known: known(settings, &identifier),
@@ -140,7 +142,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifie
 
 fn known<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
-    identifier: &FixedGradientIdentifier<V, S, P>,
+    identifier: &GradientIdentifier<Word, V, S, P>,
 ) -> Outcome {
     Outcome {
         gamma: gamma_over::<S, P>(settings),

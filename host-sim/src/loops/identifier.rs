@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, Identify, Update};
+use identifier_core::model::{Amplifier, AmplifierState};
 use identifier_core::number::Number;
 use identifier_core::parameters::PerParameter;
 use identifier_core::parameters::ServoParameters;
@@ -76,10 +77,17 @@ pub(crate) struct Innovation {
     pub(crate) update: Option<Update<f64>>,
 }
 
-/// An identifier of the core in floating point.
+/// Commands that a declared amplifier keeps.
+const MAX_DELAYED: usize = 128;
+
+/// A declared amplifier and its state.
+type Amplified<N> = (Amplifier<N, MAX_DELAYED>, AmplifierState<N, MAX_DELAYED>);
+
+/// An identifier of the core in floating point, behind the amplifier if one is declared.
 pub(crate) struct Running<N: Copy, I: Identify<N>> {
     identifier: I,
     state: I::State,
+    amplified: Option<Amplified<N>>,
     known: Outcome,
     samples: u64,
     /// The terms that have entered, and the sample in which each did.
@@ -87,12 +95,17 @@ pub(crate) struct Running<N: Copy, I: Identify<N>> {
     number: PhantomData<N>,
 }
 
-impl<N: Copy, I: Identify<N>> Running<N, I> {
+impl<N: Number, I: Identify<N>> Running<N, I> {
     /// At its start; `known` is its outcome beforehand.
-    pub(crate) fn new(identifier: I, known: Outcome) -> Self {
+    pub(crate) fn new(
+        identifier: I,
+        amplifier: Option<Amplifier<N, MAX_DELAYED>>,
+        known: Outcome,
+    ) -> Self {
         Self {
             state: identifier.start(),
             identifier,
+            amplified: amplifier.map(|amplifier| (amplifier, amplifier.start())),
             known,
             samples: 0,
             entered: Vec::new(),
@@ -120,7 +133,11 @@ impl<N: Copy, I: Identify<N>> Running<N, I> {
 impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
     fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
         let (increment, command) = (N::from_f64(increment), N::from_f64(command));
-        let update = self.identifier.learn(&mut self.state, increment, command)?;
+        let acts = match &mut self.amplified {
+            Some((amplifier, state)) => amplifier.process(state, command),
+            None => command,
+        };
+        let update = self.identifier.learn(&mut self.state, increment, acts)?;
         if update.event == Event::TermEntered {
             let entered = self.identifier.entered(&self.state);
             for term in Term::ALL.into_iter().filter(|&term| entered.has(term)) {

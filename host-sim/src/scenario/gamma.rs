@@ -1,9 +1,8 @@
 //! Γ of the gradient estimators: chosen from parameter range and reference, and shown.
 
 use identifier_core::Settings;
-use identifier_core::error::Allowed;
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
+use identifier_core::fixed_point::Word;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{ParameterSet, ServoParameters};
 use identifier_core::settings::{BoxSettings, SettingsError};
@@ -35,34 +34,18 @@ pub(super) fn choose(
     let gamma = with_types!(scenario, f64 => automatic_gamma(settings, reference, samples))?;
     settings.identifier.gamma = Some(gamma);
     if scenario.identifier.arithmetic == Arithmetic::Fixed {
-        with_words!(scenario => slow_to_fixed_range(settings));
+        with_words!(scenario => lower(settings));
     }
     Ok(())
 }
 
-/// Reduces a chosen Γ to the range of fixed point, by one factor: it adapts more slowly. Other rejections of fixed
-/// point come from building the identifier.
-fn slow_to_fixed_range<V, S, const P: usize>(settings: &mut Settings)
+/// Other rejections of fixed point come from building the identifier.
+fn lower<V, S, const P: usize>(settings: &mut Settings)
 where
     V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
-    // Each parameter has a bound, and all of them have one together.
-    for _ in 0..=P {
-        let built = settings.build::<FixedGradientIdentifier<V, S, P>>();
-        let (Err(SettingsError::Range(refused)), Some(gamma)) =
-            (built, &mut settings.identifier.gamma)
-        else {
-            return;
-        };
-        let (Allowed::PositiveUpTo(most), "gamma") = (refused.allowed, refused.parameter) else {
-            return;
-        };
-        let factor = most / refused.value;
-        for entry in gamma.iter_mut().flatten() {
-            *entry *= factor;
-        }
-    }
+    let _ = settings.lower_gamma::<Word, V, S, P>();
 }
 
 fn automatic_gamma<V, S, const P: usize>(

@@ -7,9 +7,7 @@ use identifier_core::control::Controller;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::IdentifiableSet;
-use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify,
-};
+use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Term, Unknown};
@@ -24,9 +22,6 @@ use crate::loops::{
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
 use crate::scenario::{Arithmetic, Fault, Law, Scenario, gamma_over};
-
-/// Commands in the longest delay of an amplifier.
-const MAX_DELAYED: usize = 128;
 
 impl Simulation {
     /// Builds the experiment of a scenario.
@@ -247,14 +242,15 @@ where
     N: Number,
     I: Identify<N, State: Send> + FromSettings + Send + 'static,
 {
-    if settings.identifier.terms.declares_amplifier() {
-        let behind: BehindAmplifier<N, I, MAX_DELAYED> = settings.build()?;
-        let known = known(behind.identifier());
-        return Ok(Box::new(Running::<N, _>::new(behind, known)));
-    }
-    let identifier: I = settings.build()?;
+    let (amplifier, behind) = settings.amplifier()?;
+    let amplifier = settings
+        .identifier
+        .terms
+        .declares_amplifier()
+        .then_some(amplifier);
+    let identifier: I = behind.build()?;
     let known = known(&identifier);
-    Ok(Box::new(Running::<N, _>::new(identifier, known)))
+    Ok(Box::new(Running::<N, _>::new(identifier, amplifier, known)))
 }
 
 /// The load is one of the parameters of a model with terms. Without friction its friction stays at zero.

@@ -1,33 +1,63 @@
-use crate::constants::{Encode, encode};
-use crate::linalg::{PositiveDefinite, dot};
-use crate::number::Number;
-use crate::unrolled::from_fn;
+use crate::constants::encode;
+use crate::linalg::PositiveDefinite;
+use crate::number::{Arithmetic, Encoded};
+use crate::unrolled::{each, from_fn};
 
-/// Γ in the hot path: any symmetric positive definite matrix.
+/// Γ in the hot path: any symmetric positive definite matrix, in fixed point a diagonal one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Gain<N, const P: usize>([[N; P]; P]);
+pub(crate) struct Gain<N: Arithmetic, const P: usize>([[N::Factor; P]; P]);
 
 encode! {
-    [N: Encode, const P: usize] Gain<N, P> as "Gain" { 0 }
+    [N: Encoded, const P: usize] Gain<N, P> as "Gain" { 0 }
 }
 
-impl<N: Number, const P: usize> Gain<N, P> {
-    /// Converts a matrix in machine units. The entries of a frozen parameter are zero.
-    pub(crate) fn new(gamma: &PositiveDefinite<P>, frozen: [bool; P]) -> Self {
+impl<N: Arithmetic, const P: usize> Gain<N, P> {
+    /// Converts a matrix in machine units, for a regressor of these full scales and Γφ of those. The entries of a frozen
+    /// parameter are zero.
+    pub(crate) fn new(
+        gamma: &PositiveDefinite<P>,
+        frozen: [bool; P],
+        from: [i32; P],
+        to: [i32; P],
+    ) -> Self {
         let entries = gamma.entries();
         Self(core::array::from_fn(|i| {
             core::array::from_fn(|j| {
                 let moves = !(frozen[i] || frozen[j]);
-                N::from_f64(if moves { entries[i][j] } else { 0.0 })
+                N::factor(if moves { entries[i][j] } else { 0.0 }, from[j], to[i])
             })
         }))
+    }
+
+    /// True if a full-scale entry of the regressor moves its own entry of Γφ by 2^bits last bits.
+    #[inline(always)]
+    pub(crate) fn is_felt(&self, place: usize, bits: i32) -> bool {
+        N::is_felt(self.0[place][place], bits)
     }
 
     /// Γ φ.
     #[inline]
     pub(crate) fn times(&self, regressor: &[N; P]) -> [N; P] {
-        from_fn(N::ZERO, |i| dot(&self.0[i], regressor))
+        from_fn(N::ZERO, |i| {
+            if N::IS_FIXED {
+                regressor[i].by(self.0[i][i])
+            } else {
+                dot(&self.0[i], regressor)
+            }
+        })
     }
+}
+
+/// A row times the regressor: a function of its own, for its loop to be written out.
+#[inline]
+fn dot<N: Arithmetic, const P: usize>(row: &[N::Factor; P], regressor: &[N; P]) -> N {
+    let mut sum = regressor[0].by(row[0]);
+    each::<P>(|j| {
+        if j > 0 {
+            sum = sum + regressor[j].by(row[j]);
+        }
+    });
+    sum
 }
 
 #[cfg(test)]
@@ -38,7 +68,7 @@ mod tests {
     fn a_frozen_parameter_moves_nothing_and_is_not_moved() {
         let gamma = [[2.0, 0.5, 0.1], [0.5, 3.0, 0.2], [0.1, 0.2, 0.5]];
         let gamma = PositiveDefinite::new(gamma).expect("definite");
-        let gain = Gain::<f64, 3>::new(&gamma, [false, true, false]);
+        let gain = Gain::<f64, 3>::new(&gamma, [false, true, false], [0; 3], [0; 3]);
         let expected = [0.5 + 0.8, 0.0, 0.025 + 4.0].map(f64::to_bits);
         assert_eq!(gain.times(&[0.25, 4.0, 8.0]).map(f64::to_bits), expected);
     }

@@ -1,10 +1,12 @@
 use super::{Gain, Projection};
-use crate::constants::{Encode, encode};
+use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
-use crate::linalg::{PositiveDefinite, dot};
-use crate::number::{Number, RunningSum};
-use crate::unrolled::{each, from_fn};
+use crate::linalg::PositiveDefinite;
+use crate::number::{Arithmetic, Encoded};
+use crate::parameters::Parameter;
+use crate::scales::{APART, FullScales, exponent_above, least, power};
+use crate::unrolled::each;
 
 /// The Γ-gradient estimator (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
 ///
@@ -15,25 +17,29 @@ use crate::unrolled::{each, from_fn};
 /// can have. (11) stays stable for every Γ > 0. A positive factor on the whole step only makes Γ smaller for that
 /// sample. Without a parameter range the smallest α follows from the present estimate b̂. The widest bound would slow
 /// the identification of a servo with strong damping many times.
+///
+/// In fixed point Γ is diagonal. Γφ has a scale at which its product with y has the estimate's last bits. Where Γφ asks
+/// for more, y is raised.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Gradient<N, const P: usize> {
+pub(crate) struct Gradient<N: Arithmetic, const P: usize> {
     gamma: Gain<N, P>,
-    mu: N,
+    mu: N::Factor,
+    /// From ε̇ to the scale of y.
+    to_output: N::Shift,
+    /// From φᵢ Γᵢφᵢ to the common scale of φᵀΓφ.
+    to_strength: [N::Shift; P],
     strongest: N,
-    strongest_per_gain: N,
+    strongest_per_gain: N::Factor,
+    /// The shift of y before it acts on an estimate, and the largest y that each of them leaves a word.
+    raise: [N::Shift; P],
+    small: N,
     projection: Projection<N, P>,
 }
 
 encode! {
-    [N: Encode, const P: usize] Gradient<N, P> as "Gradient" {
-        gamma, mu, strongest, strongest_per_gain, projection,
+    [N: Encoded, const P: usize] Gradient<N, P> as "Gradient" {
+        gamma, mu, to_output, to_strength, strongest, strongest_per_gain, raise, small, projection,
     }
-}
-
-/// State of the estimator: the estimates, machine units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GradientState<N: Number, const P: usize> {
-    estimates: [N::Sum; P],
 }
 
 /// An update before it is taken, machine units.
@@ -49,7 +55,7 @@ pub(crate) struct GradientStep<N, const P: usize> {
     output: N,
 }
 
-impl<N: Number, const P: usize> GradientStep<N, P> {
+impl<N: Arithmetic, const P: usize> GradientStep<N, P> {
     /// True if the guard leaves the whole step; false for NaN.
     #[inline]
     #[must_use]
@@ -59,41 +65,129 @@ impl<N: Number, const P: usize> GradientStep<N, P> {
     }
 }
 
-/// The machine-unit configuration of a [`Gradient`].
+/// The configuration of a [`Gradient`], in machine units unless stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GradientConfig<const P: usize> {
+    /// The parameters.
+    pub parameters: [Parameter; P],
     /// Γ.
     pub gamma: PositiveDefinite<P>,
+    /// Its diagonal in SI, for messages.
+    pub given: [f64; P],
     /// μ T.
     pub mu: f64,
+    /// T, s.
+    pub rate: f64,
     /// Smallest α T that the servo is known to have, (a_min + b_min k_d) T; zero if nothing is known.
     pub slowest_decay: f64,
     /// Used where `slowest_decay` is zero: α T per machine unit of b̂.
     pub decay_per_gain: f64,
     /// Box of the estimates.
     pub bounds: [Interval; P],
+    /// b̂ of the start.
+    pub initial_gain: f64,
     /// Parameters that are known and stay at their initial values.
     pub frozen: [bool; P],
 }
 
-impl<N: Number, const P: usize> GradientState<N, P> {
-    /// Starts from initial estimates, machine units.
-    #[must_use]
-    pub(crate) fn new(estimates: [f64; P]) -> Self {
+/// The exponents of the full scales of the law in fixed point.
+struct LawScales<const P: usize> {
+    regressor: [i32; P],
+    /// Of Γφ.
+    directed: [i32; P],
+    /// The bits that y is raised by.
+    up: [i32; P],
+    /// Of y, and of φᵀΓφ.
+    output: i32,
+    strength: i32,
+}
+
+impl<const P: usize> LawScales<P> {
+    /// Bits that the guard's bound keeps below the full scale of φᵀΓφ: six are left.
+    const GUARD_BITS: i32 = 24;
+
+    /// Bits of Γφ and μ ε that must be left at full scale.
+    const FELT: i32 = 10;
+
+    /// The same of Γφ for friction and load, whose regressors are nearly always ±1.
+    const FELT_WHERE_CONSTANT: i32 = 4;
+
+    /// The most that y is raised by.
+    const FURTHEST: i32 = 28;
+
+    /// Fraction bits of a factor's product: the word's, less its own part below one half and its sign.
+    const PRODUCT_BITS: i32 = 28;
+
+    fn new(config: &GradientConfig<P>, scales: &FullScales, per_gain: f64) -> Self {
+        let own = config.parameters;
+        let output = scales.output(config.mu);
+        let regressor = own.map(|of| scales.regressor(of));
+        // A product of two words has two fraction bits less than a sum.
+        let level = own.map(|of| scales.estimate(of) - output - 2);
+        let entries = config.gamma.entries();
+        let least_of: [i32; P] = core::array::from_fn(|i| {
+            let entry = if config.frozen[i] { 0.0 } else { entries[i][i] };
+            least(entry, regressor[i])
+        });
+        let up: [i32; P] = core::array::from_fn(|i| (least_of[i] - level[i]).max(0));
+        let directed: [i32; P] = core::array::from_fn(|i| level[i] + up[i]);
+        // Two bits for a product, and two for its shift: the halves of four add up to less than one.
+        let strengths = (0..P).map(|i| directed[i] + regressor[i] + 2 + APART.0);
+        let per_gain = least(per_gain, scales.estimate(Parameter::B));
         Self {
-            estimates: estimates.map(|value| N::Sum::new(N::from_f64(value))),
+            regressor,
+            directed,
+            up,
+            output,
+            strength: strengths.fold(per_gain, i32::max),
         }
     }
 
-    /// The estimates, machine units.
-    #[inline]
-    #[must_use]
-    pub(crate) fn estimates(&self) -> [N; P] {
-        from_fn(N::ZERO, |i| self.estimates[i].value())
+    /// Refuses a Γ or a μ that does not fit, with the one that would.
+    fn check<N: Arithmetic>(
+        &self,
+        config: &GradientConfig<P>,
+        law: &Gradient<N, P>,
+        scales: &FullScales,
+        bound: f64,
+    ) -> Result<(), OutOfRange> {
+        for i in 0..P {
+            let given = config.given[i];
+            if self.up[i] > Self::FURTHEST {
+                let most = given * power(Self::FURTHEST - self.up[i]);
+                Allowed::PositiveUpTo(most).check("gamma", given)?;
+            }
+            let bits = match config.parameters[i] {
+                Parameter::A | Parameter::B => Self::FELT,
+                Parameter::Coulomb | Parameter::Load => Self::FELT_WHERE_CONSTANT,
+            };
+            if !config.frozen[i] && !law.gamma.is_felt(i, bits) {
+                let least_of = least(config.gamma.entries()[i][i], self.regressor[i]);
+                let short = self.directed[i] - least_of - (Self::PRODUCT_BITS - bits);
+                Allowed::AtLeast(given * power(short)).check("gamma", given)?;
+            }
+        }
+        let excess = self.strength - Self::GUARD_BITS - (exponent_above(bound) - 1);
+        let strengths = (0..P).map(|i| {
+            let strength = self.directed[i] + self.regressor[i];
+            (strength, config.given[i], config.gamma.entries()[i][i])
+        });
+        let largest = strengths.max_by_key(|&(strength, ..)| strength);
+        if let (1.., Some((_, given, machine))) = (excess, largest) {
+            /// Just below a power of two.
+            const BELOW: f64 = 1.0 - 1e-9;
+            let most = BELOW * power(exponent_above(machine) - excess);
+            Allowed::PositiveUpTo(given * (most / machine)).check("gamma", given)?;
+        }
+        if !N::is_felt(law.mu, Self::FELT) {
+            let least = power(self.output - scales.position - 20) / config.rate;
+            Allowed::AtLeast(least).check("mu", config.mu / config.rate)?;
+        }
+        Ok(())
     }
 }
 
-impl<N: Number, const P: usize> Gradient<N, P> {
+impl<N: Arithmetic, const P: usize> Gradient<N, P> {
     /// ρ: the largest T φᵀΓφ/α_min. At 0.05 no servo of the paper's parameter range diverges under any Γ; at 0.3 some
     /// do.
     pub(crate) const GUARD: f64 = 0.05;
@@ -101,24 +195,57 @@ impl<N: Number, const P: usize> Gradient<N, P> {
     /// The estimator from its configuration.
     ///
     /// # Errors
-    /// `mu` and the smallest α, or `decay_per_gain` in its place, must be positive.
-    pub(crate) fn new(config: &GradientConfig<P>) -> Result<Self, OutOfRange> {
+    /// `mu` and the smallest α, or `decay_per_gain` in its place, must be positive. In fixed point a Γ or a μ that does
+    /// not fit.
+    pub(crate) fn new(config: &GradientConfig<P>, scales: &FullScales) -> Result<Self, OutOfRange> {
         Allowed::Above(0.0).check("mu", config.mu)?;
         let per_gain = config.decay_per_gain;
         Allowed::AtLeast(0.0).check("alpha_min", config.slowest_decay)?;
         Allowed::AtLeast(0.0).check("alpha_min", per_gain)?;
         Allowed::Above(0.0).check("alpha_min", config.slowest_decay + per_gain)?;
-        Ok(Self {
-            gamma: Gain::new(&config.gamma, config.frozen),
-            mu: N::from_f64(config.mu),
-            strongest: N::from_f64(Self::GUARD * config.slowest_decay),
-            strongest_per_gain: N::from_f64(Self::GUARD * per_gain),
-            projection: Projection::new(
-                config.bounds.map(|bound| bound.min()),
-                config.bounds.map(|bound| bound.max()),
-                &config.gamma,
-            ),
-        })
+        let [known, per_gain] = [config.slowest_decay, per_gain].map(|decay| Self::GUARD * decay);
+        let of = LawScales::new(config, scales, per_gain);
+        let LawScales {
+            output, strength, ..
+        } = of;
+        let (mut low, mut high) = ([N::ZERO; P], [N::ZERO; P]);
+        let own = config.parameters.into_iter().zip(config.bounds);
+        for ((parameter, bounds), (low, high)) in own.zip(low.iter_mut().zip(&mut high)) {
+            let mut inwards = 0.0;
+            if N::IS_FIXED {
+                let last_bit = power(scales.estimate(parameter) - 30);
+                if bounds.max() - bounds.min() > last_bit {
+                    inwards = 0.5 * last_bit;
+                }
+            }
+            *low = scales.estimate_of(parameter, bounds.min() + inwards);
+            *high = scales.estimate_of(parameter, bounds.max() - inwards);
+        }
+        let furthest = of.up.into_iter().fold(0, i32::max);
+        // However small b̂ becomes, in fixed point something is left to leave it with.
+        let strongest = if N::IS_FIXED {
+            known.min(power(strength)).max(power(strength - 30))
+        } else {
+            known
+        };
+        let law = Self {
+            gamma: Gain::new(&config.gamma, config.frozen, of.regressor, of.directed),
+            mu: N::factor(config.mu, scales.position, output),
+            to_output: N::lower(output - scales.rate()),
+            to_strength: core::array::from_fn(|i| {
+                N::lower(strength - of.directed[i] - of.regressor[i] - 2)
+            }),
+            strongest: N::signal(strongest, strength),
+            strongest_per_gain: N::factor(per_gain, scales.estimate(Parameter::B), strength),
+            raise: of.up.map(N::raise),
+            small: N::most_raised(furthest.min(LawScales::<P>::FURTHEST)),
+            projection: Projection::new(low, high, &config.gamma),
+        };
+        if N::IS_FIXED {
+            let at_start = known + per_gain * config.initial_gain;
+            of.check(config, &law, scales, at_start)?;
+        }
+        Ok(law)
     }
 
     /// Which of the estimates are at a bound.
@@ -139,27 +266,54 @@ impl<N: Number, const P: usize> Gradient<N, P> {
         gain: N,
     ) -> GradientStep<N, P> {
         let direction = self.gamma.times(regressor);
+        // Written out: a closure would be called.
+        let mut strength = regressor[0]
+            .times(direction[0])
+            .lowered(self.to_strength[0]);
+        each::<P>(|i| {
+            if i > 0 {
+                let share = regressor[i].times(direction[i]);
+                strength = strength + share.lowered(self.to_strength[i]);
+            }
+        });
         GradientStep {
-            strength: dot(regressor, &direction),
+            strength,
             direction,
-            strongest: self.strongest + self.strongest_per_gain * gain,
-            output: self.mu * output_error + output_error_rate,
+            strongest: (self.strongest + gain.by(self.strongest_per_gain)).saturated(),
+            output: output_error.by(self.mu) + output_error_rate.lowered(self.to_output),
         }
     }
 
     /// Takes an update within the guard.
     #[inline]
-    pub(crate) fn take(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
-        each::<P>(|i| state.estimates[i].add(update.direction[i] * update.output));
-        self.projection.apply(&mut state.estimates);
+    pub(crate) fn take(&self, estimates: &mut [N::Sum; P], update: &GradientStep<N, P>) {
+        let (direction, output) = (update.direction, update.output);
+        if !N::IS_FIXED || output.magnitude() <= self.small {
+            each::<P>(|i| {
+                N::gather_product(&mut estimates[i], direction[i], output, self.raise[i]);
+            });
+        } else {
+            self.take_far(estimates, direction, output);
+        }
+        self.projection.apply(estimates);
+    }
+
+    /// The step for a y that is no word when it is raised.
+    #[cold]
+    #[inline(never)]
+    fn take_far(&self, estimates: &mut [N::Sum; P], direction: [N; P], output: N) {
+        for i in 0..P {
+            N::gather_far(&mut estimates[i], direction[i], output, self.raise[i]);
+        }
     }
 
     /// Takes an update beyond the guard, shortened to the guard's bound: Γ is too large for the
     /// sample time. One that is not finite is not taken at all.
-    pub(crate) fn shorten(&self, state: &mut GradientState<N, P>, update: &GradientStep<N, P>) {
+    pub(crate) fn shorten(&self, estimates: &mut [N::Sum; P], update: &GradientStep<N, P>) {
         if (update.strength + update.output).is_finite() {
-            let output = update.output * update.strongest * update.strength.reciprocal();
-            self.take(state, &GradientStep { output, ..*update });
+            let shortened = update.strongest.quotient(update.strength);
+            let output = update.output.part(shortened);
+            self.take(estimates, &GradientStep { output, ..*update });
         }
     }
 }
@@ -171,14 +325,18 @@ mod tests {
     fn law(gamma: [[f64; 3]; 3]) -> Gradient<f64, 3> {
         let wide = Interval::new("bounds", -1e3, 1e3).expect("ordered");
         let config = GradientConfig {
+            parameters: [Parameter::A, Parameter::B, Parameter::Coulomb],
             gamma: PositiveDefinite::new(gamma).expect("positive definite"),
+            given: [1.0; 3],
+            initial_gain: 1.0,
             mu: 0.5,
+            rate: 1.0,
             slowest_decay: 100.0,
             decay_per_gain: 0.0,
             bounds: [wide; 3],
             frozen: [false; 3],
         };
-        Gradient::new(&config).expect("valid")
+        Gradient::new(&config, &FullScales::NONE).expect("valid")
     }
 
     const GAMMA: [[f64; 3]; 3] = [[2.0, 0.5, 0.0], [0.5, 1.0, 0.1], [0.0, 0.1, 3.0]];
@@ -186,14 +344,14 @@ mod tests {
     #[test]
     fn a_step_is_gamma_phi_y_with_a_full_gamma() {
         let law = law(GAMMA);
-        let mut state = GradientState::new([1.0, 2.0, 3.0]);
+        let mut state = [1.0, 2.0, 3.0];
         let phi = [0.3, -0.2, 0.5];
         let (error, rate) = (0.4, -0.1);
         let update = law.update(&phi, error, rate, 0.0);
         assert!(update.is_gentle());
         law.take(&mut state, &update);
         let y = 0.5 * error + rate;
-        for (i, estimate) in state.estimates().into_iter().enumerate() {
+        for (i, estimate) in state.into_iter().enumerate() {
             let step: f64 = (0..3).map(|j| GAMMA[i][j] * phi[j]).sum();
             assert!((estimate - ((i + 1) as f64 + step * y)).abs() < 1e-12);
         }
@@ -208,23 +366,23 @@ mod tests {
             .sum();
         let bound = Gradient::<f64, 3>::GUARD * 100.0;
         assert!(strength > bound, "the case is strong");
-        let mut state = GradientState::new([0.0; 3]);
+        let mut state = [0.0; 3];
         let update = law.update(&phi, 0.0, 1.0, 0.0);
         assert!(!update.is_gentle());
         law.shorten(&mut state, &update);
         // φᵀΔθ̂ is the strength that acted.
-        let acted: f64 = state.estimates().iter().zip(phi).map(|(x, p)| x * p).sum();
+        let acted: f64 = state.iter().zip(phi).map(|(x, p)| x * p).sum();
         assert!((acted - bound).abs() < 1e-9);
     }
 
     #[test]
     fn a_step_that_is_not_finite_is_not_taken() {
         let law = law(GAMMA);
-        let mut state = GradientState::new([1.0; 3]);
+        let mut state = [1.0; 3];
         let before = state;
         let update = law.update(&[1e200, 1e200, 0.0], 1.0, 0.0, 0.0);
         assert!(!update.is_gentle());
         law.shorten(&mut state, &update);
-        assert!(state == before);
+        assert_eq!(state.map(f64::to_bits), before.map(f64::to_bits));
     }
 }

@@ -10,6 +10,6 @@ mod projection;
 pub(crate) use gain::Gain;
 pub(crate) use gauss_newton::EstimateUncertainty;
 pub(crate) use gauss_newton::{GaussNewton, GaussNewtonConfig, GaussNewtonState, GaussNewtonStep};
-pub(crate) use gradient::{Gradient, GradientConfig, GradientState, GradientStep};
+pub(crate) use gradient::{Gradient, GradientConfig, GradientStep};
 pub use identifiable_set::IdentifiableSet;
 pub(crate) use projection::Projection;

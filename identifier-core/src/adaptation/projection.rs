@@ -1,6 +1,6 @@
 use crate::constants::{Encode, encode};
 use crate::linalg::PositiveDefinite;
-use crate::number::{Number, RunningSum};
+use crate::number::Arithmetic;
 use crate::unrolled::each;
 
 /// Keeps the estimates inside a parameter range.
@@ -20,16 +20,16 @@ encode! {
     [N: Encode, const P: usize] Projection<N, P> as "Projection" { low, high, direction }
 }
 
-impl<N: Number, const P: usize> Projection<N, P> {
-    /// The parameter range from `low` to `high` (machine units) for the metric of Γ (machine units).
+impl<N: Arithmetic, const P: usize> Projection<N, P> {
+    /// The parameter range from `low` to `high` for the metric of Γ (machine units).
     #[must_use]
-    pub(crate) fn new(low: [f64; P], high: [f64; P], gamma: &PositiveDefinite<P>) -> Self {
+    pub(crate) fn new(low: [N; P], high: [N; P], gamma: &PositiveDefinite<P>) -> Self {
         let entries = gamma.entries();
         Self {
-            low: low.map(N::from_f64),
-            high: high.map(N::from_f64),
+            low,
+            high,
             direction: core::array::from_fn(|i| {
-                core::array::from_fn(|j| N::from_f64(entries[i][j] / entries[i][i]))
+                core::array::from_fn(|j| N::signal(entries[i][j] / entries[i][i], 0))
             }),
         }
     }
@@ -44,7 +44,7 @@ impl<N: Number, const P: usize> Projection<N, P> {
     #[inline]
     pub(crate) fn apply(&self, estimates: &mut [N::Sum; P]) {
         let mut inside = true;
-        each::<P>(|i| inside &= self.is_inside(i, estimates[i].value()));
+        each::<P>(|i| inside &= self.is_inside(i, N::of_sum(estimates[i])));
         if !inside {
             self.enter_all(estimates);
         }
@@ -59,21 +59,27 @@ impl<N: Number, const P: usize> Projection<N, P> {
     #[cold]
     fn enter_all(&self, estimates: &mut [N::Sum; P]) {
         for i in 0..P {
-            if !self.is_inside(i, estimates[i].value()) {
+            if !self.is_inside(i, N::of_sum(estimates[i])) {
                 self.enter(estimates, i);
             }
         }
     }
 
     fn enter(&self, estimates: &mut [N::Sum; P], face: usize) {
-        let outside = estimates[face].value();
-        let back = outside.limited(self.low[face], self.high[face]) - outside;
+        let outside = N::of_sum(estimates[face]);
+        let bound = outside.bounded(self.low[face], self.high[face]);
+        if N::IS_FIXED {
+            // Γ is diagonal.
+            estimates[face] = bound.sum();
+            return;
+        }
+        let back = bound - outside;
         for j in 0..P {
-            let moved = estimates[j].value() + back * self.direction[face][j];
-            let moved = moved.limited(self.low[j], self.high[j]);
+            let moved = N::of_sum(estimates[j]) + back.part(self.direction[face][j]);
+            let moved = moved.bounded(self.low[j], self.high[j]);
             // A step that overflows leaves no estimate.
             let is_number = self.is_inside(j, moved);
-            estimates[j] = N::Sum::new(if is_number { moved } else { self.low[j] });
+            estimates[j] = if is_number { moved } else { self.low[j] }.sum();
         }
     }
 }

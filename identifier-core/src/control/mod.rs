@@ -33,40 +33,129 @@ pub use limit::CommandLimit;
 pub use notch::Notch;
 use notch::NotchState;
 pub(crate) use notch::notch_at;
-pub(crate) use pid::Pid;
+pub(crate) use pid::{Pid, PidTerms, per_error, sum_exponent};
 use reference_filter::FilteredError;
 pub use reference_filter::ReferenceFilter;
-#[cfg(feature = "fixed")]
-pub(crate) use reference_filter::pole as reference_filter_pole;
 
 use crate::constants::{Encode, encode};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
-use crate::number::{Number, RunningSum};
+use crate::number::{Arithmetic, Encoded, Number, RunningSum};
+use crate::scales::FullScales;
 use crate::units::Units;
 
 /// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The documentation of this
 /// [module](self) has its control law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller<N, V> {
+pub struct Controller<N: Arithmetic, V> {
     /// The control law.
-    pub(crate) pid: Pid<N>,
+    pid: Pid<N>,
     /// The filter before it.
-    pub(crate) reference: ReferenceFilter<N>,
+    reference: ReferenceFilter<N>,
     /// The filter behind it.
-    pub(crate) notch: Notch<N>,
+    notch: Notch<N>,
     /// The feed-forward behind the filter.
-    pub(crate) feed_forward: FeedForward<N>,
+    feed_forward: FeedForward<N>,
+    /// One of these three is there.
+    is_shaped: bool,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
-    /// Weight of an increment against an error in the check of the inputs. The largest increment accepted is
-    /// [`Number::REACH`] over this.
-    pub(crate) jump: N,
+    /// The largest increment that is taken.
+    most: N,
+    scales: FullScales,
+    errors: N::Counts,
+    increments: N::Counts,
+    /// From an increment to an error.
+    to_error: N::Shift,
 }
 
 encode! {
-    [N: Encode, V: Encode] Controller<N, V> as "Controller" {
-        pid, reference, feed_forward, notch, velocity, jump,
+    [N: Encoded, V: Encode] Controller<N, V> as "Controller" {
+        pid, reference, feed_forward, notch, is_shaped, velocity, most, scales, errors, increments, to_error,
+    }
+}
+
+impl<N: Arithmetic, V> Controller<N, V> {
+    /// In fixed point for the signals' full scales.
+    pub(crate) fn with_pid(pid: Pid<N>, velocity: V, scales: FullScales) -> Self {
+        Self {
+            pid,
+            reference: ReferenceFilter::NONE,
+            notch: Notch::NONE,
+            feed_forward: FeedForward::NONE,
+            is_shaped: false,
+            velocity,
+            most: N::REACH,
+            scales,
+            errors: N::counts(scales.position),
+            increments: N::counts(scales.velocity),
+            to_error: N::lower(scales.position - scales.velocity),
+        }
+    }
+
+    /// The same with a largest increment, machine units.
+    pub(crate) fn with_most_increment(self, most: f64) -> Self {
+        let most = N::signal(most, self.scales.velocity);
+        Self { most, ..self }
+    }
+
+    /// The same with a filter of the reference.
+    #[inline]
+    #[must_use]
+    pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
+        Self { reference, ..self }.shaped()
+    }
+
+    /// The same with a feed-forward, for these gains and this velocity estimate.
+    #[inline]
+    #[must_use]
+    pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
+        Self {
+            feed_forward,
+            ..self
+        }
+        .shaped()
+    }
+
+    /// The same with a notch filter of the command.
+    #[inline]
+    #[must_use]
+    pub fn with_notch(self, notch: Notch<N>) -> Self {
+        Self { notch, ..self }.shaped()
+    }
+
+    #[inline]
+    fn shaped(mut self) -> Self {
+        self.is_shaped =
+            self.reference.is_there() || self.feed_forward.is_there() || self.notch.is_there();
+        self
+    }
+
+    /// The position error of a setpoint, whole counts and an offset on top, at a count. Counts may wrap at 32 bits:
+    /// setpoint and position are never further apart than half of that. In fixed point it saturates.
+    #[inline]
+    #[must_use]
+    pub fn error(&self, setpoint: i32, offset: N::Offset, count: i32) -> N {
+        N::distance(setpoint, offset, count, self.errors)
+    }
+
+    /// Counts moved since the last sample as an increment. In fixed point it saturates.
+    #[inline]
+    #[must_use]
+    pub fn increment(&self, moved: i32) -> N {
+        N::increment(moved, self.increments)
+    }
+
+    /// A command as a number, command units.
+    #[must_use]
+    pub fn command(&self, command: N) -> f64 {
+        command.value(self.scales.command)
+    }
+
+    /// A velocity estimate as a number, machine units.
+    #[must_use]
+    pub fn velocity(&self, velocity: N) -> f64 {
+        velocity.value(self.scales.velocity)
     }
 }
 
@@ -75,7 +164,8 @@ impl<N: Number, V> Controller<N, V> {
     /// format counts exactly.
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit, velocity: V) -> Self {
-        Self::with_pid(Pid::new(units, gains, limit), velocity)
+        let scales = FullScales::NONE;
+        Self::with_pid(Pid::new(units, gains, limit, &scales), velocity, scales)
     }
 
     /// The same with a PID in machine units. The gains are k_p, k_d and k_i: command units per position unit, per
@@ -85,7 +175,11 @@ impl<N: Number, V> Controller<N, V> {
     /// It checks nothing and divides by k_i alone, as multiplications: for a sample in which gains change.
     #[must_use]
     pub fn in_machine_units(gains: [N; 3], limit: [N; 2], velocity: V) -> Self {
-        Self::with_pid(Pid::in_machine_units(gains, limit), velocity)
+        Self::with_pid(
+            Pid::in_machine_units(gains, limit),
+            velocity,
+            FullScales::NONE,
+        )
     }
 
     /// A copy with k_p, k_d and k_i multiplied by these factors, above zero, and another velocity estimate. It has no
@@ -93,39 +187,7 @@ impl<N: Number, V> Controller<N, V> {
     /// change.
     #[must_use]
     pub fn scaled(&self, factors: [N; 3], velocity: V) -> Self {
-        Self::with_pid(self.pid.scaled(factors), velocity)
-    }
-
-    fn with_pid(pid: Pid<N>, velocity: V) -> Self {
-        Self {
-            pid,
-            reference: ReferenceFilter::NONE,
-            notch: Notch::NONE,
-            feed_forward: FeedForward::NONE,
-            velocity,
-            jump: N::ONE,
-        }
-    }
-
-    /// The same with a filter of the reference.
-    #[must_use]
-    pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
-        Self { reference, ..self }
-    }
-
-    /// The same with a feed-forward, for these gains and this velocity estimate.
-    #[must_use]
-    pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
-        Self {
-            feed_forward,
-            ..self
-        }
-    }
-
-    /// The same with a notch filter of the command.
-    #[must_use]
-    pub fn with_notch(self, notch: Notch<N>) -> Self {
-        Self { notch, ..self }
+        Self::with_pid(self.pid.scaled(factors), velocity, FullScales::NONE)
     }
 
     /// The command without integral, notch and limit, command units, for a position error and a velocity in
@@ -145,7 +207,7 @@ impl<N: Number, V> Controller<N, V> {
 
 /// State of the controller between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControlState<N: Number, S> {
+pub struct ControlState<N: Arithmetic, S> {
     integral: N::Sum,
     reference: FilteredError<N>,
     motion: ReferenceMotion<N>,
@@ -153,11 +215,11 @@ pub struct ControlState<N: Number, S> {
     notch: NotchState<N>,
 }
 
-impl<N: Number, S: Default> Default for ControlState<N, S> {
+impl<N: Arithmetic, S: Default> Default for ControlState<N, S> {
     /// At rest, integral empty, the filtered reference at the servo's position.
     fn default() -> Self {
         Self {
-            integral: N::Sum::new(N::ZERO),
+            integral: N::ZERO.sum(),
             reference: FilteredError::default(),
             motion: FeedForward::at_rest(N::ZERO),
             filter: S::default(),
@@ -236,7 +298,7 @@ impl<N: Number> Controller<N, LowPass<N>> {
     }
 }
 
-impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
+impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
     /// The state at rest, integral empty, the reference at the servo's position.
     #[must_use]
     pub fn start(&self) -> ControlState<N, V::State> {
@@ -247,7 +309,7 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
     ///
     /// # Errors
     /// [`StepError`] when an input is not finite or beyond the range of the number format; the
-    /// state is then untouched.
+    /// state is then untouched. In fixed point an error beyond its range saturates.
     #[inline]
     pub fn process(
         &self,
@@ -255,23 +317,26 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
         error: N,
         increment: N,
     ) -> Result<ControlSample<N>, StepError> {
-        // One comparison for both; it fails for NaN.
-        let within = error.magnitude() + self.jump * increment.magnitude() <= N::REACH;
+        // No number fails this comparison too.
+        let within = error.magnitude() <= N::REACH && increment.magnitude() <= self.most;
         if !within {
             return Err(self.refusal(error, increment));
         }
-        let error = self
-            .reference
-            .process(&mut state.reference, error, increment);
-        let (error, feed_forward) = self
-            .feed_forward
-            .process(&mut state.motion, error, increment);
+        let error = error.saturated();
         let velocity = self.velocity.process(&mut state.filter, increment);
-        let wanted = self.pid.wanted(error, velocity, state.integral.value()) + feed_forward;
-        let wanted = self.notch.process(&mut state.notch, wanted);
+        let (error, wanted) = if self.is_shaped && !N::IS_FIXED {
+            self.shaped_command(state, error, increment, velocity)
+        } else {
+            let mut error = error;
+            if self.is_shaped {
+                let moved = increment.lowered(self.to_error);
+                error = self.reference.process(&mut state.reference, error, moved);
+            }
+            (error, self.pid.wanted(error, velocity, state.integral))
+        };
         let command = self.pid.limited(wanted, error);
         if command.integrates {
-            state.integral.add(error);
+            self.pid.gather(&mut state.integral, error);
         }
         Ok(ControlSample {
             error,
@@ -281,10 +346,28 @@ impl<N: Number, V: VelocityEstimate<N>> Controller<N, V> {
         })
     }
 
+    /// The error and the command, not limited, with filter, feed-forward and notch. Fixed point has the filter alone,
+    /// and does not come here.
+    #[inline]
+    fn shaped_command(
+        &self,
+        state: &mut ControlState<N, V::State>,
+        error: N,
+        increment: N,
+        velocity: N,
+    ) -> (N, N) {
+        let filtered = &mut state.reference;
+        let error = self.reference.process(filtered, error, increment);
+        let motion = &mut state.motion;
+        let (error, feed_forward) = self.feed_forward.process(motion, error, increment);
+        let wanted = self.pid.wanted(error, velocity, state.integral) + feed_forward;
+        (error, self.notch.process(&mut state.notch, wanted))
+    }
+
     #[cold]
     fn refusal(&self, error: N, increment: N) -> StepError {
         // No number fails this comparison too.
-        let moved_within = self.jump * increment.magnitude() <= N::REACH;
+        let moved_within = increment.magnitude() <= self.most;
         if !moved_within {
             StepError::CountJumped
         } else if !error.is_finite() {

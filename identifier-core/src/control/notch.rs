@@ -1,6 +1,6 @@
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
-use crate::number::{Complex, Number};
+use crate::number::{Arithmetic, Complex};
 use crate::units::Units;
 
 /// Notch filter of the command, for the resonance of a servo of two masses:
@@ -36,7 +36,7 @@ pub(crate) struct NotchState<N> {
     lag: N,
 }
 
-impl<N: Number> NotchState<N> {
+impl<N: Arithmetic> NotchState<N> {
     /// At rest with a command.
     pub(crate) fn at(command: N) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl<N: Number> NotchState<N> {
     }
 }
 
-impl<N: Number> Notch<N> {
+impl<N: Arithmetic> Notch<N> {
     /// No notch.
     pub const NONE: Self = Self {
         rate: N::ZERO,
@@ -77,31 +77,38 @@ impl<N: Number> Notch<N> {
         }
         let rate = tangent(0.5 * frequency * units.sample_time());
         Ok(Self {
-            rate: N::from_f64(rate),
-            feedback: N::from_f64(1.0 / (1.0 + rate * (rate + 2.0 * Self::WIDTH))),
-            taken: N::from_f64(2.0 * (Self::WIDTH - Self::DEPTH)),
+            rate: N::signal(rate, 0),
+            feedback: N::signal(1.0 / (1.0 + rate * (rate + 2.0 * Self::WIDTH)), 0),
+            taken: N::signal(2.0 * (Self::WIDTH - Self::DEPTH), 0),
         })
+    }
+
+    /// True if there is one.
+    #[inline]
+    pub(crate) fn is_there(&self) -> bool {
+        self.taken != N::ZERO
     }
 
     /// A command behind it, command units.
     #[inline]
     pub(crate) fn process(&self, state: &mut NotchState<N>, command: N) -> N {
-        if self.taken == N::ZERO {
-            return command;
+        if self.is_there() {
+            self.filter(state, command)
+        } else {
+            command
         }
-        self.filter(state, command)
     }
 
     /// A function of its own, for a sample without a notch not to pay for its registers.
     #[inline(never)]
     fn filter(&self, state: &mut NotchState<N>, command: N) -> N {
         let lag = state.lag + (command - state.command);
-        let band = self.feedback * (state.band + self.rate * lag);
-        let risen = self.rate * band;
+        let band = (state.band + lag.part(self.rate)).part(self.feedback);
+        let risen = band.part(self.rate);
         state.command = command;
         state.lag = lag - (risen + risen);
         state.band = band + band - state.band;
-        command - self.taken * band
+        command - band.part(self.taken)
     }
 }
 
@@ -128,6 +135,7 @@ pub(crate) fn notch_at(notch: f64, nu: f64) -> Complex {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::Number;
     use proptest::prelude::*;
 
     const SAMPLE_TIMES: [f64; 4] = [4e-3, 1e-3, 250e-6, 50e-6];

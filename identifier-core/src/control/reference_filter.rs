@@ -1,6 +1,6 @@
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
+use crate::number::Arithmetic;
 use crate::units::Units;
 
 /// First-order filter of the reference, F(s) = 1/(1 + s T_r), its pole mapped exactly: E = e^(−T/T_r).
@@ -26,26 +26,14 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FilteredError<N>(pub(crate) N);
 
-impl<N: Number> Default for FilteredError<N> {
+impl<N: Arithmetic> Default for FilteredError<N> {
     /// The filtered reference begins where the servo is.
     fn default() -> Self {
         Self(N::ZERO)
     }
 }
 
-/// E for a time constant T_r, s; zero for none.
-///
-/// # Errors
-/// `reference_filter` must be from 0 to [`ReferenceFilter::MAX_SAMPLES`] sample times.
-pub(crate) fn pole(units: &Units, time_constant: f64) -> Result<f64, OutOfRange> {
-    let sample_time = units.sample_time();
-    let longest = ReferenceFilter::<f64>::MAX_SAMPLES * sample_time;
-    Allowed::Within(0.0, longest).check("reference_filter", time_constant)?;
-    // e^(−∞) is zero.
-    Ok(libm::exp(-sample_time / time_constant.abs()))
-}
-
-impl<N: Number> ReferenceFilter<N> {
+impl<N: Arithmetic> ReferenceFilter<N> {
     /// No filter.
     pub const NONE: Self = Self { pole: N::ZERO };
 
@@ -58,17 +46,27 @@ impl<N: Number> ReferenceFilter<N> {
     /// # Errors
     /// `reference_filter` out of its range.
     pub fn new(units: &Units, time_constant: f64) -> Result<Self, OutOfRange> {
+        let sample_time = units.sample_time();
+        let longest = Self::MAX_SAMPLES * sample_time;
+        Allowed::Within(0.0, longest).check("reference_filter", time_constant)?;
+        // e^(−∞) is zero.
         Ok(Self {
-            pole: N::from_f64(pole(units, time_constant)?),
+            pole: N::signal(libm::exp(-sample_time / time_constant.abs()), 0),
         })
     }
 
-    /// Takes the error r − q of a sample and the increment of q since the last one. Returns y − q. All are in machine
-    /// units.
+    /// True if there is one.
+    pub(crate) fn is_there(&self) -> bool {
+        self.pole != N::ZERO
+    }
+
+    /// Takes the error r − q of a sample and the increment of q since the last one. Returns y − q. All are of one full
+    /// scale, in machine units.
     #[inline]
     pub(crate) fn process(&self, state: &mut FilteredError<N>, error: N, increment: N) -> N {
-        let unmoved = state.0 - increment;
-        state.0 = error - self.pole * (error - unmoved);
+        let unmoved = (state.0 - increment).saturated();
+        // In fixed point towards zero, to end at the reference.
+        state.0 = error - (error - unmoved).decayed(self.pole);
         state.0
     }
 }
@@ -77,6 +75,7 @@ impl<N: Number> ReferenceFilter<N> {
 mod tests {
     use super::*;
     use crate::control::Setpoint;
+    use crate::number::Number;
     use proptest::prelude::*;
 
     /// Sample times of 250 Hz, 1, 4 and 20 kHz.

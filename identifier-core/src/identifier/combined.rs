@@ -2,7 +2,6 @@ use super::MachineEstimates;
 use super::halves::{FitBlocks, RecordBlocks};
 use super::identify::{Identify, Update};
 use crate::constants::{Encode, encode};
-use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
@@ -89,19 +88,6 @@ where
         let seen = self
             .recorder
             .update(&mut state.recorder, increment, command);
-        self.pass_on(state);
-        seen
-    }
-
-    #[inline]
-    fn update_with_velocity(
-        &self,
-        state: &mut Self::State,
-        sample: &ControlSample<N>,
-    ) -> Update<N> {
-        let seen = self
-            .recorder
-            .update_with_velocity(&mut state.recorder, sample);
         self.pass_on(state);
         seen
     }

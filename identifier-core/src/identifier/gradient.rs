@@ -2,57 +2,71 @@ use core::marker::PhantomData;
 
 use super::identify::check;
 use super::{Event, Identify, MachineEstimates, Update};
-use crate::adaptation::{Gradient, GradientState, GradientStep};
+use crate::adaptation::{Gradient, GradientStep};
 use crate::constants::{Encode, encode};
-use crate::control::ControlSample;
 use crate::error::StepError;
 use crate::interval::Interval;
 use crate::measurement::standstill::{Rest, Standstill};
 use crate::measurement::velocity::VelocityEstimate;
-use crate::model::{CommandCorrection, Correction, FrictionPhase, ModelLoop, ModelState, Observed};
-use crate::number::Number;
+use crate::model::{FrictionPhase, ModelLoop, ModelState, Observed};
+use crate::number::{Arithmetic, Encoded};
 use crate::parameters::{
-    ModelParameters, Parameter, ParameterSet, PerParameter, ServoParameters, set_fingerprint,
+    ModelParameters, Parameter, ParameterSet, PerParameter, PerQuantity, ServoParameters,
+    set_fingerprint,
 };
+use crate::scales::{FullScales, power};
 use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
+use crate::unrolled::from_fn;
 
 /// The paper's identifier for the parameter set S. It has the model loop with its correction in command form, the
 /// Γ-gradient estimator and the load estimate.
 ///
 /// V is the velocity filter that ε̇ and φ pass through. It may differ from the controller's. If it is
 /// the same, and no limit acts, this is the paper's loop to the last digit.
+///
+/// In fixed point increments and commands are fractions of full scales that follow from the settings.
+/// [`Identify::increment`] converts counts, [`GradientIdentifier::command_word`] command units. A controller built from
+/// the same settings has the same full scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientIdentifier<N, V, S, const P: usize> {
-    pub(crate) model: ModelLoop<N, V, CommandCorrection<N>>,
+pub struct GradientIdentifier<N: Arithmetic, V, S, const P: usize> {
+    pub(crate) model: ModelLoop<N, V>,
     pub(crate) law: Gradient<N, P>,
     pub(crate) standstill: Standstill<N>,
+    /// The largest increment that is taken.
     pub(crate) most: N,
-    pub(crate) initial: [f64; P],
+    pub(crate) increments: N::Counts,
+    pub(crate) initial: [N; P],
     pub(crate) bounds: [Interval; P],
     pub(crate) gamma: [[f64; P]; P],
     pub(crate) mu: f64,
+    pub(crate) scales: FullScales,
     pub(crate) units: Units,
     pub(crate) stability_check: Option<StabilityCheck>,
     pub(crate) set: PhantomData<S>,
 }
 
 encode! {
-    [N: Encode, V: Encode, S: ParameterSet<P>, const P: usize]
+    [N: Encoded, V: Encode, S: ParameterSet<P>, const P: usize]
     GradientIdentifier<N, V, S, P> as "GradientIdentifier" {
-        model, law, standstill, most, initial, bounds, gamma, mu, units, stability_check, set,
+        model, law, standstill, most, increments, initial, bounds, gamma, mu, scales, units, stability_check, set,
     }
     also set_fingerprint(&S::PARAMETERS)
 }
 
-type CorrectionState<N> = <CommandCorrection<N> as Correction<N>>::State;
-
 /// State of the identifier between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GradientIdentifierState<N: Number, F, const P: usize> {
-    model: ModelState<N, F, CorrectionState<N>>,
-    law: GradientState<N, P>,
+pub struct GradientIdentifierState<N: Arithmetic, F, const P: usize> {
+    model: ModelState<N, F>,
+    estimates: [N::Sum; P],
     rest: Rest<N>,
+}
+
+impl<N: Arithmetic, F, const P: usize> GradientIdentifierState<N, F, P> {
+    #[inline]
+    fn estimates(&self) -> [N; P] {
+        from_fn(N::ZERO, |i| N::of_sum(self.estimates[i]))
+    }
 }
 
 /// The estimates of a sample, machine units.
@@ -65,7 +79,7 @@ pub struct GradientEstimates<N, const P: usize> {
 
 impl<N, V, S, const P: usize> GradientIdentifier<N, V, S, P>
 where
-    N: Number,
+    N: Arithmetic,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
@@ -105,12 +119,30 @@ where
             .map(|(_, bounds)| bounds)
     }
 
+    /// A command in command units as the identifier computes with it. In fixed point it saturates, and is zero for NaN.
+    #[must_use]
+    pub fn command_word(&self, command: f64) -> N {
+        N::signal(command, self.scales.command).saturated_to_half()
+    }
+
+    /// A command as a number, command units.
+    #[must_use]
+    pub fn command(&self, command: N) -> f64 {
+        command.value(self.scales.command)
+    }
+
+    /// The output error of a sample as a number, counts (position units).
+    #[must_use]
+    pub fn output_error(&self, seen: &Update<N>) -> f64 {
+        seen.output_error.value(self.scales.position)
+    }
+
     /// Nothing is learnt; a model with friction is set to the servo's position.
     #[cold]
     #[inline(never)]
     fn stand(&self, state: &mut GradientIdentifierState<N, V::State, P>, command: N) -> Event {
         if S::HAS_COULOMB {
-            self.model.hold_at_measurement(&mut state.model);
+            state.model.hold_at_measurement();
         }
         let should_move = self.should_move(state, command);
         if self.standstill.resists(&mut state.rest, should_move) {
@@ -122,17 +154,12 @@ where
 
     /// True if a command overcomes load and friction by the estimates.
     fn should_move(&self, state: &GradientIdentifierState<N, V::State, P>, command: N) -> bool {
-        let ModelParameters {
-            gain,
-            coulomb,
-            load,
-            ..
-        } = ModelParameters::from_values::<S, P>(&state.law.estimates());
-        let pushed = gain * (command + self.model.load_command(&state.model)) + load;
+        let parameters = ModelParameters::from_values::<S, P>(&state.estimates());
+        let pushed = self.model.drive(&state.model, command, &parameters);
         // Twice the friction, so that estimates that have not settled raise no false alarm, and more
         // than the encoder's resolution hides.
         let hidden = self.standstill.hidden_acceleration();
-        pushed.magnitude() > coulomb + coulomb + hidden
+        pushed.magnitude() > parameters.coulomb + parameters.coulomb + hidden
     }
 
     /// The guard shortens the estimator's step.
@@ -146,11 +173,11 @@ where
     ) -> Event {
         let output_error = self.model.output_error(&state.model);
         let update = self.update(state, output_error, rate, &regressor);
-        self.law.shorten(&mut state.law, &update);
+        self.law.shorten(&mut state.estimates, &update);
         Event::Slowed
     }
 
-    /// The event, where the model may have left its range: the guard acts before that.
+    /// The event, where the model may have left its range: in floating point the guard acts before that.
     #[cold]
     #[inline(never)]
     fn restart_if_lost(
@@ -158,22 +185,59 @@ where
         state: &mut GradientIdentifierState<N, V::State, P>,
         event: Event,
     ) -> Event {
-        if self.model.restart_if_lost(&mut state.model) {
+        if state.model.restart_if_lost() {
             Event::Restarted
         } else {
             event
         }
     }
 
-    /// The rest of a sample, from its observation.
+    /// The estimator's step.
     #[inline]
-    fn learn_from(
+    fn update(
         &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        observed: Observed<N, P>,
-        increment: N,
-        command: N,
-    ) -> Update<N> {
+        state: &GradientIdentifierState<N, V::State, P>,
+        output_error: N,
+        rate: N,
+        regressor: &[N; P],
+    ) -> GradientStep<N, P> {
+        let gain = ModelParameters::from_values::<S, P>(&state.estimates()).gain;
+        self.law.update(regressor, output_error, rate, gain)
+    }
+}
+
+impl<N, V, S, const P: usize> Identify<N> for GradientIdentifier<N, V, S, P>
+where
+    N: Arithmetic,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+{
+    type State = GradientIdentifierState<N, V::State, P>;
+    type Snapshot = GradientEstimates<N, P>;
+
+    fn start(&self) -> Self::State {
+        GradientIdentifierState {
+            model: ModelState::at_rest(),
+            estimates: self.initial.map(N::sum),
+            rest: self.standstill.at_rest(),
+        }
+    }
+
+    #[inline]
+    fn increment(&self, moved: i32) -> N {
+        N::increment(moved, self.increments)
+    }
+
+    #[inline]
+    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
+        check(increment, command, self.most)
+    }
+
+    /// In fixed point values beyond their full scales saturate.
+    #[inline]
+    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
+        let increment = increment.saturated();
+        let observed = self.model.observe::<S, P>(&mut state.model, increment);
         let Observed {
             output_error,
             rate,
@@ -191,102 +255,56 @@ where
         } else {
             let update = self.update(state, output_error, rate, &regressor);
             if update.is_gentle() {
-                self.law.take(&mut state.law, &update);
+                self.law.take(&mut state.estimates, &update);
                 Event::None
             } else {
                 // By value: with a reference, the compiler would keep it in memory in every sample.
                 self.learn_slowly(state, rate, regressor)
             }
         };
-        let parameters = ModelParameters::from_values::<S, P>(&state.law.estimates());
+        let parameters = ModelParameters::from_values::<S, P>(&state.estimates());
         let phase = self
             .model
             .advance::<S, P>(&mut state.model, rate, command, &parameters);
-        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.pauses(&state.rest) {
-            self.model.hold_at_measurement(&mut state.model);
-        }
-        let event = match event {
-            Event::None => event,
-            other => self.restart_if_lost(state, other),
+        let event = if N::IS_FIXED && state.model.restart_if_lost() {
+            Event::Restarted
+        } else if !N::IS_FIXED && event != Event::None {
+            self.restart_if_lost(state, event)
+        } else {
+            event
         };
+        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.pauses(&state.rest) {
+            state.model.hold_at_measurement();
+        }
         Update {
             output_error,
             event,
         }
     }
 
-    /// The estimator's step.
-    #[inline]
-    fn update(
-        &self,
-        state: &GradientIdentifierState<N, V::State, P>,
-        output_error: N,
-        rate: N,
-        regressor: &[N; P],
-    ) -> GradientStep<N, P> {
-        let gain = ModelParameters::from_values::<S, P>(&state.law.estimates()).gain;
-        self.law.update(regressor, output_error, rate, gain)
-    }
-}
-
-impl<N, V, S, const P: usize> Identify<N> for GradientIdentifier<N, V, S, P>
-where
-    N: Number,
-    V: VelocityEstimate<N>,
-    S: ParameterSet<P>,
-{
-    type State = GradientIdentifierState<N, V::State, P>;
-    type Snapshot = GradientEstimates<N, P>;
-
-    fn start(&self) -> Self::State {
-        GradientIdentifierState {
-            model: self.model.start(),
-            law: GradientState::new(self.initial),
-            rest: self.standstill.at_rest(),
-        }
-    }
-
-    #[inline]
-    fn increment(&self, moved: i32) -> N {
-        N::from_count(moved)
-    }
-
-    #[inline]
-    fn check(&self, increment: N, command: N) -> Result<(), StepError> {
-        check(increment, command, self.most)
-    }
-
-    #[inline]
-    fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
-        let observed = self.model.observe::<S, P>(&mut state.model, increment);
-        self.learn_from(state, observed, increment, command)
-    }
-
-    #[inline]
-    fn update_with_velocity(
-        &self,
-        state: &mut Self::State,
-        sample: &ControlSample<N>,
-    ) -> Update<N> {
-        let observed =
-            self.model
-                .observe_beside::<S, P>(&mut state.model, sample.increment, sample.velocity);
-        self.learn_from(state, observed, sample.increment, sample.command)
-    }
-
     #[inline]
     fn snapshot(&self, state: &Self::State) -> Self::Snapshot {
         GradientEstimates {
-            parameters: state.law.estimates(),
+            parameters: state.estimates(),
             load_command: self.model.load_command(&state.model),
         }
     }
 
     /// The load is the parameter d̂ plus b̂ k_i ∫ε.
     fn estimates_in(&self, shown: &Self::Snapshot) -> ServoParameters {
-        ModelParameters::from_values::<S, P>(&shown.parameters)
-            .to_si(&self.units)
-            .with_load_of(shown.load_command.to_f64())
+        let machine = PerParameter::of_set::<S, P>(&shown.parameters, N::ZERO);
+        let unit = PerQuantity::machine(&self.units);
+        let si = |wanted: Parameter| {
+            let value = machine.get(wanted).value(self.scales.estimate(wanted));
+            value / unit.get(wanted.into())
+        };
+        ServoParameters {
+            a: si(Parameter::A),
+            b: si(Parameter::B),
+            coulomb: si(Parameter::Coulomb),
+            load: si(Parameter::Load),
+        }
+        .with_load_of(self.command(shown.load_command))
     }
 
     fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
@@ -298,25 +316,32 @@ where
     }
 
     fn resume_moving(&self, state: &mut Self::State, increment: N) {
-        state.model = self.model.alongside(&state.model, increment);
+        state.model = state.model.alongside(increment);
     }
 }
 
 impl<N, V, S, const P: usize> MachineEstimates<N> for GradientIdentifier<N, V, S, P>
 where
-    N: Number,
+    N: Arithmetic,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
     #[inline]
     fn machine_estimates(&self, state: &Self::State) -> PerParameter<N> {
         let shown = self.snapshot(state);
-        let mut machine = ModelParameters::from_values::<S, P>(&shown.parameters);
-        machine.load += machine.gain * shown.load_command;
-        machine.per_parameter()
+        let machine = PerParameter::of_set::<S, P>(&shown.parameters, N::ZERO);
+        PerParameter {
+            load: machine.load + machine.b.part(shown.load_command),
+            ..machine
+        }
     }
 
     fn machine_unit(&self, parameter: Parameter) -> f64 {
-        1.0 / parameter.scale(&self.units)
+        let full = if N::IS_FIXED {
+            power(self.scales.estimate(parameter))
+        } else {
+            1.0
+        };
+        full / parameter.scale(&self.units)
     }
 }

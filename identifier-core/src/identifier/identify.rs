@@ -1,6 +1,5 @@
-use crate::control::ControlSample;
 use crate::error::StepError;
-use crate::number::Number;
+use crate::number::Arithmetic;
 use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
 
@@ -62,16 +61,6 @@ pub trait Identify<N: Copy> {
     /// [`Identify::learn`] for inputs that were checked ([`Identify::check`]); the commands of our
     /// controller always pass. Other inputs can spoil the estimates, but nothing else.
     fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N>;
-
-    /// The same with our controller, whose velocity estimate is used again.
-    #[inline]
-    fn update_with_velocity(
-        &self,
-        state: &mut Self::State,
-        sample: &ControlSample<N>,
-    ) -> Update<N> {
-        self.update(state, sample.increment, sample.command)
-    }
 
     /// The present estimates in the form in which the identifier computes.
     fn snapshot(&self, state: &Self::State) -> Self::Snapshot;
@@ -200,7 +189,7 @@ pub enum Event {
 
 /// Refuses an impossible sample.
 #[inline]
-pub(super) fn check<N: Number>(increment: N, command: N, longest: N) -> Result<(), StepError> {
+pub(super) fn check<N: Arithmetic>(increment: N, command: N, longest: N) -> Result<(), StepError> {
     // NaN fails both comparisons.
     let moved_within = increment.magnitude() <= longest;
     if !moved_within {

@@ -3,10 +3,9 @@
 //! All of them [`Identify`]: they get the encoder's increment and the command that acts, and nothing else.
 //! [`GradientIdentifier`] runs the paper's estimator. [`GaussNewtonIdentifier`] is the fast one, with standard errors;
 //! it begins without a guess. It also exists as two halves: an interrupt that [records](RecordBlocks) and a background
-//! that [fits](FitBlocks). [`BehindAmplifier`] puts the known effects of the amplifier in front of any of them.
-//! [`ServoLoop`] is our controller with one of them.
+//! that [fits](FitBlocks). [`ServoLoop`] is our controller with one of them. An [`Amplifier`](crate::model::Amplifier)
+//! gives them the command that acts behind its known effects.
 
-mod behind_amplifier;
 mod combined;
 mod gauss_newton;
 mod gradient;
@@ -18,7 +17,6 @@ mod servo_loop;
 pub use crate::adaptation::IdentifiableSet;
 pub use crate::fit::block::NumberedBlock;
 pub use crate::model::known_inputs::{AngledInputs, DelayedInputs};
-pub use behind_amplifier::BehindAmplifier;
 pub use combined::Combined;
 pub(crate) use gauss_newton::LoadStepTest;
 pub use gauss_newton::{

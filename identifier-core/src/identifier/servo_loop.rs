@@ -1,9 +1,9 @@
 use super::{Identify, Update};
 use crate::constants::{Encode, encode};
-use crate::control::{ControlSample, ControlState, Controller, Setpoint};
+use crate::control::{ControlSample, ControlState, Controller};
 use crate::error::StepError;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
-use crate::number::Number;
+use crate::number::{Arithmetic, Encoded, Number};
 use crate::parameters::ServoParameters;
 
 /// Controller and identifier as one loop.
@@ -11,18 +11,18 @@ use crate::parameters::ServoParameters;
 /// A sample is [`ServoLoop::process`]. Its two halves are [`ServoLoop::control`], then [`ServoLoop::learn`], so that
 /// the command can go out first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoLoop<N, V, I> {
+pub struct ServoLoop<N: Arithmetic, V, I> {
     pub(crate) controller: Controller<N, V>,
     pub(crate) identifier: I,
 }
 
 encode! {
-    [N: Encode, V: Encode, I: Encode] ServoLoop<N, V, I> as "ServoLoop" { controller, identifier }
+    [N: Encoded, V: Encode, I: Encode] ServoLoop<N, V, I> as "ServoLoop" { controller, identifier }
 }
 
 /// State of the loop between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoLoopState<N: Number, F, T> {
+pub struct ServoLoopState<N: Arithmetic, F, T> {
     count: i32,
     control: ControlState<N, F>,
     identification: T,
@@ -37,7 +37,7 @@ pub struct LoopStep<N> {
     pub seen: Update<N>,
 }
 
-impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
+impl<N: Arithmetic, F: Copy, T> ServoLoopState<N, F, T> {
     /// The controller's half of the state.
     pub(crate) fn controlled(&self) -> (i32, ControlState<N, F>) {
         (self.count, self.control)
@@ -74,7 +74,7 @@ impl<N: Number, F: Copy, T> ServoLoopState<N, F, T> {
     }
 }
 
-impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
+impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     /// The controller.
     #[must_use]
     pub fn controller(&self) -> &Controller<N, V> {
@@ -118,7 +118,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         &self,
         state: &mut ServoLoopState<N, V::State, I::State>,
         setpoint: i32,
-        offset: N,
+        offset: N::Offset,
         count: i32,
     ) -> Result<LoopStep<N>, StepError> {
         let control = self.control(state, setpoint, offset, count)?;
@@ -135,15 +135,11 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         &self,
         state: &mut ServoLoopState<N, V::State, I::State>,
         setpoint: i32,
-        offset: N,
+        offset: N::Offset,
         count: i32,
     ) -> Result<ControlSample<N>, StepError> {
-        let increment = N::from_count(count.wrapping_sub(state.count));
-        let setpoint = Setpoint {
-            count: setpoint,
-            offset,
-        };
-        let error = setpoint.error(count);
+        let increment = self.controller.increment(count.wrapping_sub(state.count));
+        let error = self.controller.error(setpoint, offset, count);
         let sample = self
             .controller
             .process(&mut state.control, error, increment)?;
@@ -160,7 +156,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         sample: &ControlSample<N>,
     ) -> Update<N> {
         self.identifier
-            .update_with_velocity(&mut state.identification, sample)
+            .update(&mut state.identification, sample.increment, sample.command)
     }
 
     /// The same if the command that acts differs from the controller's. Something was added to it, or a later stage

@@ -3,11 +3,9 @@
 mod factors;
 mod normal_equations;
 mod positive_definite;
-mod vector;
 
 pub(crate) use factors::Lower;
 pub(crate) use factors::{Factors, Measurement};
 pub use normal_equations::NormalEquations;
 pub use positive_definite::MatrixError;
 pub(crate) use positive_definite::PositiveDefinite;
-pub(crate) use vector::dot;

@@ -135,7 +135,6 @@ impl<const P: usize> PositiveDefinite<P> {
 
     /// # Errors
     /// The first entry off the diagonal that is not zero.
-    #[cfg(feature = "fixed")]
     pub(crate) fn check_diagonal(&self) -> Result<(), MatrixError> {
         for (row, values) in self.0.iter().enumerate() {
             for (column, &value) in values.iter().enumerate() {

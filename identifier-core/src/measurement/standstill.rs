@@ -1,7 +1,8 @@
 //! Detection of standstill, from counts and time alone.
 
 use crate::constants::{Encode, encode};
-use crate::number::Number;
+use crate::number::Arithmetic;
+use crate::scales::FullScales;
 use crate::units::Units;
 
 /// A servo is at standstill once it has stayed within [`Standstill::SLIP`] counts of one place for
@@ -14,8 +15,9 @@ use crate::units::Units;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Standstill<N> {
     slip: N,
-    patience: N,
-    pause: N,
+    /// Samples.
+    patience: u32,
+    pause: u32,
     hidden: N,
 }
 
@@ -29,21 +31,21 @@ pub(crate) struct Rest<N> {
     /// Distance of the servo from the place at which it may be at standstill, position units.
     away: N,
     /// Samples since it reached that place.
-    still: N,
+    still: u32,
     /// Samples of standstill although the command should move it.
-    pushed: N,
+    pushed: u32,
 }
 
-impl<N: Number> Rest<N> {
+impl<N: Arithmetic> Rest<N> {
     /// In motion.
     const NONE: Self = Self {
         away: N::ZERO,
-        still: N::ZERO,
-        pushed: N::ZERO,
+        still: 0,
+        pushed: 0,
     };
 }
 
-impl<N: Number> Standstill<N> {
+impl<N: Arithmetic> Standstill<N> {
     /// Largest slip of a servo at standstill, counts (position units).
     pub(crate) const SLIP: f64 = 4.0;
 
@@ -56,13 +58,14 @@ impl<N: Number> Standstill<N> {
 
     /// For a loop with these units.
     #[must_use]
-    pub(crate) fn new(units: &Units) -> Self {
+    pub(crate) fn new(units: &Units, scales: &FullScales) -> Self {
         let patience = libm::ceil(Self::PATIENCE / units.sample_time());
+        let hidden = 2.0 * Self::SLIP / (patience * patience);
         Self {
-            slip: N::from_f64(Self::SLIP),
-            patience: N::from_f64(patience),
-            pause: N::from_f64(libm::ceil(Self::PAUSE / units.sample_time())),
-            hidden: N::from_f64(2.0 * Self::SLIP / (patience * patience)),
+            slip: N::signal(Self::SLIP, scales.velocity),
+            patience: patience as u32,
+            pause: libm::ceil(Self::PAUSE / units.sample_time()) as u32,
+            hidden: N::signal(hidden, scales.velocity),
         }
     }
 
@@ -72,7 +75,7 @@ impl<N: Number> Standstill<N> {
         Rest {
             away: N::ZERO,
             still: self.patience,
-            pushed: N::ZERO,
+            pushed: 0,
         }
     }
 
@@ -87,12 +90,12 @@ impl<N: Number> Standstill<N> {
     /// `should_move` is true if it should in this sample.
     pub(crate) fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
         if !should_move {
-            rest.pushed = N::ZERO;
+            rest.pushed = 0;
             return false;
         }
         let resists = rest.pushed >= self.patience;
         if !resists {
-            rest.pushed += N::ONE;
+            rest.pushed += 1;
         }
         resists
     }
@@ -106,7 +109,7 @@ impl<N: Number> Standstill<N> {
     /// Takes the increment of a sample; true at standstill.
     #[inline]
     pub(crate) fn stands(&self, rest: &mut Rest<N>, increment: N) -> bool {
-        rest.away += increment;
+        rest.away = rest.away + increment;
         if rest.away.magnitude() > self.slip {
             *rest = Rest::NONE;
             return false;
@@ -128,7 +131,7 @@ impl<N: Number> Standstill<N> {
     fn waits(&self, rest: &mut Rest<N>) -> bool {
         let stands = rest.still >= self.patience;
         if !stands {
-            rest.still += N::ONE;
+            rest.still += 1;
         }
         stands
     }
@@ -142,7 +145,7 @@ mod tests {
     fn it_takes_a_time_and_not_a_number_of_samples() {
         for sample_time in [4e-3, 1e-3, 5e-5] {
             let units = Units::new(sample_time, 1e-3).expect("valid");
-            let standstill = Standstill::<f32>::new(&units);
+            let standstill = Standstill::<f32>::new(&units, &FullScales::NONE);
             let (mut slipping, mut resting) = (Rest::NONE, Rest::NONE);
             for _ in 0..3 {
                 assert!(!standstill.stands(&mut slipping, -5.0));
@@ -164,7 +167,7 @@ mod tests {
     #[test]
     fn a_slip_of_a_few_counts_is_no_motion_and_a_creeping_servo_moves() {
         let units = Units::new(1e-3, 1e-3).expect("valid");
-        let standstill = Standstill::<f32>::new(&units);
+        let standstill = Standstill::<f32>::new(&units, &FullScales::NONE);
         let mut rest = Rest::NONE;
         let stood = |rest: &mut Rest<f32>, increment: &dyn Fn(u32) -> f32| {
             (0..20_000)

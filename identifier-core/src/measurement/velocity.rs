@@ -7,13 +7,12 @@
 
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
-use crate::number::Number;
+use crate::number::{Arithmetic, Encoded, Number};
 use crate::units::Units;
 
 /// A velocity estimate: position increments in, velocity (machine units, per sample) out.
 ///
-/// N is a [`Number`] or the fixed-point word. On words an estimate has unit gain, so that it serves signals of any full
-/// scale. Input and output are within −1 and 1.
+/// It has unit gain, so that it serves signals of any full scale.
 pub trait VelocityEstimate<N>: Copy + core::fmt::Debug {
     /// The filter's memory between samples.
     type State: Copy + core::fmt::Debug + Default + PartialEq;
@@ -52,27 +51,35 @@ impl Transfer {
 ///
 /// v ← p v + (1 − p) Δq. A ramp is followed without error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LowPass<N> {
-    pub(crate) pole: N,
-    pub(crate) gain: N,
+pub struct LowPass<N: Arithmetic> {
+    pole: N,
+    gain: N::Factor,
 }
 
 encode! {
-    [N: Encode] LowPass<N> as "LowPass" { pole, gain }
+    [N: Encoded] LowPass<N> as "LowPass" { pole, gain }
 }
 
-impl<N: Number> LowPass<N> {
+/// The largest cut-off over the sample rate in fixed point, whose factors are below one half: a little below ln 2.
+const LARGEST_FIXED_CUTOFF: f64 = 0.693;
+
+impl<N: Arithmetic> LowPass<N> {
     /// A low-pass derivative with a cut-off in rad/s.
     ///
     /// # Errors
-    /// `cutoff` must be positive and below the Nyquist frequency π/T.
+    /// `cutoff` must be positive and below the Nyquist frequency π/T; in fixed point at most 0.693/T.
     pub fn new(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
-        let nyquist = core::f64::consts::PI / units.sample_time();
-        Allowed::Between(0.0, nyquist).check("cutoff", cutoff)?;
+        let sample_time = units.sample_time();
+        let allowed = if N::IS_FIXED {
+            Allowed::PositiveUpTo(LARGEST_FIXED_CUTOFF / sample_time)
+        } else {
+            Allowed::Between(0.0, core::f64::consts::PI / sample_time)
+        };
+        allowed.check("cutoff", cutoff)?;
         let decay = -libm::expm1(-cutoff * units.rate());
         Ok(Self {
-            pole: N::from_f64(1.0 - decay),
-            gain: N::from_f64(decay),
+            pole: N::signal(1.0 - decay, 0),
+            gain: N::factor(decay, 0, 0),
         })
     }
 }
@@ -96,23 +103,23 @@ impl<N: Number> LowPass<N> {
 
 /// The state of a [`LowPass`] estimate: the velocity, per sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LowPassState<N>(N);
+pub struct LowPassState<N: Arithmetic>(N::Fine);
 
-impl<N> LowPassState<N> {
+impl<N: Arithmetic> LowPassState<N> {
     /// The state of a servo that moves with a velocity, machine units.
     #[must_use]
     pub fn moving(velocity: N) -> Self {
-        Self(velocity)
+        Self(velocity.fine())
     }
 }
 
-impl<N: Number> Default for LowPassState<N> {
+impl<N: Arithmetic> Default for LowPassState<N> {
     fn default() -> Self {
-        Self(N::ZERO)
+        Self::moving(N::ZERO)
     }
 }
 
-impl<N: Number> VelocityEstimate<N> for LowPass<N> {
+impl<N: Arithmetic> VelocityEstimate<N> for LowPass<N> {
     type State = LowPassState<N>;
 
     fn with_cutoff(units: &Units, cutoff: f64) -> Result<Self, OutOfRange> {
@@ -121,14 +128,13 @@ impl<N: Number> VelocityEstimate<N> for LowPass<N> {
 
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N) -> N {
-        state.0 = self.pole * state.0 + self.gain * increment;
-        state.0
+        N::low_pass(&mut state.0, self.pole, self.gain, increment)
     }
 
     fn transfer(&self) -> Transfer {
         Transfer {
-            numerator: [0.0, self.gain.to_f64()],
-            pole: self.pole.to_f64(),
+            numerator: [0.0, N::ONE.by(self.gain).value(0)],
+            pole: self.pole.value(0),
         }
     }
 }
@@ -141,7 +147,7 @@ encode! {
     [] BackwardDifference as "BackwardDifference" {}
 }
 
-impl<N: Number> VelocityEstimate<N> for BackwardDifference {
+impl<N: Arithmetic> VelocityEstimate<N> for BackwardDifference {
     type State = ();
 
     fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
@@ -165,24 +171,24 @@ impl<N: Number> VelocityEstimate<N> for BackwardDifference {
 /// v = (Δq + Δq⁻)/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedDifference<N> {
-    pub(crate) half: N,
+    half: N,
 }
 
 encode! {
     [N: Encode] AveragedDifference<N> as "AveragedDifference" { half }
 }
 
-impl<N: Number> AveragedDifference<N> {
+impl<N: Arithmetic> AveragedDifference<N> {
     /// The estimate; it has no parameter.
     #[must_use]
     pub fn new() -> Self {
         Self {
-            half: N::from_f64(0.5),
+            half: N::signal(0.5, 0),
         }
     }
 }
 
-impl<N: Number> Default for AveragedDifference<N> {
+impl<N: Arithmetic> Default for AveragedDifference<N> {
     fn default() -> Self {
         Self::new()
     }
@@ -192,13 +198,13 @@ impl<N: Number> Default for AveragedDifference<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedDifferenceState<N>(N);
 
-impl<N: Number> Default for AveragedDifferenceState<N> {
+impl<N: Arithmetic> Default for AveragedDifferenceState<N> {
     fn default() -> Self {
         Self(N::ZERO)
     }
 }
 
-impl<N: Number> VelocityEstimate<N> for AveragedDifference<N> {
+impl<N: Arithmetic> VelocityEstimate<N> for AveragedDifference<N> {
     type State = AveragedDifferenceState<N>;
 
     fn with_cutoff(_: &Units, _: f64) -> Result<Self, OutOfRange> {
@@ -207,7 +213,7 @@ impl<N: Number> VelocityEstimate<N> for AveragedDifference<N> {
 
     #[inline]
     fn process(&self, state: &mut Self::State, increment: N) -> N {
-        let velocity = self.half * (increment + state.0);
+        let velocity = (increment + state.0).part(self.half);
         state.0 = increment;
         velocity
     }

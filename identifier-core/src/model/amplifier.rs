@@ -2,12 +2,18 @@ use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// The declared amplifier between a command and the servo: dead band, then delay, then a
-/// first-order current loop.
+/// first-order current loop. [`Settings::amplifier`](crate::Settings::amplifier) builds it.
+///
+/// Declared effects that are not estimated act here, for every estimator: an identifier learns from the command that
+/// [`Amplifier::process`] returns. A declared delay or dead band may also be a term to be estimated. It is then the
+/// initial value of the estimate, in the identifier. So nothing counts twice, and a report gives the total.
+///
+/// L is the length of its ring of commands, a power of two; the delay may be L − 2 samples.
 ///
 /// A model that is driven by the mean of the acting command over each sample is exact in velocity. Within a sample its
 /// position differs by at most b T²/8 times the change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Amplifier<N> {
+pub struct Amplifier<N, const L: usize> {
     dead_band: N,
     /// Whole samples of the delay.
     whole: usize,
@@ -21,12 +27,13 @@ pub(crate) struct Amplifier<N> {
 }
 
 encode! {
-    [N: Encode] Amplifier<N> as "Amplifier" { dead_band, whole, part, kept, lag }
+    [N: Encode, const L: usize] Amplifier<N, L> as "Amplifier" { dead_band, whole, part, kept, lag }
+    also L as u32
 }
 
-/// The commands that have not acted in full.
+/// The state of an [`Amplifier`]: the commands that have not acted in full.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct AmplifierState<N, const L: usize> {
+pub struct AmplifierState<N, const L: usize> {
     /// The last L commands behind the dead band; L is a power of two.
     commands: [N; L],
     last: usize,
@@ -35,19 +42,6 @@ pub(crate) struct AmplifierState<N, const L: usize> {
 }
 
 impl<N: Number, const L: usize> AmplifierState<N, L> {
-    /// Nothing was commanded yet.
-    pub(crate) const START: Self = {
-        assert!(L >= 4 && L.is_power_of_two());
-        Self {
-            commands: [N::ZERO; L],
-            last: 0,
-            current: N::ZERO,
-        }
-    };
-
-    /// The longest delay that it can represent, samples.
-    pub(crate) const MAX_DELAY: f64 = (L - 2) as f64;
-
     /// The command of some samples ago.
     #[inline]
     fn ago(&self, samples: usize) -> N {
@@ -55,7 +49,13 @@ impl<N: Number, const L: usize> AmplifierState<N, L> {
     }
 }
 
-impl<N: Number> Amplifier<N> {
+impl<N: Number, const L: usize> Amplifier<N, L> {
+    /// The longest delay that it can represent, samples.
+    pub(crate) const MAX_DELAY: f64 = {
+        assert!(L >= 4 && L.is_power_of_two());
+        (L - 2) as f64
+    };
+
     /// A dead band (command units), a delay (samples) and the time constant of a current loop (samples). Zero is none.
     #[must_use]
     pub(crate) fn new(dead_band: f64, delay: f64, current_loop: f64) -> Self {
@@ -81,13 +81,19 @@ impl<N: Number> Amplifier<N> {
         }
     }
 
+    /// Nothing was commanded yet.
+    #[must_use]
+    pub fn start(&self) -> AmplifierState<N, L> {
+        AmplifierState {
+            commands: [N::ZERO; L],
+            last: 0,
+            current: N::ZERO,
+        }
+    }
+
     /// Takes the command from this sample to the next, and returns the mean command that acts until then.
     #[inline]
-    pub(crate) fn process<const L: usize>(
-        &self,
-        state: &mut AmplifierState<N, L>,
-        command: N,
-    ) -> N {
+    pub fn process(&self, state: &mut AmplifierState<N, L>, command: N) -> N {
         state.last = state.last.wrapping_add(1) & (L - 1);
         state.commands[state.last] = self.behind_dead_band(command);
         let (older, newer) = (state.ago(self.whole + 1), state.ago(self.whole));
@@ -140,8 +146,8 @@ mod tests {
             (2.5, 0.1),
             (5.75, 20.0),
         ] {
-            let amplifier = Amplifier::<f64>::new(0.0, delay, current_loop);
-            let mut state = AmplifierState::<f64, 8>::START;
+            let amplifier = Amplifier::<f64, 8>::new(0.0, delay, current_loop);
+            let mut state = amplifier.start();
             let exact = integrated(&commands, delay, current_loop);
             for (command, exact) in commands.into_iter().zip(exact) {
                 let mean = amplifier.process(&mut state, command);
@@ -155,8 +161,8 @@ mod tests {
 
     #[test]
     fn without_a_current_loop_two_commands_share_a_sample() {
-        let amplifier = Amplifier::<f32>::new(0.0, 1.25, 0.0);
-        let mut state = AmplifierState::<f32, 4>::START;
+        let amplifier = Amplifier::<f32, 4>::new(0.0, 1.25, 0.0);
+        let mut state = amplifier.start();
         let acted = [4.0, 8.0, 0.0, 0.0].map(|command| amplifier.process(&mut state, command));
         assert_eq!(
             acted.map(f32::to_bits),
@@ -166,8 +172,8 @@ mod tests {
 
     #[test]
     fn a_dead_band_takes_its_width_from_both_sides() {
-        let amplifier = Amplifier::<f32>::new(0.5, 0.0, 0.0);
-        let mut state = AmplifierState::<f32, 4>::START;
+        let amplifier = Amplifier::<f32, 4>::new(0.5, 0.0, 0.0);
+        let mut state = amplifier.start();
         for (command, acts) in [(3.0, 2.5), (-3.0, -2.5), (0.4, 0.0), (-0.5, 0.0)] {
             let off = amplifier.process(&mut state, command) - acts;
             assert!(off.abs() < 1e-6, "{command}: {off}");
@@ -176,8 +182,8 @@ mod tests {
 
     #[test]
     fn an_amplifier_without_effects_changes_no_bit() {
-        let amplifier = Amplifier::<f32>::new(0.0, 0.0, 0.0);
-        let mut state = AmplifierState::<f32, 4>::START;
+        let amplifier = Amplifier::<f32, 4>::new(0.0, 0.0, 0.0);
+        let mut state = amplifier.start();
         for k in 0..100 {
             let command = (k as f32 * 0.37 - 11.0) / 3.0;
             assert_eq!(

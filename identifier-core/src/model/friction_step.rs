@@ -1,6 +1,6 @@
 use super::{Motion, Response, ZeroOrderHoldStep};
 use crate::constants::{Encode, encode};
-use crate::number::Number;
+use crate::number::Arithmetic;
 
 /// The exact step of q̈ = −a q̇ + w − c sign(q̇): Coulomb friction that stops and breaks away.
 ///
@@ -48,17 +48,17 @@ pub enum FrictionPhase<N> {
     },
 }
 
-impl<N: Number> FrictionPhase<N> {
+impl<N: Arithmetic> FrictionPhase<N> {
     /// The mean of sign(q̇) over the sample.
     #[inline]
     pub(crate) fn mean_direction(&self) -> N {
         match *self {
             Self::Slid { direction } => direction,
             Self::Stuck => N::ZERO,
-            Self::Stopped { direction, part } => direction * part,
+            Self::Stopped { direction, part } => direction.part(part),
             Self::Turned {
                 direction, part, ..
-            } => direction * (part + part - N::ONE),
+            } => direction.part(part + part - N::ONE),
         }
     }
 
@@ -74,7 +74,7 @@ impl<N: Number> FrictionPhase<N> {
     }
 }
 
-impl<N: Number> FrictionStep<N> {
+impl<N: Arithmetic> FrictionStep<N> {
     /// The largest |a T| that it is meant for.
     pub const LARGEST_RATE: f64 = ZeroOrderHoldStep::<N>::LARGEST_RATE;
 
@@ -83,7 +83,7 @@ impl<N: Number> FrictionStep<N> {
     pub fn new() -> Self {
         Self {
             step: ZeroOrderHoldStep::new(),
-            halves: [1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0].map(N::from_f64),
+            halves: [1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0].map(|part| N::signal(part, 0)),
         }
     }
 
@@ -92,10 +92,10 @@ impl<N: Number> FrictionStep<N> {
     #[inline]
     pub fn process(
         &self,
-        x: N,
+        x: N::Factor,
         drive: N,
         coulomb: N,
-        velocity: N,
+        velocity: N::Fine,
     ) -> (Motion<N>, FrictionPhase<N>) {
         self.process_with(&self.step.response(x), x, drive, coulomb, velocity)
     }
@@ -106,28 +106,30 @@ impl<N: Number> FrictionStep<N> {
     pub(crate) fn process_with(
         &self,
         response: &Response<N>,
-        x: N,
+        x: N::Factor,
         drive: N,
         coulomb: N,
-        velocity: N,
+        velocity: N::Fine,
     ) -> (Motion<N>, FrictionPhase<N>) {
-        let direction = if velocity > N::ZERO {
-            N::ONE
-        } else if velocity < N::ZERO {
-            -N::ONE
+        let now = N::of_fine(velocity);
+        let forward = if now > N::ZERO {
+            true
+        } else if now < N::ZERO {
+            false
         } else if drive > coulomb {
-            N::ONE
+            true
         } else if drive < -coulomb {
-            -N::ONE
+            false
         } else {
-            return (Motion::NONE, FrictionPhase::Stuck);
+            return (Motion::none(), FrictionPhase::Stuck);
         };
-        let pushed = drive - coulomb * direction;
-        let motion = response.motion(x, pushed, velocity);
-        if motion.velocity * direction >= N::ZERO {
+        let friction = coulomb.directed(forward);
+        let motion = response.motion(x, drive - friction, velocity);
+        if N::of_fine(motion.velocity).directed(forward) >= N::ZERO {
+            let direction = N::ONE.directed(forward);
             (motion, FrictionPhase::Slid { direction })
         } else {
-            self.through_zero(x, drive, coulomb, velocity, direction)
+            self.through_zero(x, drive, friction, now, forward)
         }
     }
 
@@ -137,37 +139,37 @@ impl<N: Number> FrictionStep<N> {
     #[cold]
     fn through_zero(
         &self,
-        x: N,
+        x: N::Factor,
         drive: N,
-        coulomb: N,
+        friction: N,
         velocity: N,
-        direction: N,
+        forward: bool,
     ) -> (Motion<N>, FrictionPhase<N>) {
-        let pushed = drive - coulomb * direction;
-        let braking = (pushed - x * velocity).magnitude();
-        let r = velocity.magnitude() * braking.reciprocal();
-        let xr = x * r;
+        let pushed = drive - friction;
+        let acceleration = pushed - velocity.by(x);
+        let r = velocity.magnitude().quotient(acceleration.magnitude());
+        let xr = r.by(x);
         let [half, third, quarter] = self.halves;
-        let part =
-            (r * (N::ONE + xr * (half + xr * (third + xr * quarter)))).limited(N::ZERO, N::ONE);
+        let series = half + xr.part(third + xr.part(quarter));
+        let part = r.part(N::ONE + xr.part(series)).bounded(N::ZERO, N::ONE);
         let before = self.step.partial_response(x, part);
-        let acceleration = pushed - x * velocity;
-        let way = velocity * part + before.way * acceleration;
+        let way = velocity.part(part) + before.displacement(acceleration);
 
-        let beyond = drive + coulomb * direction;
-        if beyond * direction >= N::ZERO {
+        let beyond = drive + friction;
+        let direction = N::ONE.directed(forward);
+        if beyond.directed(forward) >= N::ZERO {
             let stopped = Motion {
                 increment: way,
-                velocity: N::ZERO,
+                velocity: N::ZERO.fine(),
             };
             return (stopped, FrictionPhase::Stopped { direction, part });
         }
         let after = self.step.partial_response(x, N::ONE - part);
         let turned = Motion {
-            increment: way + after.way * beyond,
-            velocity: after.velocity * beyond,
+            increment: way + after.displacement(beyond),
+            velocity: after.velocity.part(beyond).fine(),
         };
-        let slowing = beyond.magnitude() * pushed.magnitude().reciprocal();
+        let slowing = beyond.magnitude().quotient(pushed.magnitude());
         (
             turned,
             FrictionPhase::Turned {
@@ -179,7 +181,7 @@ impl<N: Number> FrictionStep<N> {
     }
 }
 
-impl<N: Number> Default for FrictionStep<N> {
+impl<N: Arithmetic> Default for FrictionStep<N> {
     fn default() -> Self {
         Self::new()
     }
@@ -253,7 +255,7 @@ mod tests {
         let step = FrictionStep::<f32>::new();
         assert_eq!(
             step.process(0.01, 0.9, 1.0, 0.0),
-            (Motion::NONE, FrictionPhase::Stuck)
+            (Motion::none(), FrictionPhase::Stuck)
         );
         let (motion, phase) = step.process(0.01, 1.1, 1.0, 0.0);
         assert!(motion.velocity > 0.0);

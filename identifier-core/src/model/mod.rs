@@ -11,8 +11,8 @@ mod tangents;
 mod terms;
 mod zero_order_hold_step;
 
-pub(crate) use amplifier::{Amplifier, AmplifierState};
-pub(crate) use correction::{CommandCorrection, Corrected, Correction};
+pub use amplifier::{Amplifier, AmplifierState};
+pub(crate) use correction::CommandCorrection;
 pub use friction_step::{FrictionPhase, FrictionStep};
 pub(crate) use known_inputs::{Acting, AngledInputs, DelayedInputs, KnownInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};

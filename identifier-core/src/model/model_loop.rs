@@ -1,8 +1,11 @@
-use super::{Corrected, Correction, FrictionPhase, FrictionStep, Motion};
+use super::{CommandCorrection, FrictionPhase, FrictionStep, Motion};
 use crate::constants::{Encode, encode};
+use crate::control::Gains;
 use crate::measurement::velocity::VelocityEstimate;
-use crate::number::Number;
+use crate::number::{Arithmetic, Encoded};
 use crate::parameters::{ModelParameters, Parameter, ParameterSet};
+use crate::scales::FullScales;
+use crate::units::Units;
 use crate::unrolled::from_fn;
 
 /// The model loop (5)–(7), driven by the command that acted.
@@ -24,24 +27,27 @@ use crate::unrolled::from_fn;
 /// **Relative.** Its state is ε rather than q_e: no large numbers are subtracted, and the loop has no
 /// origin. Two calls make a sample: [`ModelLoop::observe`] and [`ModelLoop::advance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ModelLoop<N, V, C> {
+pub(crate) struct ModelLoop<N: Arithmetic, V> {
     velocity: V,
-    correction: C,
+    correction: CommandCorrection<N>,
     step: FrictionStep<N>,
+    /// From an increment to the output error.
+    to_error: N::Shift,
 }
 
 encode! {
-    [N: Encode, V: Encode, C: Encode] ModelLoop<N, V, C> as "ModelLoop" { velocity, correction, step }
+    [N: Encoded, V: Encode] ModelLoop<N, V> as "ModelLoop" { velocity, correction, step, to_error }
 }
 
 /// The state of the model loop between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ModelState<N, F, C> {
-    output_error: N,
+pub(crate) struct ModelState<N: Arithmetic, F> {
+    /// ε = q − q_e.
+    output_error: N::Fine,
+    /// ω = ∑ε.
+    integral_error: N::Sum,
     motion: Motion<N>,
-    measured: F,
     rate: F,
-    correction: C,
     acted: ModelInputs<N>,
     regressor: RegressorFilter<F>,
 }
@@ -57,6 +63,7 @@ struct ModelInputs<N> {
 /// The velocity filters of the regressor's entries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RegressorFilter<F> {
+    velocity: F,
     command: F,
     direction: F,
     moving: F,
@@ -67,7 +74,8 @@ struct RegressorFilter<F> {
 pub(crate) struct Observed<N, const P: usize> {
     /// Output error ε = q − q_e.
     pub output_error: N,
-    /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates.
+    /// Its rate ε̇ through the velocity filter: the difference of the two velocity estimates. In fixed point it has
+    /// twice the velocity's full scale.
     pub rate: N,
     /// ψ = −φ, the regressor (9) of the parameter set with its sign turned. It is ∂q̈_e/∂θ = [−q̇_e, u_e, −sign q̇_e,
     /// 1], with its entries through the velocity filter. The filter must act on φ as it does on ε̇. Otherwise their
@@ -76,55 +84,82 @@ pub(crate) struct Observed<N, const P: usize> {
     pub regressor: [N; P],
 }
 
-impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
-    /// The loop with a velocity filter for ε̇ and a correction.
-    #[must_use]
-    pub(crate) fn new(velocity: V, correction: C) -> Self {
+impl<N: Arithmetic, F: Default> ModelState<N, F> {
+    /// With a motion, at the servo's position.
+    #[inline]
+    fn new(integral_error: N::Sum, motion: Motion<N>) -> Self {
         Self {
-            velocity,
-            correction,
-            step: FrictionStep::new(),
-        }
-    }
-
-    /// At rest at the servo's position.
-    #[must_use]
-    pub(crate) fn start(&self) -> ModelState<N, V::State, C::State> {
-        let rest = V::State::default();
-        ModelState {
-            output_error: N::ZERO,
-            motion: Motion::NONE,
-            measured: rest,
-            rate: rest,
-            correction: self.correction.start(),
+            output_error: N::ZERO.fine(),
+            integral_error,
+            motion,
+            rate: F::default(),
             acted: ModelInputs {
                 command: N::ZERO,
                 direction: N::ZERO,
                 moving: N::ZERO,
             },
             regressor: RegressorFilter {
-                command: rest,
-                direction: rest,
-                moving: rest,
+                velocity: F::default(),
+                command: F::default(),
+                direction: F::default(),
+                moving: F::default(),
             },
         }
+    }
+
+    /// At rest at the servo's position.
+    #[must_use]
+    pub(crate) fn at_rest() -> Self {
+        Self::new(N::ZERO.sum(), Motion::none())
     }
 
     /// The state that moves with the servo at a velocity (machine units). It is for an identifier that joins a loop in
     /// motion before the next sample. The correction's integral is kept.
     #[must_use]
-    pub(crate) fn alongside(
-        &self,
-        state: &ModelState<N, V::State, C::State>,
-        velocity: N,
-    ) -> ModelState<N, V::State, C::State> {
-        ModelState {
-            motion: Motion {
-                increment: velocity,
-                velocity,
-            },
-            correction: state.correction,
-            ..self.start()
+    pub(crate) fn alongside(&self, velocity: N) -> Self {
+        Self::new(self.integral_error, Motion::steady(velocity.saturated()))
+    }
+
+    /// Sets the model to the servo's position during standstill; the correction's integral is kept.
+    ///
+    /// Real friction yields elastically before it breaks away, and creeps. So the position of rest within the
+    /// friction's band contains no information on the parameters. A difference there would be an output error at the
+    /// start of the next motion.
+    #[inline]
+    pub(crate) fn hold_at_measurement(&mut self) {
+        self.output_error = N::ZERO.fine();
+    }
+
+    /// Restarts the model at the servo's position if it has left the range of the number format. True if it was
+    /// restarted.
+    #[inline]
+    #[must_use]
+    pub(crate) fn restart_if_lost(&mut self) -> bool {
+        // Not mapped: at "s" that is a call.
+        let error = N::of_fine(self.output_error);
+        let velocity = N::of_fine(self.motion.velocity);
+        let in_range = if N::IS_FIXED {
+            error.is_within() && velocity.is_within() && self.motion.increment.is_within()
+        } else {
+            // One comparison for both; it fails for NaN.
+            error.magnitude() + velocity.magnitude() <= N::REACH
+        };
+        if !in_range {
+            *self = Self::at_rest();
+        }
+        !in_range
+    }
+}
+
+impl<N: Arithmetic, V: VelocityEstimate<N>> ModelLoop<N, V> {
+    /// The loop with a velocity filter for ε̇ and the gains of its correction.
+    #[must_use]
+    pub(crate) fn new(velocity: V, units: &Units, gains: &Gains, scales: &FullScales) -> Self {
+        Self {
+            velocity,
+            correction: CommandCorrection::new(units, gains, scales),
+            step: FrictionStep::new(),
+            to_error: N::lower(scales.position - scales.velocity),
         }
     }
 
@@ -133,30 +168,17 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     #[inline]
     pub(crate) fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
-        state: &mut ModelState<N, V::State, C::State>,
+        state: &mut ModelState<N, V::State>,
         increment: N,
-    ) -> Observed<N, P> {
-        let velocity = self.velocity.process(&mut state.measured, increment);
-        self.observe_beside::<S, P>(state, increment, velocity)
-    }
-
-    /// The same where a controller with the same velocity filter has computed the servo's velocity
-    /// estimate already.
-    #[inline]
-    pub(crate) fn observe_beside<S: ParameterSet<P>, const P: usize>(
-        &self,
-        state: &mut ModelState<N, V::State, C::State>,
-        increment: N,
-        velocity: N,
     ) -> Observed<N, P> {
         let change = increment - state.motion.increment;
-        state.output_error += change;
+        N::add_fine(&mut state.output_error, change, self.to_error);
         // The filter is linear: of the difference it is the difference of the velocity estimates.
-        let rate = self.velocity.process(&mut state.rate, change);
-        let acted = &state.acted;
-        let filters = &mut state.regressor;
+        let rate = self.velocity.process(&mut state.rate, change.coarser());
+        let (acted, filters) = (&state.acted, &mut state.regressor);
+        let moved = state.motion.increment;
         let regressor = from_fn(N::ZERO, |i| match S::PARAMETERS[i] {
-            Parameter::A => rate - velocity,
+            Parameter::A => -self.velocity.process(&mut filters.velocity, moved),
             Parameter::B => self.velocity.process(&mut filters.command, acted.command),
             Parameter::Coulomb => -self
                 .velocity
@@ -167,7 +189,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             Parameter::Load => N::ONE,
         });
         Observed {
-            output_error: state.output_error,
+            output_error: self.output_error(state),
             rate,
             regressor,
         }
@@ -177,21 +199,18 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
     #[inline]
     pub(crate) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
-        state: &mut ModelState<N, V::State, C::State>,
+        state: &mut ModelState<N, V::State>,
         rate: N,
         command: N,
         parameters: &ModelParameters<N>,
     ) -> FrictionPhase<N> {
-        let Corrected {
-            command: correction,
-            acceleration,
-        } = self
-            .correction
-            .process(&mut state.correction, state.output_error, rate);
-        let command = command + correction;
-        // Written so that known zeros cost nothing.
-        let drive =
-            parameters.gain * command - (N::ZERO - parameters.load) - (N::ZERO - acceleration);
+        let output_error = self.output_error(state);
+        let command = command.saturated_to_half();
+        let sum = &mut state.integral_error;
+        let command = self.correction.process(sum, command, output_error, rate);
+        // Written so that a known zero costs nothing.
+        let pushed = parameters.gain.times(command).quartered();
+        let drive = pushed - (N::ZERO - parameters.load);
         let velocity = state.motion.velocity;
         if S::HAS_COULOMB {
             let (motion, phase) =
@@ -200,7 +219,7 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
             state.motion = motion;
             let moving = phase.moving_part();
             state.acted = ModelInputs {
-                command: command * moving,
+                command: command.part(moving),
                 direction: phase.mean_direction(),
                 moving,
             };
@@ -214,38 +233,25 @@ impl<N: Number, V: VelocityEstimate<N>, C: Correction<N>> ModelLoop<N, V, C> {
 
     /// Output error ε = q − q_e, machine units.
     #[inline]
-    pub(crate) fn output_error(&self, state: &ModelState<N, V::State, C::State>) -> N {
-        state.output_error
+    pub(crate) fn output_error(&self, state: &ModelState<N, V::State>) -> N {
+        N::of_fine(state.output_error).saturated()
     }
 
     /// k_i ω: the load over the gain as the correction's integral estimates it, command units; by (9),
     /// ω → 0.
     #[inline]
-    pub(crate) fn load_command(&self, state: &ModelState<N, V::State, C::State>) -> N {
-        self.correction.load_command(&state.correction)
+    pub(crate) fn load_command(&self, state: &ModelState<N, V::State>) -> N {
+        self.correction.load_command(state.integral_error)
     }
 
-    /// Sets the model to the servo's position during standstill; the correction's integral is kept.
-    ///
-    /// Real friction yields elastically before it breaks away, and creeps. So the position of rest within the
-    /// friction's band contains no information on the parameters. A difference there would be an output error at the
-    /// start of the next motion.
-    #[inline]
-    pub(crate) fn hold_at_measurement(&self, state: &mut ModelState<N, V::State, C::State>) {
-        state.output_error = N::ZERO;
-    }
-
-    /// Restarts the model at the servo's position if it has left the range of the number format, [`Number::REACH`].
-    /// True if it was restarted.
-    #[inline]
-    #[must_use]
-    pub(crate) fn restart_if_lost(&self, state: &mut ModelState<N, V::State, C::State>) -> bool {
-        // One comparison for both; it fails for NaN.
-        let in_reach =
-            state.output_error.magnitude() + state.motion.velocity.magnitude() <= N::REACH;
-        if !in_reach {
-            *state = self.start();
-        }
-        !in_reach
+    /// The driving acceleration: b̂ times the command that acts and that of the load, plus the estimated load.
+    pub(crate) fn drive(
+        &self,
+        state: &ModelState<N, V::State>,
+        command: N,
+        parameters: &ModelParameters<N>,
+    ) -> N {
+        let command = command.saturated_to_half() + self.load_command(state);
+        parameters.gain.times(command).quartered() + parameters.load
     }
 }

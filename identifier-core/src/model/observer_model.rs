@@ -144,7 +144,7 @@ impl<N: Number> ObserverModel<N> {
         let drive = drive::<N, S, P>(values, acting) + innovation.velocity * self.error;
         let rests = drive.magnitude() <= holding;
         if rests {
-            self.move_by(Motion::NONE, N::ZERO, innovation);
+            self.move_by(Motion::none(), N::ZERO, innovation);
         }
         rests
     }

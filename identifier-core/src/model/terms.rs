@@ -45,7 +45,7 @@ impl<N: Number> TermValues<N> {
 
 /// The values of all unknowns of a model, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ModelValues<N> {
+pub(crate) struct ModelValues<N: Number> {
     /// The four parameters.
     pub parameters: ModelParameters<N>,
     /// The terms.

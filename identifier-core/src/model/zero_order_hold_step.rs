@@ -1,5 +1,5 @@
 use crate::constants::{Encode, encode};
-use crate::number::Number;
+use crate::number::Arithmetic;
 use crate::unrolled::each;
 
 /// The most terms of the series.
@@ -14,7 +14,7 @@ const MAX_TERMS: usize = 6;
 /// Δq = v τ + h₂ τ² A and v⁺ = v + h₁ τ A, with A = w − x v.
 ///
 /// This is the closed form of the linear step. Only h₂ needs a series, and a large velocity does not hide a small
-/// acceleration. The series ∑ (−xτ)ᵏ/(k + 2)! is cut after [`Number::SERIES_TERMS`]. Double precision keeps the fifth
+/// acceleration. The series ∑ (−xτ)ᵏ/(k + 2)! is cut after [`Arithmetic::SERIES_TERMS`]. Double precision keeps the fifth
 /// power: the relative error is below 10⁻⁸ for |xτ| ≤ 0.2, and 10⁻⁶ at the limit 0.5. Single precision keeps the
 /// fourth: the error is below its rounding for |xτ| ≤ 0.15, and 2·10⁻⁵ at the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,19 +28,28 @@ encode! {
 
 /// A motion over one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<N> {
+pub struct Motion<N: Arithmetic> {
     /// The distance moved, Δq.
     pub increment: N,
     /// The velocity at the end.
-    pub velocity: N,
+    pub velocity: N::Fine,
 }
 
-impl<N: Number> Motion<N> {
+impl<N: Arithmetic> Motion<N> {
     /// No motion.
-    pub(crate) const NONE: Self = Self {
-        increment: N::ZERO,
-        velocity: N::ZERO,
-    };
+    #[inline]
+    pub(crate) fn none() -> Self {
+        Self::steady(N::ZERO)
+    }
+
+    /// With this velocity throughout.
+    #[inline]
+    pub(crate) fn steady(velocity: N) -> Self {
+        Self {
+            increment: velocity,
+            velocity: velocity.fine(),
+        }
+    }
 }
 
 /// The response to an acceleration over a time: the distance and the velocity that it adds.
@@ -52,19 +61,28 @@ pub(crate) struct Response<N> {
     pub velocity: N,
 }
 
-impl<N: Number> Response<N> {
+impl<N: Arithmetic> Response<N> {
     /// The motion over a whole sample from `velocity` under the held acceleration `drive`.
     #[inline]
-    pub(crate) fn motion(&self, x: N, drive: N, velocity: N) -> Motion<N> {
-        let acceleration = drive - x * velocity;
+    pub(crate) fn motion(&self, x: N::Factor, drive: N, velocity: N::Fine) -> Motion<N> {
+        let now = N::of_fine(velocity);
+        let acceleration = drive - now.by(x);
+        let mut after = velocity;
+        N::add_nearly(&mut after, self.velocity, acceleration);
         Motion {
-            increment: velocity + self.way * acceleration,
-            velocity: velocity + self.velocity * acceleration,
+            increment: now + self.displacement(acceleration),
+            velocity: after,
         }
+    }
+
+    /// The distance that an acceleration adds.
+    #[inline]
+    pub(crate) fn displacement(&self, acceleration: N) -> N {
+        self.way.times(acceleration).quartered()
     }
 }
 
-impl<N: Number> ZeroOrderHoldStep<N> {
+impl<N: Arithmetic> ZeroOrderHoldStep<N> {
     /// The largest |a T| that the series is meant for.
     pub(crate) const LARGEST_RATE: f64 = 0.5;
 
@@ -77,45 +95,45 @@ impl<N: Number> ZeroOrderHoldStep<N> {
             factorial *= (k + 2) as f64;
             let coefficient = sign / factorial;
             sign = -sign;
-            N::from_f64(coefficient)
+            N::signal(coefficient, 0)
         });
         Self { coefficients }
     }
 
     /// The response over a whole sample.
     #[inline]
-    pub(crate) fn response(&self, x: N) -> Response<N> {
+    pub(crate) fn response(&self, x: N::Factor) -> Response<N> {
         let mut way = self.coefficients[N::SERIES_TERMS - 1];
         each::<MAX_TERMS>(|i| {
             let power = MAX_TERMS - 1 - i;
             if power + 1 < N::SERIES_TERMS {
-                way = way * x + self.coefficients[power];
+                way = way.by(x) + self.coefficients[power];
             }
         });
         Response {
             way,
-            velocity: N::ONE - x * way,
+            velocity: N::ONE - way.by(x),
         }
     }
 
     /// The response over a part τ of a sample.
     #[inline]
-    pub(crate) fn partial_response(&self, x: N, part: N) -> Response<N> {
-        let Response { way, velocity } = self.response(x * part);
+    pub(crate) fn partial_response(&self, x: N::Factor, part: N) -> Response<N> {
+        let Response { way, velocity } = self.response(N::factor_part(x, part));
         Response {
-            way: way * part * part,
-            velocity: velocity * part,
+            way: way.part(part).part(part),
+            velocity: velocity.part(part),
         }
     }
 
     /// Moves one sample from `velocity` under the held acceleration `drive`, with x = a T.
     #[inline]
-    pub(crate) fn process(&self, x: N, drive: N, velocity: N) -> Motion<N> {
+    pub(crate) fn process(&self, x: N::Factor, drive: N, velocity: N::Fine) -> Motion<N> {
         self.response(x).motion(x, drive, velocity)
     }
 }
 
-impl<N: Number> Default for ZeroOrderHoldStep<N> {
+impl<N: Arithmetic> Default for ZeroOrderHoldStep<N> {
     fn default() -> Self {
         Self::new()
     }

@@ -1,8 +1,11 @@
 //! The numbers a loop may be computed in, and the sums that must not lose small increments.
 
+mod arithmetic;
 mod complex;
 mod running_sum;
 
+pub use arithmetic::Arithmetic;
+pub(crate) use arithmetic::Encoded;
 pub use complex::Complex;
 pub use running_sum::{Compensated, RunningSum};
 

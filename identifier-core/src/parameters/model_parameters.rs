@@ -1,13 +1,12 @@
-use super::{Parameter, ParameterSet, PerParameter, PerQuantity, ServoParameters};
-use crate::number::Number;
+use super::{ParameterSet, PerParameter, PerQuantity, ServoParameters};
+use crate::number::{Arithmetic, Number};
 use crate::units::Units;
-use crate::unrolled::each;
 
 /// The parameters of the model in machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ModelParameters<N> {
+pub(crate) struct ModelParameters<N: Arithmetic> {
     /// â T.
-    pub x: N,
+    pub x: N::Factor,
     /// b̂ T²/ρ.
     pub gain: N,
     /// ĉ T²/ρ.
@@ -16,26 +15,27 @@ pub(crate) struct ModelParameters<N> {
     pub load: N,
 }
 
-impl<N: Number> ModelParameters<N> {
+impl<N: Arithmetic> ModelParameters<N> {
     /// The model of a parameter set with these values.
     #[inline]
     #[must_use]
     pub(crate) fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
-        let mut model = Self {
-            x: N::ZERO,
-            gain: N::ZERO,
-            coulomb: N::ZERO,
-            load: N::ZERO,
-        };
-        each::<P>(|i| match S::PARAMETERS[i] {
-            Parameter::A => model.x = values[i],
-            Parameter::B => model.gain = values[i],
-            Parameter::Coulomb => model.coulomb = values[i],
-            Parameter::Load => model.load = values[i],
-        });
-        model
+        let PerParameter {
+            a,
+            b: gain,
+            coulomb,
+            load,
+        } = PerParameter::of_set::<S, P>(values, N::ZERO);
+        Self {
+            x: a.as_factor(),
+            gain,
+            coulomb,
+            load,
+        }
     }
+}
 
+impl<N: Number> ModelParameters<N> {
     /// The parameters by name.
     #[inline]
     #[must_use]

@@ -1,4 +1,5 @@
-use super::Parameter;
+use super::{Parameter, ParameterSet};
+use crate::unrolled::each;
 
 /// A value for each of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,6 +25,25 @@ impl<T: Copy> PerParameter<T> {
             Parameter::Coulomb => self.coulomb,
             Parameter::Load => self.load,
         }
+    }
+
+    /// Those of a set; `none` for a parameter that it does not have.
+    #[inline]
+    #[must_use]
+    pub(crate) fn of_set<S: ParameterSet<P>, const P: usize>(values: &[T; P], none: T) -> Self {
+        let mut all = Self {
+            a: none,
+            b: none,
+            coulomb: none,
+            load: none,
+        };
+        each::<P>(|i| match S::PARAMETERS[i] {
+            Parameter::A => all.a = values[i],
+            Parameter::B => all.b = values[i],
+            Parameter::Coulomb => all.coulomb = values[i],
+            Parameter::Load => all.load = values[i],
+        });
+        all
     }
 
     /// One for each parameter.

@@ -297,7 +297,7 @@ impl<T: Copy> PerQuantity<T> {
 
 impl PerQuantity<f64> {
     /// Machine units per SI unit.
-    pub(super) fn machine(units: &Units) -> Self {
+    pub(crate) fn machine(units: &Units) -> Self {
         Self {
             rate: units.rate(),
             gain: units.acceleration(),

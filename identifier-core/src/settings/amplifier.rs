@@ -1,25 +1,26 @@
 use super::gradient::LARGEST;
-use super::{FromSettings, Settings, SettingsError, TermSettings};
+use super::{Settings, SettingsError, TermSettings};
 use crate::error::Allowed;
-use crate::identifier::BehindAmplifier;
-use crate::model::{Amplifier, AmplifierState};
+use crate::model::Amplifier;
 use crate::number::Number;
 use crate::parameters::Term;
 
-impl<N: Number, I: FromSettings, const L: usize> FromSettings for BehindAmplifier<N, I, L> {
+impl Settings {
+    /// The declared amplifier, and the settings of an identifier behind it. It has no effect where none is declared.
+    ///
     /// # Errors
-    /// `delay`, `current_loop` or `dead_band` out of range, or a setting that the identifier rejects.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        let declared = Declared::new(settings, AmplifierState::<N, L>::MAX_DELAY)?;
-        Ok(Self {
-            amplifier: Amplifier::new(declared.dead_band, declared.delay, declared.current_loop),
-            identifier: declared.behind.build()?,
-        })
+    /// `delay`, `current_loop` or `dead_band` out of range.
+    pub fn amplifier<N: Number, const L: usize>(
+        &self,
+    ) -> Result<(Amplifier<N, L>, Self), SettingsError> {
+        let declared = Declared::new(self, Amplifier::<N, L>::MAX_DELAY)?;
+        let amplifier = Amplifier::new(declared.dead_band, declared.delay, declared.current_loop);
+        Ok((amplifier, declared.behind))
     }
 }
 
 /// The declared effects of an amplifier: those that act before the identifier, and those left to it.
-/// Compiled once, not for every identifier.
+/// Compiled once, not for every number.
 struct Declared {
     dead_band: f64,
     /// Samples.

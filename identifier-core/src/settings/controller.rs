@@ -1,22 +1,33 @@
+use super::full_scales::full_scales;
 use super::{FromSettings, Settings, SettingsError};
 use crate::control::{Controller, Pid};
+use crate::error::Allowed;
 use crate::measurement::velocity::VelocityEstimate;
-use crate::number::Number;
+use crate::number::Arithmetic;
 
-impl<N: Number, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
+impl<N: Arithmetic, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
+    /// # Errors
+    /// A setting out of range. In fixed point also a range, bound or sample time that does not fit, with the value that
+    /// would, and a notch or a feed-forward, which it has not.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         let units = settings.units()?;
-        let most = settings.most_increment(&units, N::REACH.to_f64())?;
+        if N::IS_FIXED {
+            if let Some(feed_forward) = &given.feed_forward {
+                Allowed::Within(0.0, 0.0)
+                    .check("feed_forward_bandwidth", feed_forward.bandwidth)?;
+            }
+            Allowed::Within(0.0, 0.0).check("notch", given.notch)?;
+        }
+        let scales = full_scales::<N>(settings)?;
+        let most = settings.most_increment(&units, N::REACH.value(scales.velocity))?;
         let velocity = settings.velocity::<N, V>()?;
-        Ok(Self {
-            pid: Pid::new(&units, &gains, &limit),
-            reference: given.reference_filter(&units)?,
-            feed_forward: given.feed_forward(&units, &velocity.transfer())?,
-            notch: given.notch(&units)?,
-            velocity,
-            jump: N::from_f64(N::REACH.to_f64() / most),
-        })
+        let pid = Pid::new(&units, &gains, &limit, &scales);
+        Ok(Self::with_pid(pid, velocity, scales)
+            .with_most_increment(most)
+            .with_reference_filter(given.reference_filter(&units)?)
+            .with_feed_forward(given.feed_forward(&units, &velocity.transfer())?)
+            .with_notch(given.notch(&units)?))
     }
 }

@@ -56,7 +56,7 @@ pub enum SettingsError {
         term: Term,
     },
     /// The amplifier has a declared effect, but no stage in front of the identifier applies it to
-    /// the command. See [`BehindAmplifier`](crate::identifier::BehindAmplifier).
+    /// the command. See [`Amplifier`](crate::model::Amplifier).
     NoAmplifier {
         /// The name of the setting.
         setting: &'static str,

@@ -1,4 +1,5 @@
-use super::gradient::{LARGEST, SMALLEST_GAIN, allowed};
+use super::gradient::{LARGEST, allowed};
+use super::plant_box::SMALLEST_GAIN;
 use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::adaptation::IdentifiableSet;

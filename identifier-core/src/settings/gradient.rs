@@ -1,25 +1,27 @@
 use core::marker::PhantomData;
 
 use super::automatic_gamma::gamma_by_limit;
-use super::plant_box::{nominal_box, plant_box};
+use super::full_scales::{bounded, bounds, full_scales};
+use super::plant_box::{SMALLEST_GAIN, nominal_box, plant_box};
 use super::{FromSettings, Settings, SettingsError};
 use crate::adaptation::{Gradient, GradientConfig};
 use crate::control::Gains;
-use crate::error::Allowed;
+use crate::error::{Allowed, OutOfRange};
 use crate::identifier::GradientIdentifier;
 use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
 use crate::measurement::standstill::Standstill;
 use crate::measurement::velocity::{Transfer, VelocityEstimate};
-use crate::model::{CommandCorrection, ModelLoop, ZeroOrderHoldStep};
-use crate::number::Number;
+use crate::model::{ModelLoop, ZeroOrderHoldStep};
+use crate::number::Arithmetic;
 use crate::parameters::{Parameter, ParameterSet};
+use crate::scales::FullScales;
 use crate::stability::{Certificate, SampledLoop, StabilityCheck, automatic_mu};
 use crate::units::Units;
 
 /// The checked settings of the gradient identifiers, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GradientPlan<const P: usize> {
+struct GradientPlan<const P: usize> {
     pub(crate) units: Units,
     /// Gains of the correction, in command form.
     pub(crate) gains: Gains,
@@ -30,13 +32,12 @@ pub(crate) struct GradientPlan<const P: usize> {
     pub(crate) frozen: [bool; P],
     pub(crate) initial: [f64; P],
     pub(crate) bounds: [Interval; P],
-    pub(crate) largest_command: Option<f64>,
     pub(crate) stability_check: Option<StabilityCheck>,
 }
 
 /// The smallest α that the servo may have, 1/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Decay {
+enum Decay {
     /// From the parameter range.
     Known(f64),
     /// Without a parameter range: this per b̂. It is half of k_d, so that it still holds for an estimate twice too
@@ -47,9 +48,6 @@ pub(crate) enum Decay {
 /// The largest b̂, ĉ and |d̂|, SI. They are far beyond any servo, and keep the model loop in the range of single
 /// precision.
 pub(crate) const LARGEST: f64 = 1e9;
-
-/// The smallest b̂, SI, if no bound is given.
-pub(crate) const SMALLEST_GAIN: f64 = 1e-6;
 
 /// The range of an estimate, and the names of bounds and initial value.
 pub(crate) fn allowed(
@@ -151,50 +149,153 @@ impl<const P: usize> GradientPlan<P> {
             frozen: S::PARAMETERS.map(|parameter| given.known.get(parameter)),
             initial,
             bounds,
-            largest_command: settings.largest_command(),
             stability_check,
         })
+    }
+
+    /// The same for an arithmetic, with the full scales of the signals.
+    fn in_arithmetic<N: Arithmetic, S: ParameterSet<P>>(
+        settings: &Settings,
+        velocity: &Transfer,
+    ) -> Result<(Self, FullScales), SettingsError> {
+        if !N::IS_FIXED {
+            return Ok((Self::new::<S>(settings, velocity)?, FullScales::NONE));
+        }
+        let mut plan = Self::new::<S>(&bounded::<S, P>(settings)?, velocity)?;
+        plan.gamma.check_diagonal()?;
+        plan.keep_within_bounds::<S>(settings)?;
+        Ok((plan, full_scales::<N>(settings)?))
+    }
+
+    /// Keeps b̂ below the bound that gives its full scale.
+    fn keep_within_bounds<S: ParameterSet<P>>(
+        &mut self,
+        settings: &Settings,
+    ) -> Result<(), SettingsError> {
+        for (i, parameter) in S::PARAMETERS.into_iter().enumerate() {
+            if let (Parameter::B, Some([_, most])) = (parameter, bounds(settings, parameter)?) {
+                let own = self.bounds[i];
+                self.bounds[i] = Interval::new("bounds.b", own.min(), own.max().min(most))?;
+                Allowed::AtMost(most).check("initial.b", self.initial[i])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The estimator with a Γ that was chosen, which takes the room that there is: each parameter has a bound, and all
+    /// of them have one together.
+    fn lowered_law<N: Arithmetic, S: ParameterSet<P>>(
+        &mut self,
+        scales: &FullScales,
+    ) -> Result<Gradient<N, P>, SettingsError> {
+        for _ in 0..=P {
+            match self.law::<N, S>(scales) {
+                Err(SettingsError::Range(OutOfRange {
+                    parameter: "gamma",
+                    value,
+                    allowed: Allowed::PositiveUpTo(most),
+                })) => self.gamma = self.gamma.scaled([libm::sqrt(most / value); P])?,
+                other => return other,
+            }
+        }
+        self.law::<N, S>(scales)
+    }
+
+    /// The estimator.
+    fn law<N: Arithmetic, S: ParameterSet<P>>(
+        &self,
+        scales: &FullScales,
+    ) -> Result<Gradient<N, P>, SettingsError> {
+        let units = &self.units;
+        let scale = S::PARAMETERS.map(|parameter| parameter.scale(units));
+        let (slowest_decay, decay_per_gain) = match self.decay {
+            Decay::Known(decay) => (decay * units.rate(), 0.0),
+            // Per machine unit of b̂.
+            Decay::PerGain(per_gain) => (0.0, per_gain * units.rate() / units.acceleration()),
+        };
+        let own = S::PARAMETERS.into_iter().zip(self.initial);
+        let of_gain = own.map(|(parameter, initial)| match parameter {
+            Parameter::B => initial * parameter.scale(units),
+            _ => 0.0,
+        });
+        let config = GradientConfig {
+            parameters: S::PARAMETERS,
+            gamma: self
+                .gamma
+                .scaled(scale.map(|scale| scale / units.velocity()))?,
+            given: core::array::from_fn(|i| self.gamma.entries()[i][i]),
+            mu: self.mu * units.rate(),
+            rate: units.rate(),
+            slowest_decay,
+            decay_per_gain,
+            bounds: core::array::from_fn(|i| self.bounds[i].scaled(scale[i])),
+            initial_gain: of_gain.sum(),
+            frozen: self.frozen,
+        };
+        Ok(Gradient::new(&config, scales)?)
+    }
+}
+
+impl Settings {
+    /// Lowers a chosen Γ to the range of a number format, by one factor: it adapts more slowly.
+    ///
+    /// # Errors
+    /// What else the identifier would reject; Γ is then as it was.
+    pub fn lower_gamma<N, V, S, const P: usize>(&mut self) -> Result<(), SettingsError>
+    where
+        N: Arithmetic,
+        V: VelocityEstimate<N>,
+        S: ParameterSet<P>,
+    {
+        let velocity = self.velocity::<N, V>()?.transfer();
+        let (mut plan, scales) = GradientPlan::<P>::in_arithmetic::<N, S>(self, &velocity)?;
+        let before = plan.gamma.entries()[0][0];
+        plan.lowered_law::<N, S>(&scales)?;
+        let factor = plan.gamma.entries()[0][0] / before;
+        for entry in self.identifier.gamma.iter_mut().flatten().flatten() {
+            *entry *= factor;
+        }
+        Ok(())
     }
 }
 
 impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
 where
-    N: Number,
+    N: Arithmetic,
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
     /// # Errors
     /// See [`SettingsError`]. It names a range or the certificate's inequality. It may also name the servo whose
     /// sampled loop is unstable, or the estimate whose sampled correction is.
+    ///
+    /// In fixed point also a missing bound from which a full scale follows: `bounds.b` (unless there is a parameter
+    /// range), `bounds.coulomb` or `bounds.load`. Also a Γ that is not diagonal. Also a range, bound, gain or sample time
+    /// that does not fit, with the value that would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = settings.velocity::<N, V>()?;
-        let plan = GradientPlan::<P>::new::<S>(settings, &velocity.transfer())?;
-        let units = plan.units;
-        let scale = S::PARAMETERS.map(|parameter| parameter.scale(&units) / units.velocity());
-        let gamma = plan.gamma.scaled(scale)?;
-        let rates = |parameter: Parameter| parameter.scale(&units);
-        let (known, per_gain) = match plan.decay {
-            Decay::Known(decay) => (decay * units.rate(), 0.0),
-            // Per machine unit of b̂.
-            Decay::PerGain(per_gain) => (0.0, per_gain * units.rate() / units.acceleration()),
+        let (mut plan, scales) =
+            GradientPlan::<P>::in_arithmetic::<N, S>(settings, &velocity.transfer())?;
+        let law = match settings.identifier.gamma {
+            Some(_) => plan.law::<N, S>(&scales),
+            None => plan.lowered_law::<N, S>(&scales),
         };
-        let gradient = GradientConfig {
-            gamma,
-            mu: plan.mu * units.rate(),
-            slowest_decay: known,
-            decay_per_gain: per_gain,
-            bounds: core::array::from_fn(|i| plan.bounds[i].scaled(rates(S::PARAMETERS[i]))),
-            frozen: plan.frozen,
-        };
+        let GradientPlan { units, gains, .. } = plan;
+        let reach = N::REACH.value(scales.velocity);
         Ok(Self {
-            model: ModelLoop::new(velocity, CommandCorrection::new(&units, &plan.gains)),
-            law: Gradient::new(&gradient)?,
-            standstill: Standstill::new(&units),
-            most: N::from_f64(settings.most_increment(&units, N::REACH.to_f64())?),
-            initial: core::array::from_fn(|i| plan.initial[i] * rates(S::PARAMETERS[i])),
+            model: ModelLoop::new(velocity, &units, &gains, &scales),
+            law: law?,
+            standstill: Standstill::new(&units, &scales),
+            most: N::signal(settings.most_increment(&units, reach)?, scales.velocity),
+            increments: N::counts(scales.velocity),
+            initial: core::array::from_fn(|i| {
+                let parameter = S::PARAMETERS[i];
+                scales.estimate_of(parameter, plan.initial[i] * parameter.scale(&units))
+            }),
             bounds: plan.bounds,
             gamma: *plan.gamma.entries(),
             mu: plan.mu,
+            scales,
             units,
             stability_check: plan.stability_check,
             set: PhantomData,

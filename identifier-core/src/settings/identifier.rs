@@ -53,13 +53,13 @@ pub struct TermSettings {
     /// Terms that are estimated as soon as the motion allows.
     pub demanded: Terms,
     /// The delay that is known, s; besides the current loop, if that is declared too. It acts in
-    /// [`BehindAmplifier`](crate::identifier::BehindAmplifier); if it is a term to be estimated, the
+    /// [`Amplifier`](crate::model::Amplifier); if it is a term to be estimated, the
     /// estimate begins at it.
     pub delay: f64,
     /// The dead band that is known, command units: as the delay.
     pub dead_band: f64,
     /// The time constant of a first-order current loop, s, which acts in
-    /// [`BehindAmplifier`](crate::identifier::BehindAmplifier).
+    /// [`Amplifier`](crate::model::Amplifier).
     pub current_loop: f64,
     /// v_s of friction at low speed, rad/s.
     pub low_speed_velocity: Option<f64>,

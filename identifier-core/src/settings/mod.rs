@@ -8,6 +8,7 @@ mod automatic_gamma;
 mod controller;
 mod error;
 mod fitting;
+mod full_scales;
 mod gauss_newton;
 mod gradient;
 mod identifier;
@@ -17,18 +18,14 @@ mod terms;
 
 pub use crate::linalg::MatrixError;
 pub use error::{GainError, SettingsError};
-#[cfg(feature = "fixed")]
-pub(crate) use gradient::{Decay, GradientPlan, SMALLEST_GAIN};
 pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
-#[cfg(feature = "fixed")]
-pub(crate) use plant_box::plant_box;
 
 use crate::control::{
     CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter,
 };
 use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::{Transfer, VelocityEstimate};
-use crate::number::Number;
+use crate::number::Arithmetic;
 use crate::tuning::Tuning;
 use crate::units::Units;
 
@@ -137,7 +134,7 @@ impl ControllerSettings {
     ///
     /// # Errors
     /// See [`ReferenceFilter::new`].
-    pub fn reference_filter<N: Number>(
+    pub fn reference_filter<N: Arithmetic>(
         &self,
         units: &Units,
     ) -> Result<ReferenceFilter<N>, OutOfRange> {
@@ -148,7 +145,7 @@ impl ControllerSettings {
     ///
     /// # Errors
     /// See [`Notch::new`].
-    pub fn notch<N: Number>(&self, units: &Units) -> Result<Notch<N>, OutOfRange> {
+    pub fn notch<N: Arithmetic>(&self, units: &Units) -> Result<Notch<N>, OutOfRange> {
         Notch::new(units, self.notch)
     }
 
@@ -156,7 +153,7 @@ impl ControllerSettings {
     ///
     /// # Errors
     /// See [`FeedForward::new`], and a gain out of its range.
-    pub fn feed_forward<N: Number>(
+    pub fn feed_forward<N: Arithmetic>(
         &self,
         units: &Units,
         velocity: &Transfer,
@@ -237,7 +234,7 @@ impl Settings {
     ///
     /// # Errors
     /// `sample_time`, `resolution` or `cutoff` out of range.
-    pub fn velocity<N: Number, V: VelocityEstimate<N>>(&self) -> Result<V, OutOfRange> {
+    pub fn velocity<N: Arithmetic, V: VelocityEstimate<N>>(&self) -> Result<V, OutOfRange> {
         V::with_cutoff(&self.units()?, self.cutoff)
     }
 

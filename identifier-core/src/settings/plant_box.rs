@@ -3,6 +3,9 @@ use crate::error::OutOfRange;
 use crate::interval::Interval;
 use crate::stability::PlantBox;
 
+/// The smallest b̂, SI, if no bound is given.
+pub(super) const SMALLEST_GAIN: f64 = 1e-6;
+
 /// The parameter range of a configuration.
 pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRange> {
     let Some(given) = settings.identifier.plant_box else {

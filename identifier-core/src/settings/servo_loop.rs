@@ -1,11 +1,11 @@
 use super::{FromSettings, Settings, SettingsError};
 use crate::identifier::{Combined, Identify, ServoLoop};
 use crate::measurement::velocity::VelocityEstimate;
-use crate::number::Number;
+use crate::number::Arithmetic;
 
 impl<N, V, I> FromSettings for ServoLoop<N, V, I>
 where
-    N: Number,
+    N: Arithmetic,
     V: VelocityEstimate<N>,
     I: Identify<N> + FromSettings,
 {

@@ -3,10 +3,10 @@
 
 use fixed::types::I16F16;
 use identifier_core::constants::{Configuration, Constants, ConstantsError, words};
-use identifier_core::fixed_point::{FixedServoLoop, Word};
+use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
-    BehindAmplifier, ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion,
-    GradientIdentifier, Identify, MachineEstimates, PreparedServo, ServoLoop,
+    ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier, Identify,
+    MachineEstimates, PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
 use identifier_core::parameters::{AbLoad, IdentifiedServo, Parameter, ServoParameters, Unknowns};
@@ -114,7 +114,7 @@ where
 
 fn run_fixed<S, const P: usize>(
     settings: &Settings,
-    servo_loop: &FixedServoLoop<LowPass<Word>, S, P>,
+    servo_loop: &ServoLoop<Word, LowPass<Word>, GradientIdentifier<Word, LowPass<Word>, S, P>>,
 ) -> Vec<u64>
 where
     S: identifier_core::parameters::ParameterSet<P>,
@@ -157,12 +157,7 @@ fn a_loop_of_constants_has_the_bits_of_the_one_that_was_built() {
             GradientLoop<f32, 4>,
             GaussNewtonLoop<GaussNewtonIdentifier<f32, Unknowns<4>, 4>>
         );
-        same!(
-            run_fixed,
-            FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>,
-            FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>,
-            FixedServoLoop<LowPass<Word>, Unknowns<4>, 4>
-        );
+        same!(run_fixed, FixedLoop<2>, FixedLoop<3>, FixedLoop<4>);
     }
 }
 
@@ -176,7 +171,10 @@ fn every_other_configuration_is_the_same_after_it_was_written() {
     delayed.identifier.terms.delay = 1.6e-3;
     delayed.identifier.memory = Some(3.0);
     delayed.identifier.bandwidth = Some(40.0);
-    both::<BehindAmplifier<f32, GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 8>>(&delayed);
+    let (amplifier, behind) = delayed.amplifier::<f32, 8>().expect("valid");
+    let written = words_of(&amplifier);
+    assert!(Constants::read(&written) == Ok(amplifier));
+    both::<GaussNewtonIdentifier<f32, Unknowns<4>, 4>>(&behind);
 }
 
 /// A recursion that starts from a servo that is known needs no first fit: the servo is prepared where the configuration

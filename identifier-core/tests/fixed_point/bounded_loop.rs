@@ -4,10 +4,9 @@ use fixed::types::I16F16;
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller, Setpoint};
 use identifier_core::error::StepError;
-use identifier_core::fixed_point::{FixedController, FixedServoLoop, Word};
+use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::Unknowns;
 use identifier_core::settings::{BoxSettings, ControllerSettings};
 use proptest::prelude::*;
 
@@ -53,7 +52,7 @@ fn reference_filters() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 1e-3_f64..0.3, Just(100.0)]
 }
 
-type Words = FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>;
+type Words = FixedLoop<3>;
 
 proptest! {
     /// With any sensor readings nothing wraps (the tests check every sum for it), no estimate
@@ -97,7 +96,7 @@ proptest! {
     ) {
         let settings = filtered(reference_filter);
         let exact: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
-        let words: FixedController<LowPass<Word>> = settings.build().expect("it fits");
+        let words: Controller<Word, LowPass<Word>> = settings.build().expect("it fits");
         let mut exact_state = ControlState::default();
         let mut state = words.start();
         let mut count = 0;

@@ -3,12 +3,10 @@
 
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
-use identifier_core::control::Setpoint;
+use identifier_core::control::{Controller, Setpoint};
 use identifier_core::error::{Allowed, StepError};
 use identifier_core::excitation::Excitation;
-use identifier_core::fixed_point::{
-    FixedController, FixedGradientIdentifier, FixedLoop, FixedServoLoop, Word,
-};
+use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{Event, GradientIdentifier, Identify, ServoLoop};
 use identifier_core::measurement::{
     AveragedDifference, BackwardDifference, LowPass, VelocityEstimate,
@@ -89,7 +87,8 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
 ) -> ([Distance; 3], [ServoParameters; 2]) {
     let exact: ServoLoop<f64, LowPass<f64>, GradientIdentifier<f64, LowPass<f64>, S, P>> =
         settings.build().expect("valid");
-    let words: FixedServoLoop<LowPass<Word>, S, P> = settings.build().expect("it fits");
+    let words: ServoLoop<Word, LowPass<Word>, GradientIdentifier<Word, LowPass<Word>, S, P>> =
+        settings.build().expect("it fits");
     let start = i32::MAX - 500;
     let mut bench = Bench::new(servo, settings, start);
     let units = settings.units().expect("valid");
@@ -244,7 +243,7 @@ fn it_identifies_beside_any_controller() {
         velocity: 200.0,
         command: 12.0,
     });
-    let identifier: FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2> =
+    let identifier: GradientIdentifier<Word, LowPass<Word>, Unknowns<2>, 2> =
         settings.build().expect("it fits");
     let mut bench = Bench::new(&SERVO, &settings, 0);
     let mut state = identifier.start();
@@ -270,7 +269,7 @@ fn it_identifies_beside_any_controller() {
 #[test]
 fn nothing_is_learnt_from_a_servo_at_rest() {
     let settings = settings();
-    let words: FixedServoLoop<LowPass<Word>, Unknowns<3>, 3> = settings.build().expect("it fits");
+    let words: FixedLoop<3> = settings.build().expect("it fits");
     let identifier = words.identifier();
     let mut state = identifier.start();
     let small = identifier.command_word(0.0);
@@ -296,7 +295,7 @@ fn nothing_is_learnt_from_a_servo_at_rest() {
 fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     let mut settings = settings();
     settings.identifier.max_speed = Some(60.0);
-    let words: FixedServoLoop<LowPass<Word>, Unknowns<2>, 2> = settings.build().expect("it fits");
+    let words: FixedLoop<2> = settings.build().expect("it fits");
     let mut state = words.start(0);
     let before = state;
     let jump = words.process(&mut state, 0, I16F16::ZERO, 5000);
@@ -310,7 +309,7 @@ fn an_impossible_increment_is_refused_and_the_state_unchanged() {
     assert!(words.process(&mut state, 0, I16F16::ZERO, 180).is_ok());
 }
 
-type Words = FixedGradientIdentifier<LowPass<Word>, Unknowns<3>, 3>;
+type Words = GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>;
 
 fn refusal(change: impl FnOnce(&mut Settings)) -> String {
     let mut settings = settings();
@@ -430,7 +429,7 @@ fn the_value_that_a_refusal_names_is_accepted() {
 
 /// Runs a loop over any samples.
 fn run_any<V, S, const P: usize>(
-    words: &FixedServoLoop<V, S, P>,
+    words: &ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>>,
     samples: &[(i32, i32, i32, Option<i32>)],
 ) -> Result<(), TestCaseError>
 where
@@ -475,7 +474,8 @@ where
     V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
-    let words: FixedServoLoop<V, S, P> = settings.build().expect("it fits");
+    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> =
+        settings.build().expect("it fits");
     let mut state = words.start(0);
     for &(setpoint, offset, count, command) in samples {
         let offset = I16F16::from_bits(offset);
@@ -586,7 +586,7 @@ proptest! {
             gamma * omega,
             gamma * omega,
         ]));
-        let words: Result<FixedServoLoop<LowPass<Word>, Unknowns<4>, 4>, _> = settings.build();
+        let words: Result<FixedLoop<4>, _> = settings.build();
         match words {
             Ok(words) => run_any(&words, &samples)?,
             Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
@@ -601,7 +601,7 @@ proptest! {
     ) {
         let settings = settings();
         let exact: GradientLoop<f64, 2> = settings.build().expect("valid");
-        let words: FixedController<LowPass<Word>> = settings.build().expect("it fits");
+        let words: Controller<Word, LowPass<Word>> = settings.build().expect("it fits");
         let mut exact_state = exact.start(start);
         let mut state = words.start();
         let mut count = start;

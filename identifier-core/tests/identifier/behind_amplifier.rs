@@ -4,9 +4,7 @@
 use core::f64::consts::TAU;
 
 use identifier_core::Settings;
-use identifier_core::identifier::{
-    BehindAmplifier, GaussNewtonIdentifier, GradientIdentifier, Identify,
-};
+use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown, Unknowns};
 use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagonal};
@@ -14,9 +12,8 @@ use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
 
-type Behind<I> = BehindAmplifier<f64, I, 8>;
-type Gradient = Behind<GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>>;
-type GaussNewton = Behind<GaussNewtonIdentifier<f64, Unknowns<4>, 4>>;
+type Gradient = GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>;
+type GaussNewton = GaussNewtonIdentifier<f64, Unknowns<4>, 4>;
 
 /// Effects of the amplifier, the settings that declare them, and a name.
 fn effects() -> [(&'static str, Effects, TermSettings); 3] {
@@ -60,7 +57,9 @@ fn found<I: FromSettings + Identify<f64>>(
     time: f64,
 ) -> (ServoParameters, Option<f64>) {
     let servo = paper(seed);
-    let identifier: I = settings.build().expect("sound settings");
+    let (amplifier, behind) = settings.amplifier::<f64, 8>().expect("sound settings");
+    let mut amplified = amplifier.start();
+    let identifier: I = behind.build().expect("sound settings");
     let mut state = identifier.start();
     let mut plant = TrueServo::at_rest(&TRUTH, effects, servo.sample_time, seed).expect("sound");
     let encoder = Encoder::new(servo.counts_per_rev);
@@ -74,7 +73,11 @@ fn found<I: FromSettings + Identify<f64>>(
         let position = now as f64 * TAU / servo.counts_per_rev;
         let command = controller.command(reference.next(), position);
         identifier
-            .process(&mut state, moved, command)
+            .process(
+                &mut state,
+                moved,
+                amplifier.process(&mut amplified, command),
+            )
             .expect("ordinary samples");
         identifier.work(&mut state, u32::MAX);
         plant.advance(command);
@@ -149,9 +152,8 @@ fn a_declared_delay_that_is_estimated_counts_once() {
         };
         let mut settings = settings(&terms);
         settings.identifier.known.load = false;
-        let (found, total) = found::<Behind<GaussNewtonIdentifier<f64, Unknowns<5>, 5>>>(
-            &settings, &effects, 1, 20.0,
-        );
+        let (found, total) =
+            found::<GaussNewtonIdentifier<f64, Unknowns<5>, 5>>(&settings, &effects, 1, 20.0);
         let total = total.expect("it has a delay");
         assert!((total / delay - 1.0).abs() < 0.02, "{declared}: {total}");
         assert!(
@@ -163,8 +165,6 @@ fn a_declared_delay_that_is_estimated_counts_once() {
 
 #[test]
 fn declarations_without_effect_are_refused_by_name() {
-    type BareGradient = GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>;
-    type WithoutDelay = GaussNewtonIdentifier<f64, Unknowns<4>, 4>;
     type BareGaussNewton = GaussNewtonIdentifier<f64, Unknowns<5>, 5>;
     fn refusal<I: FromSettings>(declared: TermSettings) -> String {
         let built = settings(&declared).build::<I>();
@@ -177,15 +177,12 @@ fn declarations_without_effect_are_refused_by_name() {
     };
     let delay = with(|terms| terms.delay = 1.6e-3);
     let current_loop = with(|terms| terms.current_loop = 1e-3);
-    for answer in [
-        refusal::<BareGradient>(delay),
-        refusal::<WithoutDelay>(delay),
-    ] {
+    for answer in [refusal::<Gradient>(delay), refusal::<GaussNewton>(delay)] {
         assert!(answer.starts_with("delay is declared"), "{answer}");
     }
     for answer in [
-        refusal::<BareGradient>(current_loop),
-        refusal::<WithoutDelay>(current_loop),
+        refusal::<Gradient>(current_loop),
+        refusal::<GaussNewton>(current_loop),
         refusal::<BareGaussNewton>(current_loop),
     ] {
         assert!(answer.starts_with("current_loop is declared"), "{answer}");
@@ -196,7 +193,8 @@ fn declarations_without_effect_are_refused_by_name() {
         (with(|terms| terms.current_loop = 1.0), "current_loop"),
         (with(|terms| terms.dead_band = f64::NAN), "dead_band"),
     ] {
-        let answer = refusal::<GaussNewton>(declared);
+        let refused = settings(&declared).amplifier::<f64, 8>();
+        let answer = refused.expect_err("refused").to_string();
         assert!(answer.starts_with(name), "{answer}");
     }
 }

@@ -264,7 +264,7 @@ proptest! {
             let (error, increment) = (f32::from_f64(error), f32::from_f64(increment));
             if let Ok(sample) = controller.process(&mut control, error, increment) {
                 prop_assert!(sample.command.is_finite(), "{sample:?}");
-                identifier.update_with_velocity(&mut state, &sample);
+                identifier.update(&mut state, sample.increment, sample.command);
             }
             let estimates = identifier.estimates_in(&identifier.snapshot(&state));
             prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");

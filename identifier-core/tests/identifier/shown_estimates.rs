@@ -103,9 +103,9 @@ fn a_gauss_newton_snapshot_gives_the_sample_s_estimates() {
 #[cfg(feature = "fixed")]
 #[test]
 fn a_fixed_point_snapshot_gives_the_sample_s_estimates() {
-    use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
+    use identifier_core::fixed_point::Word;
     use identifier_core::settings::RangeSettings;
-    type Identifier = FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2>;
+    type Identifier = GradientIdentifier<Word, LowPass<Word>, Unknowns<2>, 2>;
     assert!(size_of::<<Identifier as Identify<_>>::Snapshot>() <= 6 * size_of::<u32>());
     let mut settings = settings();
     settings.identifier.ranges = Some(RangeSettings {

@@ -103,7 +103,23 @@ fn own_set() {
 
 #[test]
 fn declared_amplifier() {
-    assert!(declared_amplifier::build().is_ok());
+    let built = declared_amplifier::build().expect("valid");
+    let (amplifier, identifier) = &built;
+    let mut state = (amplifier.start(), identifier.start());
+    let mut board = Board::new(&TRUTH, 20_000);
+    let mut last = 0;
+    let mut before = [0.0_f32; 2];
+    while board.waits_for_sample() {
+        let (count, command) = (board.count(), board.cascade());
+        let dead = command - command.clamp(-0.02, 0.02);
+        declared_amplifier::sample(&built, &mut state, count - last, command).expect("possible");
+        last = count;
+        board.output(before[0]);
+        before = [before[1], dead];
+        identifier.work(&mut state.1, 1000);
+    }
+    let found = identifier.estimates(&state.1).expect("a fit");
+    assert_within(found.b, TRUTH.b, 0.01);
 }
 
 #[test]

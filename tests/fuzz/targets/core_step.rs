@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use fuzz::certified;
-use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
+use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
@@ -21,7 +21,7 @@ const WORK: u32 = 100;
 
 type Gradient = GradientIdentifier<f32, LowPass<f32>, Unknowns<4>, 4>;
 type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4, 32>;
-type Fixed = FixedGradientIdentifier<LowPass<Word>, Unknowns<4>, 4>;
+type Fixed = GradientIdentifier<Word, LowPass<Word>, Unknowns<4>, 4>;
 
 #[derive(Debug, Arbitrary)]
 enum Law {

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use fuzz::certified;
 use identifier_core::Settings;
-use identifier_core::fixed_point::{FixedGradientIdentifier, Word};
+use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::Unknowns;
@@ -15,7 +15,7 @@ use libfuzzer_sys::fuzz_target;
 
 type Gradient = GradientIdentifier<f32, LowPass<f32>, Unknowns<4>, 4>;
 type GaussNewton = GaussNewtonIdentifier<f64, Unknowns<4>, 4, 32>;
-type Fixed = FixedGradientIdentifier<LowPass<Word>, Unknowns<4>, 4>;
+type Fixed = GradientIdentifier<Word, LowPass<Word>, Unknowns<4>, 4>;
 
 fn build<N: Copy, I: Identify<N> + FromSettings>(
     settings: &Settings,

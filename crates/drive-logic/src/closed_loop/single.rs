@@ -5,10 +5,11 @@ use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
-    BehindAmplifier, ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet,
-    Identify, NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettledEstimates, Update,
+    ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet, Identify,
+    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
+use identifier_core::model::{Amplifier, AmplifierState};
 use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown, Unknowns};
 use identifier_core::settings::{FromSettings, Settings};
 
@@ -18,14 +19,11 @@ use crate::conversion;
 
 type Velocity = LowPass<f32>;
 
-/// An identifier behind the declared amplifier.
-type Behind<I> = BehindAmplifier<f32, I, MAX_DELAYED>;
-
 /// Gauss–Newton in the sample interrupt; its first fit is made in the background.
-type Recursion = Behind<GaussNewtonRecursion<f32, Unknowns<4>, 4, BLOCKS>>;
+type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4, BLOCKS>;
 
 /// The same with the terms that are demanded.
-type Termed = Behind<GaussNewtonRecursion<f32, WithTerms, UNKNOWNS, BLOCKS>>;
+type Termed = GaussNewtonRecursion<f32, WithTerms, UNKNOWNS, BLOCKS>;
 
 /// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +41,8 @@ enum Laws {
     WithTerms(With<Termed>),
 }
 
-type Gradient = Behind<GradientIdentifier<f32, Velocity, Unknowns<2>, 2>>;
-type GradientWithFriction = Behind<GradientIdentifier<f32, Velocity, Unknowns<3>, 3>>;
+type Gradient = GradientIdentifier<f32, Velocity, Unknowns<2>, 2>;
+type GradientWithFriction = GradientIdentifier<f32, Velocity, Unknowns<3>, 3>;
 
 /// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,10 +56,14 @@ pub(crate) enum Learnt {
 /// Estimates that have settled, with their errors, machine units; [`ClosedLoop::settled_in`] converts them to SI.
 pub(crate) type Settled = SettledEstimates<f32, 4>;
 
-/// A loop with one identifier.
+/// A loop with one identifier, which learns behind the declared amplifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
     servo_loop: ServoLoop<f32, Velocity, I>,
+    amplifier: (
+        Amplifier<f32, MAX_DELAYED>,
+        AmplifierState<f32, MAX_DELAYED>,
+    ),
     state: ServoLoopState<f32, <Velocity as VelocityEstimate<f32>>::State, I::State>,
 }
 
@@ -72,11 +74,13 @@ impl<I: Identify<f32> + FromSettings> With<I> {
         settings: &Settings,
         law: impl FnOnce(Self) -> Laws,
     ) -> Result<ClosedLoop, NotAllowed> {
+        let (amplifier, behind) = settings.amplifier().map_err(conversion::not_allowed)?;
         let servo_loop: ServoLoop<f32, Velocity, I> =
-            settings.build().map_err(conversion::not_allowed)?;
+            behind.build().map_err(conversion::not_allowed)?;
         Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,
+            amplifier: (amplifier, amplifier.start()),
         })))
     }
 }
@@ -100,7 +104,7 @@ impl<I: Identify<f32>> With<I> {
     }
 }
 
-impl<S, const P: usize> With<Behind<GaussNewtonRecursion<f32, S, P, BLOCKS>>>
+impl<S, const P: usize> With<GaussNewtonRecursion<f32, S, P, BLOCKS>>
 where
     S: IdentifiableSet<P>,
 {
@@ -123,9 +127,8 @@ where
 
     #[inline(never)]
     fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
-        let identifier = self.servo_loop.identifier().identifier();
-        *self.state.identification_mut().identification_mut() =
-            identifier.start_from_known(servo, motion);
+        let identifier = self.servo_loop.identifier();
+        *self.state.identification_mut() = identifier.start_from_known(servo, motion);
     }
 
     #[inline]
@@ -133,8 +136,8 @@ where
         &mut self,
         hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
     ) -> bool {
-        let identifier = self.servo_loop.identifier().identifier();
-        let state = self.state.identification_mut().identification_mut();
+        let identifier = self.servo_loop.identifier();
+        let state = self.state.identification_mut();
         let Some(block) = identifier.take_block(state) else {
             return false;
         };
@@ -208,7 +211,10 @@ impl ClosedLoop {
         for_each_law!(&mut self.0, own => {
             let step = own.servo_loop.control_step(&mut own.state, setpoint, sensor, actuator);
             let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
-            Ok((sample, own.servo_loop.learn(&mut own.state, &sample)))
+            let (amplifier, state) = &mut own.amplifier;
+            let command = amplifier.process(state, sample.command);
+            let acted = ControlSample { command, ..sample };
+            Ok((sample, own.servo_loop.learn(&mut own.state, &acted)))
         })
     }
 
@@ -266,8 +272,7 @@ impl ClosedLoop {
         let Laws::GaussNewton(own) = &mut self.0 else {
             return None;
         };
-        let identifier = own.servo_loop.identifier().identifier();
-        let state = own.state.identification_mut().identification_mut();
+        let (identifier, state) = (own.servo_loop.identifier(), own.state.identification_mut());
         let settled = identifier.settled(state);
         identifier.check_estimates(state);
         settled
@@ -276,10 +281,7 @@ impl ClosedLoop {
     /// Settled estimates and their standard errors, SI; none of a loop of another estimator.
     pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
         match &self.0 {
-            Laws::GaussNewton(own) => {
-                let identifier = own.servo_loop.identifier().identifier();
-                Some(identifier.settled_in(settled))
-            }
+            Laws::GaussNewton(own) => Some(own.servo_loop.identifier().settled_in(settled)),
             _ => None,
         }
     }

@@ -7,7 +7,7 @@ use fixed::types::I16F16;
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
 use identifier_core::excitation::Prbs;
-use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
+use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonIdentifier, GradientIdentifier, Identify, MachineEstimates,
     PreparedServo, ServoLoop,
@@ -280,11 +280,10 @@ fn commission() -> String {
 type Gradient = GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>;
 type GradientCoulomb = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4>;
-type Fixed = FixedGradientIdentifier<LowPass<Word>, Unknowns<2>, 2>;
-type FixedCoulomb = FixedGradientIdentifier<LowPass<Word>, Unknowns<3>, 3>;
+type Fixed = GradientIdentifier<Word, LowPass<Word>, Unknowns<2>, 2>;
+type FixedCoulomb = GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>;
 type Closed<I> = ServoLoop<f32, LowPass<f32>, I>;
-type FixedLoop = FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>;
-type FixedCoulombLoop = FixedServoLoop<LowPass<Word>, Unknowns<3>, 3>;
+type FixedCoulombLoop = FixedLoop<3>;
 
 /// The loop or identifier of a type.
 fn built<T: FromSettings>(coulomb: bool) -> T {

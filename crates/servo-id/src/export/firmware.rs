@@ -9,7 +9,7 @@ use host_sim::tune::IdentifiedResult;
 use host_sim::{with_types, with_words};
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
-use identifier_core::fixed_point::{FixedGradientIdentifier, FixedServoLoop, Word};
+use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier,
     IdentifiableSet, MachineEstimates, ServoLoop,
@@ -223,7 +223,8 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
         return Err(Fault::new("identifier.required_terms", fault));
     }
     if scenario.stated.identifier.terms.declares_amplifier() {
-        let fault = "an exported loop has no declared amplifier: build the loop in the firmware, with BehindAmplifier";
+        let fault =
+            "an exported loop has no declared amplifier: build it in the firmware, as Amplifier";
         return Err(Fault::new("amplifier", fault));
     }
     if language == Language::C {
@@ -342,7 +343,7 @@ where
     V: VelocityEstimate<Word> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: FixedServoLoop<V, S, P> = settings.build()?;
+    let own: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = settings.build()?;
     Ok(written(&own, own.identifier(), language))
 }
 
@@ -351,7 +352,7 @@ where
     V: VelocityEstimate<Word> + Configuration,
     S: ParameterSet<P>,
 {
-    let own: FixedGradientIdentifier<V, S, P> = settings.build()?;
+    let own: GradientIdentifier<Word, V, S, P> = settings.build()?;
     Ok(written(&own, &own, language))
 }
 
@@ -416,20 +417,12 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
     };
     let set = format!("::identifier_core::parameters::{set}, {parameters}");
     let of = "::identifier_core::identifier";
-    if is_fixed_point {
-        let own = if has_loop {
-            "FixedServoLoop"
-        } else {
-            "FixedGradientIdentifier"
-        };
-        return format!("::identifier_core::fixed_point::{own}<{velocity}, {set}>");
-    }
     let identifier = match scenario.identifier.law {
-        Law::GaussNewton => format!("{of}::GaussNewtonRecursion<f32, {set}>"),
-        _ => format!("{of}::GradientIdentifier<f32, {velocity}, {set}>"),
+        Law::GaussNewton => format!("{of}::GaussNewtonRecursion<{number}, {set}>"),
+        _ => format!("{of}::GradientIdentifier<{number}, {velocity}, {set}>"),
     };
     match has_loop {
-        true => format!("{of}::ServoLoop<f32, {velocity}, {identifier}>"),
+        true => format!("{of}::ServoLoop<{number}, {velocity}, {identifier}>"),
         false => identifier,
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use identifier_core::constants::{Configuration, Constants};
-use identifier_core::fixed_point::{FixedServoLoop, Word};
+use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier, Identify, MachineEstimates,
     PreparedServo, ServoLoop,
@@ -150,7 +150,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
         "parameters = [\"a\", \"b\"]\narithmetic = \"fixed\"",
     );
     let rust = exported(&[&result, "--firmware", "rust", "--scenario", &fixed]);
-    let own: FixedServoLoop<LowPass<Word>, Unknowns<2>, 2> = read(&rust);
+    let own: FixedLoop<2> = read(&rust);
     let (identifier, state) = (own.identifier(), own.start(0));
     let (state, known) = (state.identification(), &with_friction[..2]);
     begins_at(
@@ -165,7 +165,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     let bits = |word: Word| f64::from(word.to_bits());
     begins_at(identifier, state, bits, &c, estimates, known);
     assert!(c.contains("servo_id_fixed_loop_init_from_constants"), "{c}");
-    assert!(read::<(FixedServoLoop<LowPass<Word>, Unknowns<2>, 2>, ())>(&c).0 == own);
+    assert!(read::<(FixedLoop<2>, ())>(&c).0 == own);
 
     // Beside a controller of the firmware's own.
     let beside = changed(

@@ -7,7 +7,7 @@ use super::Gains;
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::Transfer;
-use crate::number::Number;
+use crate::number::Arithmetic;
 use crate::units::Units;
 
 /// Feed-forward of a reference model's motion, SI: u = (ÿ + a ẏ + c s(ẏ))/b, y = r/(1 + s/ω_m)³.
@@ -79,7 +79,7 @@ struct MovingReference<N> {
     acceleration: N,
 }
 
-impl<N: Number> FeedForward<N> {
+impl<N: Arithmetic> FeedForward<N> {
     /// No model, and no command.
     pub const NONE: Self = Self {
         pole: N::ZERO,
@@ -121,13 +121,13 @@ impl<N: Number> FeedForward<N> {
         let acceleration = settings.acceleration + of_acceleration;
         let velocity = settings.velocity + of_velocity;
         Ok(Self {
-            pole: N::from_f64(libm::exp(-rate)),
-            rate: N::from_f64(rate),
-            half_square: N::from_f64(0.5 * rate * rate),
-            acceleration: N::from_f64(acceleration / units.acceleration()),
-            velocity: N::from_f64(velocity / units.velocity()),
-            coulomb: N::from_f64(settings.coulomb),
-            per_coulomb_speed: N::from_f64(1.0 / (settings.coulomb_speed * units.velocity())),
+            pole: N::signal(libm::exp(-rate), 0),
+            rate: N::signal(rate, 0),
+            half_square: N::signal(0.5 * rate * rate, 0),
+            acceleration: N::signal(acceleration / units.acceleration(), 0),
+            velocity: N::signal(velocity / units.velocity(), 0),
+            coulomb: N::signal(settings.coulomb, 0),
+            per_coulomb_speed: N::signal(1.0 / (settings.coulomb_speed * units.velocity()), 0),
         })
     }
 
@@ -143,26 +143,27 @@ impl<N: Number> FeedForward<N> {
         let first = first + (error - (state.error - increment));
         let lag = first + second + third;
         let next = [
-            self.pole * first,
-            self.pole * (second + self.rate * first),
-            self.pole * (third + self.rate * second + self.half_square * first),
+            first.part(self.pole),
+            (second + first.part(self.rate)).part(self.pole),
+            (third + second.part(self.rate) + first.part(self.half_square)).part(self.pole),
         ];
         let [next_first, next_second, next_third] = next;
         *state = ReferenceMotion { error, lags: next };
         MovingReference {
             distance: error - lag,
             velocity: (first - next_first) + (second - next_second) + (third - next_third),
-            acceleration: self.rate * (next_third - third),
+            acceleration: (next_third - third).part(self.rate),
         }
     }
 
     /// The command for a motion.
     #[inline]
     fn command(&self, moving: &MovingReference<N>) -> N {
-        let sign = (self.per_coulomb_speed * moving.velocity).limited(-N::ONE, N::ONE);
-        self.acceleration * moving.acceleration
-            + self.velocity * moving.velocity
-            + self.coulomb * sign
+        let sign = moving.velocity.part(self.per_coulomb_speed);
+        let sign = sign.bounded(-N::ONE, N::ONE);
+        moving.acceleration.part(self.acceleration)
+            + moving.velocity.part(self.velocity)
+            + sign.part(self.coulomb)
     }
 
     /// A function of its own, for a sample without a model not to pay for its registers.
@@ -174,7 +175,7 @@ impl<N: Number> FeedForward<N> {
 
     /// True if there is a model.
     #[inline]
-    fn leads(&self) -> bool {
+    pub(crate) fn is_there(&self) -> bool {
         self.pole > N::ZERO
     }
 
@@ -195,7 +196,7 @@ impl<N: Number> FeedForward<N> {
         error: N,
         increment: N,
     ) -> (N, N) {
-        if self.leads() {
+        if self.is_there() {
             self.follow(motion, error, increment)
         } else {
             // What is added changes no bit of a command.

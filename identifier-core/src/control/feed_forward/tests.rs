@@ -1,7 +1,7 @@
 use super::*;
 use crate::control::{CommandLimit, ControlState, Controller, Setpoint};
 use crate::measurement::velocity::{BackwardDifference, LowPass, VelocityEstimate};
-use crate::number::RunningSum;
+use crate::number::{Number, RunningSum};
 use proptest::prelude::*;
 
 /// Sample times of 250 Hz, 1, 4 and 20 kHz.

@@ -1,10 +1,23 @@
-use super::arithmetic::{Coefficient, WORD_BITS, Weight, Word, exponent_above, power, word};
-use crate::constants::encode;
-use crate::control::Gains;
+use super::plant_box::{SMALLEST_GAIN, plant_box};
+use super::{RangeSettings, Settings, SettingsError};
+use crate::control::{Gains, per_error, sum_exponent};
 use crate::error::{Allowed, OutOfRange};
-use crate::parameters::Parameter;
-use crate::settings::{RangeSettings, SMALLEST_GAIN, Settings, SettingsError, plant_box};
+use crate::number::Arithmetic;
+use crate::parameters::{Parameter, ParameterSet};
+use crate::scales::{APART, FullScales, exponent_above, power};
 use crate::units::Units;
+
+/// The exponents of the full scales.
+///
+/// # Errors
+/// In fixed point a range, bound or sample time that does not fit, with the value that would.
+pub(super) fn full_scales<N: Arithmetic>(settings: &Settings) -> Result<FullScales, SettingsError> {
+    if N::IS_FIXED {
+        FullScales::from_settings(settings)
+    } else {
+        Ok(FullScales::NONE)
+    }
+}
 
 impl RangeSettings {
     /// Margin of the ranges over those that follow from the command limit.
@@ -72,41 +85,54 @@ pub(super) fn bounds(
     })
 }
 
-/// The exponents of the full scales, machine units: a word w of a quantity means w · 2^exponent.
-///
-/// They follow from the settings alone, so that controller and identifier built from the same settings have the same.
-/// With them every sum stays below one, and every product needs a shift in one direction only. See the table of the
-/// module.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FullScales {
-    /// Position error and output error.
-    pub(super) position: i32,
-    /// Velocities, increments and, per sample, accelerations.
-    pub(super) velocity: i32,
-    /// Commands.
-    pub(super) command: i32,
+/// The largest |â|, 1/s.
+fn largest_rate(units: &Units) -> f64 {
+    power(FullScales::RATE) / units.rate()
 }
 
-encode! {
-    [] FullScales as "FullScales" { position, velocity, command }
+/// The settings with every bound that fixed point needs for a parameter set.
+pub(super) fn bounded<S: ParameterSet<P>, const P: usize>(
+    settings: &Settings,
+) -> Result<Settings, SettingsError> {
+    let largest = largest_rate(&settings.units()?);
+    let mut filled = *settings;
+    for parameter in S::PARAMETERS {
+        let found = bounds(settings, parameter)?;
+        let not_given = |setting| SettingsError::NotGiven { setting };
+        let all = &mut filled.identifier.bounds;
+        match parameter {
+            Parameter::A => {
+                let found = found.unwrap_or([0.0, largest]);
+                for bound in found {
+                    Allowed::Within(-largest, largest).check("bounds.a", bound)?;
+                }
+                all.a = Some(found);
+            }
+            // Where it follows from the box, the sampled correction may ask for less.
+            Parameter::B => {
+                found.ok_or(not_given("bounds.b"))?;
+                if settings.identifier.known.b {
+                    all.b = found;
+                }
+            }
+            Parameter::Coulomb => all.coulomb = Some(found.ok_or(not_given("bounds.coulomb"))?),
+            Parameter::Load => all.load = Some(found.ok_or(not_given("bounds.load"))?),
+        }
+    }
+    Ok(filled)
 }
-
-/// The exponent of â T: its words are fractions of a quarter.
-const RATE: i32 = -2;
 
 impl FullScales {
+    /// Fraction bits of a word.
+    const WORD_BITS: i32 = 30;
+
     /// Rounds in which the full scales come to agree.
     const ROUNDS: usize = 4;
 
     /// Bits below a count that a position error must keep.
     const BELOW_A_COUNT: i32 = 4;
 
-    /// The largest |â|, 1/s.
-    pub(super) fn largest_rate(units: &Units) -> f64 {
-        power(RATE) / units.rate()
-    }
-
-    pub(super) fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let units = settings.units()?;
         let ranges = RangeSettings::from_settings(settings)?;
         let limit = settings.largest_command();
@@ -174,7 +200,7 @@ impl FullScales {
         if let Some(limit) = limit {
             Allowed::AtLeast(limit).check("ranges.command", ranges.command)?;
         }
-        let (least_apart, most_apart) = Weight::APART;
+        let (least_apart, most_apart) = APART;
         let given = exponent_above(ranges.error * units.position());
         // Half for the command that acted, the rest for the correction.
         let half = exponent_above(limit.unwrap_or(ranges.command));
@@ -184,23 +210,23 @@ impl FullScales {
         // one sample's error commands more than full scale.
         for _ in 0..Self::ROUNDS {
             for gains in gains.clone().filter(|gains| gains.ki() > 0.0) {
-                let per_error = exponent_above(Self::per_error(units, gains));
+                let per_error = exponent_above(per_error(units, gains));
                 command = command.max(per_error + position + least_apart + 1);
             }
             velocity = [
                 exponent_above(ranges.velocity * units.velocity()),
                 exponent_above(fastest),
-                // b u at most one half; friction and load a quarter.
+                // b and b u at most one half; friction and load a sixteenth.
                 b + command + 1,
-                coulomb + 2,
-                load + 2,
+                coulomb + 4,
+                load + 4,
             ]
             .into_iter()
-            // At least a count a sample.
-            .fold(1, i32::max);
+            // A standstill's slip is at most half of it.
+            .fold(3, i32::max);
             position = given.max(velocity + least_apart);
         }
-        let most = power(WORD_BITS - Self::BELOW_A_COUNT) * units.position_unit();
+        let most = power(Self::WORD_BITS - Self::BELOW_A_COUNT) * units.position_unit();
         let needed = ranges
             .error
             .max(power(position - 1) * units.position_unit());
@@ -215,66 +241,12 @@ impl FullScales {
             command,
         };
         for gains in gains {
-            if scales.sum(units, gains) > position + most_apart {
+            if sum_exponent(units, gains, &scales) > position + most_apart {
                 let least =
                     power(command - 1 - position - most_apart) * units.position() / gains.ki();
                 Allowed::AtLeast(least).check("sample_time", units.sample_time())?;
             }
         }
         Ok(scales)
-    }
-
-    /// The largest increment that is taken: that of the largest speed, or all that does not saturate.
-    pub(super) fn most_increment(&self, settings: &Settings) -> Result<Word, OutOfRange> {
-        let most = settings.most_increment(&settings.units()?, power(self.velocity))?;
-        Ok(word(most, self.velocity))
-    }
-
-    /// The integral part of the command per unit of the summed error, machine units.
-    pub(super) fn per_error(units: &Units, gains: &Gains) -> f64 {
-        gains.ki() * units.rate() / units.position()
-    }
-
-    /// The exponent of a sum of errors. It is the largest that demands at most half of the command's full scale.
-    pub(super) fn sum(&self, units: &Units, gains: &Gains) -> i32 {
-        let per_error = Self::per_error(units, gains);
-        if per_error > 0.0 {
-            self.command - 1 - exponent_above(per_error)
-        } else {
-            self.position + Weight::APART.0
-        }
-    }
-
-    /// Half of the command's full scale: the largest command that may act, command units.
-    pub(super) fn most_command(&self) -> f64 {
-        power(self.command - 1)
-    }
-
-    /// The exponent of ε̇: servo and model may move in opposite directions.
-    pub(super) fn rate(&self) -> i32 {
-        self.velocity + 1
-    }
-
-    /// The exponent of y = μ ε + ε̇, for μ in machine units.
-    pub(super) fn output(&self, mu: f64) -> i32 {
-        self.rate().max(Coefficient::least(mu, self.position))
-    }
-
-    /// The exponent of an estimate.
-    pub(super) fn estimate(&self, parameter: Parameter) -> i32 {
-        match parameter {
-            Parameter::A => RATE,
-            Parameter::B => self.velocity - self.command,
-            Parameter::Coulomb | Parameter::Load => self.velocity,
-        }
-    }
-
-    /// The exponent of a parameter's entry of the regressor (9).
-    pub(super) fn regressor(&self, parameter: Parameter) -> i32 {
-        match parameter {
-            Parameter::A => self.velocity,
-            Parameter::B => self.command,
-            Parameter::Coulomb | Parameter::Load => 0,
-        }
     }
 }
